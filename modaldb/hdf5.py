@@ -1,0 +1,192 @@
+"""Records as HDF5 files: the only module that imports h5py. The format is written down in docs/format.md.
+
+A file starts with a 512-byte user block that plain HDF5 readers skip: a magic line, the SHA-256 of everything after
+the block, and the record's kind. It can be verified without HDF5, and opens in any HDF5 viewer.
+"""
+
+import hashlib
+import json
+import os
+import types
+import typing
+from collections.abc import Collection
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from modaldb.errors import RecordDamaged, RecordMismatch
+from modaldb.schema import KINDS, SCHEMA_VERSION
+
+MAGIC = b"GUDGEON-RECORD 1\n"
+USERBLOCK = 512
+
+
+def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> None:
+    """Write `record` to the new file `path` and flush it to the disk.
+
+    Args:
+        path: Must not exist; the caller renames it when this returns.
+        kind: A name in `KINDS`.
+        record: An instance of that kind's dataclass.
+        inputs: Everything the record was made from, kept as provenance.
+    """
+    import h5py
+
+    with h5py.File(path, "x", userblock_size=USERBLOCK, libver=("v110", "v110")) as file:
+        file.attrs["encoding-type"] = f"gudgeon-{kind}"
+        file.attrs["encoding-version"] = SCHEMA_VERSION
+        file.attrs["provenance"] = json.dumps(inputs, sort_keys=True)
+        _write_group(file, record)
+    with path.open("r+b") as raw:
+        raw.seek(USERBLOCK)
+        digest = hashlib.file_digest(raw, "sha256").hexdigest()
+        raw.seek(0)
+        raw.write((MAGIC + digest.encode() + b"\n" + kind.encode() + b"\n").ljust(USERBLOCK, b"\0"))
+        raw.flush()
+        os.fsync(raw.fileno())
+
+
+def verify_record(path: Path) -> str:
+    """Check a file against its own digest and return its kind; needs nothing but the standard library.
+
+    Raises:
+        RecordDamaged: the header is not ours, or a byte differs from what was written.
+    """
+    with path.open("rb") as raw:
+        block = raw.read(USERBLOCK)
+        lines = block.rstrip(b"\0").split(b"\n")
+        if not block.startswith(MAGIC) or len(lines) != 4:
+            raise RecordDamaged(f"{path}: not a gudgeon record (header damaged)")
+        if hashlib.file_digest(raw, "sha256").hexdigest().encode() != lines[1]:
+            raise RecordDamaged(f"{path}: checksum differs from the one written")
+    return lines[2].decode(errors="replace")
+
+
+def read_record(path: Path, kind: str, only: Collection[str] | None = None) -> Any:
+    """Read a record, or some fields of it.
+
+    Args:
+        path: A file that `verify_record` accepts.
+        kind: The kind expected.
+        only: Field paths to read, such as `interfaces/thrust/rows`; a path stands for all below it. Other optional
+            fields become None and other arrays empty. None reads everything.
+
+    Raises:
+        RecordMismatch: another kind, or a schema version this release does not know.
+    """
+    import h5py
+
+    with h5py.File(path, "r", locking=False) as file:
+        encoding, version = file.attrs.get("encoding-type"), file.attrs.get("encoding-version")
+        if encoding != f"gudgeon-{kind}":
+            raise RecordMismatch(f"{path}: holds {encoding}, expected gudgeon-{kind}")
+        if version != SCHEMA_VERSION:
+            raise RecordMismatch(f"{path}: schema version {version}, this release reads {SCHEMA_VERSION}")
+        return _read_group(file, KINDS[kind], "", only)
+
+
+def dataset_bytes(path: Path) -> dict[str, int]:
+    """Return the size of every dataset of a record [bytes], by field path."""
+    import h5py
+
+    sizes: dict[str, int] = {}
+
+    def note(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            sizes[name] = int(item.nbytes)
+
+    with h5py.File(path, "r", locking=False) as file:
+        file.visititems(note)
+    return sizes
+
+
+def provenance(path: Path) -> dict[str, Any]:
+    """Return the inputs that a record was made from."""
+    import h5py
+
+    with h5py.File(path, "r", locking=False) as file:
+        return json.loads(str(file.attrs["provenance"]))
+
+
+def _write_group(group: Any, record: Any) -> None:
+    import numpy as np
+
+    hints = typing.get_type_hints(type(record))
+    for entry in fields(record):
+        value, hint = getattr(record, entry.name), hints[entry.name]
+        if value is None:
+            continue
+        if isinstance(value, np.ndarray):
+            group.create_dataset(entry.name, data=np.ascontiguousarray(value), track_times=False)
+        elif is_dataclass(value):
+            _write_group(group.create_group(entry.name), value)
+        elif isinstance(value, dict) and (member := _member_type(hint)) is not None:
+            below = group.create_group(entry.name)
+            for name, item in value.items():
+                if is_dataclass(member):
+                    _write_group(below.create_group(name), item)
+                else:
+                    below.create_dataset(name, data=np.ascontiguousarray(item), track_times=False)
+        else:
+            group.attrs[entry.name] = json.dumps(value) if isinstance(value, dict) else value
+
+
+def _read_group(group: Any, cls: type, prefix: str, only: Collection[str] | None) -> Any:
+    hints, values = typing.get_type_hints(cls), {}
+    for entry in fields(cls):
+        values[entry.name] = _read_field(group, entry.name, hints[entry.name], prefix + entry.name, only)
+    return cls(**values)
+
+
+def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[str] | None) -> Any:
+    import numpy as np
+
+    base, optional = _without_none(hint)
+    if base is np.ndarray:
+        if name in group and _wanted(path, only):
+            return _read_array(group[name])
+        return None if optional else _read_array(None)
+    if is_dataclass(base):
+        if name not in group or not _wanted(path, only):
+            return None
+        return _read_group(group[name], typing.cast(type, base), f"{path}/", only)
+    if (member := _member_type(base)) is not None:
+        names = [item for item in group[name] if _wanted(f"{path}/{item}", only)]
+        if is_dataclass(member):
+            return {item: _read_group(group[name][item], member, f"{path}/{item}/", only) for item in names}
+        return {item: _read_array(group[name][item]) for item in names}
+    raw = group.attrs[name]
+    if typing.get_origin(base) is dict:
+        return json.loads(raw)
+    return typing.cast(type, base)(raw)
+
+
+def _read_array(dataset: Any) -> Any:
+    import numpy as np
+
+    array = np.empty(0) if dataset is None else dataset[()]
+    array.setflags(write=False)
+    return array
+
+
+def _wanted(path: str, only: Collection[str] | None) -> bool:
+    """Whether `path` is asked for: itself, something above it, or something below it."""
+    return only is None or any(path == p or path.startswith(f"{p}/") or p.startswith(f"{path}/") for p in only)
+
+
+def _without_none(hint: Any) -> tuple[Any, bool]:
+    if isinstance(hint, types.UnionType):
+        rest = [arm for arm in typing.get_args(hint) if arm is not type(None)]
+        return rest[0], True
+    return hint, False
+
+
+def _member_type(hint: Any) -> Any:
+    """Return the type of the named members of a group hint `dict[str, X]`, or None where X is plain JSON."""
+    import numpy as np
+
+    if typing.get_origin(hint) is dict:
+        member = typing.get_args(hint)[1]
+        if is_dataclass(member) or member is np.ndarray:
+            return member
+    return None

@@ -1,0 +1,49 @@
+"""Content keys: the SHA-256 of everything that a product depends on.
+
+Two inputs get the same key exactly when their canonical JSON is the same: keys sorted, no white space, floats in
+their shortest round-trip form, NaN and infinities refused.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+
+def canonical_json(inputs: Mapping[str, Any]) -> str:
+    """Return the one JSON text that stands for `inputs`.
+
+    Raises:
+        ValueError: a float is not finite.
+        TypeError: a value has no JSON form.
+    """
+    return json.dumps(inputs, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def content_key(inputs: Mapping[str, Any]) -> str:
+    """Return the key of a product made from `inputs`, 64 hexadecimal digits."""
+    return hashlib.sha256(canonical_json(inputs).encode()).hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes, 64 hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def differences(old: Mapping[str, Any], new: Mapping[str, Any], prefix: str = "") -> list[str]:
+    """List what changed between two inputs, one `path: old → new` a line, sorted by path."""
+    found = []
+    for name in sorted({*old, *new}):
+        path, before, after = f"{prefix}{name}", old.get(name), new.get(name)
+        if isinstance(before, Mapping) and isinstance(after, Mapping):
+            found += differences(before, after, f"{path}.")
+        elif before != after:
+            found.append(f"{path}: {_short(before)} → {_short(after)}")
+    return found
+
+
+def _short(value: Any) -> str:
+    text = "nothing" if value is None else json.dumps(value)
+    return text if len(text) <= 48 else f"{text[:20]}…{text[-20:]}"

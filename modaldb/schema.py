@@ -1,0 +1,190 @@
+"""The records: the only vocabulary that pipeline and solver share.
+
+Every record is a frozen dataclass of arrays, numbers, texts and named groups of these; `modaldb.hdf5` writes and
+reads them field by field, so that a reader can ask for less than the whole. All quantities are SI. Shapes use:
+n nodes, e cells, m elastic coordinates, c contact rows of an interface, s samples, f frames.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+SCHEMA_VERSION = 1
+
+Array = np.ndarray
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A named part of a mesh's boundary."""
+
+    facets: Array
+    """Node numbers of each facet, corners first, (facets, 6) on tet10, (facets, 1) on a line."""
+    shape: Json = field(default_factory=dict)
+    """The true surface, `{"kind": "cylinder", "radius", "axis", "origin"}` or `{}` where the nodes are all there is."""
+
+
+@dataclass(frozen=True)
+class MeshRecord:
+    """Nodes, cells and named surfaces of one component."""
+
+    nodes: Array
+    """Nodal positions [m], (n, 3)."""
+    cells: Array
+    """Node numbers of each cell in meshio's order, (e, 10) or (e, 3)."""
+    cell_type: str
+    """`tetra10` or `line3`."""
+    surfaces: dict[str, Surface]
+
+
+@dataclass(frozen=True)
+class InterfaceModes:
+    """What a contact needs of a body: one row per contact point of a named interface."""
+
+    nodes: Array
+    """Node number of each contact point, (c,)."""
+    points: Array
+    """Contact points on the true surface [m], (c, 3)."""
+    normals: Array
+    """Outward unit normals of the true surface, (c, 3)."""
+    areas: Array
+    """Tributary areas [m^2], (c,)."""
+    rows: Array
+    """B Φ: outward normal displacement per unit of each elastic coordinate [kg^-½], (c, m)."""
+
+
+@dataclass(frozen=True)
+class InertiaCouplings:
+    """Constant tensors of the nodal floating frame from the consistent mass (Zwölfer & Gerstmayr 2020)."""
+
+    translation: Array
+    """Tᵀ M Φ [kg^½], (3, m); zero for free-free modes."""
+    rotation: Array
+    """x̃ᵀ M Φ about the centre of mass [kg^½ m], (3, m); zero for free-free modes."""
+    rotation_gradient: Array
+    """∂(ũᵀ M Φ)/∂q [1], (3, m, m), antisymmetric in the last two."""
+
+
+@dataclass(frozen=True)
+class ModalRecord:
+    """Elastic coordinates of one component: Φᵀ M Φ = I, Φᵀ K Φ = diag(ω²)."""
+
+    mesh_key: str
+    recipe: str
+    normal_count: int
+    static_count: int
+    angular_frequencies: Array
+    """ω [rad/s], (m,): normal modes first, then the static correction shapes' own."""
+    mass: float
+    """[kg]"""
+    centre: Array
+    """Centre of mass [m], (3,)."""
+    inertia: Array
+    """Inertia about the centre of mass [kg m^2], (3, 3)."""
+    rigid_twists: Array
+    """Mass-normalised rigid motions (translation, rotation about the centre) [kg^-½, kg^-½ m^-1], (r, 6)."""
+    interfaces: dict[str, InterfaceModes]
+    interface_rows: Json
+    """First and last + 1 row of each interface in the residual flexibility."""
+    residual_flexibility: Array | None
+    """R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ [m/N] over the rows of all interfaces, (C, C), symmetric positive semidefinite; None
+    where the recipe makes none."""
+    shapes: Array | None
+    """Φ, nodal displacement per unit of each elastic coordinate, (n, 3, m)."""
+    inertia_couplings: InertiaCouplings | None
+    quality: Json
+    """What the extraction verified of itself: residuals, orthogonality, inertia count, dropped shapes."""
+
+
+@dataclass(frozen=True)
+class MorphRecord:
+    """One design of a component: where its nodes and contact points stand, and which modes serve it."""
+
+    mesh_key: str
+    modes_key: str
+    rung: str
+    """`none`, `reuse` or `recompute`."""
+    points: dict[str, Array]
+    """Contact points of each interface in this design [m], (c, 3)."""
+    mass: float
+    centre: Array
+    inertia: Array
+    rigid_twists: Array
+    """As in ModalRecord, always recomputed for this design."""
+    nodes: Array | None
+    """Nodal positions of this design [m], (n, 3); None where nothing moved."""
+    quality: Json
+
+
+@dataclass(frozen=True)
+class ContactHistory:
+    """One contact over time."""
+
+    body: str
+    interface: str
+    force: Array
+    """Resultant on the body, mean over each sample interval, so that its sum × interval is the impulse [N], (s, 3)."""
+    multipliers: Array
+    """Contact force of each point at each frame [N], (f, c)."""
+    areas: Array | None
+    """Tributary areas [m^2], (c,); None where the scene did not need them."""
+    points: Array
+    """Contact points in the body's own design position [m], (c, 3)."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What a simulation found."""
+
+    result: str
+    """A member name of `solver.Result`."""
+    bodies: dict[str, str]
+    """Key of each body's MorphRecord."""
+    coordinate_offsets: Json
+    """First coordinate of each body: its rigid ones (as many as its rigid twists), then its elastic ones."""
+    times: Array
+    """Ends of the sample intervals [s], (s,)."""
+    energies: Array
+    """Kinetic, strain, contact (½ λᵀCλ) and dissipated energy at the last kick of each interval [J], (s, 4)."""
+    contacts: dict[str, ContactHistory]
+    frame_times: Array
+    """[s], (f,)"""
+    frames: Array
+    """All coordinates at each frame [m kg^½], (f, coordinates)."""
+    velocities: Array
+    """All velocities at each frame [m kg^½/s], (f, coordinates)."""
+    quantities: Json
+    """name → {"value", "unit"}."""
+    energy_drift: float
+    momentum_residual: float
+    counts: Json
+    """Steps, substeps per given step, steps in contact, pivots, coordinates, bytes read."""
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """One row of error against run time."""
+
+    model: str
+    coordinates: int
+    step: float
+    """[s]"""
+    impulse_error: float
+    """Relative to the reference, signed."""
+    force_error: float
+    """Relative L2 error of the windowed force."""
+    energy_drift: float
+    wall_seconds: float
+    cpu_seconds: float
+    steps: int
+
+
+KINDS: dict[str, type] = {
+    "mesh": MeshRecord,
+    "modes": ModalRecord,
+    "morph": MorphRecord,
+    "trajectory": Trajectory,
+}
+"""Kinds of record that a store holds, by the name that stands in the file."""

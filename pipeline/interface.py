@@ -1,0 +1,163 @@
+"""Contact points of a named surface.
+
+On quadratic triangles the consistent weight of a corner is zero, so contact lives on mid-side nodes: a uniform
+pressure p gives each the force p·a, a = Σ ∫ N dA over its facets.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from modaldb.schema import MeshRecord
+from pipeline.errors import InputError
+
+
+class Interface(BaseModel):
+    """Where a component may be touched."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    surface: str = Field(description="Name of a surface of the mesh")
+    sector_deg: tuple[float, float] | None = Field(None, description="Keep points between two angles [deg]")
+    height: tuple[float, float] | None = Field(None, description="Keep points between two heights along the axis [m]")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Interface":
+        for name, span in (("sector_deg", self.sector_deg), ("height", self.height)):
+            if span is not None and span[0] >= span[1]:
+                raise ValueError(f"{name} is {list(span)}, the first value must be below the second")
+        return self
+
+
+@dataclass(frozen=True)
+class ContactPoints:
+    """Points, outward normals and tributary areas on the true surface; see InterfaceModes."""
+
+    nodes: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    areas: np.ndarray
+
+
+def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
+    """Find the contact points of an interface.
+
+    Args:
+        where: The interface's key in the scene, for messages.
+
+    Raises:
+        InputError: the mesh has no such surface, or nothing of it is left.
+    """
+    if interface.surface not in mesh.surfaces:
+        have = ", ".join(sorted(mesh.surfaces)) or "none"
+        raise InputError(f"{where}.surface: the mesh has no surface '{interface.surface}', it has {have}")
+    surface = mesh.surfaces[interface.surface]
+    if mesh.cell_type == "line3":
+        shape = surface.shape
+        nodes = surface.facets.ravel()
+        return ContactPoints(nodes, mesh.nodes[nodes], np.array([shape["normal"]]), np.array([shape["area"]]))
+    nodes, areas, normals = _mid_sides(mesh.nodes, surface.facets)
+    points = mesh.nodes[nodes]
+    if surface.shape:
+        points, normals = true_surface(points, normals, surface.shape)
+    keep = _inside(points, interface, surface.shape, where)
+    if not keep.any():
+        raise InputError(f"{where}: no contact point of surface '{interface.surface}' lies in its sector and height")
+    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep])
+
+
+def cylindrical(points: np.ndarray, shape: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return radius [m], angle [rad] and height [m] of points (k, 3) about a shape's axis.
+
+    The angle is counted from the x axis (from z, if the axis is x) by the right hand.
+    """
+    axis = np.asarray(shape["axis"], float)
+    axis = axis / np.linalg.norm(axis)
+    seed = np.array([1.0, 0, 0]) if abs(axis[0]) < 0.9 else np.array([0, 0, 1.0])
+    first = seed - axis * (seed @ axis)
+    first /= np.linalg.norm(first)
+    second = np.cross(axis, first)
+    arm = points - np.asarray(shape["origin"], float)
+    a, b = arm @ first, arm @ second
+    return np.hypot(a, b), np.arctan2(b, a), arm @ axis
+
+
+def surface_coordinates(points: np.ndarray, shape: dict[str, Any]) -> np.ndarray:
+    """Return smooth coordinates over a patch of points, each scaled to [−1, 1], (c, 2).
+
+    Angle and height on a cylinder; the two principal directions of the points anywhere else.
+    """
+    if shape.get("kind") == "cylinder":
+        _, angle, height = cylindrical(points, shape)
+        middle = np.angle(np.exp(1j * angle).mean())
+        pair = np.column_stack([np.angle(np.exp(1j * (angle - middle))), height])
+    else:
+        centred = points - points.mean(axis=0)
+        pair = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
+    low, span = pair.min(axis=0), np.ptp(pair, axis=0)
+    return 2 * (pair - low) / np.where(span > 0, span, 1.0) - 1
+
+
+def radial_directions(points: np.ndarray, shape: dict[str, Any]) -> np.ndarray:
+    """Return unit vectors (k, 3) from a shape's axis to the points."""
+    axis = np.asarray(shape["axis"], float)
+    axis = axis / np.linalg.norm(axis)
+    arm = points - np.asarray(shape["origin"], float)
+    radial = arm - np.outer(arm @ axis, axis)
+    return radial / np.linalg.norm(radial, axis=1, keepdims=True)
+
+
+def true_surface(
+    points: np.ndarray, outward: np.ndarray, shape: dict[str, Any]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Move points (k, 3) onto a surface's true shape and return them with its normals on the `outward` side.
+
+    Nodes of a surface that a profile moved stand on their true surface already.
+    """
+    origin = np.asarray(shape["origin"], float)
+    if shape["kind"] == "plane":
+        normal = np.asarray(shape["normal"], float) / np.linalg.norm(shape["normal"])
+        moved = points - np.outer((points - origin) @ normal, normal)
+        normals = np.broadcast_to(normal, points.shape).copy()
+    else:
+        radial = radial_directions(points, shape)
+        radius, _, _ = cylindrical(points, shape)
+        moved = points if shape.get("profiled") else points + radial * (shape["radius"] - radius)[:, None]
+        normals = radial
+    side = np.sign(np.einsum("ki,ki->k", normals, outward))
+    return moved, normals * side[:, None]
+
+
+def _mid_sides(nodes: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return mid-side node numbers (k,), their areas (k,) and mean outward normals (k, 3)."""
+    from skfem import ElementTriP2
+    from skfem.quadrature import get_quadrature
+
+    element = ElementTriP2()
+    X, W = get_quadrature(type(element).refdom, 4)
+    basis = [element.lbasis(X, a) for a in range(6)]
+    N, dN = np.array([b[0] for b in basis]), np.array([b[1] for b in basis])
+    tangents = np.einsum("fai,akq->fqki", nodes[facets], dN)
+    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    weighted = np.einsum("aq,fqi,q->fai", N[3:], normal, W)
+    numbers, slot = np.unique(facets[:, 3:], return_inverse=True)
+    total = np.zeros((len(numbers), 3))
+    np.add.at(total, slot.ravel(), weighted.reshape(-1, 3))
+    areas = np.linalg.norm(total, axis=1)
+    return numbers, areas, total / areas[:, None]
+
+
+def _inside(points: np.ndarray, interface: Interface, shape: dict[str, Any], where: str) -> np.ndarray:
+    keep = np.ones(len(points), bool)
+    if interface.sector_deg is None and interface.height is None:
+        return keep
+    if shape.get("kind") != "cylinder":
+        raise InputError(f"{where}: sector_deg and height need a cylindrical surface, '{interface.surface}' is none")
+    _, angle, height = cylindrical(points, shape)
+    if interface.sector_deg is not None:
+        low, high = np.radians(interface.sector_deg)
+        keep &= np.mod(angle - low, 2 * np.pi) <= high - low
+    if interface.height is not None:
+        keep &= (height >= interface.height[0]) & (height <= interface.height[1])
+    return keep

@@ -1,0 +1,41 @@
+"""Sparse symmetric factorisations behind one small interface: factorise, solve blocks, count negative pivots."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+
+from pipeline.linalg.pardiso import PardisoFactor, find_library
+from pipeline.linalg.superlu import SuperLUFactor
+
+
+class Factor(Protocol):
+    """One factorisation A = L D Lᵀ of a sparse symmetric matrix."""
+
+    def solve(self, loads: np.ndarray) -> np.ndarray:
+        """Return A⁻¹ loads, (n,) or (n, k)."""
+        ...
+
+    def negative_pivots(self) -> int:
+        """Return the number of negative eigenvalues of A (Sylvester's law of inertia)."""
+        ...
+
+    def free(self) -> None:
+        """Give the factor's memory back."""
+        ...
+
+
+BACKENDS: dict[str, Callable[[sparse.csr_matrix], Factor]] = {"pardiso": PardisoFactor, "superlu": SuperLUFactor}
+
+
+def available_backend() -> str:
+    """Return the backend that `factorise` takes on this machine."""
+    return "superlu" if find_library() is None else "pardiso"
+
+
+def factorise(matrix: sparse.spmatrix) -> Factor:
+    """Factorise a sparse symmetric matrix, definite or not, given in full."""
+    rows = sparse.csr_matrix(matrix)
+    rows.sort_indices()
+    return BACKENDS[available_backend()](rows)

@@ -1,0 +1,39 @@
+"""The mesh stage: from a component's geometry to a MeshRecord, and the change that a scene asks of it."""
+
+from pathlib import Path
+
+from modaldb.schema import MeshRecord
+from pipeline.component import Component
+from pipeline.errors import InputError
+from pipeline.morph import Movement
+from pipeline.products import find_file, profile_surface, table_path
+from pipeline.profile import read_profile
+
+
+def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
+    """Mesh a component, or read its mesh.
+
+    Args:
+        folder: The scene's, from which relative paths count.
+        name: The component's name in the scene, for messages.
+
+    Raises:
+        InputError: the size is missing, or the mesh file is none.
+        StageError: gmsh failed.
+    """
+    geometry = component.geometry
+    if geometry.kind == "file":
+        path = find_file(geometry.path, folder, f"component.{name}.geometry.path")
+        return geometry.model_copy(update={"path": str(path)}).build(None)
+    if component.mesh.size is None:
+        raise InputError(f"component.{name}.mesh.size: is missing; give an edge length [m]")
+    return geometry.build(component.mesh.size)
+
+
+def movement_of(component: Component, folder: Path, name: str) -> Movement | None:
+    """Return the change of a component's surface, or None where its scene names no table."""
+    path = table_path(component.change.profile, folder)
+    if path is None:
+        return None
+    table = read_profile(path, component.change.profile.scale)
+    return Movement(profile_surface(component), table, f"component.{name}.change.profile")

@@ -1,0 +1,113 @@
+"""Normal modes K Φ = M Φ Λ of a free body by shift-invert Lanczos on a deflated space, with proof that none is missed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from pipeline.errors import StageError
+from pipeline.linalg import factorise
+from pipeline.model import FEModel
+
+RESIDUAL_TOLERANCE = 1e-8
+"""‖KΦ − MΦΛ‖ / ‖KΦ‖ per mode: Lanczos at full precision gives 1e-10 or better on tet10 solids."""
+ORTHOGONALITY_TOLERANCE = 1e-10
+MIXING_LIMIT = 1e-2
+"""eps·max(K_ii/M_ii) over the first eigenvalue: above it, round-off mixes rigid and elastic modes (tets of aspect
+1000), although every residual still reads 1e-16."""
+
+
+@dataclass(frozen=True)
+class NormalModes:
+    """Elastic modes of a free body."""
+
+    angular_frequencies: np.ndarray
+    """[rad/s], (m,), ascending."""
+    Phi: np.ndarray
+    """Mass-orthonormal, orthogonal to the rigid modes, (dofs, m)."""
+    quality: dict[str, float]
+
+
+def normal_modes(model: FEModel, count: int) -> NormalModes:
+    """Extract the lowest `count` elastic modes.
+
+    Raises:
+        StageError: rigid and elastic modes cannot be told apart, a mode was missed, or a residual is too large.
+    """
+    K, M, rigid = model.K, model.M, model.rigid_modes
+    if count >= K.shape[0] - rigid.shape[1] - 2:
+        raise StageError(f"modes: {count} normal modes asked of a mesh with {K.shape[0]} dofs; refine it or ask for fewer")
+    floor = np.finfo(float).eps * float((K.diagonal() / M.diagonal()).max())
+    shift = -_first_estimate(model)
+    factor = factorise(K - shift * M)
+    M_rigid = M @ rigid
+
+    def invert(load: np.ndarray) -> np.ndarray:
+        answer = factor.solve(np.ravel(load))
+        return answer - rigid @ (M_rigid.T @ answer)
+
+    start = np.random.default_rng(0).standard_normal(K.shape[0])
+    start -= rigid @ (M_rigid.T @ start)
+    # Two more than wanted, so that the inertia count has a gap above the last wanted one to stand in.
+    values, vectors = eigsh(
+        K, count + 2, M=M, sigma=shift, v0=start, OPinv=LinearOperator(K.shape, invert, dtype=float)
+    )
+    factor.free()
+    order = np.argsort(values)
+    values, vectors = values[order], vectors[:, order]
+    if floor > MIXING_LIMIT * values[0]:
+        raise StageError(
+            f"modes: rigid and elastic modes cannot be told apart (round-off floor {floor:.2g}, first eigenvalue"
+            f" {values[0]:.2g} rad²/s²); the mesh has slivers or extreme contrast"
+        )
+    missed = _count_below(model, values, count) - count
+    if missed:
+        raise StageError(f"modes: the inertia count finds {missed:+d} modes beside the {count} extracted")
+    vectors = vectors[:, :count] * np.where(vectors[np.abs(vectors[:, :count]).argmax(0), range(count)] < 0, -1, 1)
+    return _verified(model, values[:count], vectors, floor)
+
+
+def _first_estimate(model: FEModel) -> float:
+    """Return an eigenvalue scale [rad²/s²] below the first elastic one: a Rayleigh quotient of a smooth field, / 100."""
+    arm = model.nodes - model.properties.centre
+    rigid = model.rigid_modes
+    quotients = []
+    for axis in range(3):
+        for other in range(3):
+            field = np.zeros_like(arm)
+            field[:, other] = arm[:, axis] ** 2
+            u = (field @ model.directions.T).ravel()
+            u -= rigid @ (rigid.T @ (model.M @ u))
+            mass = float(u @ (model.M @ u))
+            if mass > 0:
+                quotients.append(float(u @ (model.K @ u)) / mass)
+    return min(q for q in quotients if q > 0) / 100
+
+
+def _count_below(model: FEModel, values: np.ndarray, count: int) -> int:
+    """Count elastic eigenvalues below the gap after the last wanted one, by the inertia of K − σM."""
+    gap_after = count - 1
+    # A double mode across the cut leaves no gap: the next gap upward serves as well.
+    while gap_after + 1 < len(values) - 1 and values[gap_after + 1] / values[gap_after] - 1 < 1e-6:
+        gap_after += 1
+    sigma = 0.5 * (values[gap_after] + values[gap_after + 1])
+    factor = factorise(model.K - sigma * model.M)
+    below = factor.negative_pivots() - len(model.rigid_twists)
+    factor.free()
+    return below - (gap_after + 1 - count)
+
+
+def _verified(model: FEModel, values: np.ndarray, Phi: np.ndarray, floor: float) -> NormalModes:
+    forces = model.K @ Phi
+    residual = np.linalg.norm(forces - (model.M @ Phi) * values, axis=0) / np.linalg.norm(forces, axis=0)
+    basis = np.column_stack([model.rigid_modes, Phi])
+    orthogonality = float(np.abs(basis.T @ (model.M @ basis) - np.eye(basis.shape[1])).max())
+    if residual.max() > RESIDUAL_TOLERANCE or orthogonality > ORTHOGONALITY_TOLERANCE:
+        raise StageError(f"modes: residual {residual.max():.2g}, orthogonality {orthogonality:.2g}: not accepted")
+    quality = {
+        "residual": float(residual.max()),
+        "orthogonality": orthogonality,
+        "modes_missed": 0,
+        "rigid_floor": floor / float(values[0]),
+    }
+    return NormalModes(np.sqrt(values), Phi, quality)

@@ -1,0 +1,158 @@
+"""What each stage makes of a scene, keyed by everything that it depends on. No array is touched here.
+
+Keys hold inputs, parameters, the schema version and the versions of the libraries that shape the result; the choice
+of linear solver changes nothing beyond round-off and stays out.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from modaldb.keys import content_key, file_digest
+from modaldb.schema import SCHEMA_VERSION
+from pipeline.component import Component, Profile
+from pipeline.errors import InputError
+
+STAGES = ("mesh", "modes", "morph", "solve", "plot")
+CODE_VERSIONS = {"mesh": 1, "modes": 1, "morph": 1, "solve": 1, "plot": 1}
+"""Raised whenever a stage's code changes what it makes of the same inputs."""
+LIBRARIES = {
+    "mesh": ("gmsh", "meshio", "numpy"),
+    "modes": ("numpy", "scipy", "scikit-fem"),
+    "morph": ("numpy", "scipy", "scikit-fem"),
+    "solve": ("numpy", "scipy", "numba"),
+    "plot": ("pyvista", "matplotlib"),
+}
+
+
+@dataclass(frozen=True)
+class Product:
+    """One record that a stage makes, or finds."""
+
+    stage: str
+    name: str
+    """Component that it belongs to; the scene's own name for `solve` and `plot`."""
+    kind: str
+    """Kind of record, see `modaldb.schema.KINDS`."""
+    key: str
+    inputs: dict[str, Any]
+
+
+def component_products(name: str, component: Component, folder: Path) -> dict[str, Product]:
+    """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
+
+    `mesh` is the mesh that the modes are made of: the base mesh, or the moved one on rung `recompute`.
+
+    Args:
+        folder: The scene's, from which relative paths count.
+
+    Raises:
+        InputError: a file that the component names is missing.
+    """
+    base = _product("mesh", name, "mesh", {"geometry": _geometry(component, folder), "size": component.mesh.size})
+    change = _profile(component, folder)
+    recompute = bool(change) and component.change.rung == "recompute"
+    mesh = _product("mesh", name, "mesh", {"base": base.key, "profile": change}) if recompute else base
+    modes = _product(
+        "modes", name, "modes",
+        {
+            "mesh": mesh.key,
+            "material": component.material.model_dump(),
+            "interface": {key: item.model_dump() for key, item in component.interface.items()},
+            "modes": component.modes.model_dump(),
+        },
+    )  # fmt: skip
+    rung = component.change.rung if change else "none"
+    morph = _product("morph", name, "morph", {"modes": modes.key, "rung": rung, "profile": change})
+    return {"base-mesh": base, "mesh": mesh, "modes": modes, "morph": morph}
+
+
+def solve_product(name: str, dynamics: Mapping[str, Any], morphs: Mapping[str, str]) -> Product:
+    """Return the trajectory of a scene.
+
+    Args:
+        dynamics: The solver's part of the scene, as JSON.
+        morphs: Key of each component's design.
+    """
+    return _product("solve", name, "trajectory", {"scene": dict(dynamics), "morphs": dict(morphs)})
+
+
+def plot_inputs(trajectory_key: str) -> dict[str, Any]:
+    """Return everything that the pictures depend on."""
+    return {"trajectory": trajectory_key, "code": CODE_VERSIONS["plot"], "libraries": _versions("plot")}
+
+
+def table_path(profile: Profile, folder: Path) -> Path | None:
+    """Return where a profile's table stands: beside the scene, or where the command runs.
+
+    Raises:
+        InputError: it is in neither place.
+    """
+    return None if profile.table is None else find_file(profile.table, folder, "change.profile.table")
+
+
+def find_file(name: str, folder: Path, where: str) -> Path:
+    """Find a file that a scene names, beside the scene or where the command runs.
+
+    Raises:
+        InputError: it is in neither place.
+    """
+    for candidate in (folder / name, Path(name)):
+        if candidate.is_file():
+            return candidate
+    raise InputError(f"{where}: no file '{name}', neither in {folder} nor here")
+
+
+def combined(keys: list[str]) -> str:
+    """Return one key for several."""
+    return keys[0] if len(keys) == 1 else content_key({"keys": keys})
+
+
+def _product(stage: str, name: str, kind: str, parameters: dict[str, Any]) -> Product:
+    inputs = parameters | {
+        "stage": stage,
+        "code": CODE_VERSIONS[stage],
+        "schema": SCHEMA_VERSION,
+        "libraries": _versions(stage),
+    }
+    return Product(stage, name, kind, content_key(inputs), inputs)
+
+
+def _geometry(component: Component, folder: Path) -> dict[str, Any]:
+    described = component.geometry.model_dump(mode="json")
+    if component.geometry.kind == "file":
+        described["path"] = file_digest(find_file(component.geometry.path, folder, "geometry.path"))
+    return described
+
+
+def _profile(component: Component, folder: Path) -> dict[str, Any]:
+    path = table_path(component.change.profile, folder)
+    if path is None:
+        return {}
+    profile = component.change.profile
+    return {"table": file_digest(path), "surface": profile_surface(component), "scale": profile.scale}
+
+
+def profile_surface(component: Component) -> str:
+    """Return the surface that a component's profile moves.
+
+    Raises:
+        InputError: none is named and there is no interface to take it from.
+    """
+    if component.change.profile.surface is not None:
+        return component.change.profile.surface
+    if not component.interface:
+        raise InputError("change.profile.surface: is missing, and the component has no interface to take it from")
+    return next(iter(component.interface.values())).surface
+
+
+def _versions(stage: str, lookup: Callable[[str], str] = version) -> dict[str, str]:
+    found = {}
+    for library in LIBRARIES[stage]:
+        try:
+            found[library] = lookup(library)
+        except PackageNotFoundError:
+            found[library] = "absent"
+    return found

@@ -1,0 +1,43 @@
+"""MacNeal's basis: normal modes, static correction shapes if asked, and the residual flexibility of the rest without
+mass (MacNeal 1971; massless contact boundary: Monjaraz-Tec, Gross & Krack 2022)."""
+
+import numpy as np
+
+from pipeline.errors import StageError
+from pipeline.model import FEModel
+from pipeline.modes.normal import normal_modes
+from pipeline.modes.static import residual_shapes, static_shapes
+from pipeline.recipes.reduction import ContactRows, Reduction
+from pipeline.settings import ModesSettings
+
+ORTHOGONALITY_TOLERANCE = 1e-8
+"""Of static shapes against normal modes: they come through one more factorisation."""
+DEFINITENESS_TOLERANCE = 1e-9
+"""Negative eigenvalues of R that round-off may leave, relative to the largest."""
+
+
+def macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
+    """Reduce a free body.
+
+    Raises:
+        StageError: a shape fails its own check.
+    """
+    normal = normal_modes(model, settings.normal_count)
+    W = residual_shapes(model, rows.B, normal)
+    static = static_shapes(model, rows.B, W, rows.pressures)
+    Phi = np.column_stack([normal.Phi, static.Phi])
+    orthogonality = float(np.abs(Phi.T @ (model.M @ Phi) - np.eye(Phi.shape[1])).max()) if Phi.size else 0.0
+    if orthogonality > ORTHOGONALITY_TOLERANCE:
+        raise StageError(f"modes: static shapes are orthogonal to {orthogonality:.2g} only")
+    R = static.residual_flexibility
+    lowest = float(np.linalg.eigvalsh(R)[0]) if len(R) else 0.0
+    largest = float(np.abs(R).max()) if len(R) else 1.0
+    if lowest < -DEFINITENESS_TOLERANCE * largest:
+        raise StageError(f"modes: residual flexibility has eigenvalue {lowest:.2g} m/N, it must not be negative")
+    quality = normal.quality | {
+        "basis_orthogonality": orthogonality,
+        "static_dropped": static.dropped,
+        "residual_lowest_eigenvalue": lowest,
+    }
+    frequencies = np.concatenate([normal.angular_frequencies, static.angular_frequencies])
+    return Reduction(frequencies, Phi, len(normal.angular_frequencies), R, quality)

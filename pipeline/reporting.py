@@ -1,0 +1,25 @@
+"""What a scene says about its reference and its sweep."""
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+STRICT = ConfigDict(extra="forbid", frozen=True)
+
+
+class Nodal(BaseModel):
+    """The nodal synthesis as reference."""
+
+    model_config = STRICT
+    steps: tuple[float, ...] = Field((2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Coarse to fine [s]")
+
+
+class Report(BaseModel):
+    """Reference values and the models to compare."""
+
+    model_config = STRICT
+    reference: str | None = Field(None, description="JSON file with reference values, beside the scene")
+    quantities: dict[str, str] = Field({}, description="Quantity of the run → name under `expected` in the reference")
+    window: float = Field(40e-6, gt=0, description="Full width of the Hann window on forces, both sides [s]")
+    nodal: Nodal | None = Field(None, description="Compare with the nodal synthesis on the same mesh")
+    models: dict[str, dict[str, Any]] = Field({}, description="Name → changes of the scene, as nested tables")

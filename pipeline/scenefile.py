@@ -1,0 +1,133 @@
+"""Reading a scene: TOML, overrides from the command line, and errors that say what to write instead."""
+
+import difflib
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from pipeline.errors import InputError
+
+Model = TypeVar("Model", bound=BaseModel)
+SCENE_FILE = "scene.toml"
+
+
+def scene_path(scene: str | Path) -> Path:
+    """Return the TOML file of a scene given as a file or as its folder.
+
+    Raises:
+        InputError: neither is there.
+    """
+    path = Path(scene)
+    path = path / SCENE_FILE if path.is_dir() else path
+    if not path.is_file():
+        raise InputError(f"{scene}: no scene here; give a folder with {SCENE_FILE} or a TOML file")
+    return path
+
+
+def read_scene(path: Path, overrides: Sequence[str], model: type[Model]) -> Model:
+    """Read and check a scene.
+
+    Args:
+        overrides: `path.to.key=value` texts; values are TOML, and plain text where they are not.
+        model: What the scene must look like.
+
+    Raises:
+        InputError: every mistake, one a line.
+    """
+    raw = read_toml(path)
+    for text in overrides:
+        merge(raw, parse_override(text))
+    return check_scene(path, raw, model)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return a TOML file's tables.
+
+    Raises:
+        InputError: it cannot be read, or is no TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from error
+
+
+def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model:
+    """Turn tables into the scene they describe; see `read_scene`."""
+    try:
+        return model.model_validate(raw)
+    except ValidationError as error:
+        schema = model.model_json_schema()
+        lines = [_explain(path, entry, schema) for entry in error.errors(include_url=False)]
+        raise InputError("\n".join(lines)) from None
+
+
+def parse_override(text: str) -> dict[str, Any]:
+    """Turn `a.b.c=value` into nested tables.
+
+    Raises:
+        InputError: there is no `=`, or a part of the path is empty.
+    """
+    path, equals, value = text.partition("=")
+    parts = [part.strip() for part in path.split(".")]
+    if not equals or not all(parts):
+        raise InputError(f"--set {text}: expected path.to.key=value")
+    try:
+        leaf = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        leaf = value.strip()
+    for part in reversed(parts):
+        leaf = {part: leaf}
+    return leaf
+
+
+def merge(tables: dict[str, Any], changes: Mapping[str, Any]) -> None:
+    """Put `changes` into nested `tables`, in place."""
+    for name, value in changes.items():
+        if isinstance(value, Mapping) and isinstance(tables.get(name), dict):
+            merge(tables[name], value)
+        else:
+            tables[name] = dict(value) if isinstance(value, Mapping) else value
+
+
+def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
+    keys, allowed = _walk(schema, entry["loc"])
+    key = ".".join(keys) or "scene"
+    if entry["type"] == "extra_forbidden":
+        near = difflib.get_close_matches(keys[-1], allowed, 1)
+        hint = f"did you mean '{near[0]}'? " if near else ""
+        return f"{path}: {key}: unknown key; {hint}allowed here: {', '.join(allowed)}"
+    if entry["type"] == "missing":
+        return f"{path}: {key}: is missing"
+    message = entry["msg"].removeprefix("Value error, ")
+    given = entry["input"]
+    if isinstance(given, Mapping) or entry["type"] == "value_error":
+        return f"{path}: {key}: {message}"
+    return f"{path}: {key}: {given!r} given; {message[0].lower()}{message[1:]}"
+
+
+def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[str], list[str]]:
+    """Return the location's keys as a user writes them, and the keys allowed in its table."""
+    node, keys, allowed = schema, [], list(schema.get("properties", {}))
+    for part in location:
+        node = _resolve(schema, node)
+        if (mapping := node.get("discriminator", {}).get("mapping")) is not None and part in mapping:
+            node = {"$ref": mapping[str(part)]}
+            allowed = list(_resolve(schema, node).get("properties", {}))
+            continue
+        keys.append(str(part))
+        allowed = list(node.get("properties", {}))
+        below = node.get("properties", {}).get(part, node.get("additionalProperties"))
+        node = below if isinstance(below, dict) else {}
+    return keys, allowed
+
+
+def _resolve(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
+    while "$ref" in node:
+        node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]]
+    return node

@@ -1,0 +1,18 @@
+"""How a component is reduced."""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class ModesSettings(BaseModel):
+    """How a component is reduced."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    recipe: Literal["macneal", "normal+static"] = Field(
+        "macneal",
+        description="macneal: what the kept shapes lack stays as massless residual flexibility R; normal+static: it is"
+        " dropped, contact then needs method 'penalty'",
+    )
+    normal_count: int = Field(30, ge=0, description="Elastic normal modes")
+    static_count: int = Field(0, ge=0, description="Static correction shapes of each interface")

@@ -1,0 +1,332 @@
+"""The stages `mesh → modes → morph → solve → plot`: what is fresh is not made again. Starts the solver."""
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import modaldb
+from modaldb.keys import content_key, differences, file_digest
+from modaldb.store import FolderStore
+from pipeline.component import Component
+from pipeline.errors import InputError
+from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
+from pipeline.reporting import Report
+from pipeline.scenefile import check_scene, read_scene, scene_path
+from pipeline.textfile import copy_file, write_text
+from solver.scene import Scene
+
+DEFAULT_DB = ".gudgeon"
+DEFAULT_OUT = "out"
+Progress = Callable[[str, float], None]
+"""Told the stage's name and the share of it that is done."""
+
+
+class SceneFile(Scene):
+    """A whole scene file."""
+
+    component: dict[str, Component]
+    report: Report = Report()
+
+
+@dataclass(frozen=True)
+class Job:
+    """A scene with the places where its products go."""
+
+    name: str
+    path: Path
+    scene: SceneFile
+    store: FolderStore
+    out: Path
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the scene file."""
+        return self.path.parent
+
+    def components(self) -> dict[str, dict[str, Product]]:
+        """Return the products of every component that a body uses."""
+        used = {self.scene.component_of(body) for body in self.scene.body}
+        return {
+            name: component_products(name, component, self.folder)
+            for name, component in self.scene.component.items()
+            if name in used
+        }
+
+    def trajectory(self) -> Product:
+        """Return the product of the solve stage."""
+        dynamics = self.scene.model_dump(mode="json", include=set(Scene.model_fields))
+        return solve_product(self.name, dynamics, {n: steps["morph"].key for n, steps in self.components().items()})
+
+
+@dataclass
+class StageReport:
+    """What became of one stage."""
+
+    state: str
+    """`ran` or `fresh`."""
+    seconds: float
+    key: str
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """What a run found, as `--json` prints it."""
+
+    scene: str
+    result: str | None
+    stages: dict[str, StageReport]
+    quantities: dict[str, Any] = field(default_factory=dict)
+    energy_drift: float | None = None
+    momentum_residual: float | None = None
+    out: str = ""
+    pictures: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the document."""
+        return {
+            "scene": self.scene,
+            "result": self.result,
+            "stages": {name: vars(stage) for name, stage in self.stages.items()},
+            "quantities": self.quantities,
+            "energy_drift": self.energy_drift,
+            "momentum_residual": self.momentum_residual,
+            "out": self.out,
+            "pictures": self.pictures,
+            "notes": self.notes,
+        }
+
+
+def open_job(
+    scene: str | Path,
+    *,
+    set: Sequence[str] | Mapping[str, Any] = (),
+    db: str | Path = DEFAULT_DB,
+    out: str | Path | None = None,
+) -> Job:
+    """Read a scene and say where its products go.
+
+    Args:
+        scene: The scene's folder or TOML file.
+        set: Overrides, `path.to.key=value` texts or a mapping of such paths to values.
+        db: Folder of the database.
+        out: Folder of the results; `out/<scene>` by default.
+
+    Raises:
+        InputError: the scene is wrong; every mistake is listed.
+    """
+    path = scene_path(scene)
+    texts = [f"{key}={json.dumps(value)}" for key, value in set.items()] if isinstance(set, Mapping) else set
+    parsed = read_scene(path, texts, SceneFile)
+    _check_names(path, parsed)
+    name = path.parent.resolve().name if path.name == "scene.toml" else path.stem
+    target = Path(out) if out is not None else Path(DEFAULT_OUT) / name
+    return Job(name, path, parsed, modaldb.open(db), target)
+
+
+def variant(job: Job, tables: dict[str, Any]) -> Job:
+    """Return the same job on other scene tables."""
+    scene = check_scene(job.path, tables, SceneFile)
+    _check_names(job.path, scene)
+    return Job(job.name, job.path, scene, job.store, job.out)
+
+
+def run(
+    scene: str | Path,
+    *,
+    set: Sequence[str] | Mapping[str, Any] = (),
+    db: str | Path = DEFAULT_DB,
+    out: str | Path | None = None,
+    until: str = "plot",
+    progress: Progress | None = None,
+) -> RunReport:
+    """Bring a scene's products up to date, stage by stage.
+
+    Args:
+        until: Last stage wanted, one of `STAGES`.
+        progress: Told how far the running stage is.
+
+    Returns:
+        Stages, quantities and where the files are. A run that failed physically has its reason in `result`.
+
+    Raises:
+        InputError, StageError, modaldb.ModalDBError, solver.SolverError: see each; nothing half-written stays behind.
+    """
+    return run_job(open_job(scene, set=set, db=db, out=out), until, progress)
+
+
+def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> RunReport:
+    """Bring a job's products up to date; see `run`."""
+    tell = progress or (lambda stage, share: None)
+    wanted = STAGES[: STAGES.index(until) + 1]
+    stages: dict[str, StageReport] = {}
+    for stage in wanted[:3]:
+        stages[stage] = _component_stage(job, stage, tell)
+    if "solve" not in wanted:
+        _remember(job, stages)
+        return RunReport(job.name, None, stages, out=str(job.out))
+    stages["solve"], summary = _solve_stage(job, tell)
+    pictures, notes = [], []
+    if "plot" in wanted and summary["result"] != "DIVERGED":
+        stages["plot"], pictures, notes = _plot_stage(job, stages["solve"].key, tell)
+    _remember(job, stages)
+    return RunReport(
+        job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
+        summary["momentum_residual"], str(job.out), pictures, notes,
+    )  # fmt: skip
+
+
+def status(job: Job) -> list[tuple[str, str, str, list[str]]]:
+    """Return for each stage its name, `fresh` or `stale`, its key, and why it is stale."""
+    last = _last_inputs(job)
+    products: dict[str, list[Product]] = {stage: [] for stage in STAGES}
+    for steps in job.components().values():
+        for product in {step.key: step for step in steps.values()}.values():
+            products[product.stage].append(product)
+    products["solve"].append(job.trajectory())
+    rows = []
+    for stage in STAGES[:4]:
+        missing = [p for p in products[stage] if not job.store.has(p.key)]
+        why = [line for p in missing for line in _reasons(last.get(f"{stage}.{p.kind}.{p.name}"), p)]
+        rows.append((stage, "stale" if missing else "fresh", combined([p.key for p in products[stage]]), why))
+    key = content_key(plot_inputs(rows[-1][2]))
+    fresh = rows[-1][1] == "fresh" and _pictures_fresh(job, key) is not None
+    rows.append(("plot", "fresh" if fresh else "stale", key, [] if fresh else ["pictures are of another result or missing"]))
+    return rows
+
+
+def _component_stage(job: Job, stage: str, tell: Progress) -> StageReport:
+    start, ran, keys = time.perf_counter(), False, []
+    for name, steps in job.components().items():
+        for step, product in steps.items():
+            if product.stage != stage or (step == "mesh" and product.key == steps["base-mesh"].key):
+                continue
+            keys.append(product.key)
+            if job.store.has(product.key):
+                continue
+            tell(stage, 0.0)
+            record = _make(job, name, step, steps)
+            job.store.put(product.key, product.kind, record, product.inputs)
+            ran = True
+    tell(stage, 1.0)
+    return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys))
+
+
+def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
+    """Make one record of a component. Heavy imports live here, where they are needed."""
+    component = job.scene.component[name]
+    if step == "base-mesh":
+        from pipeline.mesh import build_mesh
+
+        return build_mesh(component, job.folder, name)
+    from pipeline import morph
+    from pipeline.mesh import movement_of
+
+    base = job.store.get(steps["base-mesh"].key, "mesh")
+    movement = movement_of(component, job.folder, name)
+    if step == "mesh":
+        assert movement is not None
+        return morph.moved_mesh(base, movement)
+    if step == "modes":
+        from pipeline.reduce import reduce_component
+
+        mesh = base if steps["mesh"] is steps["base-mesh"] else job.store.get(steps["mesh"].key, "mesh")
+        return reduce_component(mesh, steps["mesh"].key, component, name)
+    keys = (steps["mesh"].key, steps["modes"].key)
+    needed = ["mass", "centre", "inertia", "rigid_twists", *(f"interfaces/{i}/points" for i in component.interface)]
+    modal = job.store.get(keys[1], "modes", only=needed)
+    if movement is None or component.change.rung == "recompute":
+        return morph.own_modes(*keys, modal, "none" if movement is None else "recompute")
+    surfaces = {key: item.surface for key, item in component.interface.items()}
+    return morph.reuse(base, keys, modal, surfaces, movement, component.material.rho)
+
+
+def _solve_stage(job: Job, tell: Progress) -> tuple[StageReport, dict[str, Any]]:
+    from pipeline.summary import read_summary, write_summary
+
+    start, product, ran = time.perf_counter(), job.trajectory(), False
+    if not job.store.has(product.key):
+        from solver.simulation import simulate
+        from solver.system import compile_system
+
+        tell("solve", 0.0)
+        morphs = {name: steps["morph"].key for name, steps in job.components().items()}
+        trajectory = simulate(compile_system(job.store, job.scene, morphs), lambda share: tell("solve", share))
+        job.store.put(product.key, product.kind, trajectory, product.inputs)
+        ran = True
+    summary = read_summary(job.out, product.key)
+    if summary is None:
+        copy_file(job.store.path(product.key), job.out / "trajectory.h5")
+        record = job.store.get(product.key, "trajectory", only=["times"])
+        summary = write_summary(job.out, product.key, job.scene.report, job.folder, record)
+    tell("solve", 1.0)
+    return StageReport("ran" if ran else "fresh", time.perf_counter() - start, product.key), summary
+
+
+def _plot_stage(job: Job, trajectory: str, tell: Progress) -> tuple[StageReport, list[str], list[str]]:
+    start = time.perf_counter()
+    key = content_key(plot_inputs(trajectory))
+    if (pictures := _pictures_fresh(job, key)) is not None:
+        return StageReport("fresh", time.perf_counter() - start, key), pictures, []
+    from pipeline.plots import render
+
+    tell("plot", 0.0)
+    drawn, notes = render(job.store.root, trajectory, job.out, job.name)
+    if not notes:
+        digests = {path.name: file_digest(path) for path in drawn}
+        write_text(job.out / "pictures.json", json.dumps({"key": key, "files": digests}, indent=1))
+    tell("plot", 1.0)
+    return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes
+
+
+def _pictures_fresh(job: Job, key: str) -> list[str] | None:
+    try:
+        noted = json.loads((job.out / "pictures.json").read_text())
+        paths = [job.out / name for name in noted["files"]]
+        if noted["key"] == key and all(file_digest(p) == d for p, d in zip(paths, noted["files"].values(), strict=True)):
+            return [str(path) for path in paths]
+    except (OSError, ValueError, KeyError):
+        return None
+    return None
+
+
+def _check_names(path: Path, scene: SceneFile) -> None:
+    lines = []
+    for body in scene.body:
+        if (name := scene.component_of(body)) not in scene.component:
+            lines.append(f"{path}: body.{body}.component: no component '{name}', there is {', '.join(scene.component)}")
+    for name, contact in scene.contact.items():
+        component = scene.component.get(scene.component_of(contact.body))
+        if component is not None and contact.interface not in component.interface:
+            have = ", ".join(component.interface) or "none"
+            lines.append(f"{path}: contact.{name}.interface: no interface '{contact.interface}', the component has {have}")
+    if lines:
+        raise InputError("\n".join(lines))
+
+
+def _remember(job: Job, stages: dict[str, StageReport]) -> None:
+    """Keep this run's inputs beside its results, so that `status` can say what changed since."""
+    products = [product for steps in job.components().values() for product in steps.values()]
+    if "solve" in stages:
+        products.append(job.trajectory())
+    noted = _last_inputs(job) | {f"{p.stage}.{p.kind}.{p.name}": p.inputs for p in products}
+    text = json.dumps(noted, indent=1, sort_keys=True)
+    path = job.out / "inputs.json"
+    if not path.is_file() or path.read_text() != text:
+        write_text(path, text)
+
+
+def _last_inputs(job: Job) -> dict[str, Any]:
+    try:
+        return json.loads((job.out / "inputs.json").read_text())
+    except (OSError, ValueError):
+        return {}
+
+
+def _reasons(before: dict[str, Any] | None, product: Product) -> list[str]:
+    if before is None:
+        return [f"{product.name}: not made yet"]
+    return [f"{product.name}: {line}" for line in differences(before, product.inputs)] or [f"{product.name}: not in this database"]

@@ -1,0 +1,62 @@
+"""`summary.json`: quantities of a run beside their reference values."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from modaldb.schema import Trajectory
+from pipeline.errors import InputError
+from pipeline.products import find_file
+from pipeline.reporting import Report
+from pipeline.textfile import write_text
+
+SUMMARY = "summary.json"
+
+
+def write_summary(out: Path, key: str, report: Report, folder: Path, trajectory: Trajectory) -> dict[str, Any]:
+    """Write a run's summary and return it.
+
+    Raises:
+        InputError: the reference file is missing or has no such value.
+    """
+    reference = reference_values(report, folder)
+    quantities = {}
+    for name, entry in trajectory.quantities.items():
+        expected = reference.get(name)
+        error = entry["value"] / expected - 1 if expected else None
+        quantities[name] = entry | {"reference": expected, "error": error}
+    summary = {
+        "key": key,
+        "result": trajectory.result,
+        "quantities": quantities,
+        "energy_drift": trajectory.energy_drift,
+        "momentum_residual": trajectory.momentum_residual,
+        "counts": trajectory.counts,
+    }
+    write_text(out / SUMMARY, json.dumps(summary, indent=1))
+    return summary
+
+
+def read_summary(out: Path, key: str) -> dict[str, Any] | None:
+    """Return the summary of a trajectory, or None where another one or none stands there."""
+    try:
+        summary = json.loads((out / SUMMARY).read_text())
+        return summary if summary["key"] == key and (out / "trajectory.h5").is_file() else None
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def reference_values(report: Report, folder: Path) -> dict[str, float]:
+    """Return the reference value of each quantity that has one.
+
+    Raises:
+        InputError: the file is missing, is no JSON, or lacks a name.
+    """
+    if report.reference is None:
+        return {}
+    path = find_file(report.reference, folder, "report.reference")
+    try:
+        expected = json.loads(path.read_text())["expected"]
+        return {name: float(expected[source]["value"]) for name, source in report.quantities.items()}
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: not a reference file with these quantities ({error})") from error

@@ -1,0 +1,9 @@
+"""Errors of the solver: one line each."""
+
+
+class SolverError(Exception):
+    """Base of every error that the solver raises; its text is one line."""
+
+
+class SceneError(SolverError):
+    """The scene asks for what its bodies or its records do not have."""

@@ -1,0 +1,33 @@
+"""A rigid cylindrical bore around a body: the true cylinder, no facets."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+Vector = tuple[float, float, float]
+
+
+class Bore(BaseModel):
+    """Inside of a circular cylinder."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    shape: Literal["bore"]
+    radius: Annotated[float, Field(gt=0, allow_inf_nan=False, description="[m]")]
+    axis: Vector = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector, Field(description="A point of the axis [m]")] = (0.0, 0.0, 0.0)
+
+    def gap(self, points: np.ndarray) -> np.ndarray:
+        """Return the gaps [m], (c,), of points (c, 3)."""
+        return self.radius - np.linalg.norm(self._radial(points), axis=1)
+
+    def direction(self, points: np.ndarray) -> np.ndarray:
+        """Return the gaps' gradients, unit vectors towards the axis, (c, 3)."""
+        radial = self._radial(points)
+        return -radial / np.linalg.norm(radial, axis=1, keepdims=True)
+
+    def _radial(self, points: np.ndarray) -> np.ndarray:
+        axis = np.asarray(self.axis, float)
+        axis = axis / np.linalg.norm(axis)
+        arm = points - np.asarray(self.origin, float)
+        return arm - np.outer(arm @ axis, axis)

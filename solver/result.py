@@ -1,0 +1,17 @@
+"""Every way in which a run can end, with the message for its user."""
+
+from enum import Enum
+
+
+class Result(Enum):
+    """How a simulation ended."""
+
+    FINISHED = "finished"
+    DIVERGED = "the motion left the range of numbers; the scene's data are inconsistent"
+    DEPENDENT_ROWS = "two contact points are the same to round-off, so their forces are not determined; add a surface layer (contact.NAME.surface_stiffness) or coarsen the interface"  # noqa: E501
+    ENERGY = "contact made energy from nothing; take a smaller step"
+
+    @property
+    def ok(self) -> bool:
+        """Whether the answer can be used."""
+        return self is Result.FINISHED

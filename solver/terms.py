@@ -1,0 +1,73 @@
+"""What a scene needs and what it leaves out. Decided once, from the scene alone, before any array is read.
+
+Each term names the record fields that it reads; a term that is not in the list reads nothing and costs nothing in
+the time loop.
+"""
+
+from dataclasses import dataclass
+
+from solver.scene import Scene
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term of the equations of motion."""
+
+    name: str
+    body: str
+    present: bool
+    reason: str
+    fields: tuple[str, ...]
+    """`record:path` of what it reads, or would read."""
+
+
+def scene_terms(scene: Scene) -> list[Term]:
+    """List the terms of every body, present and left out, in the order in which they are compiled."""
+    terms = []
+    for body in scene.body:
+        touched = {name: contact for name, contact in scene.contact.items() if contact.body == body}
+        terms.append(
+            Term("rigid motion", body, True, "every body moves", ("morph:centre", "morph:inertia", "morph:rigid_twists"))
+        )
+        terms.append(Term("elastic flight", body, True, "modes move exactly", ("modes:angular_frequencies",)))
+        for name, contact in touched.items():
+            path = f"modes:interfaces/{contact.interface}"
+            terms.append(
+                Term(
+                    f"contact {name}", body, True, f"against a {contact.against.shape}",
+                    (f"{path}/rows", f"{path}/normals", f"morph:points/{contact.interface}"),
+                )
+            )  # fmt: skip
+            layer = contact.surface_stiffness is not None
+            reason = f"surface_stiffness {'is' if layer else 'is not'} given"
+            terms.append(Term(f"surface layer of {name}", body, layer, reason, (f"{path}/areas",)))
+            terms.append(
+                Term(f"dashpot of {name}", body, contact.dashpot != "none", f"dashpot is '{contact.dashpot}'", ())
+            )
+        residual = any(contact.method == "residual" for contact in touched.values())
+        reason = "a contact uses method 'residual'" if residual else "no contact uses method 'residual'"
+        terms.append(Term("residual flexibility", body, residual, reason, ("modes:residual_flexibility",)))
+        terms += _left_out(body)
+    return terms
+
+
+def fields_read(terms: list[Term], body: str, record: str) -> list[str]:
+    """Return the field paths of one record of a body that its present terms read."""
+    prefix = f"{record}:"
+    return [
+        field.removeprefix(prefix)
+        for term in terms
+        if term.present and term.body == body
+        for field in term.fields
+        if field.startswith(prefix)
+    ]
+
+
+def _left_out(body: str) -> list[Term]:
+    return [
+        Term("inertia couplings", body, False, "motion is small: frame and elastic inertia do not couple",
+             ("modes:inertia_couplings",)),
+        Term("mode shapes", body, False, "needed for pictures only", ("modes:shapes",)),
+        Term("surface and volume mesh", body, False, "contact rows stand in the modes",
+             ("mesh:nodes", "mesh:cells", "mesh:surfaces", "morph:nodes")),
+    ]  # fmt: skip
