@@ -164,6 +164,25 @@ class Trajectory:
 
 
 @dataclass(frozen=True)
+class NodalRecord:
+    """A run of the nodal synthesis. s: steps."""
+
+    step: float
+    """[s]"""
+    times: Array
+    """Ends of the steps [s], (s,)."""
+    force: Array
+    """Mean resultant on the body over each step [N], (s, 3)."""
+    energies: Array
+    """Kinetic, strain, contact [J], (s, 3)."""
+    energy_drift: float
+    coordinates: int
+    newton_iterations: int
+    wall_seconds: float
+    cpu_seconds: float
+
+
+@dataclass(frozen=True)
 class WorkPrecision:
     """One row of error against run time."""
 
@@ -171,20 +190,24 @@ class WorkPrecision:
     coordinates: int
     step: float
     """[s]"""
+    steps: int
     impulse_error: float
     """Relative to the reference, signed."""
     force_error: float
-    """Relative L2 error of the windowed force."""
+    """Relative L2 error of the force, windowed as the report says."""
     energy_drift: float
     wall_seconds: float
+    """Of the time integration alone, least of the repeats."""
     cpu_seconds: float
-    steps: int
+    errors: Json
+    """Signed relative errors of further quantities."""
 
 
 KINDS: dict[str, type] = {
     "mesh": MeshRecord,
     "modes": ModalRecord,
     "morph": MorphRecord,
+    "nodal": NodalRecord,
     "trajectory": Trajectory,
 }
 """Kinds of record that a store holds, by the name that stands in the file."""

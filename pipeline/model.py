@@ -96,21 +96,31 @@ def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
 
     element = ElementTetP2()
     dN = np.array([element.lbasis(element.doflocs.T, a)[1] for a in range(10)])
-    return np.linalg.det(np.einsum("eai,akq->eqik", mesh.nodes[mesh.cells], dN, optimize=True))
+    return _determinants(mesh.nodes[mesh.cells], dN)
 
 
 def mass_properties(mesh: MeshRecord, rho: float) -> MassProperties:
-    """Integrate mass, centre and inertia of a tet10 mesh over its curved elements."""
-    N, dN, W = _reference("tetra10", STIFFNESS_ORDER)
+    """Integrate mass, centre and inertia of a tet10 mesh over its curved elements, by the rule of the mass matrix."""
+    N, dN, W = _reference("tetra10", MASS_ORDER)
     x = mesh.nodes[mesh.cells]
-    dm = rho * W * np.linalg.det(np.einsum("eai,akq->eqik", x, dN, optimize=True))
-    points = np.einsum("eai,aq->eqi", x, N).reshape(-1, 3)
-    weights = dm.ravel()
+    weights = (rho * W * _determinants(x, dN)).ravel()
+    points = np.matmul(N.T, x).reshape(-1, 3)
     mass = float(weights.sum())
     centre = weights @ points / mass
     arm = points - centre
     second = (weights[:, None] * arm).T @ arm
     return MassProperties(mass, centre, np.trace(second) * np.eye(3) - second)
+
+
+def _determinants(x: np.ndarray, dN: np.ndarray) -> np.ndarray:
+    """Return det(∂x/∂ξ) (e, q) of elements with nodes x (e, a, 3) and shape gradients dN (a, k, q)."""
+    tangents = np.matmul(dN.transpose(1, 2, 0), x[:, None])
+    a, b, c = tangents[:, 0], tangents[:, 1], tangents[:, 2]
+    return (
+        a[..., 0] * (b[..., 1] * c[..., 2] - b[..., 2] * c[..., 1])
+        + a[..., 1] * (b[..., 2] * c[..., 0] - b[..., 0] * c[..., 2])
+        + a[..., 2] * (b[..., 0] * c[..., 1] - b[..., 1] * c[..., 0])
+    )
 
 
 def solid_twists(properties: MassProperties) -> np.ndarray:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from modaldb.schema import NodalRecord
 from pipeline.errors import StageError
 from pipeline.linalg import factorise
 from pipeline.model import FEModel
@@ -45,24 +46,7 @@ class NodalProblem:
     duration: float
 
 
-@dataclass(frozen=True)
-class NodalRun:
-    """What the nodal synthesis found. s: steps."""
-
-    step: float
-    times: np.ndarray
-    """Ends of the steps [s], (s,)."""
-    force: np.ndarray
-    """Mean resultant on the body over each step [N], (s, 3)."""
-    energies: np.ndarray
-    """Kinetic, strain, contact [J], (s, 3)."""
-    energy_drift: float
-    newton_iterations: int
-    wall_seconds: float
-    cpu_seconds: float
-
-
-def simulate_nodal(problem: NodalProblem, step: float, progress: Callable[[float], None] | None = None) -> NodalRun:
+def simulate_nodal(problem: NodalProblem, step: float, progress: Callable[[float], None] | None = None) -> NodalRecord:
     """Integrate the problem with a fixed step [s].
 
     Args:
@@ -98,12 +82,13 @@ def simulate_nodal(problem: NodalProblem, step: float, progress: Callable[[float
         if progress is not None and n % 64 == 0:
             progress(n / count)
     factor.free()
-    return NodalRun(
+    return NodalRecord(
         step,
         step * np.arange(1, count + 1),
         force,
         energies,
         worst / exchanged if exchanged else 0.0,
+        K.shape[0],
         iterations,
         time.perf_counter() - wall,
         time.process_time() - cpu,

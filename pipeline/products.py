@@ -4,8 +4,9 @@ Keys hold inputs, parameters, the schema version and the versions of the librari
 of linear solver changes nothing beyond round-off and stays out.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from pipeline.component import Component, Profile
 from pipeline.errors import InputError
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
-CODE_VERSIONS = {"mesh": 1, "modes": 1, "morph": 1, "solve": 1, "plot": 1}
+CODE_VERSIONS = {"mesh": 1, "modes": 1, "morph": 1, "solve": 1, "plot": 1, "nodal": 1}
 """Raised whenever a stage's code changes what it makes of the same inputs."""
 LIBRARIES = {
     "mesh": ("gmsh", "meshio", "numpy"),
@@ -24,6 +25,7 @@ LIBRARIES = {
     "morph": ("numpy", "scipy", "scikit-fem"),
     "solve": ("numpy", "scipy", "numba"),
     "plot": ("pyvista", "matplotlib"),
+    "nodal": ("numpy", "scipy", "scikit-fem"),
 }
 
 
@@ -77,6 +79,18 @@ def solve_product(name: str, dynamics: Mapping[str, Any], morphs: Mapping[str, s
         morphs: Key of each component's design.
     """
     return _product("solve", name, "trajectory", {"scene": dict(dynamics), "morphs": dict(morphs)})
+
+
+def nodal_product(name: str, dynamics: Mapping[str, Any], modes: Mapping[str, Any], step: float) -> Product:
+    """Return a run of the nodal synthesis.
+
+    Args:
+        dynamics: The solver's part of the scene, as JSON.
+        modes: Inputs of the component's modes; how they are reduced does not matter here.
+        step: [s]
+    """
+    body = {name: modes[name] for name in ("mesh", "material", "interface")}
+    return _product("nodal", name, "nodal", {"scene": dict(dynamics), "body": body, "step": step})
 
 
 def plot_inputs(trajectory_key: str) -> dict[str, Any]:
@@ -148,11 +162,13 @@ def profile_surface(component: Component) -> str:
     return next(iter(component.interface.values())).surface
 
 
-def _versions(stage: str, lookup: Callable[[str], str] = version) -> dict[str, str]:
-    found = {}
-    for library in LIBRARIES[stage]:
-        try:
-            found[library] = lookup(library)
-        except PackageNotFoundError:
-            found[library] = "absent"
-    return found
+def _versions(stage: str) -> dict[str, str]:
+    return {library: _version(library) for library in LIBRARIES[stage]}
+
+
+@cache
+def _version(library: str) -> str:
+    try:
+        return version(library)
+    except PackageNotFoundError:
+        return "absent"

@@ -27,38 +27,36 @@ def scene_path(scene: str | Path) -> Path:
     return path
 
 
-def read_scene(path: Path, overrides: Sequence[str], model: type[Model]) -> Model:
-    """Read and check a scene.
+def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Return a scene's tables with overrides put in.
 
     Args:
         overrides: `path.to.key=value` texts; values are TOML, and plain text where they are not.
+
+    Raises:
+        InputError: the file cannot be read or is no TOML, or an override has no `=`.
+    """
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from error
+    for text in overrides:
+        merge(tables, parse_override(text))
+    return tables
+
+
+def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model:
+    """Turn tables into the scene they describe.
+
+    Args:
+        path: The scene's file, for messages.
         model: What the scene must look like.
 
     Raises:
         InputError: every mistake, one a line.
     """
-    raw = read_toml(path)
-    for text in overrides:
-        merge(raw, parse_override(text))
-    return check_scene(path, raw, model)
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return a TOML file's tables.
-
-    Raises:
-        InputError: it cannot be read, or is no TOML.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from error
-
-
-def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model:
-    """Turn tables into the scene they describe; see `read_scene`."""
     try:
         return model.model_validate(raw)
     except ValidationError as error:

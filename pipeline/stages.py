@@ -1,9 +1,10 @@
 """The stages `mesh → modes → morph → solve → plot`: what is fresh is not made again. Starts the solver."""
 
+import copy
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from pipeline.component import Component
 from pipeline.errors import InputError
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
 from pipeline.reporting import Report
-from pipeline.scenefile import check_scene, read_scene, scene_path
+from pipeline.scenefile import check_scene, merge, read_tables, scene_path
 from pipeline.textfile import copy_file, write_text
 from solver.scene import Scene
 
@@ -37,6 +38,8 @@ class Job:
 
     name: str
     path: Path
+    tables: dict[str, Any]
+    """The scene as written, overrides included."""
     scene: SceneFile
     store: FolderStore
     out: Path
@@ -55,10 +58,13 @@ class Job:
             if name in used
         }
 
+    def dynamics(self) -> dict[str, Any]:
+        """Return the solver's part of the scene, as JSON."""
+        return self.scene.model_dump(mode="json", include={*Scene.model_fields})
+
     def trajectory(self) -> Product:
         """Return the product of the solve stage."""
-        dynamics = self.scene.model_dump(mode="json", include=set(Scene.model_fields))
-        return solve_product(self.name, dynamics, {n: steps["morph"].key for n, steps in self.components().items()})
+        return solve_product(self.name, self.dynamics(), {n: steps["morph"].key for n, steps in self.components().items()})
 
 
 @dataclass
@@ -120,18 +126,17 @@ def open_job(
     """
     path = scene_path(scene)
     texts = [f"{key}={json.dumps(value)}" for key, value in set.items()] if isinstance(set, Mapping) else set
-    parsed = read_scene(path, texts, SceneFile)
-    _check_names(path, parsed)
+    tables = read_tables(path, texts)
     name = path.parent.resolve().name if path.name == "scene.toml" else path.stem
     target = Path(out) if out is not None else Path(DEFAULT_OUT) / name
-    return Job(name, path, parsed, modaldb.open(db), target)
+    return Job(name, path, tables, _checked(path, tables), modaldb.open(db), target)
 
 
-def variant(job: Job, tables: dict[str, Any]) -> Job:
-    """Return the same job on other scene tables."""
-    scene = check_scene(job.path, tables, SceneFile)
-    _check_names(job.path, scene)
-    return Job(job.name, job.path, scene, job.store, job.out)
+def variant(job: Job, changes: Mapping[str, Any]) -> Job:
+    """Return the job with nested tables of changes put into its scene."""
+    tables = copy.deepcopy(job.tables)
+    merge(tables, changes)
+    return replace(job, tables=tables, scene=_checked(job.path, tables))
 
 
 def run(
@@ -196,6 +201,55 @@ def status(job: Job) -> list[tuple[str, str, str, list[str]]]:
     fresh = rows[-1][1] == "fresh" and _pictures_fresh(job, key) is not None
     rows.append(("plot", "fresh" if fresh else "stale", key, [] if fresh else ["pictures are of another result or missing"]))
     return rows
+
+
+def plan(job: Job) -> dict[str, Any]:
+    """Return what the solver will read of each record, what it leaves out and why, and the bytes of both."""
+    from solver.terms import scene_terms
+
+    rows, read, seen = [], 0, {}
+    for term in scene_terms(job.scene):
+        steps = job.components()[job.scene.component_of(term.body)]
+        keys = {"mesh": steps["mesh"].key, "modes": steps["modes"].key, "morph": steps["morph"].key}
+        sizes = [_field_bytes(job.store, keys, path) for path in term.fields]
+        size = None if None in sizes else sum(size for size in sizes if size is not None)
+        rows.append(
+            {"body": term.body, "term": term.name, "present": term.present, "reason": term.reason,
+             "fields": list(term.fields), "bytes": size}
+        )  # fmt: skip
+        if term.present:
+            seen |= {(term.body, path): size for path, size in zip(term.fields, sizes, strict=True)}
+    read = None if None in seen.values() else sum(size for size in seen.values() if size is not None)
+    return {"scene": job.name, "terms": rows, "bytes": read}
+
+
+def export(job: Job, what: str, every: int) -> list[Path]:
+    """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder."""
+    from pipeline.exporters.vtu import write_modes, write_trajectory
+
+    run_job(job, "modes" if what == "modes" else "solve")
+    files = []
+    for body in job.scene.body:
+        steps = job.components()[job.scene.component_of(body)]
+        mesh = job.store.get(steps["mesh"].key, "mesh")
+        modal = job.store.get(steps["modes"].key, "modes")
+        if what == "modes":
+            target = job.out / "vtu" / f"{body}-modes.vtu"
+            write_modes(target, mesh, modal, None)
+            files.append(target)
+        else:
+            morph = job.store.get(steps["morph"].key, "morph")
+            trajectory = job.store.get(job.trajectory().key, "trajectory")
+            files += write_trajectory(job.out / "vtu" / body, mesh, modal, morph, trajectory, body, every)
+    return files
+
+
+def _field_bytes(store: FolderStore, keys: dict[str, str], path: str) -> int | None:
+    record, _, field_path = path.partition(":")
+    if not store.has(keys[record]):
+        return None
+    sizes = store.sizes(keys[record])
+    return sum(size for name, size in sizes.items() if name == field_path or name.startswith(f"{field_path}/"))
 
 
 def _component_stage(job: Job, stage: str, tell: Progress) -> StageReport:
@@ -293,7 +347,8 @@ def _pictures_fresh(job: Job, key: str) -> list[str] | None:
     return None
 
 
-def _check_names(path: Path, scene: SceneFile) -> None:
+def _checked(path: Path, tables: dict[str, Any]) -> SceneFile:
+    scene = check_scene(path, tables, SceneFile)
     lines = []
     for body in scene.body:
         if (name := scene.component_of(body)) not in scene.component:
@@ -305,6 +360,7 @@ def _check_names(path: Path, scene: SceneFile) -> None:
             lines.append(f"{path}: contact.{name}.interface: no interface '{contact.interface}', the component has {have}")
     if lines:
         raise InputError("\n".join(lines))
+    return scene
 
 
 def _remember(job: Job, stages: dict[str, StageReport]) -> None:

@@ -15,14 +15,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from solver.lcp import solve_lcp
+from solver.lcp import FAST, solve_lcp
 
 GAP_TOLERANCE = 1e-12
 """Violation of a gap that counts as none, relative to the largest gap: four digits above round-off of rows·q."""
 
-FAST = {"reassoc", "contract"}
-"""Sums may be reordered for vector units; NaN and infinity keep their meaning."""
-
+WIDE = 16
+"""Contact rows from which gaps are summed column by column."""
 KINETIC, STRAIN, CONTACT, DISSIPATED = 0, 1, 2, 3
 
 
@@ -36,6 +35,8 @@ class Law(NamedTuple):
     """ω² [rad²/s²], zero for rigid coordinates, (m,)."""
     rows: np.ndarray
     """∂g/∂q, (c, m)."""
+    columns: np.ndarray
+    """The same by coordinate, (m, c)."""
     reach: np.ndarray
     """Largest |∂g/∂q| of any row, (m,): bounds how fast a gap can close in flight."""
     gap: np.ndarray
@@ -103,13 +104,11 @@ def march(law: Law, state: State, rigid, first, forces, energies, stride):  # ty
         for step in range(stride):
             lowest, scale = np.inf, 0.0
             clear -= 1
-            for i in range(c if clear < 0 else 0):
-                row, total = law.rows[i], 0.0
-                for k in range(m):
-                    total += row[k] * q[k]
-                gap[i] = law.gap[i] + total
-                lowest = min(lowest, gap[i])
-                scale = max(scale, abs(gap[i]))
+            if clear < 0:
+                _free_gaps(law, q, gap)
+                for i in range(c):
+                    lowest = min(lowest, gap[i])
+                    scale = max(scale, abs(gap[i]))
             if lowest < 0.0:
                 if not _touch(law, state, gap, GAP_TOLERANCE * scale):
                     state.tally[3] = number
@@ -132,6 +131,24 @@ def march(law: Law, state: State, rigid, first, forces, energies, stride):  # ty
                 v[k] = vq[k] * position + vv[k] * velocity
             number += 1
     return True
+
+
+@njit(cache=True, fastmath=FAST)
+def _free_gaps(law, q, gap):  # type: ignore[no-untyped-def]
+    """g = g₀ + rows q, along the longer of its two sides."""
+    c, m = len(gap), len(q)
+    if c < WIDE:
+        for i in range(c):
+            row, total = law.rows[i], 0.0
+            for k in range(m):
+                total += row[k] * q[k]
+            gap[i] = law.gap[i] + total
+        return
+    gap[:] = law.gap
+    for k in range(m):
+        column, amount = law.columns[k], q[k]
+        for i in range(c):
+            gap[i] += column[i] * amount
 
 
 @njit(cache=True, fastmath=FAST)

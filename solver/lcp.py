@@ -9,13 +9,15 @@ checked at every solve.
 import numpy as np
 from numba import njit
 
+FAST = {"reassoc", "contract"}
+"""Sums may be reordered for vector units; NaN and infinity keep their meaning."""
 PATIENCE = 3
 """Block pivots without fewer infeasible rows before single pivots take over."""
 SINGULAR = 1e-14
 """A new pivot below this share of its diagonal means dependent contact rows."""
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def solve_lcp(C, g, active, count, L, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
     """Solve in place.
 
@@ -70,7 +72,7 @@ def solve_lcp(C, g, active, count, L, multipliers, gaps, tolerance):  # type: ig
                 pivots += 1
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def _evaluate(C, g, active, count, L, multipliers, gaps):  # type: ignore[no-untyped-def]
     """λ on the active set from L Lᵀ λ = −g, then all gaps."""
     multipliers[:] = 0.0
@@ -92,7 +94,7 @@ def _evaluate(C, g, active, count, L, multipliers, gaps):  # type: ignore[no-unt
             gaps[j] += C[i, j] * y[a]
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def _append(C, active, count, L, row):  # type: ignore[no-untyped-def]
     """Add a row to the active set and to its Cholesky factor; False where it depends on the others."""
     pivot = C[row, row]
@@ -109,7 +111,7 @@ def _append(C, active, count, L, row):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def _remove(active, count, L, row):  # type: ignore[no-untyped-def]
     """Take a row out of the active set and mend the factor with Givens rotations; returns the new size."""
     place = 0

@@ -133,7 +133,8 @@ def _law(system: System, dt: float) -> kernel.Law:
         normals[item.rows] = item.directions
     reach = np.abs(system.rows).max(axis=0) if len(system.gap) else np.zeros(len(system.velocity))
     return kernel.Law(
-        dt, flight(system.stiffness, dt), system.stiffness, np.ascontiguousarray(system.rows), reach, system.gap,
+        dt, flight(system.stiffness, dt), system.stiffness, np.ascontiguousarray(system.rows),
+        np.ascontiguousarray(system.rows.T), reach, system.gap,
         system.compliance, system.coupled, system.dashpot, normals, contact,
     )  # fmt: skip
 

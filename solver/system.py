@@ -8,7 +8,8 @@ from scipy import linalg
 
 from modaldb.store import Store
 from solver.body import FlexibleBody, load_body
-from solver.errors import SceneError
+from solver.errors import SceneError, SolverError
+from solver.result import Result
 from solver.scene import Contact, Scene
 from solver.terms import Term, fields_read, scene_terms
 
@@ -63,11 +64,18 @@ class System:
         return bool(np.any(self.compliance - np.diag(self.compliance.diagonal())))
 
     def critical_frequency(self) -> float:
-        """Return ω_c [rad/s]: ω_c² = λmax(Λ + rowsᵀ C⁻¹ rows), all contacts closed."""
+        """Return ω_c [rad/s]: ω_c² = λmax(Λ + rowsᵀ C⁻¹ rows), all contacts closed.
+
+        Raises:
+            SolverError: C is singular.
+        """
         matrix = np.diag(self.stiffness)
         if len(self.gap):
             if self.coupled:
-                matrix = matrix + self.rows.T @ linalg.solve(self.compliance, self.rows, assume_a="pos")
+                try:
+                    matrix = matrix + self.rows.T @ linalg.cho_solve(linalg.cho_factor(self.compliance), self.rows)
+                except linalg.LinAlgError:
+                    raise SolverError(f"contact {', '.join(self.scene.contact)}: {Result.DEPENDENT_ROWS.value}") from None
             else:
                 matrix = matrix + self.rows.T @ (self.rows / self.compliance.diagonal()[:, None])
         top = len(matrix) - 1

@@ -1,0 +1,130 @@
+"""Where a report's truth comes from: the nodal synthesis on the same mesh, or an exact pulse."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from modaldb.schema import NodalRecord
+from pipeline.errors import InputError
+from pipeline.filters import hann_filter, resample_mean
+from pipeline.interface import contact_points
+from pipeline.model import build_model
+from pipeline.nodal import NodalProblem, simulate_nodal
+from pipeline.products import find_file, nodal_product
+from pipeline.stages import Job
+
+GRID = 4000
+"""Intervals of the common time grid on which forces are compared."""
+
+
+@dataclass(frozen=True)
+class ForceReference:
+    """A force history to compare with, on the common grid."""
+
+    source: str
+    grid: np.ndarray
+    """Edges of the intervals [s], (GRID + 1,)."""
+    force: np.ndarray
+    """Mean over each interval, windowed [N], (GRID, 3)."""
+    impulse: float
+    """[N s]"""
+    window: float
+
+    def errors(self, times: np.ndarray, force: np.ndarray) -> tuple[float, float]:
+        """Return the signed relative error of the impulse and the relative L2 error of the force.
+
+        Args:
+            times: Ends of the intervals [s], (s,); the first starts at 0.
+            force: Mean resultant over each [N], (s, 3).
+        """
+        ours = smooth(times, force, self.grid, self.window)
+        intervals = np.diff(times, prepend=0.0)
+        impulse = float(np.linalg.norm(intervals @ force))
+        return impulse / self.impulse - 1, float(np.linalg.norm(ours - self.force) / np.linalg.norm(self.force))
+
+
+def smooth(times: np.ndarray, force: np.ndarray, grid: np.ndarray, window: float) -> np.ndarray:
+    """Return interval means on `grid`, windowed by a zero-phase Hann window of full width `window` [s], (GRID, 3)."""
+    means = resample_mean(np.concatenate([[0.0], times]), force, grid)
+    return hann_filter(grid[1:], means, window) if window > 0 else means
+
+
+def reference_of(job: Job, nodal: list[NodalRecord]) -> ForceReference | None:
+    """Return the reference force of a scene, or None where it names none."""
+    report = job.scene.report
+    grid = np.linspace(0.0, job.scene.run.duration, GRID + 1)
+    if nodal:
+        finest = nodal[-1]
+        impulse = float(np.linalg.norm(finest.step * finest.force.sum(axis=0)))
+        force = smooth(finest.times, finest.force, grid, report.window)
+        return ForceReference(f"nodal synthesis at {finest.step * 1e6:g} µs", grid, force, impulse, report.window)
+    if report.pulse is None or report.reference is None:
+        return None
+    path = find_file(report.reference, job.folder, "report.reference")
+    try:
+        expected = json.loads(path.read_text())["expected"]
+        height, duration = (float(expected[n]["value"]) for n in (report.pulse.height, report.pulse.duration))
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: not a reference file with the values of report.pulse ({error})") from error
+    contact = next(iter(job.scene.contact.values()))
+    direction = contact.against.direction(np.zeros((1, 3)))[0]
+    exact = np.outer(np.full(2, height) * [1, 0], direction)
+    means = resample_mean(np.array([0.0, duration, max(grid[-1], duration * (1 + 1e-9))]), exact, grid)
+    force = hann_filter(grid[1:], means, report.window) if report.window > 0 else means
+    return ForceReference(path.name, grid, force, height * duration, report.window)
+
+
+def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRecord]:
+    """Run the nodal synthesis at every step the scene names, coarse to fine; finished ones are read back.
+
+    Raises:
+        InputError: the scene is more than one solid body against one rigid obstacle.
+    """
+    if job.scene.report.nodal is None:
+        return []
+    if len(job.scene.body) != 1 or len(job.scene.contact) != 1:
+        raise InputError(f"{job.path}: report.nodal: is for one body and one contact")
+    (component,) = job.components()
+    modes = job.components()[component]["modes"]
+    problem, runs = None, []
+    steps = sorted(job.scene.report.nodal.steps, reverse=True)
+    for number, step in enumerate(steps):
+        product = nodal_product(job.name, job.dynamics(), modes.inputs, step)
+        if not job.store.has(product.key):
+            problem = problem or nodal_problem(job, component)
+            stage = f"nodal {step * 1e6:g} µs ({number + 1} of {len(steps)})"
+            record = simulate_nodal(problem, step, lambda share, stage=stage: progress(stage, share))
+            job.store.put(product.key, "nodal", record, product.inputs)
+        runs.append(job.store.get(product.key, "nodal"))
+    return runs
+
+
+def nodal_problem(job: Job, name: str) -> NodalProblem:
+    """Return the same scene as a problem in all nodal dofs: same mesh, same points, same surface layer.
+
+    Raises:
+        InputError: the contact has no surface layer to press against.
+    """
+    component, steps = job.scene.component[name], job.components()[name]
+    (body,), (contact,) = job.scene.body.values(), job.scene.contact.values()
+    if contact.surface_stiffness is None:
+        raise InputError(f"{job.path}: report.nodal: the contact needs surface_stiffness, nodes need a spring")
+    mesh = job.store.get(steps["mesh"].key, "mesh")
+    model = build_model(mesh, component.material)
+    points = contact_points(mesh, component.interface[contact.interface], "interface")
+    placed = points.points + np.asarray(body.position)
+    directions = contact.against.direction(placed)
+    spin = np.cross(np.asarray(body.angular_velocity), model.nodes - model.properties.centre)
+    velocity = (np.asarray(body.velocity) + spin) @ model.directions.T
+    return NodalProblem(
+        model,
+        sparse.csr_matrix(-model.rows(points.nodes, points.normals)),
+        contact.against.gap(placed),
+        contact.surface_stiffness * points.areas,
+        directions,
+        velocity.ravel(),
+        job.scene.run.duration,
+    )

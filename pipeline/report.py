@@ -1,0 +1,182 @@
+"""`gudgeon report`: every model of a scene against its reference, error beside run time. Starts and times the solver."""
+
+import csv
+import io
+import json
+import os
+import platform
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import modaldb
+from modaldb.schema import NodalRecord, Trajectory, WorkPrecision
+from pipeline.reference import GRID, ForceReference, nodal_runs, reference_of, smooth
+from pipeline.stages import Job, run_job, variant
+from pipeline.summary import reference_values
+from pipeline.textfile import write_text
+from solver.simulation import simulate
+from solver.system import compile_system
+
+Tell = Callable[[str, float], None]
+
+
+def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
+    """Run all models of a scene and write `report.json`, `report.csv` and `report.png` into the job's folder.
+
+    Args:
+        repeat: Timed runs of each model; the least time counts.
+
+    Returns:
+        The document of `report.json`.
+    """
+    run_job(job, "mesh", progress)
+    nodal = nodal_runs(job, progress)
+    reference = reference_of(job, nodal)
+    rows = [_nodal_row(run, reference) for run in nodal]
+    models = job.scene.report.models or {"as in the scene": {}}
+    for number, (name, changes) in enumerate(models.items()):
+        progress(f"model {number + 1} of {len(models)}", number / len(models))
+        rows.append(_model_row(name, variant(job, changes), reference, repeat))
+    document = {
+        "scene": job.name,
+        "reference": reference.source if reference else None,
+        "window": job.scene.report.window,
+        "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "python": platform.python_version()},
+        "rows": [asdict(row) for row in rows],
+        "changes": [
+            _change_row(job, name, changes, progress) for name, changes in job.scene.report.changes.items()
+        ],
+    }
+    write_text(job.out / "report.json", json.dumps(document, indent=1))
+    write_text(job.out / "report.csv", _csv(document["rows"]))
+    if reference is not None:
+        from pipeline.plots.work_precision import draw
+
+        draw(document, job.out / "report.png")
+    progress("report", 1.0)
+    return document
+
+
+def table_text(document: dict[str, Any]) -> str:
+    """Return a report as a Markdown table."""
+    window = f", Hann {document['window'] * 1e6:g} µs" if document["window"] else ""
+    lines = [
+        f"Reference: {document['reference']}; {document['machine']['cpu']}, {document['machine']['cores']} cores",
+        "",
+        f"| model | coordinates | impulse error | force error (L2{window}) | energy drift | steps | run time |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {row['model']} | {row['coordinates']:,} | {row['impulse_error']:+.2%} | {row['force_error']:.2%} |"
+        f" {row['energy_drift']:.0e} | {row['steps']:,} | {row['wall_seconds']:.3g} s |"
+        for row in document["rows"]
+    ]
+    if document["changes"]:
+        lines += [
+            "",
+            "| design change | impulse: change | impulse: reuse error | force: change | force: reuse error |"
+            " cold run | reuse | cold / reuse |",
+            "|---|---|---|---|---|---|---|---|",
+        ]
+    lines += [
+        f"| {row['change']} | {row['impulse_change']:+.1%} | {row['impulse_error']:+.3%} | {row['force_change']:.0%} |"
+        f" {row['force_error']:.2%} | {row['cold_seconds']:.3g} s | {row['reuse_seconds']:.3g} s |"
+        f" {row['cold_seconds'] / row['reuse_seconds']:.0f} |"
+        for row in document["changes"]
+    ]
+    return "\n".join(lines)
+
+
+def _nodal_row(run: NodalRecord, reference: ForceReference | None) -> WorkPrecision:
+    impulse, force = reference.errors(run.times, run.force) if reference else (float("nan"), float("nan"))
+    return WorkPrecision(
+        f"nodal synthesis, {run.step * 1e6:g} µs", run.coordinates, run.step, len(run.times), impulse, force,
+        run.energy_drift, run.wall_seconds, run.cpu_seconds, {},
+    )  # fmt: skip
+
+
+def _model_row(name: str, job: Job, reference: ForceReference | None, repeat: int) -> WorkPrecision:
+    run_job(job, "morph")
+    system = compile_system(
+        job.store, job.scene, {name: steps["morph"].key for name, steps in job.components().items()}
+    )
+    simulate(replace(system, scene=job.scene.model_copy(update={"run": _short(job)})))
+    walls, cpus, trajectory = [], [], None
+    for _ in range(repeat):
+        wall, cpu = time.perf_counter(), time.process_time()
+        trajectory = simulate(system)
+        walls.append(time.perf_counter() - wall)
+        cpus.append(time.process_time() - cpu)
+    assert trajectory is not None
+    impulse, force = reference.errors(*_force(trajectory)) if reference else (float("nan"), float("nan"))
+    expected = reference_values(job.scene.report, job.folder)
+    return WorkPrecision(
+        name, len(system.velocity), trajectory.counts["step"], trajectory.counts["steps"], impulse, force,
+        trajectory.energy_drift, min(walls), min(cpus),
+        {key: trajectory.quantities[key]["value"] / value - 1 for key, value in expected.items()},
+    )  # fmt: skip
+
+
+def _short(job: Job) -> Any:
+    """A run of a few steps, so that compiling and loading are not timed."""
+    return job.scene.run.model_copy(update={"duration": job.scene.run.duration * 1e-3, "samples": 10, "frames": 2})
+
+
+def _force(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    (contact,) = trajectory.contacts.values()
+    return trajectory.times, contact.force
+
+
+def _change_row(job: Job, name: str, changes: dict[str, Any], progress: Tell) -> dict[str, Any]:
+    """Compare reuse with recompute, and the price of the change with that of the first run."""
+    progress(f"change {name}", 0.0)
+    with tempfile.TemporaryDirectory() as folder:
+        cold_job = replace(job, store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
+        cold = run_job(cold_job, "solve")
+        changed = replace(variant(job, changes), store=cold_job.store, out=cold_job.out)
+        reused = run_job(changed, "solve")
+        rung = {"component": {name: {"change": {"rung": "recompute"}} for name in job.scene.component}}
+        recomputed = run_job(variant(changed, rung), "solve")
+        histories = [
+            cold_job.store.get(report.stages["solve"].key, "trajectory") for report in (cold, reused, recomputed)
+        ]
+    grid = np.linspace(0.0, job.scene.run.duration, GRID + 1)
+    forces = [smooth(*_force(history), grid, job.scene.report.window) for history in histories]
+    impulses = [float(np.linalg.norm(np.diff(t, prepend=0.0) @ f)) for t, f in map(_force, histories)]
+    scale = float(np.linalg.norm(forces[2]))
+    return {
+        "change": name,
+        "impulse_change": impulses[2] / impulses[0] - 1,
+        "impulse_error": impulses[1] / impulses[2] - 1,
+        "force_change": float(np.linalg.norm(forces[0] - forces[2])) / scale,
+        "force_error": float(np.linalg.norm(forces[1] - forces[2])) / scale,
+        "cold_seconds": sum(stage.seconds for stage in cold.stages.values()),
+        "reuse_seconds": sum(stage.seconds for stage in reused.stages.values()),
+        "recompute_seconds": sum(stage.seconds for stage in recomputed.stages.values()),
+        "reuse_stages": {stage: entry.state for stage, entry in reused.stages.items()},
+    }
+
+
+def _csv(rows: list[dict[str, Any]]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text)
+    names = [name for name in rows[0] if name != "errors"]
+    extra = sorted({key for row in rows for key in row["errors"]})
+    writer.writerow([*names, *(f"error of {key}" for key in extra)])
+    for row in rows:
+        writer.writerow([*(row[name] for name in names), *(row["errors"].get(key, "") for key in extra)])
+    return text.getvalue()
+
+
+def _cpu_name() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        return next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or "unknown processor"

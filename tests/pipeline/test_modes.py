@@ -1,0 +1,155 @@
+"""Normal modes and static correction against dense algebra on the same matrices."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+from modaldb.schema import MeshRecord
+from pipeline.errors import StageError
+from pipeline.geometry.skirt import Skirt
+from pipeline.interface import Interface, contact_points
+from pipeline.linalg import BACKENDS, available_backend
+from pipeline.material import Material
+from pipeline.model import FEModel, build_model
+from pipeline.modes import normal
+from pipeline.modes.normal import NormalModes, normal_modes
+from pipeline.modes.static import pressure_fields, residual_shapes, static_shapes
+
+COUNT = 12
+
+
+@pytest.fixture(scope="module")
+def tiny_mesh() -> MeshRecord:
+    return Skirt(kind="skirt", outer_radius=0.043, wall=0.012, height=0.04, crown=0.012).build(0.02)
+
+
+@pytest.fixture(scope="module")
+def tiny(tiny_mesh: MeshRecord) -> FEModel:
+    return build_model(tiny_mesh, Material(E=72e9, nu=0.33, rho=2700.0))
+
+
+@pytest.fixture(scope="module")
+def dense(tiny: FEModel) -> tuple[np.ndarray, np.ndarray]:
+    return linalg.eigh(tiny.K.toarray(), tiny.M.toarray())
+
+
+@pytest.fixture(scope="module")
+def modes(tiny: FEModel) -> NormalModes:
+    return normal_modes(tiny, COUNT)
+
+
+def test_frequencies_equal_dense_ones(modes: NormalModes, dense: tuple[np.ndarray, np.ndarray]) -> None:
+    np.testing.assert_allclose(modes.angular_frequencies**2, dense[0][6 : 6 + COUNT], rtol=1e-9)
+
+
+def test_subspaces_equal_dense_ones(
+    tiny: FEModel, modes: NormalModes, dense: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """Double frequencies: subspaces are compared, not vectors."""
+    overlap = dense[1][:, 6 : 6 + COUNT].T @ (tiny.M @ modes.Phi)
+    np.testing.assert_allclose(linalg.svdvals(overlap), 1.0, atol=1e-8)
+
+
+def test_quality_is_recorded(modes: NormalModes) -> None:
+    assert modes.quality["modes_missed"] == 0
+    assert modes.quality["residual"] < 1e-8
+    assert modes.quality["orthogonality"] < 1e-10
+
+
+def test_a_missed_mode_is_found(tiny: FEModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = normal.eigsh
+
+    def forgetful(*args: object, **options: object) -> tuple[np.ndarray, np.ndarray]:
+        values, vectors = whole(*args, **options)
+        order = np.delete(np.argsort(values), 4)
+        return values[order], vectors[:, order]
+
+    monkeypatch.setattr(normal, "eigsh", forgetful)
+    with pytest.raises(StageError, match="inertia count finds"):
+        normal_modes(tiny, COUNT)
+
+
+def test_rigid_and_elastic_modes_that_mix_are_refused(tiny: FEModel) -> None:
+    """One dof almost without mass lifts the round-off floor eps·max(K_ii/M_ii) above the first frequency."""
+    M = tiny.M.copy()
+    M.setdiag(np.where(np.arange(M.shape[0]) == 0, M.diagonal() * 1e-13, M.diagonal()))
+    with pytest.raises(StageError, match="cannot be told apart"):
+        normal_modes(replace(tiny, M=M), COUNT)
+
+
+def test_too_many_modes_are_refused(tiny: FEModel) -> None:
+    with pytest.raises(StageError, match="normal modes asked"):
+        normal_modes(tiny, tiny.K.shape[0])
+
+
+@pytest.mark.parametrize("backend", sorted(BACKENDS))
+def test_backends_solve_and_count_alike(tiny: FEModel, dense: tuple[np.ndarray, np.ndarray], backend: str) -> None:
+    if backend == "pardiso" and available_backend() != "pardiso":
+        pytest.skip("MKL has no wheel for this processor")
+    sigma = 0.5 * (dense[0][10] + dense[0][11])
+    matrix = (tiny.K - sigma * tiny.M).tocsr()
+    matrix.sort_indices()
+    factor = BACKENDS[backend](matrix)
+    assert factor.negative_pivots() == 11
+    loads = np.random.default_rng(0).standard_normal((matrix.shape[0], 12))
+    for block in (loads, loads[:, 0], loads[:, :1]):
+        answer = factor.solve(block)
+        assert answer.shape == block.shape
+        np.testing.assert_allclose(matrix @ answer, block, atol=1e-7)
+    factor.free()
+
+
+@pytest.fixture(scope="module")
+def statics(tiny_mesh: MeshRecord, tiny: FEModel, modes: NormalModes) -> tuple[object, np.ndarray]:
+    points = contact_points(tiny_mesh, Interface(surface="skirt", sector_deg=(-60, 60)), "here")
+    B = tiny.rows(points.nodes, points.normals)
+    return B, residual_shapes(tiny, B, modes)
+
+
+def test_residual_flexibility_is_what_the_missing_modes_give(
+    dense: tuple[np.ndarray, np.ndarray], statics: tuple[object, np.ndarray]
+) -> None:
+    B, W = statics
+    missing = B @ dense[1][:, 6 + COUNT :]
+    np.testing.assert_allclose(
+        B @ W, (missing / dense[0][6 + COUNT :]) @ missing.T, atol=1e-9 * np.abs(B @ W).max()
+    )
+
+
+@pytest.mark.parametrize("count", [1, 4, 9, 10_000])
+def test_static_shapes_are_orthonormal_and_leave_the_rest_to_R(
+    tiny: FEModel, modes: NormalModes, statics: tuple[object, np.ndarray], count: int
+) -> None:
+    B, W = statics
+    areas = np.ones(W.shape[1])
+    spread = np.linspace(-1, 1, len(areas))
+    fields = pressure_fields(np.column_stack([spread, np.sin(9 * spread)]), areas, count)
+    shapes = static_shapes(tiny, B, W, fields)
+    basis = np.column_stack([modes.Phi, shapes.Phi])
+    np.testing.assert_allclose(basis.T @ (tiny.M @ basis), np.eye(basis.shape[1]), atol=1e-9)
+    stiffness = basis.T @ (tiny.K @ basis)
+    omega2 = np.concatenate([modes.angular_frequencies, shapes.angular_frequencies]) ** 2
+    np.testing.assert_allclose(stiffness / np.sqrt(np.outer(omega2, omega2)), np.eye(len(omega2)), atol=1e-8)
+    at_points = B @ shapes.Phi
+    whole = shapes.residual_flexibility + (at_points / shapes.angular_frequencies**2) @ at_points.T
+    np.testing.assert_allclose(whole, B @ W, atol=1e-9 * np.abs(whole).max())
+    assert linalg.eigvalsh(shapes.residual_flexibility)[0] > -1e-9 * np.abs(whole).max()
+
+
+def test_dependent_static_shapes_are_dropped_and_counted(
+    tiny: FEModel, statics: tuple[object, np.ndarray]
+) -> None:
+    B, W = statics
+    fields = np.eye(W.shape[1])[:, [0, 1, 1]]
+    assert static_shapes(tiny, B, W, fields).dropped == 1
+
+
+def test_ritz_frequencies_are_never_below_the_full_models(
+    dense: tuple[np.ndarray, np.ndarray], tiny: FEModel, statics: tuple[object, np.ndarray]
+) -> None:
+    B, W = statics
+    shapes = static_shapes(tiny, B, W, np.eye(W.shape[1])[:, :10])
+    full = np.sqrt(dense[0][6 + COUNT : 6 + COUNT + len(shapes.angular_frequencies)])
+    assert np.all(shapes.angular_frequencies >= full * (1 - 1e-9))

@@ -1,0 +1,194 @@
+"""Runs of small systems: balances, steps, failures, and the compiled kernel against its own source."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solver import SceneError, SolverError, System, simulate
+from solver.result import Result
+from solver.simulation import flight, plan_steps
+from tests.solver.systems import LENGTH, MASS, SPEED, block_records, block_scene, build, rod_records, rod_scene
+
+ROUND_OFF = 1e-11
+SPLITTING = 0.2**2 / 8
+"""Energy error of the split step on an oscillator at ω_c with dt = 0.2/ω_c, the worst that a system can show."""
+ORACLE = """
+import json, sys
+from pathlib import Path
+from tests.solver.systems import block_records, block_scene, build, rod_records, rod_scene
+from solver import simulate
+from solver import kernel
+assert not hasattr(kernel.march, 'py_func')  # really undecorated
+folder = Path(sys.argv[1])
+found = {}
+for name, records, scene in (
+    ('block', block_records(5), block_scene(4e-5)),
+    ('rod', rod_records(12), rod_scene(2e-4, dashpot='wave-guide')),
+    ('springs', block_records(5), block_scene(4e-5, method='penalty', surface_stiffness=1e13)),
+):
+    t = simulate(build(folder / name, records, scene))
+    found[name] = [t.frames[-1].tolist(), t.velocities[-1].tolist(), t.energy_drift, t.quantities]
+print(json.dumps(found))
+"""
+
+
+def test_kernel_equals_its_undecorated_source(tmp_path: Path) -> None:
+    child = subprocess.run(
+        [sys.executable, "-c", ORACLE, str(tmp_path / "oracle")],
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    expected = json.loads(child.stdout)
+    cases = {
+        "block": (block_records(5), block_scene(4e-5)),
+        "rod": (rod_records(12), rod_scene(2e-4, dashpot="wave-guide")),
+        "springs": (block_records(5), block_scene(4e-5, method="penalty", surface_stiffness=1e13)),
+    }
+    for name, (records, scene) in cases.items():
+        run = simulate(build(tmp_path / name, records, scene))
+        frames, velocities, drift, quantities = expected[name]
+        scale = np.abs(velocities).max()
+        np.testing.assert_allclose(run.velocities[-1], velocities, atol=1e-9 * scale)
+        np.testing.assert_allclose(run.frames[-1], frames, atol=1e-9 * np.abs(frames).max())
+        assert run.energy_drift == pytest.approx(drift, rel=1e-5, abs=1e-12)
+        assert run.quantities["wall.impulse"]["value"] == pytest.approx(quantities["wall.impulse"]["value"], rel=1e-9)
+
+
+def test_flight_is_exact() -> None:
+    omega = np.array([0.0, 10.0, 1e5])
+    qq, qv, vq, vv = flight(omega**2, 1e-3)
+    np.testing.assert_allclose(qq, np.cos(omega * 1e-3))
+    np.testing.assert_allclose(qv, [1e-3, np.sin(0.01) / 10, np.sin(100.0) / 1e5])
+    np.testing.assert_allclose(qq * vv - qv * vq, 1.0, rtol=1e-12)
+
+
+def test_a_body_that_touches_nothing_flies_on(tmp_path: Path) -> None:
+    scene = block_scene()
+    scene["body"]["part"]["velocity"] = [-1.0, 0.2, 0.0]
+    scene["body"]["part"]["angular_velocity"] = [0.0, 0.0, 0.0]
+    run = simulate(build(tmp_path, block_records(6), scene))
+    assert run.counts["contact_steps"] == 0
+    assert run.quantities["wall.impulse"]["value"] == 0.0
+    np.testing.assert_allclose(run.velocities[-1][:3], np.sqrt(MASS) * np.array([-1.0, 0.2, 0.0]), rtol=1e-13)
+
+
+@pytest.mark.parametrize("contact", [{}, {"surface_stiffness": 1e14}, {"method": "penalty", "surface_stiffness": 1e13}])
+def test_balances_of_a_coupled_impact(tmp_path: Path, contact: dict[str, object]) -> None:
+    run = simulate(build(tmp_path, block_records(12), block_scene(**contact)))
+    assert run.result == Result.FINISHED.name
+    assert run.quantities["wall.impulse"]["value"] > 1.0
+    assert run.energy_drift < SPLITTING
+    assert run.momentum_residual < ROUND_OFF
+    forces = run.contacts["wall"].force
+    interval = run.times[1] - run.times[0]
+    impulse = np.linalg.norm(forces.sum(axis=0) * interval)
+    assert impulse == pytest.approx(run.quantities["wall.impulse"]["value"], rel=1e-12)
+    assert run.contacts["wall"].multipliers.min() > -1e-6 * np.abs(forces).max()  # no adhesion
+
+
+def test_energy_drift_falls_with_the_square_of_the_step(tmp_path: Path) -> None:
+    drifts, steps = [], []
+    for number, divisor in enumerate((1, 2, 4, 8)):
+        scene = rod_scene()
+        system = build(tmp_path / str(number), rod_records(30), scene)
+        scene["run"]["step"] = 0.2 / system.critical_frequency() / divisor
+        run = simulate(build(tmp_path / f"{number}s", rod_records(30), scene))
+        drifts.append(run.energy_drift)
+        steps.append(run.counts["step"])
+    order = np.polyfit(np.log(steps), np.log(drifts), 1)[0]
+    assert order == pytest.approx(2.0, abs=0.2)
+
+
+def test_restitution_of_the_exact_rod(tmp_path: Path) -> None:
+    run = simulate(build(tmp_path, rod_records(100), rod_scene()))
+    assert run.quantities["wall.restitution"]["value"] == pytest.approx(1.0, abs=1e-3)
+    assert run.quantities["wall.duration"]["value"] == pytest.approx(2 * LENGTH / SPEED, rel=2e-3)
+
+
+def test_dashpot_is_the_impedance_of_the_bar(tmp_path: Path) -> None:
+    system = build(tmp_path, rod_records(200), rod_scene(dashpot="wave-guide"))
+    assert system.dashpot[0] == pytest.approx(MASS / LENGTH * SPEED, rel=0.01)
+
+
+def test_dashpot_loses_energy_and_says_how_much(tmp_path: Path) -> None:
+    run = simulate(build(tmp_path, rod_records(50), rod_scene(dashpot="wave-guide")))
+    assert 0 < run.energies[-1, 3] < 0.05 * run.energies[0].sum()
+    assert np.diff(run.energies[:, 3]).min() > -1e-15
+    assert run.energy_drift < 2e-3
+
+
+def test_step_is_automatic_obeyed_or_divided() -> None:
+    critical = 1e6
+    automatic = plan_steps(1e-3, None, 4000, 200, critical)
+    assert automatic.dt <= 0.2 / critical * (1 + 1e-12)
+    assert automatic.substeps == 1
+    assert automatic.steps * automatic.dt == pytest.approx(1e-3, rel=1e-12)
+    obeyed = plan_steps(1e-3, 1e-7, 4000, 200, critical)
+    assert (obeyed.dt, obeyed.substeps) == (1e-7, 1)
+    divided = plan_steps(1e-3, 1e-6, 4000, 200, critical)
+    assert divided.substeps == 5
+    assert divided.dt == pytest.approx(2e-7)
+    assert divided.steps * divided.dt >= 1e-3 * (1 - 1e-12)
+
+
+def test_too_large_a_step_gives_the_same_answer_in_substeps(tmp_path: Path) -> None:
+    scene = rod_scene()
+    own = simulate(build(tmp_path / "own", rod_records(20), scene))
+    scene["run"]["step"] = 200 * own.counts["step"]
+    large = simulate(build(tmp_path / "large", rod_records(20), scene))
+    assert large.counts["substeps"] >= 190
+    assert large.energy_drift < 1e-3
+    impulse = own.quantities["wall.impulse"]["value"]
+    assert large.quantities["wall.impulse"]["value"] == pytest.approx(impulse, rel=1e-3)
+
+
+def test_dependent_contact_rows_are_refused_with_a_reason(tmp_path: Path) -> None:
+    system = replace(build(tmp_path, block_records(4), block_scene()), compliance=1e-9 * np.ones((4, 4)))
+    with pytest.raises(SolverError, match="same to round-off"):
+        simulate(system)
+
+
+def test_rows_that_become_dependent_end_the_run_and_keep_what_was_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = replace(build(tmp_path, block_records(4), block_scene()), compliance=1e-9 * np.ones((4, 4)))
+    monkeypatch.setattr(System, "critical_frequency", lambda self: 1e6)
+    run = simulate(system)
+    assert run.result == Result.DEPENDENT_ROWS.name
+    assert 0 < len(run.frames) < system.scene.run.frames
+
+
+def test_progress_may_stop_a_run(tmp_path: Path) -> None:
+    def stop(share: float) -> None:
+        if share > 0.5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(build(tmp_path, rod_records(10), rod_scene()), stop)
+
+
+@pytest.mark.parametrize(
+    ("scene", "text"),
+    [
+        (rod_scene(interface="top"), "contact.wall.interface"),
+        (block_scene(dashpot="wave-guide"), "contact.wall.dashpot"),
+        (rod_scene(against={"shape": "plane", "point": [1, 0, 0], "normal": [0, 1, 0]}), "does not face"),
+        (rod_scene(against={"shape": "plane", "point": [0.9, 0, 0], "normal": [-1, 0, 0]}), "start inside"),
+    ],
+)
+def test_scene_that_does_not_fit_is_refused(tmp_path: Path, scene: dict[str, object], text: str) -> None:
+    interface = scene["contact"]["wall"]["interface"]  # type: ignore[index]
+    records = block_records(3) if interface == "face" else rod_records(5)
+    with pytest.raises(SceneError, match=text):
+        build(tmp_path, records, scene)
+
+
+def test_recipe_without_residual_needs_springs(tmp_path: Path) -> None:
+    modal, morph = rod_records(5)
+    with pytest.raises(SceneError, match=r"contact\.wall\.method"):
+        build(tmp_path, (replace(modal, residual_flexibility=None, recipe="normal+static"), morph), rod_scene())
