@@ -61,9 +61,9 @@ def component_products(name: str, component: Component, folder: Path) -> dict[st
         "modes", name, "modes",
         {
             "mesh": mesh.key,
-            "material": component.material.model_dump(),
-            "interface": {key: item.model_dump() for key, item in component.interface.items()},
-            "modes": component.modes.model_dump(),
+            "material": component.material.model_dump(mode="json"),
+            "interface": {key: item.model_dump(mode="json") for key, item in component.interface.items()},
+            "modes": component.modes.model_dump(mode="json"),
         },
     )  # fmt: skip
     rung = component.change.rung if change else "none"

@@ -13,6 +13,7 @@ import meshio
 import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
+from scipy.spatial import cKDTree
 
 from modaldb.schema import MeshRecord
 from pipeline.errors import InputError
@@ -40,17 +41,26 @@ PARTNERS = {"tetra10": ("triangle6", 6), "tetra": ("triangle", 3)}
 ROUND_OFF = 1e-12
 """Relative: formats keep at least 16 digits of every coordinate."""
 
+BY_PARAMETER = 1e-4
+"""[m]: gmsh puts mid-edge nodes of 20 mm edges by the CAD's parameters, we on the normal through the chord's middle."""
+
 
 @pytest.fixture(scope="module")
 def direct() -> MeshRecord:
     return SKIRT.build(0.02)
 
 
-def sorted_points(mesh: MeshRecord, surface: str) -> ContactPoints:
-    """Contact points ordered by position, so that two numberings can be compared."""
-    found = contact_points(mesh, Interface(surface=surface, sector_deg=None, height=None), "test")
-    order = np.lexsort(np.round(found.points / 1e-9).T)
-    return ContactPoints(found.nodes[order], found.points[order], found.normals[order], found.areas[order])
+def points_of(mesh: MeshRecord, surface: str) -> ContactPoints:
+    return contact_points(mesh, Interface(surface=surface, sector_deg=None, height=None), "test")
+
+
+def assert_same_points(ours: ContactPoints, theirs: ContactPoints, atol: float, area_rtol: float) -> None:
+    """Compare contact points [m] in whichever order; no two of them are near each other."""
+    distance, match = cKDTree(ours.points).query(theirs.points)
+    assert sorted(match) == list(range(len(ours.points)))
+    assert distance.max() <= atol
+    np.testing.assert_allclose(ours.normals[match], theirs.normals, rtol=0, atol=100 * atol)
+    np.testing.assert_allclose(ours.areas[match], theirs.areas, rtol=area_rtol)
 
 
 def linear(mesh: MeshRecord) -> MeshRecord:
@@ -167,9 +177,7 @@ def test_tet10_comes_back_as_it_was_built(direct: MeshRecord, written: Callable[
     assert mesh.surfaces["open_end"].shape == {}
     for name in shapes:
         assert mesh.surfaces[name].shape == SHAPES[name]
-        ours, theirs = sorted_points(mesh, name), sorted_points(direct, name)
-        for field in ("points", "normals", "areas"):
-            np.testing.assert_allclose(getattr(ours, field), getattr(theirs, field), rtol=1e-9, atol=ROUND_OFF)
+        assert_same_points(points_of(mesh, name), points_of(direct, name), ROUND_OFF, 1e-9)
 
 
 def test_facets_are_whole_and_outward(direct: MeshRecord, written: Callable[[MeshRecord, str], str]) -> None:
@@ -196,15 +204,13 @@ def test_linear_mesh_is_lifted_onto_its_true_shapes(
     chords = mass_properties(linear(direct), 1.0).mass
     assert mass_properties(plain, 1.0).mass == pytest.approx(chords, rel=1e-9)
     lifted = part(path, surfaces=SHAPES).build(None)
-    # The direct build curves the same edges: its mid-edge nodes stand on the cylinders too, up to gmsh's parameters.
+    # gmsh curves the same edges.
     assert mass_properties(lifted, 1.0).mass == pytest.approx(mass_properties(direct, 1.0).mass, rel=1e-6)
     for name in ("skirt", "inner", "crown"):
-        ours, theirs = sorted_points(lifted, name), sorted_points(direct, name)
-        np.testing.assert_allclose(ours.points, theirs.points, rtol=0, atol=1e-8)
-        np.testing.assert_allclose(ours.areas, theirs.areas, rtol=1e-4)
-    middle = np.unique(lifted.surfaces["skirt"].facets[:, 3:])
-    radius = np.hypot(*lifted.nodes[middle, :2].T)
-    np.testing.assert_allclose(radius, SKIRT.outer_radius, rtol=ROUND_OFF)
+        assert_same_points(points_of(lifted, name), points_of(direct, name), BY_PARAMETER, 1e-2)
+    for name, radius in (("skirt", SKIRT.outer_radius), ("inner", SKIRT.outer_radius - SKIRT.wall)):
+        middle = lifted.nodes[np.unique(lifted.surfaces[name].facets[:, 3:])]
+        np.testing.assert_allclose(np.hypot(middle[:, 0], middle[:, 1]), radius, rtol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("cell_type", PARTNERS)
@@ -252,7 +258,7 @@ def test_files_of_gmsh(file: str, option: str, value: float, order: int, tmp_pat
     # Quadratic edges of 6 mm on a radius of 10 mm leave 1e-3 of the section out.
     volume, area = np.pi * 0.01**2 * 0.03, 2 * np.pi * 0.01 * 0.03
     assert mass_properties(mesh, 1.0).mass == pytest.approx(volume, rel=2e-3)
-    found = sorted_points(mesh, "side")
+    found = points_of(mesh, "side")
     # Tributary areas are resultants of their normals, which turn by up to 35° over an edge: 4e-3 less than the area.
     assert found.areas.sum() == pytest.approx(area, rel=6e-3)
     assert (np.einsum("ki,ki->k", found.normals, found.points * [1, 0, 1]) > 0).all()
@@ -440,11 +446,11 @@ def test_decks_of_several_parts_are_refused(line: str, tmp_path: Path) -> None:
 def test_shapes_that_do_not_fit_are_refused(direct: MeshRecord, tmp_path: Path) -> None:
     path = tmp_path / "part.inp"
     write_node_sets(path, direct, "tetra10")
-    with pytest.raises(InputError, match="surface 'skirt' lies up to .* m off its cylinder") as caught:
+    with pytest.raises(InputError, match=r"surface 'skirt' lies up to .* m off its cylinder") as caught:
         part(path, unit=1e-3, surfaces=SHAPES).build(None)
     assert_one_line(caught.value, path)
     with pytest.raises(
-        InputError, match="no boundary facet lies on the plane of surface 'lid'.*names crown, "
+        InputError, match=r"no boundary facet lies on the plane of surface 'lid'.*names crown, "
     ) as caught:
         part(path, surfaces={"lid": {"kind": "plane", "normal": [0, 0, 1], "origin": [0, 0, 1]}}).build(None)
     assert_one_line(caught.value, path)
@@ -469,6 +475,7 @@ def test_settings_are_checked(more: dict[str, Any], where: tuple[str, ...]) -> N
 
 
 def test_the_family_imports_nothing_heavy() -> None:
-    code = "import sys, pipeline.geometry; print([m for m in ('gmsh','meshio','skfem','scipy','h5py') if m in sys.modules])"
+    heavy = ("gmsh", "meshio", "skfem", "scipy", "h5py")
+    code = f"import sys, pipeline.geometry; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -1,0 +1,106 @@
+"""Reference case A1: free elastic rod against a rigid wall, d'Alembert's exact solution.
+
+Values in data/rod-wall/A1_rod_rigid_wall.json; the bounds are those the scene is shipped with.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import modaldb
+from pipeline.reference import reference_of
+from pipeline.stages import RunReport, open_job, plan, run
+
+SCENE = Path(__file__).parents[2] / "data" / "rod-wall"
+EXACT = json.loads((SCENE / "A1_rod_rigid_wall.json").read_text())["expected"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("rod")
+
+
+@pytest.fixture(scope="module")
+def report(folder: Path) -> RunReport:
+    return run(SCENE, db=folder / "db", out=folder / "out", until="solve")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "name", "bound"),
+    [
+        ("wall.restitution", "restitution", 1e-3),
+        ("wall.duration", "contact_duration", 2e-3),
+        ("wall.impulse", "impulse", 1e-3),
+    ],
+)
+def test_quantities(report: RunReport, quantity: str, name: str, bound: float) -> None:
+    assert report.result == "FINISHED"
+    assert report.quantities[quantity]["value"] == pytest.approx(EXACT[name]["value"], rel=bound)
+    assert report.quantities[quantity]["reference"] == EXACT[name]["value"]
+
+
+def test_balances(report: RunReport) -> None:
+    assert report.energy_drift is not None
+    assert report.energy_drift <= 1e-4
+    assert report.momentum_residual is not None
+    assert report.momentum_residual < 1e-12
+
+
+def test_force_with_wave_guide_dashpot(folder: Path) -> None:
+    job = open_job(SCENE, set={"contact.wall.dashpot": "wave-guide"}, db=folder / "db", out=folder / "dashpot")
+    done = run(SCENE, set={"contact.wall.dashpot": "wave-guide"}, db=folder / "db", out=folder / "dashpot", until="solve")
+    history = modaldb.open(folder / "db").get(done.stages["solve"].key, "trajectory")
+    reference = reference_of(job, [])
+    assert reference is not None
+    assert np.linalg.norm(reference.force) ** 2 * job.scene.run.duration / 4000 == pytest.approx(
+        EXACT["contact_force_plateau"]["value"] ** 2 * EXACT["contact_duration"]["value"], rel=1e-3
+    )
+    _, force_error = reference.errors(history.times, history.contacts["wall"].force)
+    assert force_error <= 0.055
+
+
+def test_frequencies_are_those_of_the_bar(report: RunReport, folder: Path) -> None:
+    modal = modaldb.open(folder / "db").get(report.stages["modes"].key, "modes")
+    exact = np.pi * EXACT["wave_speed"]["value"] / 1.0 * np.arange(1, 101)
+    # Quadratic elements, eight to the shortest wave: 3e-4 there, fourth order below.
+    np.testing.assert_allclose(modal.angular_frequencies, exact, rtol=3e-4)
+    np.testing.assert_allclose(modal.angular_frequencies[:20], exact[:20], rtol=1e-6)
+
+
+def test_the_plan_leaves_out_what_the_rod_does_not_need(report: RunReport, folder: Path) -> None:
+    rows = plan(open_job(SCENE, db=folder / "db"))
+    present = {row["term"] for row in rows["terms"] if row["present"]}
+    left_out = {row["term"] for row in rows["terms"] if not row["present"]}
+    assert present == {"rigid motion", "elastic flight", "contact wall", "residual flexibility"}
+    assert {"inertia couplings", "surface and volume mesh", "mode shapes"} <= left_out
+    assert rows["bytes"] < 4000
+
+
+def test_solve_reads_just_the_plan_and_imports_no_mesher(report: RunReport, folder: Path) -> None:
+    """The fields that the store is asked for are those of the plan; neither gmsh nor pyvista is ever loaded."""
+    code = """
+import json, sys
+from pipeline import stages
+from modaldb.store import FolderStore
+asked = []
+whole = FolderStore.get
+def spy(self, key, kind, *, only=None):
+    asked.append([kind, list(only) if only is not None else None])
+    return whole(self, key, kind, only=only)
+FolderStore.get = spy
+stages.run(sys.argv[1], set=["run.duration=5e-4"], db=sys.argv[2] + "/db", out=sys.argv[2] + "/again", until="solve")
+print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "matplotlib") if m in sys.modules]]))
+"""
+    child = subprocess.run([sys.executable, "-c", code, SCENE, folder], capture_output=True, text=True, check=True)
+    asked, loaded = json.loads(child.stdout)
+    assert loaded == []
+    fields = {f"{kind}:{field}" for kind, only in asked for field in only or ["everything"] if kind != "trajectory"}
+    assert fields == {
+        "morph:centre", "morph:inertia", "morph:rigid_twists", "morph:points/tip",
+        "modes:angular_frequencies", "modes:interfaces/tip/rows", "modes:interfaces/tip/normals",
+        "modes:residual_flexibility",
+    }  # fmt: skip
