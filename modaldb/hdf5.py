@@ -153,7 +153,8 @@ def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[st
     if (member := _member_type(base)) is not None:
         names = [item for item in group[name] if _wanted(f"{path}/{item}", only)]
         if is_dataclass(member):
-            return {item: _read_group(group[name][item], member, f"{path}/{item}/", only) for item in names}
+            cls = typing.cast(type, member)
+            return {item: _read_group(group[name][item], cls, f"{path}/{item}/", only) for item in names}
         return {item: _read_array(group[name][item]) for item in names}
     raw = group.attrs[name]
     if typing.get_origin(base) is dict:

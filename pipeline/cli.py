@@ -51,7 +51,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code, text = 1, str(error)
     except KeyboardInterrupt:
         stage = _Console.last_stage
-        code, text = 1, f"interrupted{f' in stage {stage}' if stage else ''}; what was finished is kept, run again to go on"
+        code, text = (
+            1,
+            f"interrupted{f' in stage {stage}' if stage else ''}; what was finished is kept, run again to go on",
+        )
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
@@ -89,14 +92,20 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _command(commands: Any, name: str, text: str, action: Callable[[argparse.Namespace], int]) -> argparse.ArgumentParser:
+def _command(
+    commands: Any, name: str, text: str, action: Callable[[argparse.Namespace], int]
+) -> argparse.ArgumentParser:
     command = commands.add_parser(
         name, help=text, description=text[0].upper() + text[1:] + ".", epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     command.add_argument("scene", metavar="SCENE", help="folder with scene.toml, or a TOML file")
     command.add_argument(
-        "--set", action="append", default=[], metavar="path.to.key=value", help="override a value of the scene; repeatable"
+        "--set",
+        action="append",
+        default=[],
+        metavar="path.to.key=value",
+        help="override a value of the scene; repeatable",
     )
     command.add_argument("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
     command.add_argument("--out", metavar="PATH", help="folder of the results (default out/SCENE)")
@@ -136,7 +145,8 @@ def _print_run(report: Any) -> None:
         print(line.rstrip())
     print(f"{'energy drift':28} {report.energy_drift:14.2g}")
     print(f"{'momentum residual':28} {report.momentum_residual:14.2g}")
-    print(f"\nresults in {report.out}: {', '.join(['summary.json', 'trajectory.h5', *(Path(p).name for p in report.pictures)])}")
+    files = ["summary.json", "trajectory.h5", *(Path(picture).name for picture in report.pictures)]
+    print(f"\nresults in {report.out}: {', '.join(files)}")
     for note in report.notes:
         print(f"gudgeon: {note}", file=sys.stderr)
 
@@ -146,7 +156,9 @@ def _status(options: argparse.Namespace) -> int:
 
     rows = status(_job(options))
     if options.json:
-        print(json.dumps([{"stage": s, "state": state, "key": key, "why": why} for s, state, key, why in rows], indent=1))
+        print(
+            json.dumps([{"stage": s, "state": state, "key": key, "why": why} for s, state, key, why in rows], indent=1)
+        )
         return 0
     for stage, state, key, why in rows:
         print(f"{stage:6} {state:6} {key[:12]}" + "".join(f"\n         {reason}" for reason in why))
@@ -164,7 +176,9 @@ def _plan(options: argparse.Namespace) -> int:
         size = "" if row["bytes"] is None else f"{row['bytes']:>12,} B"
         print(f"{'in ' if row['present'] else 'out'}  {row['body']}: {row['term']:30} {size:>15}  {row['reason']}")
     known = rows["bytes"]
-    print(f"\nthe solver will read {known:,} bytes" if known is not None else "\nbytes are known once the modes are made")
+    print(
+        f"\nthe solver will read {known:,} bytes" if known is not None else "\nbytes are known once the modes are made"
+    )
     return 0
 
 
@@ -234,7 +248,9 @@ class _Console:
         type(self).last_stage = stage if share < 1.0 else ""
         if self._bar:
             filled = int(24 * share)
-            text = "\r\033[K" if share >= 1.0 else f"\r\033[K{stage:6} [{'#' * filled}{'.' * (24 - filled)}] {share:4.0%}"
+            text = (
+                "\r\033[K" if share >= 1.0 else f"\r\033[K{stage:6} [{'#' * filled}{'.' * (24 - filled)}] {share:4.0%}"
+            )
             print(text, end="", file=sys.stderr, flush=True)
         elif not self._quiet and share < 1.0 and stage != self._shown:
             self._shown = stage

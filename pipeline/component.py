@@ -16,7 +16,9 @@ class MeshSettings(BaseModel):
     """How fine to mesh."""
 
     model_config = STRICT
-    size: float | None = Field(None, gt=0, allow_inf_nan=False, description="Edge length [m]; unused for mesh files")
+    size: float | None = Field(
+        default=None, gt=0, allow_inf_nan=False, description="Edge length [m]; unused for mesh files"
+    )
 
 
 class Profile(BaseModel):
@@ -24,10 +26,11 @@ class Profile(BaseModel):
 
     model_config = STRICT
     table: str | None = Field(
-        None, description="CSV file: angles [deg] in the first row, heights [m] in the first column, deviations [m]"
+        default=None,
+        description="CSV file: angles [deg] in the first row, heights [m] in the first column, deviations [m]",
     )
-    surface: str | None = Field(None, description="Surface that moves; that of the first interface by default")
-    scale: float = Field(1.0, allow_inf_nan=False, description="Factor on the table's deviations")
+    surface: str | None = Field(default=None, description="Surface that moves; that of the first interface by default")
+    scale: float = Field(default=1.0, allow_inf_nan=False, description="Factor on the table's deviations")
 
 
 class Change(BaseModel):
@@ -35,7 +38,7 @@ class Change(BaseModel):
 
     model_config = STRICT
     rung: Literal["reuse", "recompute"] = Field(
-        "reuse", description="reuse: nodal positions move, modes stay; recompute: modes of the moved mesh"
+        default="reuse", description="reuse: nodal positions move, modes stay; recompute: modes of the moved mesh"
     )
     profile: Profile = Profile()
 

@@ -35,7 +35,9 @@ def hann_filter(times: np.ndarray, force: np.ndarray, width: float) -> np.ndarra
     intervals = np.diff(times)
     interval = intervals.mean()
     if np.ptp(intervals) > UNIFORM_RTOL * interval + 4 * np.spacing(abs(times).max()):
-        raise StageError(f"force filter: sample intervals run from {intervals.min()} to {intervals.max()} s, need equal ones")
+        raise StageError(
+            f"force filter: sample intervals run from {intervals.min()} to {intervals.max()} s, need equal ones"
+        )
     reach = int(0.5 * width / interval * (1 - 1e-12))
     if reach < 1:
         return np.array(force, float)

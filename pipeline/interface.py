@@ -19,8 +19,10 @@ class Interface(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     surface: str = Field(description="Name of a surface of the mesh")
-    sector_deg: tuple[float, float] | None = Field(None, description="Keep points between two angles [deg]")
-    height: tuple[float, float] | None = Field(None, description="Keep points between two heights along the axis [m]")
+    sector_deg: tuple[float, float] | None = Field(default=None, description="Keep points between two angles [deg]")
+    height: tuple[float, float] | None = Field(
+        default=None, description="Keep points between two heights along the axis [m]"
+    )
 
     @model_validator(mode="after")
     def _ordered(self) -> "Interface":
@@ -108,9 +110,7 @@ def radial_directions(points: np.ndarray, shape: dict[str, Any]) -> np.ndarray:
     return radial / np.linalg.norm(radial, axis=1, keepdims=True)
 
 
-def true_surface(
-    points: np.ndarray, outward: np.ndarray, shape: dict[str, Any]
-) -> tuple[np.ndarray, np.ndarray]:
+def true_surface(points: np.ndarray, outward: np.ndarray, shape: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
     """Move points (k, 3) onto a surface's true shape and return them with its normals on the `outward` side.
 
     Nodes of a surface that a profile moved stand on their true surface already.

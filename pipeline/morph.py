@@ -8,7 +8,7 @@ that stay, so that no factorisation is needed. Mass, centre and inertia are alwa
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from modaldb.schema import MeshRecord, ModalRecord, MorphRecord, Surface
 from pipeline.errors import InputError
@@ -45,12 +45,12 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
     fixed = np.setdiff1d(np.concatenate(others) if others else np.empty(0, int), on_surface)
     inner = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([on_surface, fixed]))
     if len(inner):
-        far, near = cKDTree(mesh.nodes[on_surface]).query(mesh.nodes[inner], NEIGHBOURS)
+        far, near = KDTree(mesh.nodes[on_surface]).query(mesh.nodes[inner], NEIGHBOURS)
         weights = 1 / far**2
         weights /= weights.sum(axis=1, keepdims=True)
         fade = np.ones(len(inner))
         if len(fixed):
-            to_fixed, _ = cKDTree(mesh.nodes[fixed]).query(mesh.nodes[inner])
+            to_fixed, _ = KDTree(mesh.nodes[fixed]).query(mesh.nodes[inner])
             fade = to_fixed / (to_fixed + far[:, 0])
         shift[inner] = np.einsum("nk,nki->ni", weights, shift[on_surface[near]]) * fade[:, None]
     nodes = mesh.nodes + shift
@@ -67,7 +67,12 @@ def own_modes(mesh_key: str, modes_key: str, modal: ModalRecord, rung: str) -> M
 
 
 def reuse(
-    mesh: MeshRecord, keys: tuple[str, str], modal: ModalRecord, surfaces: dict[str, str], movement: Movement, rho: float
+    mesh: MeshRecord,
+    keys: tuple[str, str],
+    modal: ModalRecord,
+    surfaces: dict[str, str],
+    movement: Movement,
+    rho: float,
 ) -> MorphRecord:
     """Keep the modes; move nodes and contact points, and weigh the body again.
 

@@ -101,7 +101,7 @@ def _close(
     """Solve g⁺ = free + W λ̄(g, g⁺); returns g⁺ (c,), λ̄ (c,) and the iterations used."""
     if gap.min() >= 0 and free.min() >= 0:
         return free, np.zeros(len(gap)), 0
-    new, scale = free.copy(), np.abs(free).max()
+    new, scale, change = free.copy(), np.abs(free).max(), np.zeros_like(free)
     for iteration in range(1, NEWTON_LIMIT):
         multipliers, slope = _discrete_gradient(stiffness, gap, new)
         defect = new - free - W @ multipliers
@@ -114,7 +114,9 @@ def _close(
         new = new + change
         if np.abs(change).max() <= NEWTON_TOLERANCE * scale:
             return new, _discrete_gradient(stiffness, gap, new)[0], iteration
-    raise StageError(f"nodal: contact did not converge in {NEWTON_LIMIT} iterations (change {np.abs(change).max():.2g} m)")
+    raise StageError(
+        f"nodal: contact did not converge in {NEWTON_LIMIT} iterations (change {np.abs(change).max():.2g} m)"
+    )
 
 
 def _discrete_gradient(stiffness: np.ndarray, old: np.ndarray, new: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -125,7 +127,5 @@ def _discrete_gradient(stiffness: np.ndarray, old: np.ndarray, new: np.ndarray) 
     safe = np.where(flat, 1.0, difference)
     energy_change = 0.5 * stiffness * (depth_new**2 - depth_old**2)
     multipliers = np.where(flat, 0.5 * stiffness * (depth_old + depth_new), -energy_change / safe)
-    slope = np.where(
-        flat, -0.5 * stiffness * (new < 0), (stiffness * depth_new * safe + energy_change) / safe**2
-    )
+    slope = np.where(flat, -0.5 * stiffness * (new < 0), (stiffness * depth_new * safe + energy_change) / safe**2)
     return multipliers, slope

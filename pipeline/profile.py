@@ -73,7 +73,9 @@ def read_profile(path: Path, scale: float = 1.0) -> ProfileTable:
         raise InputError(f"{path}: a profile table needs a row of angles and at least two rows of heights")
     for number, row in enumerate(rows, 1):
         if len(row) != len(rows[0]):
-            raise InputError(f"{path}: row {number} has {len(row)} cells, the first row has {len(rows[0])}; is it cut off?")
+            raise InputError(
+                f"{path}: row {number} has {len(row)} cells, the first row has {len(rows[0])}; is it cut off?"
+            )
     angles = np.radians([_number(cell, path, 1) for cell in rows[0][1:]])
     values = np.array([[_number(cell, path, n) for cell in row] for n, row in enumerate(rows[1:], 2)])
     table = ProfileTable(values[:, 0], angles, scale * values[:, 1:], str(path))

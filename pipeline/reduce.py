@@ -55,9 +55,7 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     )  # fmt: skip
 
 
-def _rows(
-    mesh: MeshRecord, component: Component, model: FEModel, touched: dict[str, ContactPoints]
-) -> ContactRows:
+def _rows(mesh: MeshRecord, component: Component, model: FEModel, touched: dict[str, ContactPoints]) -> ContactRows:
     blocks, fields = [sparse.csr_matrix((0, model.K.shape[0]))], []
     for key, points in touched.items():
         blocks.append(model.rows(points.nodes, points.normals))

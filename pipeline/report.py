@@ -1,4 +1,4 @@
-"""`gudgeon report`: every model of a scene against its reference, error beside run time. Starts and times the solver."""
+"""`gudgeon report`: every model of a scene against its reference, error beside run time. Times the solver."""
 
 import csv
 import io
@@ -49,9 +49,7 @@ def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
         "window": job.scene.report.window,
         "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "python": platform.python_version()},
         "rows": [asdict(row) for row in rows],
-        "changes": [
-            _change_row(job, name, changes, progress) for name, changes in job.scene.report.changes.items()
-        ],
+        "changes": [_change_row(job, name, changes, progress) for name, changes in job.scene.report.changes.items()],
     }
     write_text(job.out / "report.json", json.dumps(document, indent=1))
     write_text(job.out / "report.csv", _csv(document["rows"]))

@@ -11,7 +11,7 @@ class Nodal(BaseModel):
     """The nodal synthesis as reference."""
 
     model_config = STRICT
-    steps: tuple[float, ...] = Field((2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Coarse to fine [s]")
+    steps: tuple[float, ...] = Field(default=(2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Coarse to fine [s]")
 
 
 class Pulse(BaseModel):
@@ -26,12 +26,16 @@ class Report(BaseModel):
     """Reference values and the models to compare."""
 
     model_config = STRICT
-    reference: str | None = Field(None, description="JSON file with reference values, beside the scene")
-    quantities: dict[str, str] = Field({}, description="Quantity of the run → name under `expected` in the reference")
-    pulse: Pulse | None = Field(None, description="Compare the force with an exact rectangular pulse")
-    window: float = Field(40e-6, ge=0, description="Full width of the Hann window on forces, both sides [s]; 0: none")
-    nodal: Nodal | None = Field(None, description="Compare with the nodal synthesis on the same mesh")
-    models: dict[str, dict[str, Any]] = Field({}, description="Name → changes of the scene, as nested tables")
+    reference: str | None = Field(default=None, description="JSON file with reference values, beside the scene")
+    quantities: dict[str, str] = Field(
+        default={}, description="Quantity of the run → name under `expected` in the reference"
+    )
+    pulse: Pulse | None = Field(default=None, description="Compare the force with an exact rectangular pulse")
+    window: float = Field(
+        default=40e-6, ge=0, description="Full width of the Hann window on forces, both sides [s]; 0: none"
+    )
+    nodal: Nodal | None = Field(default=None, description="Compare with the nodal synthesis on the same mesh")
+    models: dict[str, dict[str, Any]] = Field(default={}, description="Name → changes of the scene, as nested tables")
     changes: dict[str, dict[str, Any]] = Field(
-        {}, description="Name → a design change, as nested tables; reuse is compared with recompute"
+        default={}, description="Name → a design change, as nested tables; reuse is compared with recompute"
     )

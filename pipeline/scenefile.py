@@ -79,9 +79,10 @@ def parse_override(text: str) -> dict[str, Any]:
         leaf = tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         leaf = value.strip()
-    for part in reversed(parts):
-        leaf = {part: leaf}
-    return leaf
+    tables: dict[str, Any] = {parts[-1]: leaf}
+    for part in reversed(parts[:-1]):
+        tables = {part: tables}
+    return tables
 
 
 def merge(tables: dict[str, Any], changes: Mapping[str, Any]) -> None:

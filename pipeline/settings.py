@@ -10,9 +10,9 @@ class ModesSettings(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     recipe: Literal["macneal", "normal+static"] = Field(
-        "macneal",
+        default="macneal",
         description="macneal: what the kept shapes lack stays as massless residual flexibility R; normal+static: it is"
         " dropped, contact then needs method 'penalty'",
     )
-    normal_count: int = Field(30, ge=0, description="Elastic normal modes")
-    static_count: int = Field(0, ge=0, description="Static correction shapes of each interface")
+    normal_count: int = Field(default=30, ge=0, description="Elastic normal modes")
+    static_count: int = Field(default=0, ge=0, description="Static correction shapes of each interface")

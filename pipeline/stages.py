@@ -64,7 +64,9 @@ class Job:
 
     def trajectory(self) -> Product:
         """Return the product of the solve stage."""
-        return solve_product(self.name, self.dynamics(), {n: steps["morph"].key for n, steps in self.components().items()})
+        return solve_product(
+            self.name, self.dynamics(), {n: steps["morph"].key for n, steps in self.components().items()}
+        )
 
 
 @dataclass
@@ -199,7 +201,9 @@ def status(job: Job) -> list[tuple[str, str, str, list[str]]]:
         rows.append((stage, "stale" if missing else "fresh", combined([p.key for p in products[stage]]), why))
     key = content_key(plot_inputs(rows[-1][2]))
     fresh = rows[-1][1] == "fresh" and _pictures_fresh(job, key) is not None
-    rows.append(("plot", "fresh" if fresh else "stale", key, [] if fresh else ["pictures are of another result or missing"]))
+    rows.append(
+        ("plot", "fresh" if fresh else "stale", key, [] if fresh else ["pictures are of another result or missing"])
+    )
     return rows
 
 
@@ -340,7 +344,9 @@ def _pictures_fresh(job: Job, key: str) -> list[str] | None:
     try:
         noted = json.loads((job.out / "pictures.json").read_text())
         paths = [job.out / name for name in noted["files"]]
-        if noted["key"] == key and all(file_digest(p) == d for p, d in zip(paths, noted["files"].values(), strict=True)):
+        if noted["key"] == key and all(
+            file_digest(p) == d for p, d in zip(paths, noted["files"].values(), strict=True)
+        ):
             return [str(path) for path in paths]
     except (OSError, ValueError, KeyError):
         return None
@@ -357,7 +363,9 @@ def _checked(path: Path, tables: dict[str, Any]) -> SceneFile:
         component = scene.component.get(scene.component_of(contact.body))
         if component is not None and contact.interface not in component.interface:
             have = ", ".join(component.interface) or "none"
-            lines.append(f"{path}: contact.{name}.interface: no interface '{contact.interface}', the component has {have}")
+            lines.append(
+                f"{path}: contact.{name}.interface: no interface '{contact.interface}', the component has {have}"
+            )
     if lines:
         raise InputError("\n".join(lines))
     return scene
@@ -385,4 +393,6 @@ def _last_inputs(job: Job) -> dict[str, Any]:
 def _reasons(before: dict[str, Any] | None, product: Product) -> list[str]:
     if before is None:
         return [f"{product.name}: not made yet"]
-    return [f"{product.name}: {line}" for line in differences(before, product.inputs)] or [f"{product.name}: not in this database"]
+    return [f"{product.name}: {line}" for line in differences(before, product.inputs)] or [
+        f"{product.name}: not in this database"
+    ]

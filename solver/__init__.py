@@ -12,7 +12,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Result", "Scene", "SceneError", "SolverError", "System", "compile_system", "simulate"]
 
-_HOMES = {"Result": "result", "Scene": "scene", "simulate": "simulation", "System": "system", "compile_system": "system"}
+_HOMES = {
+    "Result": "result",
+    "Scene": "scene",
+    "simulate": "simulation",
+    "System": "system",
+    "compile_system": "system",
+}
 
 
 def __getattr__(name: str) -> Any:

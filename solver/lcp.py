@@ -43,10 +43,7 @@ def solve_lcp(C, g, active, count, L, multipliers, gaps, tolerance):  # type: ig
         _evaluate(C, g, active, count, L, multipliers, gaps)
         worst, last = 0, -1
         for i in range(c):
-            if is_active[i]:
-                wrong = multipliers[i] < -tolerance / C[i, i]
-            else:
-                wrong = gaps[i] < -tolerance
+            wrong = multipliers[i] < -tolerance / C[i, i] if is_active[i] else gaps[i] < -tolerance
             if wrong:
                 worst += 1
                 last = i

@@ -16,10 +16,12 @@ class Body(BaseModel):
     """A component put into the scene."""
 
     model_config = STRICT
-    component: str | None = Field(None, description="Name of its component; the body's own name by default")
-    position: Vector = Field((0.0, 0.0, 0.0), description="Where the component's origin stands at the start [m]")
-    velocity: Vector = Field((0.0, 0.0, 0.0), description="Of the centre of mass at the start [m/s]")
-    angular_velocity: Vector = Field((0.0, 0.0, 0.0), description="At the start [rad/s]")
+    component: str | None = Field(default=None, description="Name of its component; the body's own name by default")
+    position: Vector = Field(
+        default=(0.0, 0.0, 0.0), description="Where the component's origin stands at the start [m]"
+    )
+    velocity: Vector = Field(default=(0.0, 0.0, 0.0), description="Of the centre of mass at the start [m/s]")
+    angular_velocity: Vector = Field(default=(0.0, 0.0, 0.0), description="At the start [rad/s]")
 
 
 class Contact(BaseModel):
@@ -30,14 +32,14 @@ class Contact(BaseModel):
     interface: str
     against: Obstacle
     method: Literal["residual", "penalty"] = Field(
-        "residual",
+        default="residual",
         description="residual: gap = g₀ + BΦq + Rλ, no stiffness to tune; penalty: a spring at each point",
     )
     surface_stiffness: Positive | None = Field(
-        None, description="Stiffness of a surface layer per area [N/m^3]: asperities, or the penalty's springs"
+        default=None, description="Stiffness of a surface layer per area [N/m^3]: asperities, or the penalty's springs"
     )
     dashpot: Literal["none", "wave-guide"] = Field(
-        "none",
+        default="none",
         description="wave-guide: impedance of the truncated modes beside R; for single-point contacts on bars only",
     )
 
@@ -56,10 +58,10 @@ class Run(BaseModel):
     model_config = STRICT
     duration: Positive = Field(description="[s]")
     step: Positive | None = Field(
-        None, description="[s]; automatic (0.2/ω_c) if left out, and divided into substeps if larger than that"
+        default=None, description="[s]; automatic (0.2/ω_c) if left out, and divided into substeps if larger than that"
     )
-    samples: int = Field(4000, ge=10, le=1_000_000, description="Points of the force and energy histories")
-    frames: int = Field(200, ge=2, le=10_000, description="Stored deformations")
+    samples: int = Field(default=4000, ge=10, le=1_000_000, description="Points of the force and energy histories")
+    frames: int = Field(default=200, ge=2, le=10_000, description="Stored deformations")
 
 
 class Scene(BaseModel):

@@ -75,7 +75,9 @@ class System:
                 try:
                     matrix = matrix + self.rows.T @ linalg.cho_solve(linalg.cho_factor(self.compliance), self.rows)
                 except linalg.LinAlgError:
-                    raise SolverError(f"contact {', '.join(self.scene.contact)}: {Result.DEPENDENT_ROWS.value}") from None
+                    raise SolverError(
+                        f"contact {', '.join(self.scene.contact)}: {Result.DEPENDENT_ROWS.value}"
+                    ) from None
             else:
                 matrix = matrix + self.rows.T @ (self.rows / self.compliance.diagonal()[:, None])
         top = len(matrix) - 1
@@ -95,9 +97,7 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     bodies, offsets, size = {}, {}, 0
     for name in scene.body:
         key = morphs[scene.component_of(name)]
-        bodies[name] = load_body(
-            store, name, key, fields_read(terms, name, "morph"), fields_read(terms, name, "modes")
-        )
+        bodies[name] = load_body(store, name, key, fields_read(terms, name, "morph"), fields_read(terms, name, "modes"))
         offsets[name] = size
         size += len(bodies[name].stiffness)
     blocks = [_contact_rows(scene, name, bodies[contact.body]) for name, contact in scene.contact.items()]

@@ -27,7 +27,9 @@ def scene_terms(scene: Scene) -> list[Term]:
     for body in scene.body:
         touched = {name: contact for name, contact in scene.contact.items() if contact.body == body}
         terms.append(
-            Term("rigid motion", body, True, "every body moves", ("morph:centre", "morph:inertia", "morph:rigid_twists"))
+            Term(
+                "rigid motion", body, True, "every body moves", ("morph:centre", "morph:inertia", "morph:rigid_twists")
+            )
         )
         terms.append(Term("elastic flight", body, True, "modes move exactly", ("modes:angular_frequencies",)))
         for name, contact in touched.items():

@@ -1,4 +1,4 @@
-"""Normal modes K Φ = M Φ Λ of a free body by shift-invert Lanczos on a deflated space, with proof that none is missed."""
+"""Normal modes K Φ = M Φ Λ of a free body: shift-invert Lanczos on a deflated space, and proof that none is missed."""
 
 from dataclasses import dataclass
 
@@ -36,7 +36,9 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
     """
     K, M, rigid = model.K, model.M, model.rigid_modes
     if count >= K.shape[0] - rigid.shape[1] - 2:
-        raise StageError(f"modes: {count} normal modes asked of a mesh with {K.shape[0]} dofs; refine it or ask for fewer")
+        raise StageError(
+            f"modes: {count} normal modes asked of a mesh with {K.shape[0]} dofs; refine it or ask for fewer"
+        )
     floor = np.finfo(float).eps * float((K.diagonal() / M.diagonal()).max())
     shift = -_first_estimate(model)
     factor = factorise(K - shift * M)
@@ -68,7 +70,7 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
 
 
 def _first_estimate(model: FEModel) -> float:
-    """Return an eigenvalue scale [rad²/s²] below the first elastic one: a Rayleigh quotient of a smooth field, / 100."""
+    """Return an eigenvalue scale [rad²/s²] below the first elastic one: least quotient of smooth fields / 100."""
     arm = model.nodes - model.properties.centre
     rigid = model.rigid_modes
     quotients = []
