@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from modaldb.schema import MeshRecord, Surface
-from pipeline.errors import StageError
+from pipeline.errors import InputError, PipelineError, StageError
 
 SurfaceRule = dict[str, Any]
 """The true shape of a named surface, as `modaldb.schema.Surface.shape`."""
@@ -28,6 +28,7 @@ def build_solid(draw: Callable[[Any], None], size: float, surfaces: dict[str, Su
         surfaces: The true shape of each name.
 
     Raises:
+        InputError: the size is too coarse for the curved faces.
         StageError: gmsh failed, or a named surface has no face.
     """
     import gmsh
@@ -42,13 +43,27 @@ def build_solid(draw: Callable[[Any], None], size: float, surfaces: dict[str, Su
         gmsh.option.setNumber("Mesh.MeshSizeMax", size)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
+        _straighten(gmsh.model.mesh, size)
         return _collect(gmsh.model.mesh, [tag for _, tag in gmsh.model.getEntities(2)], surfaces)
+    except PipelineError:
+        raise
     except Exception as error:
-        if isinstance(error, StageError):
-            raise
         raise StageError(f"gmsh: {str(error).splitlines()[0]}") from error
     finally:
         gmsh.finalize()
+
+
+def _straighten(mesh: Any, size: float) -> None:
+    """Let gmsh mend elements that curving their edges turned inside out."""
+
+    def inverted() -> int:
+        tags, _ = mesh.getElementsByType(GMSH_TETRA10)
+        return int(np.count_nonzero(np.asarray(mesh.getElementQualities(tags, "minDetJac")) <= 0))
+
+    if inverted():
+        mesh.optimize("HighOrder")
+    if count := inverted():
+        raise InputError(f"mesh.size: {size} m is too coarse for the curved faces, {count} elements turn inside out")
 
 
 def _collect(mesh: Any, faces: list[int], surfaces: dict[str, SurfaceRule]) -> MeshRecord:

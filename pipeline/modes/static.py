@@ -33,6 +33,8 @@ class StaticShapes:
     """Mass-orthonormal, M-orthogonal to the normal modes, (dofs, k)."""
     residual_flexibility: np.ndarray
     """Of what neither normal modes nor these shapes carry [m/N], (c, c)."""
+    scale: float
+    """Largest entry of R before these shapes took their share [m/N]."""
     dropped: int
     """Nearly dependent directions that the rank test dropped."""
 
@@ -67,7 +69,7 @@ def static_shapes(model: FEModel, B: sparse.csr_matrix, W: np.ndarray, pressures
         raise StageError(f"modes: residual flexibility is asymmetric by {asymmetry:.2g}")
     R = 0.5 * (R + R.T)
     if pressures.shape[1] == 0:
-        return StaticShapes(np.empty(0), np.empty((len(W), 0)), R, 0)
+        return StaticShapes(np.empty(0), np.empty((len(W), 0)), R, float(np.abs(R).max(initial=0.0)), 0)
     flexibility = pressures.T @ R @ pressures
     scale = 1 / np.sqrt(flexibility.diagonal())
     strength, directions = linalg.eigh(flexibility * scale * scale[:, None])
@@ -78,8 +80,8 @@ def static_shapes(model: FEModel, B: sparse.csr_matrix, W: np.ndarray, pressures
     values, Z = 1 / inverse_theta[::-1], Z[:, ::-1]
     Phi = WY @ (Z * np.sqrt(values))
     at_points = B @ Phi
-    R_rest = R - (at_points / values) @ at_points.T
-    return StaticShapes(np.sqrt(values), Phi, 0.5 * (R_rest + R_rest.T), int((~kept).sum()))
+    rest = R - (at_points / values) @ at_points.T
+    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T), float(np.abs(R).max()), int((~kept).sum()))
 
 
 def pressure_fields(coordinates: np.ndarray, areas: np.ndarray, count: int) -> np.ndarray:

@@ -9,7 +9,9 @@ from matplotlib.axes import Axes
 from pipeline.plots.style import BLUE, FAINT, GREY, INK, ORANGE, new_figure, save, styled
 
 LEAST = 1e-6
-"""Errors are drawn no lower than this: the reference's own row is zero by definition."""
+"""Errors are drawn no lower than this."""
+ITSELF = 1e-9
+"""Force error of the reference against itself, which is left out."""
 
 
 def draw(document: dict[str, Any], path: Path) -> None:
@@ -23,22 +25,21 @@ def draw(document: dict[str, Any], path: Path) -> None:
         figure = new_figure(f"{document['scene']}: error against run time", f"reference: {document['reference']}")
         width = f", Hann {document['window'] * 1e6:g} µs" if document["window"] else ""
         panels = ((f"force error, L2{width}", "force_error"), ("impulse error", "impulse_error"))
+        rows = [row for row in document["rows"] if row["force_error"] > ITSELF]
         for number, (label, name) in enumerate(panels):
-            axes = figure.add_axes((0.09, 0.55 - 0.45 * number, 0.56, 0.36))
-            points = [row for row in document["rows"] if abs(row[name]) > 0]
-            _panel(axes, points, name, label)
+            axes = figure.add_axes((0.09, 0.52 - 0.43 * number, 0.55, 0.36))
+            _panel(axes, rows, name, label)
             if number == 1:
                 axes.set_xlabel("run time of the integration [s]")
-        legend = figure.add_axes((0.68, 0.1, 0.3, 0.81))
+        legend = figure.add_axes((0.67, 0.07, 0.32, 0.81))
         legend.axis("off")
-        rows = [row for row in document["rows"] if abs(row["force_error"]) > 0]
         for number, row in enumerate(rows):
             height = 0.97 - number * min(0.075, 0.95 / len(rows))
             colour = _colour(row)
             legend.text(0.0, height, f"{number + 1}", color=colour, fontweight="bold", fontsize=9.5)
             legend.text(0.08, height, row["model"], color=INK, fontsize=8.5)
             legend.text(
-                0.08, height - 0.026, f"{row['coordinates']:,} coordinates, {row['wall_seconds']:.3g} s",
+                0.08, height - 0.027, f"{row['coordinates']:,} coordinates, {row['wall_seconds']:.3g} s",
                 color=FAINT, fontsize=7.5,
             )  # fmt: skip
         scratch = path.with_name(f".{path.name}.part")

@@ -13,7 +13,8 @@ from pipeline.settings import ModesSettings
 ORTHOGONALITY_TOLERANCE = 1e-8
 """Of static shapes against normal modes: they come through one more factorisation."""
 DEFINITENESS_TOLERANCE = 1e-9
-"""Negative eigenvalues of R that round-off may leave, relative to the largest."""
+"""Negative eigenvalues of R that round-off may leave, relative to the largest entry of R
+before static shapes were taken out of it."""
 
 
 def macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
@@ -31,8 +32,7 @@ def macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduc
         raise StageError(f"modes: static shapes are orthogonal to {orthogonality:.2g} only")
     R = static.residual_flexibility
     lowest = float(np.linalg.eigvalsh(R)[0]) if len(R) else 0.0
-    largest = float(np.abs(R).max()) if len(R) else 1.0
-    if lowest < -DEFINITENESS_TOLERANCE * largest:
+    if lowest < -DEFINITENESS_TOLERANCE * static.scale:
         raise StageError(f"modes: residual flexibility has eigenvalue {lowest:.2g} m/N, it must not be negative")
     quality = normal.quality | {
         "basis_orthogonality": orthogonality,

@@ -30,7 +30,10 @@ def skfem_mesh(mesh: MeshRecord) -> tuple[MeshTet2, np.ndarray]:
 
 def test_curved_assembly_equals_scikit_fem(skirt_mesh: MeshRecord, skirt_model: FEModel) -> None:
     mesh, ours = skfem_mesh(skirt_mesh)
-    lam, mu = ALUMINIUM.E * ALUMINIUM.nu / (1 + ALUMINIUM.nu) / (1 - 2 * ALUMINIUM.nu), ALUMINIUM.E / 2 / (1 + ALUMINIUM.nu)
+    lam, mu = (
+        ALUMINIUM.E * ALUMINIUM.nu / (1 + ALUMINIUM.nu) / (1 - 2 * ALUMINIUM.nu),
+        ALUMINIUM.E / 2 / (1 + ALUMINIUM.nu),
+    )
     stiffness = BilinearForm(
         lambda u, v, _: lam * trace(sym_grad(u)) * trace(sym_grad(v)) + 2 * mu * ddot(sym_grad(u), sym_grad(v))
     )

@@ -44,9 +44,7 @@ def test_frequencies_equal_dense_ones(modes: NormalModes, dense: tuple[np.ndarra
     np.testing.assert_allclose(modes.angular_frequencies**2, dense[0][6 : 6 + COUNT], rtol=1e-9)
 
 
-def test_subspaces_equal_dense_ones(
-    tiny: FEModel, modes: NormalModes, dense: tuple[np.ndarray, np.ndarray]
-) -> None:
+def test_subspaces_equal_dense_ones(tiny: FEModel, modes: NormalModes, dense: tuple[np.ndarray, np.ndarray]) -> None:
     """Double frequencies: subspaces are compared, not vectors."""
     overlap = dense[1][:, 6 : 6 + COUNT].T @ (tiny.M @ modes.Phi)
     np.testing.assert_allclose(linalg.svdvals(overlap), 1.0, atol=1e-8)
@@ -113,9 +111,7 @@ def test_residual_flexibility_is_what_the_missing_modes_give(
 ) -> None:
     B, W = statics
     missing = B @ dense[1][:, 6 + COUNT :]
-    np.testing.assert_allclose(
-        B @ W, (missing / dense[0][6 + COUNT :]) @ missing.T, atol=1e-9 * np.abs(B @ W).max()
-    )
+    np.testing.assert_allclose(B @ W, (missing / dense[0][6 + COUNT :]) @ missing.T, atol=1e-9 * np.abs(B @ W).max())
 
 
 @pytest.mark.parametrize("count", [1, 4, 9, 10_000])
@@ -138,9 +134,7 @@ def test_static_shapes_are_orthonormal_and_leave_the_rest_to_R(
     assert linalg.eigvalsh(shapes.residual_flexibility)[0] > -1e-9 * np.abs(whole).max()
 
 
-def test_dependent_static_shapes_are_dropped_and_counted(
-    tiny: FEModel, statics: tuple[object, np.ndarray]
-) -> None:
+def test_dependent_static_shapes_are_dropped_and_counted(tiny: FEModel, statics: tuple[object, np.ndarray]) -> None:
     B, W = statics
     fields = np.eye(W.shape[1])[:, [0, 1, 1]]
     assert static_shapes(tiny, B, W, fields).dropped == 1

@@ -64,7 +64,9 @@ def test_ovality_turns_with_the_angle(skirt_mesh: MeshRecord) -> None:
 
 
 def test_table_that_inverts_elements_is_refused_with_the_element(skirt_mesh: MeshRecord) -> None:
-    with pytest.raises(InputError, match=r"change\.profile\.table: the profile inverts \d+ elements, the worst is element"):
+    with pytest.raises(
+        InputError, match=r"change\.profile\.table: the profile inverts \d+ elements, the worst is element"
+    ):
         move_nodes(skirt_mesh, movement(barrel(0.02)))
 
 

@@ -73,7 +73,11 @@ def test_discrete_gradient_gives_the_energy_difference() -> None:
     np.testing.assert_allclose(-force * (new - old), energy, atol=1e-12)
     assert force.min() >= 0
     h = 1e-6
-    numeric = (nodal._discrete_gradient(stiffness, old, new + h)[0] - nodal._discrete_gradient(stiffness, old, new - h)[0]) / 2 / h
+    numeric = (
+        (nodal._discrete_gradient(stiffness, old, new + h)[0] - nodal._discrete_gradient(stiffness, old, new - h)[0])
+        / 2
+        / h
+    )
     smooth = (np.abs(new - old) > 1e-2) & (np.abs(new) > 1e-3)
     np.testing.assert_allclose(slope[smooth], numeric[smooth], atol=1e-5)
     assert slope.max() <= 0

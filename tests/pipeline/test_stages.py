@@ -91,7 +91,10 @@ def test_going_back_to_an_old_design_finds_it(folder: Path, made: tuple[Path, Ru
 
 
 def test_reuse_is_near_recompute_and_far_from_no_change(folder: Path, made: tuple[Path, RunReport]) -> None:
-    reused, recomputed = again(folder, **{TABLE: "barrel.csv"}), again(folder, **{TABLE: "barrel.csv", RUNG: "recompute"})
+    reused, recomputed = (
+        again(folder, **{TABLE: "barrel.csv"}),
+        again(folder, **{TABLE: "barrel.csv", RUNG: "recompute"}),
+    )
     impulses = [r.quantities["knock.impulse"]["value"] for r in (made[1], reused, recomputed)]
     assert impulses[1] == pytest.approx(impulses[2], rel=3e-3)
     assert impulses[0] != pytest.approx(impulses[2], rel=1e-2)

@@ -52,7 +52,9 @@ def test_balances(report: RunReport) -> None:
 
 def test_force_with_wave_guide_dashpot(folder: Path) -> None:
     job = open_job(SCENE, set={"contact.wall.dashpot": "wave-guide"}, db=folder / "db", out=folder / "dashpot")
-    done = run(SCENE, set={"contact.wall.dashpot": "wave-guide"}, db=folder / "db", out=folder / "dashpot", until="solve")
+    done = run(
+        SCENE, set={"contact.wall.dashpot": "wave-guide"}, db=folder / "db", out=folder / "dashpot", until="solve"
+    )
     history = modaldb.open(folder / "db").get(done.stages["solve"].key, "trajectory")
     reference = reference_of(job, [])
     assert reference is not None

@@ -1,0 +1,63 @@
+"""Seconds live here: `make bench`. Counts are asserted in the tests, speeds only here."""
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.stages import open_job, run_job
+from solver.simulation import simulate
+from solver.system import System, compile_system
+
+DATA = Path(__file__).parents[2] / "data"
+
+
+def compiled(scene: str, folder: Path, **changes: object) -> System:
+    job = open_job(DATA / scene, set=changes, db=folder / "db", out=folder / "out")
+    run_job(job, "morph")
+    morphs = {name: steps["morph"].key for name, steps in job.components().items()}
+    return compile_system(job.store, job.scene, morphs)
+
+
+def test_rod_steps_per_second(benchmark: object, tmp_path: Path) -> None:
+    """One contact on 100 modes: at least a million steps a second once compiled."""
+    system = compiled("rod-wall", tmp_path, **{"run.duration": 2e-2, "run.frames": 20})
+    simulate(system)
+    trajectory = benchmark(simulate, system)  # type: ignore[operator]
+    steps = trajectory.counts["steps"] / benchmark.stats["min"]  # type: ignore[attr-defined]
+    benchmark.extra_info["steps_per_second"] = steps  # type: ignore[attr-defined]
+    print(f"\nrod-wall: {steps:.3g} steps/s")
+    assert steps >= 1e6
+
+
+@pytest.mark.parametrize("dashpot", ["none", "wave-guide"])
+def test_rod_steps_per_second_while_touching(benchmark: object, tmp_path: Path, dashpot: str) -> None:
+    """The same without any flight: the run ends while the contact is closed."""
+    changes = {"run.duration": 3.8e-4, "run.frames": 2, "contact.wall.dashpot": dashpot, "run.step": 5e-9}
+    system = compiled("rod-wall", tmp_path, **changes)
+    simulate(system)
+    trajectory = benchmark(simulate, system)  # type: ignore[operator]
+    steps = trajectory.counts["steps"] / benchmark.stats["min"]  # type: ignore[attr-defined]
+    print(f"\nrod-wall in contact, dashpot {dashpot}: {steps:.3g} steps/s")
+    assert steps >= 1e6
+
+
+def test_skirt_solve(benchmark: object, tmp_path: Path) -> None:
+    """584 coupled points on 66 coordinates."""
+    system = compiled("skirt", tmp_path)
+    simulate(system)
+    trajectory = benchmark(simulate, system)  # type: ignore[operator]
+    seconds = benchmark.stats["min"]  # type: ignore[attr-defined]
+    print(f"\nskirt: {seconds:.3g} s for {trajectory.counts['steps']} steps, {trajectory.counts['contact_steps']} in contact")
+
+
+def test_second_run_does_nothing_fast(benchmark: object, tmp_path: Path) -> None:
+    """The whole command, interpreter included, with nothing to do: under half a second."""
+    import subprocess
+    import sys
+
+    options = [str(DATA / "skirt"), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    command = [sys.executable, "-m", "pipeline", "solve", *options]
+    subprocess.run(command, check=True, capture_output=True)
+    benchmark.pedantic(subprocess.run, (command,), {"check": True, "capture_output": True}, rounds=7)  # type: ignore[attr-defined]
+    print(f"\nsecond run: {benchmark.stats['median']:.3g} s")  # type: ignore[attr-defined]
+    assert benchmark.stats["median"] < 0.5  # type: ignore[attr-defined]
