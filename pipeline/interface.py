@@ -140,12 +140,11 @@ def _mid_sides(nodes: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.nd
     N, dN = np.array([b[0] for b in basis]), np.array([b[1] for b in basis])
     tangents = np.einsum("fai,akq->fqki", nodes[facets], dN)
     normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])
-    weighted = np.einsum("aq,fqi,q->fai", N[3:], normal, W)
     numbers, slot = np.unique(facets[:, 3:], return_inverse=True)
-    total = np.zeros((len(numbers), 3))
-    np.add.at(total, slot.ravel(), weighted.reshape(-1, 3))
-    areas = np.linalg.norm(total, axis=1)
-    return numbers, areas, total / areas[:, None]
+    vectors, areas = np.zeros((len(numbers), 3)), np.zeros(len(numbers))
+    np.add.at(vectors, slot.ravel(), np.einsum("aq,fqi,q->fai", N[3:], normal, W).reshape(-1, 3))
+    np.add.at(areas, slot.ravel(), np.einsum("aq,fq,q->fa", N[3:], np.linalg.norm(normal, axis=2), W).ravel())
+    return numbers, areas, vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def _inside(points: np.ndarray, interface: Interface, shape: dict[str, Any], where: str) -> np.ndarray:

@@ -36,7 +36,11 @@ class Skirt(BaseModel):
             "skirt": {"kind": "cylinder", "radius": outer, "axis": axis, "origin": origin},
             "inner": {"kind": "cylinder", "radius": inner, "axis": axis, "origin": origin},
             "crown": {"kind": "plane", "normal": axis, "origin": [0.0, 0.0, self.height]},
-            "crown_inner": {"kind": "plane", "normal": [0.0, 0.0, -1.0], "origin": [0.0, 0.0, self.height - self.crown]},
+            "crown_inner": {
+                "kind": "plane",
+                "normal": [0.0, 0.0, -1.0],
+                "origin": [0.0, 0.0, self.height - self.crown],
+            },
             "open_end": {"kind": "plane", "normal": [0.0, 0.0, -1.0], "origin": origin},
         }
 

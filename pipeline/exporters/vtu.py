@@ -1,0 +1,111 @@
+"""VTK's unstructured grids, for ParaView: mode shapes in one .vtu, a trajectory as a .vtu a frame and a .pvd."""
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from modaldb.schema import MeshRecord, ModalRecord, MorphRecord, Trajectory
+from pipeline.deformation import displacement
+from pipeline.errors import InputError, StageError
+
+
+def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord, count: int | None) -> None:
+    """Write the mesh with each mode shape as a point vector `mode_001_1234.5Hz`.
+
+    Args:
+        count: How many shapes, from the first; None for all.
+
+    Raises:
+        InputError: `count` is not positive, or the file cannot be written.
+        StageError: the modal record holds no shapes.
+    """
+    if count is not None and count < 1:
+        raise InputError(f"{path}: {count} modes were asked for; allowed: 1 or more")
+    if modal.shapes is None:
+        raise StageError(f"{path}: the modal record holds no nodal shapes")
+    hertz = modal.angular_frequencies[:count] / (2 * np.pi)
+    shapes = {f"mode_{k + 1:03d}_{f:.1f}Hz": modal.shapes[:, :, k] for k, f in enumerate(hertz)}
+    _write_grid(path, mesh, mesh.nodes, shapes)
+
+
+def write_trajectory(
+    folder: Path,
+    mesh: MeshRecord,
+    modal: ModalRecord,
+    morph: MorphRecord,
+    trajectory: Trajectory,
+    body: str,
+    every: int,
+) -> list[Path]:
+    """Write frames of one body as `frame_000.vtu`, … and their times as `frames.pvd`; return these files.
+
+    Each frame has the undeformed design with `displacement` [m] and `contact_pressure` [Pa], which is zero off the
+    contact points.
+
+    Args:
+        every: Write every so many frames, from the first; files keep the number of their frame.
+
+    Raises:
+        InputError: the trajectory has no such body, `every` is not positive, or the folder cannot be written.
+    """
+    if body not in trajectory.coordinate_offsets:
+        have = ", ".join(sorted(trajectory.coordinate_offsets)) or "none"
+        raise InputError(f"{folder}: the trajectory has no body '{body}', it has {have}")
+    if every < 1:
+        raise InputError(f"{folder}: every {every} frames was asked for; allowed: 1 or more")
+    nodes = mesh.nodes if morph.nodes is None else morph.nodes
+    first = trajectory.coordinate_offsets[body]
+    own = slice(first, first + len(morph.rigid_twists) + len(modal.angular_frequencies))
+    files, entries = [], []
+    for frame in range(0, len(trajectory.frames), every):
+        fields = {
+            "displacement": displacement(nodes, morph, modal, trajectory.frames[frame, own]),
+            "contact_pressure": _contact_pressure(len(nodes), modal, trajectory, body, frame),
+        }
+        files.append(folder / f"frame_{frame:03d}.vtu")
+        _write_grid(files[-1], mesh, nodes, fields)
+        entries.append(f'<DataSet timestep="{trajectory.frame_times[frame]:.17g}" part="0" file="{files[-1].name}"/>')
+    with _whole_file(folder / "frames.pvd") as scratch:
+        scratch.write_text(
+            '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>\n'
+            + "\n".join(entries)
+            + "\n</Collection></VTKFile>\n"
+        )
+    return [*files, folder / "frames.pvd"]
+
+
+def _contact_pressure(count: int, modal: ModalRecord, trajectory: Trajectory, body: str, frame: int) -> np.ndarray:
+    """Return the pressure of all contacts on a body at its nodes [Pa], (n,)."""
+    pressure = np.zeros(count)
+    for contact in trajectory.contacts.values():
+        if contact.body == body:
+            interface = modal.interfaces[contact.interface]
+            areas = interface.areas if contact.areas is None else contact.areas
+            np.add.at(pressure, interface.nodes, contact.multipliers[frame] / areas)
+    return pressure
+
+
+def _write_grid(path: Path, mesh: MeshRecord, nodes: np.ndarray, fields: dict[str, np.ndarray]) -> None:
+    import meshio
+
+    grid = meshio.Mesh(nodes, [(mesh.cell_type, mesh.cells)], point_data={**fields})
+    with _whole_file(path) as scratch:
+        meshio.write(scratch, grid, file_format="vtu")
+
+
+@contextlib.contextmanager
+def _whole_file(path: Path) -> Iterator[Path]:
+    """Give a scratch path beside `path` that takes its name once it is written, and goes away if it is not."""
+    scratch = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield scratch
+        os.replace(scratch, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
+    finally:
+        with contextlib.suppress(OSError):
+            scratch.unlink()

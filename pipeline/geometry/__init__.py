@@ -1,0 +1,15 @@
+"""The family of geometries: each member is a pydantic model whose `build(size)` makes a `MeshRecord`."""
+
+from typing import Annotated
+
+from pydantic import BaseModel, Field
+
+from pipeline.geometry.bar import Bar
+from pipeline.geometry.file import MeshFile
+from pipeline.geometry.skirt import Skirt
+
+GEOMETRIES: dict[str, type[BaseModel]] = {"skirt": Skirt, "bar": Bar, "file": MeshFile}
+"""Members by the `kind` that a scene names."""
+
+Geometry = Annotated[Skirt | Bar | MeshFile, Field(discriminator="kind")]
+"""Any member, told apart by its `kind`."""
