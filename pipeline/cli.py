@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     from modaldb.errors import ModalDBError
     from pipeline.errors import InputError, PipelineError
-    from solver.errors import SceneError, SolverError
+    from pipeline.stages import SceneError, SolverError
 
     try:
         return options.action(options)
@@ -124,10 +124,8 @@ def _run(options: argparse.Namespace) -> int:
         print(json.dumps(report.as_json(), indent=1))
     else:
         _print_run(report)
-    if report.result not in (None, "FINISHED"):
-        from solver.result import Result
-
-        print(f"gudgeon: {job.path}: the run failed: {Result[report.result].value}", file=sys.stderr)
+    if report.reason is not None:
+        print(f"gudgeon: {job.path}: the run failed: {report.reason}", file=sys.stderr)
         return 1
     return 0
 

@@ -9,15 +9,20 @@ from pathlib import Path
 from typing import Any
 
 import modaldb
-from modaldb.keys import content_key, differences, file_digest
+from modaldb.keys import content_key, file_digest
 from modaldb.store import FolderStore
 from pipeline.component import Component
 from pipeline.errors import InputError
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
 from pipeline.reporting import Report
 from pipeline.scenefile import check_scene, merge, read_tables, scene_path
+from pipeline.status import fresh_pictures, remember, status
 from pipeline.textfile import copy_file, write_text
+from solver.errors import SceneError, SolverError
+from solver.result import Result
 from solver.scene import Scene
+
+__all__ = ["Job", "RunReport", "SceneError", "SolverError", "export", "open_job", "plan", "run", "run_job", "status"]
 
 DEFAULT_DB = ".gudgeon"
 DEFAULT_OUT = "out"
@@ -92,6 +97,8 @@ class RunReport:
     out: str = ""
     pictures: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    reason: str | None = None
+    """Why a run failed physically; None where it did not."""
 
     def as_json(self) -> dict[str, Any]:
         """Return the document."""
@@ -105,6 +112,7 @@ class RunReport:
             "out": self.out,
             "pictures": self.pictures,
             "notes": self.notes,
+            "reason": self.reason,
         }
 
 
@@ -173,38 +181,18 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
     for stage in wanted[:3]:
         stages[stage] = _component_stage(job, stage, tell)
     if "solve" not in wanted:
-        _remember(job, stages)
+        remember(job, wanted)
         return RunReport(job.name, None, stages, out=str(job.out))
     stages["solve"], summary = _solve_stage(job, tell)
-    pictures, notes = [], []
-    if "plot" in wanted and summary["result"] != "DIVERGED":
+    pictures, notes, outcome = [], [], Result[summary["result"]]
+    if "plot" in wanted and outcome is not Result.DIVERGED:
         stages["plot"], pictures, notes = _plot_stage(job, stages["solve"].key, tell)
-    _remember(job, stages)
+    remember(job, wanted)
     return RunReport(
         job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
         summary["momentum_residual"], str(job.out), pictures, notes,
+        None if outcome.ok else outcome.value,
     )  # fmt: skip
-
-
-def status(job: Job) -> list[tuple[str, str, str, list[str]]]:
-    """Return for each stage its name, `fresh` or `stale`, its key, and why it is stale."""
-    last = _last_inputs(job)
-    products: dict[str, list[Product]] = {stage: [] for stage in STAGES}
-    for steps in job.components().values():
-        for product in {step.key: step for step in steps.values()}.values():
-            products[product.stage].append(product)
-    products["solve"].append(job.trajectory())
-    rows = []
-    for stage in STAGES[:4]:
-        missing = [p for p in products[stage] if not job.store.has(p.key)]
-        why = [line for p in missing for line in _reasons(last.get(f"{stage}.{p.kind}.{p.name}"), p)]
-        rows.append((stage, "stale" if missing else "fresh", combined([p.key for p in products[stage]]), why))
-    key = content_key(plot_inputs(rows[-1][2]))
-    fresh = rows[-1][1] == "fresh" and _pictures_fresh(job, key) is not None
-    rows.append(
-        ("plot", "fresh" if fresh else "stale", key, [] if fresh else ["pictures are of another result or missing"])
-    )
-    return rows
 
 
 def plan(job: Job) -> dict[str, Any]:
@@ -327,7 +315,7 @@ def _solve_stage(job: Job, tell: Progress) -> tuple[StageReport, dict[str, Any]]
 def _plot_stage(job: Job, trajectory: str, tell: Progress) -> tuple[StageReport, list[str], list[str]]:
     start = time.perf_counter()
     key = content_key(plot_inputs(trajectory))
-    if (pictures := _pictures_fresh(job, key)) is not None:
+    if (pictures := fresh_pictures(job, key)) is not None:
         return StageReport("fresh", time.perf_counter() - start, key), pictures, []
     from pipeline.plots import render
 
@@ -338,19 +326,6 @@ def _plot_stage(job: Job, trajectory: str, tell: Progress) -> tuple[StageReport,
         write_text(job.out / "pictures.json", json.dumps({"key": key, "files": digests}, indent=1))
     tell("plot", 1.0)
     return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes
-
-
-def _pictures_fresh(job: Job, key: str) -> list[str] | None:
-    try:
-        noted = json.loads((job.out / "pictures.json").read_text())
-        paths = [job.out / name for name in noted["files"]]
-        if noted["key"] == key and all(
-            file_digest(p) == d for p, d in zip(paths, noted["files"].values(), strict=True)
-        ):
-            return [str(path) for path in paths]
-    except (OSError, ValueError, KeyError):
-        return None
-    return None
 
 
 def _checked(path: Path, tables: dict[str, Any]) -> SceneFile:
@@ -369,30 +344,3 @@ def _checked(path: Path, tables: dict[str, Any]) -> SceneFile:
     if lines:
         raise InputError("\n".join(lines))
     return scene
-
-
-def _remember(job: Job, stages: dict[str, StageReport]) -> None:
-    """Keep this run's inputs beside its results, so that `status` can say what changed since."""
-    products = [product for steps in job.components().values() for product in steps.values()]
-    if "solve" in stages:
-        products.append(job.trajectory())
-    noted = _last_inputs(job) | {f"{p.stage}.{p.kind}.{p.name}": p.inputs for p in products}
-    text = json.dumps(noted, indent=1, sort_keys=True)
-    path = job.out / "inputs.json"
-    if not path.is_file() or path.read_text() != text:
-        write_text(path, text)
-
-
-def _last_inputs(job: Job) -> dict[str, Any]:
-    try:
-        return json.loads((job.out / "inputs.json").read_text())
-    except (OSError, ValueError):
-        return {}
-
-
-def _reasons(before: dict[str, Any] | None, product: Product) -> list[str]:
-    if before is None:
-        return [f"{product.name}: not made yet"]
-    return [f"{product.name}: {line}" for line in differences(before, product.inputs)] or [
-        f"{product.name}: not in this database"
-    ]

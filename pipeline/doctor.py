@@ -1,0 +1,259 @@
+"""What this machine lacks, with the command that mends it.
+
+What may crash (gmsh loading, off-screen drawing) is tried in a child process, so this file needs the standard library
+only and works in an environment where nothing else does.
+"""
+
+import os
+import platform
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Literal
+
+PYTHON_NEEDED = (3, 11)
+PACKAGES = {
+    "base": {"h5py": ">=3.16", "numba": ">=0.68", "numpy": ">=2.2", "pydantic": ">=2.12", "scipy": ">=1.17"},
+    "pipeline": {"gmsh": ">=4.15", "meshio": ">=5.3.5", "mkl": ">=2026", "scikit-fem": ">=12,<13"},
+    "plots": {"imageio": ">=2.37", "imageio-ffmpeg": ">=0.6", "matplotlib": ">=3.10", "pyvista": ">=0.49,<0.50"},
+}
+"""Versions needed, by group, as in pyproject.toml."""
+X86_ONLY = frozenset({"mkl"})
+SYSTEM_LIBRARIES = (
+    "libglu1-mesa", "libgl1", "libxrender1", "libxcursor1", "libxft2", "libxinerama1", "libgomp1", "libegl1",
+)  # fmt: skip
+"""Debian packages that gmsh and off-screen drawing load, as in the Makefile."""
+APT_COMMAND = f"apt-get install --no-install-recommends {' '.join(SYSTEM_LIBRARIES)}"
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+PROBE_TIMEOUT = 60.0
+"""How long a child process may take [s]; drawing a sphere takes about 2 s."""
+GMSH_PROBE = "import gmsh"
+RENDERING_PROBE = """
+import sys
+import pyvista
+plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
+plotter.add_mesh(pyvista.Sphere())
+if plotter.screenshot(sys.argv[1], return_img=True).std() == 0.0:
+    sys.exit("the picture is blank")
+"""
+
+State = Literal["ok", "missing", "broken"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing examined.
+
+    Attributes:
+        name: What was examined.
+        state: Whether it is there and works.
+        detail: What was found.
+        remedy: The command that mends it, empty where nothing is to be mended.
+    """
+
+    name: str
+    state: State
+    detail: str
+    remedy: str = ""
+
+
+def examine(database: Path = Path(".gudgeon")) -> list[Finding]:
+    """Examine this machine; takes a few seconds, since gmsh is loaded and a picture drawn.
+
+    Args:
+        database: Folder of the database, which need not exist yet.
+    """
+    findings = [python_finding()]
+    for group, packages in PACKAGES.items():
+        findings += [
+            package_finding(name, needed, group=group)
+            for name, needed in packages.items()
+            if name not in X86_ONLY or platform.machine() in ("x86_64", "AMD64")
+        ]
+    absent = {finding.name for finding in findings if finding.state == "missing"}
+    if "gmsh" not in absent:
+        findings.append(loading_finding())
+    if "pyvista" not in absent:
+        findings.append(rendering_finding())
+    return [*findings, backend_finding(), database_finding(database), threads_finding(os.environ)]
+
+
+def render_report(findings: list[Finding]) -> str:
+    """Return the findings as an aligned table, each remedy on a line of its own, and a line that sums up."""
+    name_width = max((len(finding.name) for finding in findings), default=0)
+    state_width = max((len(finding.state) for finding in findings), default=0)
+    lines = []
+    for finding in findings:
+        lines.append(f"{finding.name:{name_width}}  {finding.state:{state_width}}  {finding.detail}".rstrip())
+        if finding.remedy:
+            lines.append(f"{'':{name_width + state_width + 4}}mend: {finding.remedy}")
+    wanting = sum(finding.state != "ok" for finding in findings)
+    return "\n".join([*lines, "", f"{wanting} of {len(findings)} need mending" if wanting else "nothing needs mending"])
+
+
+def rendering_works(probe: str = RENDERING_PROBE, *, timeout: float = PROBE_TIMEOUT) -> tuple[bool, str]:
+    """Return whether pictures can be drawn off-screen, and what went wrong where they cannot.
+
+    A machine without the system libraries kills the process that draws, so a child process draws first.
+
+    Args:
+        probe: Python code that draws into the file named by its first argument.
+        timeout: How long the drawing may take [s].
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        picture = Path(folder, "probe.png")
+        failure = _failure(probe, str(picture), timeout=timeout)
+        if not failure and not (picture.is_file() and picture.stat().st_size):
+            failure = "no picture was written"
+    return not failure, failure
+
+
+def python_finding(found: tuple[int, int] = sys.version_info[:2]) -> Finding:
+    """Examine the version of Python."""
+    if found >= PYTHON_NEEDED:
+        return Finding("python", "ok", f"{platform.python_version()}, {sys.executable}")
+    needed = ".".join(map(str, PYTHON_NEEDED))
+    return Finding(
+        "python",
+        "broken",
+        f"{'.'.join(map(str, found))}, {needed} is needed",
+        f"make clean setup PYTHON=python{needed}",
+    )
+
+
+def package_finding(name: str, needed: str, *, group: str) -> Finding:
+    """Examine one package.
+
+    Args:
+        name: Name of the distribution.
+        needed: Versions that will do, such as `>=12,<13`.
+        group: Group of pyproject.toml that asks for it.
+    """
+    install = shlex.join([sys.executable, "-m", "pip", "install", name + needed])
+    try:
+        found = version(name)
+    except PackageNotFoundError:
+        return Finding(name, "missing", f"{group}: {needed} is needed", install)
+    if not _fits(found, needed):
+        return Finding(name, "broken", f"{group}: {found} found, {needed} is needed", install)
+    return Finding(name, "ok", f"{group}: {found}")
+
+
+def loading_finding(probe: str = GMSH_PROBE) -> Finding:
+    """Examine whether gmsh finds its system libraries.
+
+    Args:
+        probe: Python code that fails where they are missing.
+    """
+    failure = _failure(probe)
+    if not failure:
+        return Finding("gmsh loads", "ok", "all system libraries found")
+    library = re.search(r"(lib\S+\.so[.\d]*): cannot open shared object", failure)
+    if library:
+        return Finding("gmsh loads", "missing", f"system library {library[1]}", APT_COMMAND)
+    return Finding("gmsh loads", "broken", failure, APT_COMMAND)
+
+
+def rendering_finding(probe: str = RENDERING_PROBE) -> Finding:
+    """Examine whether pictures can be drawn off-screen.
+
+    Args:
+        probe: Python code that draws into the file named by its first argument.
+    """
+    works, failure = rendering_works(probe)
+    if works:
+        return Finding("off-screen drawing", "ok", "a sphere was drawn")
+    return Finding("off-screen drawing", "broken", failure, APT_COMMAND)
+
+
+def backend_finding() -> Finding:
+    """Name the sparse factorisation that will be used."""
+    name = "sparse backend"
+    try:
+        from pipeline.linalg import available_backend
+
+        return Finding(name, "ok", available_backend())
+    except ModuleNotFoundError as error:
+        install = shlex.join([sys.executable, "-m", "pip", "install", "-r", "requirements.lock"])
+        return Finding(name, "missing", str(error), install)
+    except (ImportError, OSError) as error:
+        return Finding(name, "broken", _last_line(str(error)), "make clean setup")
+
+
+def database_finding(database: Path) -> Finding:
+    """Examine whether the database's folder can be written, or made where it does not exist yet.
+
+    Args:
+        database: The folder; nothing is left in it.
+    """
+    folder = database.absolute()
+    while not folder.exists():
+        folder = folder.parent
+    if not folder.is_dir():
+        return Finding("database", "broken", f"{folder} is a file, a folder is needed", "name another with --db")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        reason = error.strerror or str(error)
+        return Finding("database", "broken", f"{folder}: {reason}", f"chmod u+w {shlex.quote(str(folder))}")
+    return Finding(
+        "database", "ok", f"{database}: writable" if folder == database.absolute() else f"{database}: not made yet"
+    )
+
+
+def threads_finding(environment: Mapping[str, str]) -> Finding:
+    """Count the cores and examine the variables that limit threads.
+
+    Args:
+        environment: Variables of the environment.
+    """
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    limits = {name: environment[name] for name in THREAD_VARIABLES if name in environment}
+    detail = ", ".join([f"{cores} cores", *(f"{name}={value}" for name, value in limits.items())])
+    wrong = [name for name, value in limits.items() if not (value.isdecimal() and 1 <= int(value) <= cores)]
+    if wrong:
+        return Finding("threads", "broken", f"{detail}; 1 to {cores} is sound", f"unset {' '.join(wrong)}")
+    return Finding("threads", "ok", detail)
+
+
+def _fits(found: str, needed: str) -> bool:
+    """Return whether a version lies within bounds such as `>=12,<13`."""
+    return all(
+        _numbers(found) >= _numbers(bound[2:]) if bound.startswith(">=") else _numbers(found) < _numbers(bound[1:])
+        for bound in needed.split(",")
+    )
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    leading = re.match(r"\d+(\.\d+)*", text)
+    return tuple(int(part) for part in leading[0].split(".")) if leading else ()
+
+
+def _failure(probe: str, *arguments: str, timeout: float = PROBE_TIMEOUT) -> str:
+    """Run Python code in a child process and return what went wrong in one line, or nothing."""
+    try:
+        child = subprocess.run(
+            [sys.executable, "-c", probe, *arguments], capture_output=True, text=True, errors="replace", timeout=timeout
+        )
+    except subprocess.TimeoutExpired:
+        return f"no answer within {timeout:g} s"
+    if child.returncode == 0:
+        return ""
+    # A shell in between reports a signal as 128 + its number.
+    number = -child.returncode if child.returncode < 0 else child.returncode - 128
+    if number in set(signal.Signals):
+        return f"the process was killed by {signal.Signals(number).name}"
+    return _last_line(child.stderr) or f"exit code {child.returncode}"
+
+
+def _last_line(text: str) -> str:
+    lines = text.strip().splitlines()
+    return lines[-1].strip() if lines else ""

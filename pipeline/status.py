@@ -1,0 +1,77 @@
+"""Which stages are fresh, which are stale, and why: this run's inputs are kept beside its results for the next."""
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from modaldb.keys import content_key, differences, file_digest
+from pipeline.products import STAGES, Product, combined, plot_inputs
+from pipeline.textfile import write_text
+
+if TYPE_CHECKING:
+    from pipeline.stages import Job
+
+INPUTS = "inputs.json"
+
+
+def status(job: "Job") -> list[tuple[str, str, str, list[str]]]:
+    """Return for each stage its name, `fresh` or `stale`, its key, and why it is stale."""
+    last, rows = _last_inputs(job), []
+    for stage in STAGES[:4]:
+        products = _products(job, [stage])
+        missing = {place: product for place, product in products.items() if not job.store.has(product.key)}
+        why = [line for place, product in missing.items() for line in _reasons(last.get(place), product)]
+        keys = list(dict.fromkeys(product.key for product in products.values()))
+        rows.append((stage, "stale" if missing else "fresh", combined(keys), why))
+    key = content_key(plot_inputs(rows[-1][2]))
+    fresh = rows[-1][1] == "fresh" and fresh_pictures(job, key) is not None
+    why = [] if fresh else ["pictures are missing or show another result"]
+    return [*rows, ("plot", "fresh" if fresh else "stale", key, why)]
+
+
+def remember(job: "Job", stages: Sequence[str]) -> None:
+    """Keep the inputs of the stages that are now fresh, so that `status` can say what changed since."""
+    noted = _last_inputs(job) | {place: product.inputs for place, product in _products(job, stages).items()}
+    text = json.dumps(noted, indent=1, sort_keys=True)
+    path = job.out / INPUTS
+    if not path.is_file() or path.read_text() != text:
+        write_text(path, text)
+
+
+def fresh_pictures(job: "Job", key: str) -> list[str] | None:
+    """Return the pictures that stand in the job's folder if they were drawn for `key` and are whole, else None."""
+    try:
+        noted = json.loads((job.out / "pictures.json").read_text())
+        paths = [job.out / name for name in noted["files"]]
+        if noted["key"] == key and all(
+            file_digest(p) == d for p, d in zip(paths, noted["files"].values(), strict=True)
+        ):
+            return [str(path) for path in paths]
+    except (OSError, ValueError, KeyError):
+        return None
+    return None
+
+
+def _products(job: "Job", stages: Sequence[str]) -> dict[str, Product]:
+    """Return the products of some stages by their place: component and step, or the scene's own."""
+    found = {
+        f"{name}.{step}": product
+        for name, steps in job.components().items()
+        for step, product in steps.items()
+        if product.stage in stages
+    }
+    return found | ({"solve": job.trajectory()} if "solve" in stages else {})
+
+
+def _last_inputs(job: "Job") -> dict[str, Any]:
+    try:
+        return json.loads((job.out / INPUTS).read_text())
+    except (OSError, ValueError):
+        return {}
+
+
+def _reasons(before: dict[str, Any] | None, product: Product) -> list[str]:
+    if before is None:
+        return [f"{product.name}: not made yet"]
+    changed = differences(before, product.inputs)
+    return [f"{product.name}: {line}" for line in changed] or [f"{product.name}: not in this database"]
