@@ -51,6 +51,8 @@ class InterfaceModes:
     """Outward unit normals of the true surface, (c, 3)."""
     areas: Array
     """Tributary areas [m^2], (c,)."""
+    edge: Array
+    """Whether a point borders on surface that is not part of the interface, (c,); contact there may go on beyond."""
     rows: Array
     """B Φ: outward normal displacement per unit of each elastic coordinate [kg^-½], (c, m)."""
 

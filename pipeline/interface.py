@@ -40,6 +40,7 @@ class ContactPoints:
     points: np.ndarray
     normals: np.ndarray
     areas: np.ndarray
+    edge: np.ndarray
 
 
 def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
@@ -58,7 +59,8 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     if mesh.cell_type == "line3":
         shape = surface.shape
         nodes = surface.facets.ravel()
-        return ContactPoints(nodes, mesh.nodes[nodes], np.array([shape["normal"]]), np.array([shape["area"]]))
+        normal, area = np.array([shape["normal"]]), np.array([shape["area"]])
+        return ContactPoints(nodes, mesh.nodes[nodes], normal, area, np.zeros(1, bool))
     nodes, areas, normals = _mid_sides(mesh.nodes, surface.facets)
     points = mesh.nodes[nodes]
     if surface.shape:
@@ -66,7 +68,8 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     keep = _inside(points, interface, surface.shape, where)
     if not keep.any():
         raise InputError(f"{where}: no contact point of surface '{interface.surface}' lies in its sector and height")
-    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep])
+    edge = np.isin(nodes[keep], _neighbours(surface.facets, nodes[~keep]))
+    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge)
 
 
 def cylindrical(points: np.ndarray, shape: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -145,6 +148,11 @@ def _mid_sides(nodes: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.nd
     np.add.at(vectors, slot.ravel(), np.einsum("aq,fqi,q->fai", N[3:], normal, W).reshape(-1, 3))
     np.add.at(areas, slot.ravel(), np.einsum("aq,fq,q->fa", N[3:], np.linalg.norm(normal, axis=2), W).ravel())
     return numbers, areas, vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def _neighbours(facets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Return all mid-side nodes of the facets that hold one of `nodes`."""
+    return np.unique(facets[np.isin(facets[:, 3:], nodes).any(axis=1), 3:])
 
 
 def _inside(points: np.ndarray, interface: Interface, shape: dict[str, Any], where: str) -> np.ndarray:

@@ -40,7 +40,7 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         rigid_twists=model.rigid_twists,
         interfaces={
             key: InterfaceModes(
-                points.nodes, points.points, points.normals, points.areas,
+                points.nodes, points.points, points.normals, points.areas, points.edge,
                 model.rows(points.nodes, points.normals) @ reduction.Phi,
             )
             for key, points in touched.items()

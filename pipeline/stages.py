@@ -24,6 +24,8 @@ from solver.scene import Scene
 
 __all__ = ["Job", "RunReport", "SceneError", "SolverError", "export", "open_job", "plan", "run", "run_job", "status"]
 
+EDGE_SHARE = 1e-3
+"""Share of a contact's impulse at the edge of its interface from which a run says so."""
 DEFAULT_DB = ".gudgeon"
 DEFAULT_OUT = "out"
 Progress = Callable[[str, float], None]
@@ -188,6 +190,7 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
     if "plot" in wanted and outcome is not Result.DIVERGED:
         stages["plot"], pictures, notes = _plot_stage(job, stages["solve"].key, tell)
     remember(job, wanted)
+    notes += _edge_notes(job, summary["quantities"])
     return RunReport(
         job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
         summary["momentum_residual"], str(job.out), pictures, notes,
@@ -326,6 +329,17 @@ def _plot_stage(job: Job, trajectory: str, tell: Progress) -> tuple[StageReport,
         write_text(job.out / "pictures.json", json.dumps({"key": key, "files": digests}, indent=1))
     tell("plot", 1.0)
     return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes
+
+
+def _edge_notes(job: Job, quantities: dict[str, Any]) -> list[str]:
+    """Say where contact reached the edge of an interface that is a part of its surface."""
+    notes = []
+    for name, contact in job.scene.contact.items():
+        share = quantities.get(f"{name}.edge_share", {"value": 0.0})["value"]
+        if share > EDGE_SHARE:
+            where = f"component.{job.scene.component_of(contact.body)}.interface.{contact.interface}"
+            notes.append(f"{share:.1%} of the impulse of {name} is at the edge of {where}; contact may go on beyond it")
+    return notes
 
 
 def _checked(path: Path, tables: dict[str, Any]) -> SceneFile:

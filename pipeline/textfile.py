@@ -1,8 +1,9 @@
 """Result files that are never half-written: a temporary name first, then one rename."""
 
+import contextlib
 import os
 import shutil
-import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from pipeline.errors import InputError
@@ -16,10 +17,9 @@ def write_text(path: Path, text: str) -> None:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(scratch, path)
+        with _scratch(path) as scratch:
+            scratch.write_text(text, encoding="utf-8")
+            os.replace(scratch, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from error
 
@@ -32,8 +32,18 @@ def copy_file(source: Path, target: Path) -> None:
     """
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        scratch = target.with_name(f".{target.name}.part")
-        shutil.copyfile(source, scratch)
-        os.replace(scratch, target)
+        with _scratch(target) as scratch:
+            shutil.copyfile(source, scratch)
+            os.replace(scratch, target)
     except OSError as error:
         raise InputError(f"{target}: cannot be written ({error.strerror})") from error
+
+
+@contextlib.contextmanager
+def _scratch(path: Path) -> Iterator[Path]:
+    """Yield a hidden name beside `path`; what still stands there afterwards is removed."""
+    scratch = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield scratch
+    finally:
+        scratch.unlink(missing_ok=True)

@@ -23,6 +23,9 @@ def quantities(
         impulse = (state.impulses[contact.rows, None] * contact.directions).sum(axis=0)
         size = float(np.linalg.norm(impulse))
         values = {"impulse": (size, "N s")}
+        pressed = float(state.impulses[contact.rows].sum())
+        if contact.edge.any() and pressed > 0:
+            values["edge_share"] = (float(state.impulses[contact.rows][contact.edge].sum()) / pressed, "1")
         if size > 0:
             along = impulse / size
             history = forces[:, number] @ along

@@ -32,6 +32,7 @@ class ContactRows:
     directions: np.ndarray
     """Direction of the force on the body, (c, 3)."""
     areas: np.ndarray | None
+    edge: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,9 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
         rows[here, first : first + block.rows.shape[1]] = block.rows
         compliance[here, here] = block.compliance
         contacts.append(
-            ContactRows(block.name, block.body, block.interface, here, block.points, block.directions, block.areas)
+            ContactRows(
+                block.name, block.body, block.interface, here, block.points, block.directions, block.areas, block.edge
+            )
         )
     _couple(scene, bodies, contacts, compliance)
     velocity, rigid = np.zeros(size), []
@@ -146,6 +149,7 @@ class _Block:
     points: np.ndarray
     directions: np.ndarray
     areas: np.ndarray | None
+    edge: np.ndarray
 
 
 def _contact_rows(scene: Scene, name: str, body: FlexibleBody) -> _Block:
@@ -170,7 +174,7 @@ def _contact_rows(scene: Scene, name: str, body: FlexibleBody) -> _Block:
     compliance = _compliance(contact, name, body, areas, len(gap))
     return _Block(
         name, body.name, contact.interface, rows, gap, compliance,
-        _dashpot(contact, name, body, compliance), points, directions, areas,
+        _dashpot(contact, name, body, compliance), points, directions, areas, interface.edge,
     )  # fmt: skip
 
 

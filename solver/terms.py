@@ -37,7 +37,7 @@ def scene_terms(scene: Scene) -> list[Term]:
             terms.append(
                 Term(
                     f"contact {name}", body, True, f"against a {contact.against.shape}",
-                    (f"{path}/rows", f"{path}/normals", f"morph:points/{contact.interface}"),
+                    (f"{path}/rows", f"{path}/normals", f"{path}/edge", f"morph:points/{contact.interface}"),
                 )
             )  # fmt: skip
             layer = contact.surface_stiffness is not None

@@ -26,7 +26,7 @@ def rod_records(mode_count: int) -> tuple[ModalRecord, MorphRecord]:
     centre, inertia = np.array([LENGTH / 2, 0.0, 0.0]), np.diag([0.0, 1.0, 1.0]) * MASS * LENGTH**2 / 12
     modal = ModalRecord(
         "mesh", "macneal", mode_count, 0, omega, MASS, centre, inertia, twist,
-        {"tip": InterfaceModes(np.array([1]), tip_point, normal, np.array([1e-4]), tip[None])},
+        {"tip": InterfaceModes(np.array([1]), tip_point, normal, np.array([1e-4]), np.zeros(1, bool), tip[None])},
         {"tip": [0, 1]}, np.array([[residual]]), None, None, {},
     )  # fmt: skip
     return modal, MorphRecord("mesh", "modes", "none", {"tip": tip_point}, MASS, centre, inertia, twist, None, {})
@@ -41,11 +41,11 @@ def block_records(point_count: int, seed: int = 0, mode_count: int = 8) -> tuple
     rows = rng.standard_normal((point_count, mode_count)) * 0.5
     root = rng.standard_normal((point_count, point_count))
     R = 1e-9 * (root @ root.T / point_count + 0.1 * np.eye(point_count))
-    centre, inertia = np.zeros(3), 0.01 * np.eye(3)
+    centre, inertia, edge = np.zeros(3), 0.01 * np.eye(3), np.arange(point_count) == 0
     twists = np.diag([1 / np.sqrt(MASS)] * 3 + [10.0] * 3)
     modal = ModalRecord(
         "mesh", "macneal", mode_count, 0, omega, MASS, centre, inertia, twists,
-        {"face": InterfaceModes(np.arange(point_count), points, normals, np.full(point_count, 1e-5), rows)},
+        {"face": InterfaceModes(np.arange(point_count), points, normals, np.full(point_count, 1e-5), edge, rows)},
         {"face": [0, point_count]}, R, None, None, {},
     )  # fmt: skip
     return modal, MorphRecord("mesh", "modes", "none", {"face": points}, MASS, centre, inertia, twists, None, {})

@@ -104,5 +104,6 @@ print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "mat
     assert fields == {
         "morph:centre", "morph:inertia", "morph:rigid_twists", "morph:points/tip",
         "modes:angular_frequencies", "modes:interfaces/tip/rows", "modes:interfaces/tip/normals",
+        "modes:interfaces/tip/edge",
         "modes:residual_flexibility",
     }  # fmt: skip

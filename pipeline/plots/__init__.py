@@ -1,0 +1,137 @@
+"""Pictures of a result, drawn in child processes: VTK without working GL libraries ends the process it runs in.
+
+matplotlib and pyvista are imported nowhere outside this package, and here only by the child.
+"""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Collection
+from pathlib import Path
+
+from pipeline.errors import InputError
+
+PLOTS: dict[str, dict[str, str]] = {
+    "flat": {
+        "force": "pipeline.plots.curves:draw_force",
+        "energy": "pipeline.plots.curves:draw_energy",
+        "pressure": "pipeline.plots.pressure:draw_pressure",
+        "waves": "pipeline.plots.waves:draw_waves",
+    },
+    "rendered": {
+        "deformation": "pipeline.plots.deformation:draw_deformation",
+        "movie": "pipeline.plots.movie:draw_movie",
+    },
+}
+"""Name → drawing function; each group has a child process of its own, so that a crash in one spares the other."""
+
+FILES = ("force.png", "energy.png", "pressure.png", "deformation.png", "impact.mp4")
+"""Names that belong to the pictures; with more than one body or map, its name stands before the dot."""
+
+CHILD = "pipeline.plots.child"
+
+
+def render(store_root: Path, trajectory_key: str, out: Path, scene_name: str) -> tuple[list[Path], list[str]]:
+    """Draw all pictures of a trajectory into a folder.
+
+    Returns:
+        The files that were drawn, and a note for each picture that could not be.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        scratch = Path(tempfile.mkdtemp(prefix=".drawing-", dir=out))
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
+    drawn: list[str] = []
+    notes: list[str] = []
+    try:
+        # What cannot be drawn this time must not stand there as drawn from an earlier result.
+        for name in FILES:
+            (out / name).unlink(missing_ok=True)
+        for group in PLOTS:
+            job = {
+                "store": str(store_root.resolve()),
+                "trajectory": trajectory_key,
+                "scene": scene_name,
+                "out": str(out.resolve()),
+                "scratch": str(scratch.resolve()),
+                "group": group,
+            }
+            path = scratch / f"{group}.json"
+            path.write_text(json.dumps(job))
+            _draw_group(group, path, drawn, notes)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    return [out / name for name in drawn], list(dict.fromkeys(notes))
+
+
+def _draw_group(group: str, job: Path, drawn: list[str], notes: list[str]) -> None:
+    """Run the child; where it crashes although there is a display, once more without the display.
+
+    VTK itself takes the first window system that works: X, EGL, OSMesa. Only a broken X server, such as a forwarded
+    one without GLX, can stand in its way.
+    """
+    code, stderr = 0, ""
+    for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
+        if hidden and (code >= 0 or not any(name in os.environ for name in hidden)):
+            break
+        code, stdout, stderr = _run_child(job, hidden)
+        for line in stdout.splitlines():
+            event, _, value = line.partition(" ")
+            if event == "note":
+                notes.append(value)
+            elif event == "drawn" and value not in drawn:
+                drawn.append(value)
+    if code < 0 and group == "rendered":
+        notes.append(
+            f"pictures with 3-D rendering were left out: rendering crashed ({_signal_name(-code)});"
+            " install libgl1 libegl1 libegl-mesa0 or libosmesa6, `gudgeon doctor` says which"
+        )
+    elif code:
+        lines = stderr.strip().splitlines() or [f"exit code {code}"]
+        notes.append(f"pictures were left out ({group}): {lines[-1]}")
+
+
+def _run_child(job: Path, hidden: Collection[str]) -> tuple[int, str, str]:
+    """Return the child's exit code (−n: killed by signal n), stdout and stderr; it never outlives this call."""
+    environment = {name: value for name, value in os.environ.items() if name not in hidden}
+    environment["MPLBACKEND"] = "Agg"
+    package = str(Path(__file__).resolve().parents[2])
+    paths = [package, environment["PYTHONPATH"]] if environment.get("PYTHONPATH") else [package]
+    environment["PYTHONPATH"] = os.pathsep.join(paths)
+    command = [sys.executable, "-m", CHILD, str(job)]
+    child = subprocess.Popen(
+        command,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+    )
+    try:
+        stdout, stderr = child.communicate()
+    finally:
+        if child.poll() is None:
+            child.terminate()
+            try:
+                child.wait(timeout=5)
+            except subprocess.TimeoutExpired:
+                child.kill()
+                child.wait()
+    return child.returncode, stdout, stderr
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"

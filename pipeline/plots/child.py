@@ -1,0 +1,48 @@
+"""`python -m pipeline.plots.child JOB.json`: draws one group of pictures and tells each on stdout, a line each:
+
+`drawn NAME` for a file that is whole, `note TEXT` for a picture that could not be drawn.
+"""
+
+import importlib
+import json
+import sys
+import traceback
+from pathlib import Path
+
+import modaldb
+from pipeline.plots import PLOTS
+from pipeline.plots.drawing import Drawing
+
+
+def main(job_path: str) -> None:
+    """Draw what the job asks for; a picture that fails is noted, and the others are drawn nevertheless."""
+    job = json.loads(Path(job_path).read_text())
+    drawing = Drawing(
+        store=modaldb.open(job["store"]),
+        key=job["trajectory"],
+        scene_name=job["scene"],
+        out=Path(job["out"]),
+        scratch=Path(job["scratch"]),
+        tell=lambda name: _tell("drawn", name),
+    )
+    for name, function in PLOTS[job["group"]].items():
+        module, _, attribute = function.partition(":")
+        try:
+            getattr(importlib.import_module(module), attribute)(drawing)
+        except ModuleNotFoundError as error:
+            _tell("note", f"{name} was left out: {error.name} is not installed; pip install 'gudgeon[plots]'")
+        except Exception as error:
+            # Whatever a drawing library finds wrong: the result itself stands, and the other pictures can be drawn.
+            traceback.print_exc()
+            reason = (str(error).splitlines() or [""])[0]
+            _tell("note", f"{name} was left out: {type(error).__name__}: {reason}")
+    for name in drawing.unseen():
+        _tell("note", f"contact {name} was closed between two frames only: raise run.frames to see it in pictures")
+
+
+def _tell(event: str, value: str) -> None:
+    print(event, value, flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
