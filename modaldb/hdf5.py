@@ -1,7 +1,7 @@
 """Records as HDF5 files: the only module that imports h5py. The format is written down in docs/format.md.
 
 A file starts with a 512-byte user block that plain HDF5 readers skip: a magic line, the SHA-256 of everything after
-the block, and the record's kind. It can be verified without HDF5, and opens in any HDF5 viewer.
+the block and of the kind, and the record's kind. It can be verified without HDF5, and opens in any HDF5 viewer.
 """
 
 import hashlib
@@ -12,7 +12,8 @@ import typing
 from collections.abc import Collection
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
+from urllib.parse import quote, unquote
 
 from modaldb.errors import RecordDamaged, RecordMismatch
 from modaldb.schema import KINDS, SCHEMA_VERSION
@@ -39,9 +40,9 @@ def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> 
         _write_group(file, record)
     with path.open("r+b") as raw:
         raw.seek(USERBLOCK)
-        digest = hashlib.file_digest(raw, "sha256").hexdigest()
+        block = _user_block(raw, kind.encode())
         raw.seek(0)
-        raw.write((MAGIC + digest.encode() + b"\n" + kind.encode() + b"\n").ljust(USERBLOCK, b"\0"))
+        raw.write(block)
         raw.flush()
         os.fsync(raw.fileno())
 
@@ -57,9 +58,9 @@ def verify_record(path: Path) -> str:
         lines = block.rstrip(b"\0").split(b"\n")
         if not block.startswith(MAGIC) or len(lines) != 4:
             raise RecordDamaged(f"{path}: not a gudgeon record (header damaged)")
-        if hashlib.file_digest(raw, "sha256").hexdigest().encode() != lines[1]:
+        if block != _user_block(raw, lines[2]):
             raise RecordDamaged(f"{path}: checksum differs from the one written")
-    return lines[2].decode(errors="replace")
+    return lines[2].decode()
 
 
 def read_record(path: Path, kind: str, only: Collection[str] | None = None) -> Any:
@@ -108,6 +109,12 @@ def provenance(path: Path) -> dict[str, Any]:
         return json.loads(str(file.attrs["provenance"]))
 
 
+def _user_block(raw: BinaryIO, kind: bytes) -> bytes:
+    """Return the user block that belongs to a kind and to the rest of a file."""
+    digest = hashlib.file_digest(raw, lambda: hashlib.sha256(kind)).hexdigest()
+    return (MAGIC + digest.encode() + b"\n" + kind + b"\n").ljust(USERBLOCK, b"\0")
+
+
 def _write_group(group: Any, record: Any) -> None:
     import numpy as np
 
@@ -124,9 +131,9 @@ def _write_group(group: Any, record: Any) -> None:
             below = group.create_group(entry.name)
             for name, item in value.items():
                 if is_dataclass(member):
-                    _write_group(below.create_group(name), item)
+                    _write_group(below.create_group(_escaped(name)), item)
                 else:
-                    below.create_dataset(name, data=np.ascontiguousarray(item), track_times=False)
+                    below.create_dataset(_escaped(name), data=np.ascontiguousarray(item), track_times=False)
         else:
             group.attrs[entry.name] = json.dumps(value) if isinstance(value, dict) else value
 
@@ -151,15 +158,21 @@ def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[st
             return None
         return _read_group(group[name], typing.cast(type, base), f"{path}/", only)
     if (member := _member_type(base)) is not None:
-        names = [item for item in group[name] if _wanted(f"{path}/{item}", only)]
+        below = group[name]
+        names = [item for item in map(unquote, below) if _wanted(f"{path}/{item}", only)]
         if is_dataclass(member):
             cls = typing.cast(type, member)
-            return {item: _read_group(group[name][item], cls, f"{path}/{item}/", only) for item in names}
-        return {item: _read_array(group[name][item]) for item in names}
+            return {item: _read_group(below[_escaped(item)], cls, f"{path}/{item}/", only) for item in names}
+        return {item: _read_array(below[_escaped(item)]) for item in names}
     raw = group.attrs[name]
     if typing.get_origin(base) is dict:
         return json.loads(raw)
     return typing.cast(type, base)(raw)
+
+
+def _escaped(name: str) -> str:
+    """Return a member's name as HDF5 can hold it: `/` and `.` are no plain characters there."""
+    return quote(name, safe=" ").replace(".", "%2E")
 
 
 def _read_array(dataset: Any) -> Any:

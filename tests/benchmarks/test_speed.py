@@ -47,7 +47,8 @@ def test_skirt_solve(benchmark: object, tmp_path: Path) -> None:
     simulate(system)
     trajectory = benchmark(simulate, system)  # type: ignore[operator]
     seconds = benchmark.stats["min"]  # type: ignore[attr-defined]
-    print(f"\nskirt: {seconds:.3g} s for {trajectory.counts['steps']} steps, {trajectory.counts['contact_steps']} in contact")
+    counts = trajectory.counts
+    print(f"\nskirt: {seconds:.3g} s for {counts['steps']} steps, {counts['contact_steps']} in contact")
 
 
 def test_second_run_does_nothing_fast(benchmark: object, tmp_path: Path) -> None:

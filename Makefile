@@ -1,0 +1,124 @@
+# `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
+.DEFAULT_GOAL := setup
+.PHONY: setup solver-env demo test lint bench reports lock clean help
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+
+PYTHON ?= python3
+BIN := .venv/bin
+SCENES := $(patsubst data/%/scene.toml,%,$(wildcard data/*/scene.toml))
+# gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
+SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1
+APT_INSTALL := apt-get install -y --no-install-recommends
+
+# A stamp is written last and named after what it vouches for: the lock file, the project file, and the folder,
+# since an environment that was moved or copied still points at the old one.
+key = $(shell { pwd; cat $(1); } | sha256sum | cut -c 1-16)
+LOCKED := .venv/locked-$(call key,requirements.lock)
+READY := .venv/ready-$(call key,requirements.lock pyproject.toml)
+SOLVER_READY := .venv-solver/ready-$(call key,requirements-solver.lock pyproject.toml)
+
+setup: $(READY) ## make .venv with the pinned packages and the system libraries (the targets that need it do it first)
+
+$(READY): $(LOCKED)
+	@$(install_libraries)
+	@echo "set-up: installing gudgeon itself"
+	@$(call install_project,.venv)
+	@rm -f .venv/ready-*; touch $@
+	@echo "set-up: done; $(BIN)/gudgeon --help shows the commands"
+
+$(LOCKED):
+	@$(call make_environment,.venv,requirements.lock)
+	@touch $@
+
+solver-env: $(SOLVER_READY) ## make .venv-solver: the solver and the database alone, without mesher and pictures
+
+$(SOLVER_READY):
+	@$(call make_environment,.venv-solver,requirements-solver.lock)
+	@echo '*' > .venv-solver/.gitignore
+	@$(call install_project,.venv-solver)
+	@touch $@
+
+demo: setup ## run the piston skirt from mesh to pictures
+	$(BIN)/gudgeon run data/skirt
+
+test: setup ## run the tests
+	$(BIN)/pytest
+
+lint: setup ## check style and types
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+
+bench: setup ## time what the tests only count
+	$(BIN)/pytest -o addopts="-q --strict-markers" tests/benchmarks --benchmark-only
+
+reports: setup ## write error against run time of every scene to docs/reports
+	@for scene in $(SCENES); do \
+	    echo "$(BIN)/gudgeon report data/$$scene --out docs/reports/$$scene"; \
+	    $(BIN)/gudgeon report data/$$scene --out docs/reports/$$scene; \
+	done
+
+lock: setup ## pin again what pyproject.toml asks for; `make lock UPGRADE=--upgrade` takes newer versions
+	@echo "lock: requirements.lock"
+	@$(BIN)/python -c '$(REQUIREMENTS_ALL)' | $(COMPILE) $(UPGRADE) -o requirements.lock -
+	@echo "lock: requirements-solver.lock"
+	@cp requirements.lock requirements-solver.tmp  # The same versions, and hashes that are known already.
+	@$(BIN)/python -c '$(REQUIREMENTS_SOLVER)' | $(COMPILE) -o requirements-solver.tmp -
+	@mv requirements-solver.tmp requirements-solver.lock
+
+clean: ## remove the environments and caches; results and the database stay
+	rm -rf .venv .venv-solver gudgeon.egg-info .pytest_cache .ruff_cache .benchmarks
+	find modaldb pipeline solver tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+help: ## show this list
+	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1|\2/p' Makefile | while IFS='|' read -r name text; do \
+	    printf '  make %-12s %s\n' "$$name" "$$text"; done
+
+# $(call make_environment,FOLDER,LOCK FILE). Modules are compiled when first used: compiling all takes longer than the rest.
+define make_environment
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	    echo "set-up: $(PYTHON) is not Python 3.11 or newer; name one: make PYTHON=python3.11" >&2; exit 1; }; \
+	$(PYTHON) -c 'import ensurepip, venv' 2> /dev/null || { \
+	    echo "set-up: $(PYTHON) cannot make environments; run: apt-get install python3-venv" >&2; exit 1; }; \
+	echo "set-up: making $(1) with $$($(PYTHON) --version)"; \
+	rm -rf $(1); \
+	$(PYTHON) -m venv $(1); \
+	echo "set-up: installing $$(grep -c == $(2)) pinned packages of $(2)"; \
+	$(1)/bin/python -m pip install -q --no-compile --require-hashes -r $(2)
+endef
+
+# setuptools warns of what every editable installation does.
+install_project = PYTHONWARNINGS=ignore $(1)/bin/python -m pip install -q --no-deps --no-build-isolation -e .
+
+# What is missing is installed by root, or by sudo where it asks for no password; set-up goes on either way.
+define install_libraries
+	missing=; \
+	if command -v dpkg-query > /dev/null; then \
+	    for name in $(SYSTEM_LIBRARIES); do \
+	        dpkg-query -W -f '$${Status}' $$name 2> /dev/null | grep -q 'ok installed' || missing="$$missing $$name"; \
+	    done; \
+	else \
+	    echo "set-up: no Debian packages here; gmsh and the pictures need what these hold: $(SYSTEM_LIBRARIES)"; \
+	fi; \
+	if [ -n "$$missing" ]; then \
+	    echo "set-up: installing system libraries:$$missing"; \
+	    if [ "$$(id -u)" = 0 ]; then as_root=; \
+	    elif sudo -n true 2> /dev/null; then as_root="sudo -n"; \
+	    else as_root=false; fi; \
+	    { $$as_root apt-get update -qq && \
+	      $$as_root env DEBIAN_FRONTEND=noninteractive $(APT_INSTALL) -qq $$missing; } > /dev/null || \
+	    echo "set-up: not installed; gmsh and the pictures need: sudo $(APT_INSTALL)$$missing"; \
+	fi
+endef
+
+# Lines by which extras name each other are left out: what they stand for is listed anyway.
+REQUIREMENTS := import tomllib; project = tomllib.load(open("pyproject.toml", "rb")); \
+    extras = project["project"]["optional-dependencies"]; \
+    base = project["build-system"]["requires"] + project["project"]["dependencies"]
+REQUIREMENTS_ALL := $(REQUIREMENTS); \
+    print(*base, *(line for extra in extras.values() for line in extra if not line.startswith("gudgeon")), sep="\n")
+REQUIREMENTS_SOLVER := $(REQUIREMENTS); \
+    print(*base, *(line for line in extras["dev"] if line.startswith("pytest>")), sep="\n")
+COMPILE = $(BIN)/pip-compile -q --generate-hashes --allow-unsafe --strip-extras --no-emit-options --no-header \
+    --no-annotate

@@ -1,0 +1,39 @@
+"""The layering, proved: the solver and the database pass their tests where mesher and picture makers do not exist."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PYTHON = ROOT / ".venv-solver" / "bin" / "python"
+FOREIGN = ("gmsh", "meshio", "skfem", "pyvista", "vtk", "matplotlib", "imageio")
+
+
+@pytest.fixture(scope="module")
+def solver_python() -> Path:
+    """Return the interpreter of the solver-only environment, which is made where it is missing or outdated."""
+    _run(["make", "--no-print-directory", "solver-env", f"PYTHON={sys.executable}"])
+    return PYTHON
+
+
+def test_foreign_packages_are_absent(solver_python: Path) -> None:
+    """The environment has neither mesher nor finite elements nor pictures."""
+    probe = f"from importlib.util import find_spec; print(*(name for name in {FOREIGN!r} if find_spec(name)))"
+    assert _run([str(solver_python), "-c", probe]).split() == []
+
+
+def test_solver_and_database_pass_their_tests(solver_python: Path) -> None:
+    """All tests of both packages pass there."""
+    _run([str(solver_python), "-m", "pytest", "-p", "no:cacheprovider", "tests/solver", "tests/modaldb"])
+
+
+def _run(command: list[str]) -> str:
+    """Run a command in the checkout and return what it printed; fail with all of it where it fails."""
+    # Paths of the present environment would lend it the packages that it must do without.
+    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV", "MAKEFLAGS")}
+    child = subprocess.run(command, cwd=ROOT, env=kept, capture_output=True, text=True)
+    assert child.returncode == 0, f"{' '.join(command)}: exit code {child.returncode}\n{child.stdout}{child.stderr}"
+    return child.stdout
