@@ -11,8 +11,9 @@ import types
 import typing
 from collections.abc import Collection
 from dataclasses import fields, is_dataclass
+from io import BufferedRandom, BufferedReader
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 from urllib.parse import quote, unquote
 
 from modaldb.errors import RecordDamaged, RecordMismatch
@@ -109,7 +110,7 @@ def provenance(path: Path) -> dict[str, Any]:
         return json.loads(str(file.attrs["provenance"]))
 
 
-def _user_block(raw: BinaryIO, kind: bytes) -> bytes:
+def _user_block(raw: BufferedReader | BufferedRandom, kind: bytes) -> bytes:
     """Return the user block that belongs to a kind and to the rest of a file."""
     digest = hashlib.file_digest(raw, lambda: hashlib.sha256(kind)).hexdigest()
     return (MAGIC + digest.encode() + b"\n" + kind + b"\n").ljust(USERBLOCK, b"\0")

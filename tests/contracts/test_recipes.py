@@ -47,9 +47,7 @@ def reduced(request: pytest.FixtureRequest, case: tuple[FEModel, ContactRows]) -
     return request.param, RECIPES[request.param](*case, settings)
 
 
-def test_mass_and_stiffness_are_diagonal(
-    case: tuple[FEModel, ContactRows], reduced: tuple[str, Reduction]
-) -> None:
+def test_mass_and_stiffness_are_diagonal(case: tuple[FEModel, ContactRows], reduced: tuple[str, Reduction]) -> None:
     model, reduction = case[0], reduced[1]
     basis = np.column_stack([model.rigid_modes, reduction.Phi])
     np.testing.assert_allclose(basis.T @ (model.M @ basis), np.eye(basis.shape[1]), atol=ORTHOGONALITY)
