@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modaldb.schema import ContactHistory, Trajectory
+from modaldb.schema import ContactHistory, Json, Trajectory
 from solver import kernel
 from solver.quantities import momentum_residual, quantities
 from solver.result import Result
@@ -62,25 +62,24 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
 
     Returns:
         The trajectory; a run that failed physically is kept up to its last good frame, with the reason in `result`.
+
+    Raises:
+        SolverError: the contact's compliance is singular.
     """
     run = system.scene.run
     critical = system.critical_frequency()
     plan = plan_steps(run.duration, run.step, run.samples, run.frames, critical)
-    law, state = _law(system, plan.dt), _state(system, plan.dt)
-    samples = plan.frames * plan.samples_per_frame
-    forces, energies = np.zeros((samples, max(1, len(system.contacts)), 3)), np.zeros((samples, 4))
-    frames, velocities = np.zeros((2, plan.frames, len(state.q)))
-    multipliers = np.zeros((plan.frames, len(system.gap)))
+    law, state, histories = _law(system, plan.dt), _state(system, plan.dt), _Histories.empty(system, plan)
     result, done = Result.FINISHED, 0
     for frame in range(plan.frames):
         here = slice(frame * plan.samples_per_frame, (frame + 1) * plan.samples_per_frame)
-        sound = kernel.march(
-            law, state, system.rigid, here.start * plan.stride, forces[here], energies[here], plan.stride
-        )
-        if not sound or not np.isfinite(energies[here]).all():
+        forces, energies = histories.forces[here], histories.energies[here]
+        sound = kernel.march(law, state, system.rigid, here.start * plan.stride, forces, energies, plan.stride)
+        if not sound or not np.isfinite(energies).all():
             result = Result.DEPENDENT_ROWS if not sound else Result.DIVERGED
             break
-        frames[frame], velocities[frame], multipliers[frame] = state.q, state.v, state.multipliers
+        histories.frames[frame], histories.velocities[frame] = state.q, state.v
+        histories.multipliers[frame] = state.multipliers
         done = frame + 1
         if progress is not None:
             progress(done / plan.frames)
@@ -88,40 +87,72 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     drift = float(state.extreme[1]) / exchanged if exchanged > 0 else 0.0
     if result.ok and drift > CREATED_ENERGY:
         result = Result.ENERGY
-    kept = done * plan.samples_per_frame
+    counts = {
+        "steps": plan.steps,
+        "substeps": plan.substeps,
+        "step": plan.dt,
+        "critical_frequency": critical,
+        "contact_steps": int(state.tally[1]),
+        "pivots": int(state.tally[2]),
+        "coordinates": len(state.q),
+        "contact_rows": len(system.gap),
+    }
+    return _trajectory(system, plan, state, histories.cut(done, plan), result, drift, counts)
+
+
+@dataclass(frozen=True)
+class _Histories:
+    forces: np.ndarray
+    energies: np.ndarray
+    frames: np.ndarray
+    velocities: np.ndarray
+    multipliers: np.ndarray
+
+    @classmethod
+    def empty(cls, system: System, plan: Schedule) -> "_Histories":
+        samples, size = plan.frames * plan.samples_per_frame, len(system.velocity)
+        return cls(
+            np.zeros((samples, max(1, len(system.contacts)), 3)),
+            np.zeros((samples, 4)),
+            np.zeros((plan.frames, size)),
+            np.zeros((plan.frames, size)),
+            np.zeros((plan.frames, len(system.gap))),
+        )
+
+    def cut(self, frames: int, plan: Schedule) -> "_Histories":
+        """Keep what was finished."""
+        samples = frames * plan.samples_per_frame
+        return _Histories(
+            self.forces[:samples], self.energies[:samples], self.frames[:frames], self.velocities[:frames],
+            self.multipliers[:frames],
+        )  # fmt: skip
+
+
+def _trajectory(
+    system: System, plan: Schedule, state: kernel.State, found: _Histories, result: Result, drift: float, counts: Json
+) -> Trajectory:
+    interval = plan.dt * plan.stride
+    contacts = {
+        contact.name: ContactHistory(
+            contact.body, contact.interface, found.forces[:, number], found.multipliers[:, contact.rows],
+            contact.areas, contact.points,
+        )
+        for number, contact in enumerate(system.contacts)
+    }  # fmt: skip
     return Trajectory(
         result=result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
         coordinate_offsets=dict(system.offsets),
-        times=plan.dt * plan.stride * np.arange(1, kept + 1),
-        energies=energies[:kept],
-        contacts={
-            contact.name: ContactHistory(
-                contact.body,
-                contact.interface,
-                forces[:kept, number],
-                multipliers[:done, contact.rows],
-                contact.areas,
-                contact.points,
-            )
-            for number, contact in enumerate(system.contacts)
-        },
-        frame_times=plan.dt * plan.stride * plan.samples_per_frame * np.arange(1, done + 1),
-        frames=frames[:done],
-        velocities=velocities[:done],
-        quantities=quantities(system, state, plan.dt, plan.dt * plan.stride, forces[:kept], multipliers[:done]),
+        times=interval * np.arange(1, len(found.forces) + 1),
+        energies=found.energies,
+        contacts=contacts,
+        frame_times=interval * plan.samples_per_frame * np.arange(1, len(found.frames) + 1),
+        frames=found.frames,
+        velocities=found.velocities,
+        quantities=quantities(system, state, plan.dt, interval, found.forces, found.multipliers),
         energy_drift=drift,
         momentum_residual=momentum_residual(system, state),
-        counts={
-            "steps": plan.steps,
-            "substeps": plan.substeps,
-            "step": plan.dt,
-            "critical_frequency": critical,
-            "contact_steps": int(state.tally[1]),
-            "pivots": int(state.tally[2]),
-            "coordinates": len(state.q),
-            "contact_rows": len(system.gap),
-        },
+        counts=counts,
     )
 
 
