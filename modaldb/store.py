@@ -71,8 +71,9 @@ class FolderStore:
             StoreUnusable: the folder cannot be written.
         """
         path = self.path(key)
-        if self.has(key):
-            return
+        with contextlib.suppress(RecordDamaged):
+            if self.has(key):
+                return
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             with _scratch_file(path) as scratch:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
 import modaldb
 from modaldb.keys import content_key, file_digest
 from modaldb.store import FolderStore
@@ -19,6 +21,7 @@ from pipeline.scenefile import check_scene, merge, read_tables, scene_path
 from pipeline.status import fresh_pictures, remember, status
 from pipeline.textfile import copy_file, write_text
 from solver.errors import SceneError, SolverError
+from solver.obstacles import Obstacle
 from solver.result import Result
 from solver.scene import Scene
 
@@ -216,6 +219,11 @@ def plan(job: Job) -> dict[str, Any]:
             seen |= {(term.body, path): size for path, size in zip(term.fields, sizes, strict=True)}
     read = None if None in seen.values() else sum(size for size in seen.values() if size is not None)
     return {"scene": job.name, "terms": rows, "bytes": read}
+
+
+def obstacle_of(against: Mapping[str, Any]) -> Obstacle:
+    """Return the obstacle that a contact's `against` table describes: its gap and gap direction at any points."""
+    return TypeAdapter(Obstacle).validate_python(against)
 
 
 def export(job: Job, what: str, every: int) -> list[Path]:

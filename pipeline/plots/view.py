@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyvista as pv
-from pydantic import TypeAdapter
 
 from modaldb.schema import Surface
 from pipeline.plots import style
 from pipeline.plots.drawing import BodyMotion, Drawing
 from pipeline.plots.surface import Skin, surface_of
-from solver.obstacles import Obstacle
+from pipeline.stages import obstacle_of
 
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 """Scale factors are these times a power of ten."""
@@ -141,7 +140,7 @@ def wall_points(
     scene_contact = drawing.scene.get("contact", {}).get(contact)
     if scene_contact is None:
         return None
-    obstacle = TypeAdapter(Obstacle).validate_python(scene_contact["against"])
+    obstacle = obstacle_of(scene_contact["against"])
     placed = points + np.asarray(drawing.scene["body"][body.name]["position"], float)
     return points - scale * obstacle.gap(placed)[:, None] * obstacle.direction(placed)
 
