@@ -95,7 +95,7 @@ def dataset_bytes(path: Path) -> dict[str, int]:
 
     def note(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset):
-            sizes[name] = int(item.nbytes)
+            sizes[unquote(name)] = int(item.nbytes)
 
     with h5py.File(path, "r", locking=False) as file:
         file.visititems(note)

@@ -6,7 +6,8 @@ itself is the catalogue.
 
 import contextlib
 import os
-import tempfile
+import shutil
+import uuid
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, Protocol
@@ -112,21 +113,23 @@ class FolderStore:
 @contextlib.contextmanager
 def _scratch_file(path: Path) -> Iterator[Path]:
     """Yield a new name beside `path`; whatever still stands there afterwards is removed."""
-    folder = Path(tempfile.mkdtemp(prefix=".writing-", dir=path.parent))
+    # Named before it is made: Ctrl-C within mkdtemp would leave a folder that nobody knows.
+    folder = path.with_name(f".writing-{uuid.uuid4().hex}")
     try:
+        folder.mkdir()
         yield folder / path.name
     finally:
-        for leftover in folder.iterdir():
-            leftover.unlink()
-        folder.rmdir()
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def open_store(location: str | Path) -> FolderStore:
     """Open the database at a folder, which need not exist yet.
 
     Raises:
-        StoreUnusable: the path is there but is not a folder.
+        StoreUnusable: the path is there but is not a folder, or it is a URL.
     """
+    if "://" in str(location):
+        raise StoreUnusable(f"{location}: this release opens folders only")
     root = Path(location).expanduser()
     if root.exists() and not root.is_dir():
         raise StoreUnusable(f"{root}: not a folder")

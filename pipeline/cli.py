@@ -37,15 +37,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     # Before numpy loads: MKL threads the factorisations, and a second pool beside it only costs.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    _Console.last_stage = ""
     parser = build_parser()
     options = parser.parse_args(arguments)
-    from modaldb.errors import ModalDBError
+    if getattr(options, "jobs", None):
+        os.environ["MKL_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(options.jobs)
+    from modaldb.errors import ModalDBError, StoreUnusable
     from pipeline.errors import InputError, PipelineError
     from pipeline.stages import SceneError, SolverError
 
     try:
         return options.action(options)
-    except (InputError, SceneError) as error:
+    except (InputError, SceneError, StoreUnusable) as error:
         code, text = 2, str(error)
     except (PipelineError, SolverError, ModalDBError) as error:
         code, text = 1, str(error)
@@ -110,6 +113,7 @@ def _command(
     command.add_argument("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
     command.add_argument("--out", metavar="PATH", help="folder of the results (default out/SCENE)")
     command.add_argument("--json", action="store_true", help="one JSON document on stdout, everything else on stderr")
+    command.add_argument("--jobs", type=_positive, metavar="N", help="cores to use (default all)")
     command.add_argument("-v", "--verbose", action="store_true", help="log what the library does")
     command.set_defaults(action=action)
     return command

@@ -5,7 +5,7 @@ pressure p gives each the force p·a, a = Σ ∫ N dA over its facets.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -13,16 +13,17 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from modaldb.schema import MeshRecord
 from pipeline.errors import InputError
 
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Span = tuple[Finite, Finite]
+
 
 class Interface(BaseModel):
     """Where a component may be touched."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     surface: str = Field(description="Name of a surface of the mesh")
-    sector_deg: tuple[float, float] | None = Field(default=None, description="Keep points between two angles [deg]")
-    height: tuple[float, float] | None = Field(
-        default=None, description="Keep points between two heights along the axis [m]"
-    )
+    sector_deg: Span | None = Field(default=None, description="Keep points between two angles [deg]")
+    height: Span | None = Field(default=None, description="Keep points between two heights along the axis [m]")
 
     @model_validator(mode="after")
     def _ordered(self) -> "Interface":

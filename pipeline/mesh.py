@@ -32,8 +32,8 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
 
 def movement_of(component: Component, folder: Path, name: str) -> Movement | None:
     """Return the change of a component's surface, or None where its scene names no table."""
-    path = table_path(component.change.profile, folder)
+    path = table_path(component.change.profile, folder, name)
     if path is None:
         return None
     table = read_profile(path, component.change.profile.scale)
-    return Movement(profile_surface(component), table, f"component.{name}.change.profile")
+    return Movement(profile_surface(component, name), table, f"component.{name}.change.profile")

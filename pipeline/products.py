@@ -53,8 +53,8 @@ def component_products(name: str, component: Component, folder: Path) -> dict[st
     Raises:
         InputError: a file that the component names is missing.
     """
-    base = _product("mesh", name, "mesh", {"geometry": _geometry(component, folder), "size": component.mesh.size})
-    change = _profile(component, folder)
+    base = _product("mesh", name, "mesh", {"geometry": _geometry(component, folder, name), "size": component.mesh.size})
+    change = _profile(component, folder, name)
     recompute = bool(change) and component.change.rung == "recompute"
     mesh = _product("mesh", name, "mesh", {"base": base.key, "profile": change}) if recompute else base
     modes = _product(
@@ -98,13 +98,13 @@ def plot_inputs(trajectory_key: str) -> dict[str, Any]:
     return {"trajectory": trajectory_key, "code": CODE_VERSIONS["plot"], "libraries": _versions("plot")}
 
 
-def table_path(profile: Profile, folder: Path) -> Path | None:
+def table_path(profile: Profile, folder: Path, name: str) -> Path | None:
     """Return where a profile's table stands: beside the scene, or where the command runs.
 
     Raises:
         InputError: it is in neither place.
     """
-    return None if profile.table is None else find_file(profile.table, folder, "change.profile.table")
+    return None if profile.table is None else find_file(profile.table, folder, f"component.{name}.change.profile.table")
 
 
 def find_file(name: str, folder: Path, where: str) -> Path:
@@ -134,22 +134,22 @@ def _product(stage: str, name: str, kind: str, parameters: dict[str, Any]) -> Pr
     return Product(stage, name, kind, content_key(inputs), inputs)
 
 
-def _geometry(component: Component, folder: Path) -> dict[str, Any]:
+def _geometry(component: Component, folder: Path, name: str) -> dict[str, Any]:
     described = component.geometry.model_dump(mode="json")
     if component.geometry.kind == "file":
-        described["path"] = file_digest(find_file(component.geometry.path, folder, "geometry.path"))
+        described["path"] = file_digest(find_file(component.geometry.path, folder, f"component.{name}.geometry.path"))
     return described
 
 
-def _profile(component: Component, folder: Path) -> dict[str, Any]:
-    path = table_path(component.change.profile, folder)
+def _profile(component: Component, folder: Path, name: str) -> dict[str, Any]:
+    path = table_path(component.change.profile, folder, name)
     if path is None:
         return {}
     profile = component.change.profile
-    return {"table": file_digest(path), "surface": profile_surface(component), "scale": profile.scale}
+    return {"table": file_digest(path), "surface": profile_surface(component, name), "scale": profile.scale}
 
 
-def profile_surface(component: Component) -> str:
+def profile_surface(component: Component, name: str) -> str:
     """Return the surface that a component's profile moves.
 
     Raises:
@@ -158,7 +158,9 @@ def profile_surface(component: Component) -> str:
     if component.change.profile.surface is not None:
         return component.change.profile.surface
     if not component.interface:
-        raise InputError("change.profile.surface: is missing, and the component has no interface to take it from")
+        raise InputError(
+            f"component.{name}.change.profile.surface: is missing, and the component has no interface to take it from"
+        )
     return next(iter(component.interface.values())).surface
 
 

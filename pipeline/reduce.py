@@ -5,8 +5,10 @@ from scipy import sparse
 
 from modaldb.schema import InertiaCouplings, InterfaceModes, MeshRecord, ModalRecord
 from pipeline.component import Component
+from pipeline.errors import InputError
 from pipeline.interface import ContactPoints, contact_points, surface_coordinates
 from pipeline.model import FEModel, build_model
+from pipeline.modes.normal import largest_count
 from pipeline.modes.static import pressure_fields
 from pipeline.recipes import RECIPES, ContactRows, Reduction
 
@@ -26,6 +28,11 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         for key, interface in sorted(component.interface.items())
     }
     model = build_model(mesh, component.material)
+    if component.modes.normal_count > (most := largest_count(model)):
+        raise InputError(
+            f"component.{name}.modes.normal_count: {component.modes.normal_count} given, its mesh has {most} at most;"
+            " refine it or ask for fewer"
+        )
     reduction = RECIPES[component.modes.recipe](model, _rows(mesh, component, model, touched), component.modes)
     ends = np.cumsum([0, *(len(points.nodes) for points in touched.values())])
     return ModalRecord(

@@ -63,7 +63,7 @@ def reference_of(job: Job, nodal: list[NodalRecord]) -> ForceReference | None:
         return ForceReference(f"nodal synthesis at {finest.step * 1e6:g} µs", grid, force, impulse, report.window)
     if report.pulse is None or report.reference is None:
         return None
-    path = find_file(report.reference, job.folder, "report.reference")
+    path = find_file(report.reference, job.folder, f"{job.path}: report.reference")
     try:
         expected = json.loads(path.read_text())["expected"]
         height, duration = (float(expected[n]["value"]) for n in (report.pulse.height, report.pulse.duration))

@@ -1,8 +1,10 @@
 """Reading a scene: TOML, overrides from the command line, and errors that say what to write instead."""
 
+import contextlib
 import difflib
+import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,6 +14,7 @@ from pipeline.errors import InputError
 
 Model = TypeVar("Model", bound=BaseModel)
 SCENE_FILE = "scene.toml"
+KEY = re.compile(r"(component|body|contact|report|run)\.")
 
 
 def scene_path(scene: str | Path) -> Path:
@@ -45,6 +48,17 @@ def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     for text in overrides:
         merge(tables, parse_override(text))
     return tables
+
+
+@contextlib.contextmanager
+def named(path: Path, *kinds: type[Exception]) -> Iterator[None]:
+    """Begin errors of these kinds that are about a key of the scene with the scene's file."""
+    try:
+        yield
+    except kinds as error:
+        if KEY.match(str(error)) is None:
+            raise
+        raise type(error)(f"{path}: {error}") from error
 
 
 def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model:
@@ -96,18 +110,18 @@ def merge(tables: dict[str, Any], changes: Mapping[str, Any]) -> None:
 
 def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
     keys, allowed = _walk(schema, entry["loc"])
-    key = ".".join(keys) or "scene"
+    where = ": ".join([str(path), ".".join(keys)] if keys else [str(path)])
     if entry["type"] == "extra_forbidden":
         near = difflib.get_close_matches(keys[-1], allowed, 1)
         hint = f"did you mean '{near[0]}'? " if near else ""
-        return f"{path}: {key}: unknown key; {hint}allowed here: {', '.join(allowed)}"
+        return f"{where}: unknown key; {hint}allowed here: {', '.join(allowed)}"
     if entry["type"] == "missing":
-        return f"{path}: {key}: is missing"
+        return f"{where}: is missing"
     message = entry["msg"].removeprefix("Value error, ")
     given = entry["input"]
     if isinstance(given, Mapping) or entry["type"] == "value_error":
-        return f"{path}: {key}: {message}"
-    return f"{path}: {key}: {given!r} given; {message[0].lower()}{message[1:]}"
+        return f"{where}: {message}"
+    return f"{where}: {given!r} given; {message[0].lower()}{message[1:]}"
 
 
 def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[str], list[str]]:

@@ -14,5 +14,5 @@ class ModesSettings(BaseModel):
         description="macneal: what the kept shapes lack stays as massless residual flexibility R; normal+static: it is"
         " dropped, contact then needs method 'penalty'",
     )
-    normal_count: int = Field(default=30, ge=0, description="Elastic normal modes")
+    normal_count: int = Field(default=30, ge=1, description="Elastic normal modes")
     static_count: int = Field(default=0, ge=0, description="Static correction shapes of each interface")

@@ -17,7 +17,7 @@ from pipeline.component import Component
 from pipeline.errors import InputError
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
 from pipeline.reporting import Report
-from pipeline.scenefile import check_scene, merge, read_tables, scene_path
+from pipeline.scenefile import check_scene, merge, named, read_tables, scene_path
 from pipeline.status import fresh_pictures, remember, status
 from pipeline.textfile import copy_file, write_text
 from solver.errors import SceneError, SolverError
@@ -62,11 +62,12 @@ class Job:
     def components(self) -> dict[str, dict[str, Product]]:
         """Return the products of every component that a body uses."""
         used = {self.scene.component_of(body) for body in self.scene.body}
-        return {
-            name: component_products(name, component, self.folder)
-            for name, component in self.scene.component.items()
-            if name in used
-        }
+        with named(self.path, InputError):
+            return {
+                name: component_products(name, component, self.folder)
+                for name, component in self.scene.component.items()
+                if name in used
+            }
 
     def dynamics(self) -> dict[str, Any]:
         """Return the solver's part of the scene, as JSON."""
@@ -188,7 +189,8 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
     if "solve" not in wanted:
         remember(job, wanted)
         return RunReport(job.name, None, stages, out=str(job.out))
-    stages["solve"], summary = _solve_stage(job, tell)
+    with named(job.path, InputError, SceneError):
+        stages["solve"], summary = _solve_stage(job, tell)
     pictures, notes, outcome = [], [], Result[summary["result"]]
     if "plot" in wanted and outcome is not Result.DIVERGED:
         stages["plot"], pictures, notes = _plot_stage(job, stages["solve"].key, tell)
@@ -265,7 +267,8 @@ def _component_stage(job: Job, stage: str, tell: Progress) -> StageReport:
             if job.store.has(product.key):
                 continue
             tell(stage, 0.0)
-            record = _make(job, name, step, steps)
+            with named(job.path, InputError):
+                record = _make(job, name, step, steps)
             job.store.put(product.key, product.kind, record, product.inputs)
             ran = True
     tell(stage, 1.0)

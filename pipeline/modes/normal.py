@@ -28,6 +28,11 @@ class NormalModes:
     quality: dict[str, float]
 
 
+def largest_count(model: FEModel) -> int:
+    """Return how many elastic modes Lanczos can extract of a model, two spare ones aside."""
+    return model.K.shape[0] - model.rigid_modes.shape[1] - 3
+
+
 def normal_modes(model: FEModel, count: int) -> NormalModes:
     """Extract the lowest `count` elastic modes.
 
@@ -35,7 +40,7 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
         StageError: rigid and elastic modes cannot be told apart, a mode was missed, or a residual is too large.
     """
     K, M, rigid = model.K, model.M, model.rigid_modes
-    if count >= K.shape[0] - rigid.shape[1] - 2:
+    if count > largest_count(model):
         raise StageError(
             f"modes: {count} normal modes asked of a mesh with {K.shape[0]} dofs; refine it or ask for fewer"
         )

@@ -9,7 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
+import uuid
 from collections.abc import Collection
 from pathlib import Path
 
@@ -44,14 +44,12 @@ def render(store_root: Path, trajectory_key: str, out: Path, scene_name: str) ->
     Raises:
         InputError: the folder cannot be written.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=".drawing-", dir=out))
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
+    # Named before it is made: Ctrl-C within mkdtemp would leave a folder that nobody knows.
+    scratch = out / f".drawing-{uuid.uuid4().hex}"
     drawn: list[str] = []
     notes: list[str] = []
     try:
+        scratch.mkdir(parents=True)
         # What cannot be drawn this time must not stand there as drawn from an earlier result.
         for name in FILES:
             (out / name).unlink(missing_ok=True)
@@ -67,6 +65,8 @@ def render(store_root: Path, trajectory_key: str, out: Path, scene_name: str) ->
             path = scratch / f"{group}.json"
             path.write_text(json.dumps(job))
             _draw_group(group, path, drawn, notes)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
     return [out / name for name in drawn], list(dict.fromkeys(notes))

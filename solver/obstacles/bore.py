@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-Vector = tuple[float, float, float]
+from solver.obstacles.vectors import Direction, Vector
 
 
 class Bore(BaseModel):
@@ -14,7 +14,7 @@ class Bore(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
     shape: Literal["bore"]
     radius: Annotated[float, Field(gt=0, allow_inf_nan=False, description="[m]")]
-    axis: Vector = (0.0, 0.0, 1.0)
+    axis: Direction = (0.0, 0.0, 1.0)
     origin: Annotated[Vector, Field(description="A point of the axis [m]")] = (0.0, 0.0, 0.0)
 
     def gap(self, points: np.ndarray) -> np.ndarray:

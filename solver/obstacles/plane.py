@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-Vector = tuple[float, float, float]
+from solver.obstacles.vectors import Direction, Vector
 
 
 class Plane(BaseModel):
@@ -14,7 +14,7 @@ class Plane(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
     shape: Literal["plane"]
     point: Annotated[Vector, Field(description="A point of the plane [m]")]
-    normal: Annotated[Vector, Field(description="Out of the obstacle, any length")]
+    normal: Annotated[Direction, Field(description="Out of the obstacle, any length")]
 
     def gap(self, points: np.ndarray) -> np.ndarray:
         """Return the gaps [m], (c,), of points (c, 3)."""

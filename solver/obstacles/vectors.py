@@ -1,0 +1,18 @@
+"""Vectors as a scene writes them: finite, and a direction not zero."""
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Vector = tuple[Finite, Finite, Finite]
+
+
+def _directed(vector: Vector) -> Vector:
+    if not any(vector):
+        raise ValueError("the vector is zero, it must have a direction")
+    return vector
+
+
+Direction = Annotated[Vector, AfterValidator(_directed)]
+"""Of any length."""

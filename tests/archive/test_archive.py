@@ -1,0 +1,143 @@
+"""Files of every schema version ever released are still read, value by value.
+
+What they hold is written down here and not taken from `tests.modaldb.samples`, which may follow the schema.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from modaldb.hdf5 import provenance, read_record, verify_record
+from modaldb.schema import KINDS, SCHEMA_VERSION
+from tests.archive.make import main
+
+ARCHIVE = Path(__file__).parent
+FILES = sorted(ARCHIVE.glob("v*/*.h5"))
+
+
+def ramp(*shape: int, start: float = 0.0) -> np.ndarray:
+    return start + np.arange(np.prod(shape), dtype=float).reshape(shape) / 8
+
+
+def check_mesh(record: Any) -> None:
+    assert record.cell_type == "tetra10"
+    assert np.array_equal(record.nodes, ramp(10, 3))
+    assert np.array_equal(record.cells, [[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]])
+    assert record.surfaces.keys() == {"skirt", "open_end"}
+    assert np.array_equal(record.surfaces["skirt"].facets, [[0, 1, 2, 4, 5, 6]])
+    assert record.surfaces["skirt"].shape["radius"] == 0.043
+    assert record.surfaces["open_end"].shape == {}
+
+
+def check_modes(record: Any) -> None:
+    assert (record.mesh_key, record.recipe) == ("ab" * 32, "macneal")
+    assert (record.normal_count, record.static_count, record.mass) == (2, 1, 0.15)
+    assert np.array_equal(record.angular_frequencies, [1.0e4, 2.5e4, 3.0e5])
+    assert np.array_equal(record.centre, ramp(3, start=1.0))
+    assert np.array_equal(record.inertia, ramp(3, 3, start=2.0))
+    assert np.array_equal(record.rigid_twists, ramp(6, 6, start=3.0))
+    thrust, anti = record.interfaces["thrust"], record.interfaces["anti"]
+    assert np.array_equal(thrust.nodes, [4, 5])
+    assert np.array_equal(thrust.points, ramp(2, 3))
+    assert np.array_equal(thrust.normals, ramp(2, 3, start=5.0))
+    assert np.array_equal(thrust.areas, ramp(2))
+    assert thrust.edge.tolist() == [True, False]
+    assert np.array_equal(thrust.rows, ramp(2, 3, start=7.0))
+    assert np.array_equal(anti.rows, ramp(1, 3, start=9.0))
+    assert record.interface_rows == {"anti": [0, 1], "thrust": [1, 3]}
+    assert np.array_equal(record.residual_flexibility, ramp(3, 3, start=10.0))
+    assert np.array_equal(record.shapes, ramp(10, 3, 3, start=20.0))
+    assert np.array_equal(record.inertia_couplings.translation, ramp(3, 3))
+    assert np.array_equal(record.inertia_couplings.rotation, ramp(3, 3, start=1.0))
+    assert np.array_equal(record.inertia_couplings.rotation_gradient, ramp(3, 3, 3, start=2.0))
+    assert record.quality == {"residual": 1.5e-11, "dropped": ["thrust 3"], "modes_missed": 0}
+
+
+def check_morph(record: Any) -> None:
+    assert (record.mesh_key, record.modes_key, record.rung) == ("ab" * 32, "cd" * 32, "reuse")
+    assert np.array_equal(record.points["thrust"], ramp(2, 3, start=4.0))
+    assert np.array_equal(record.points["anti"], ramp(1, 3, start=5.0))
+    assert record.mass == 0.1501
+    assert np.array_equal(record.centre, ramp(3))
+    assert np.array_equal(record.inertia, ramp(3, 3))
+    assert np.array_equal(record.rigid_twists, ramp(6, 6))
+    assert np.array_equal(record.nodes, ramp(10, 3, start=6.0))
+    assert record.quality == {"largest_shift": 2e-5}
+
+
+def check_nodal(record: Any) -> None:
+    assert (record.step, record.energy_drift) == (1e-6, 1e-5)
+    assert (record.coordinates, record.newton_iterations) == (30, 9)
+    assert (record.wall_seconds, record.cpu_seconds) == (0.25, 0.5)
+    assert np.array_equal(record.times, ramp(4, start=1.0))
+    assert np.array_equal(record.force, ramp(4, 3))
+    assert np.array_equal(record.energies, ramp(4, 3, start=2.0))
+
+
+def check_trajectory(record: Any) -> None:
+    assert (record.result, record.bodies) == ("FINISHED", {"skirt": "ef" * 32})
+    assert record.coordinate_offsets == {"skirt": 0}
+    assert np.array_equal(record.times, ramp(4, start=1.0))
+    assert np.array_equal(record.energies, ramp(4, 4))
+    knock, back = record.contacts["knock"], record.contacts["back"]
+    assert (knock.body, knock.interface, back.interface) == ("skirt", "thrust", "anti")
+    assert np.array_equal(knock.force, ramp(4, 3))
+    assert np.array_equal(knock.multipliers, ramp(2, 2))
+    assert np.array_equal(knock.areas, ramp(2))
+    assert np.array_equal(knock.points, ramp(2, 3))
+    assert back.areas is None
+    assert np.array_equal(back.force, ramp(4, 3, start=3.0))
+    assert np.array_equal(record.frame_times, ramp(2, start=1.0))
+    assert np.array_equal(record.frames, ramp(2, 9))
+    assert np.array_equal(record.velocities, ramp(2, 9, start=5.0))
+    assert record.quantities == {"knock.impulse": {"value": 0.0625, "unit": "N s"}}
+    assert (record.energy_drift, record.momentum_residual) == (1e-6, 2e-16)
+    assert record.counts == {"steps": 400, "step": 7.5e-7}
+
+
+CHECKS: dict[str, Callable[[Any], None]] = {
+    "mesh": check_mesh,
+    "modes": check_modes,
+    "morph": check_morph,
+    "nodal": check_nodal,
+    "trajectory": check_trajectory,
+}
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_archived_file_is_read(path: Path) -> None:
+    assert verify_record(path) == path.stem
+    CHECKS[path.stem](read_record(path, path.stem))
+    assert provenance(path)["stage"] == "sample"
+
+
+def test_archive_is_complete() -> None:
+    """Every version up to the current one, and every kind of the current one."""
+    assert {path.parent.name for path in FILES} == {f"v{version}" for version in range(1, SCHEMA_VERSION + 1)}
+    assert {path.stem for path in FILES if path.parent.name == f"v{SCHEMA_VERSION}"} == KINDS.keys()
+
+
+def test_current_writer_still_writes_this_schema(tmp_path: Path) -> None:
+    """Fields, names and dtypes of a released version do not drift: a change needs a new SCHEMA_VERSION."""
+    for path in main(tmp_path):
+        CHECKS[path.stem](read_record(path, path.stem))
+        old = ARCHIVE / f"v{SCHEMA_VERSION}" / path.name
+        assert _outline(path) == _outline(old)
+
+
+def _outline(path: Path) -> dict[str, Any]:
+    """Return the dtype and shape of every dataset, and the attributes of every group, by path."""
+    import h5py
+
+    found: dict[str, Any] = {}
+
+    def note(name: str, item: Any) -> None:
+        found[name] = (str(item.dtype), item.shape) if isinstance(item, h5py.Dataset) else sorted(item.attrs)
+
+    with h5py.File(path, "r") as file:
+        found["/"] = sorted(file.attrs)
+        file.visititems(note)
+    return found

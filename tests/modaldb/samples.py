@@ -1,0 +1,150 @@
+"""One small record of every kind, with fixed content: every field set, groups with several members."""
+
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from modaldb.schema import (
+    KINDS,
+    ContactHistory,
+    InertiaCouplings,
+    InterfaceModes,
+    MeshRecord,
+    ModalRecord,
+    MorphRecord,
+    NodalRecord,
+    Surface,
+    Trajectory,
+)
+
+INPUTS = {"stage": "sample", "size": 0.005, "nested": {"on": True, "nothing": None, "list": [1, 2.5, "ω"]}}
+
+
+def ramp(*shape: int, start: float = 0.0) -> np.ndarray:
+    """Return an array whose every number is another one, so that a mix-up shows."""
+    return start + np.arange(np.prod(shape), dtype=float).reshape(shape) / 8
+
+
+def mesh() -> MeshRecord:
+    """Return one tetrahedron with two surfaces."""
+    shape = {"kind": "cylinder", "radius": 0.043, "axis": [0.0, 0.0, 1.0], "origin": [0.0, 0.0, 0.0]}
+    return MeshRecord(
+        nodes=ramp(10, 3),
+        cells=np.arange(10).reshape(1, 10),
+        cell_type="tetra10",
+        surfaces={
+            "skirt": Surface(np.array([[0, 1, 2, 4, 5, 6]]), shape),
+            "open_end": Surface(np.array([[0, 1, 3, 4, 8, 7]]), {}),
+        },
+    )
+
+
+def modes() -> ModalRecord:
+    """Return three coordinates and two interfaces."""
+    return ModalRecord(
+        mesh_key="ab" * 32,
+        recipe="macneal",
+        normal_count=2,
+        static_count=1,
+        angular_frequencies=np.array([1.0e4, 2.5e4, 3.0e5]),
+        mass=0.15,
+        centre=ramp(3, start=1.0),
+        inertia=ramp(3, 3, start=2.0),
+        rigid_twists=ramp(6, 6, start=3.0),
+        interfaces={
+            "thrust": InterfaceModes(
+                nodes=np.array([4, 5]),
+                points=ramp(2, 3),
+                normals=ramp(2, 3, start=5.0),
+                areas=ramp(2),
+                edge=np.array([True, False]),
+                rows=ramp(2, 3, start=7.0),
+            ),
+            "anti": InterfaceModes(
+                nodes=np.array([6]),
+                points=ramp(1, 3),
+                normals=ramp(1, 3, start=8.0),
+                areas=ramp(1),
+                edge=np.array([False]),
+                rows=ramp(1, 3, start=9.0),
+            ),
+        },
+        interface_rows={"anti": [0, 1], "thrust": [1, 3]},
+        residual_flexibility=ramp(3, 3, start=10.0),
+        shapes=ramp(10, 3, 3, start=20.0),
+        inertia_couplings=InertiaCouplings(ramp(3, 3), ramp(3, 3, start=1.0), ramp(3, 3, 3, start=2.0)),
+        quality={"residual": 1.5e-11, "dropped": ["thrust 3"], "modes_missed": 0},
+    )
+
+
+def morph() -> MorphRecord:
+    """Return a design with moved nodes."""
+    return MorphRecord(
+        mesh_key="ab" * 32,
+        modes_key="cd" * 32,
+        rung="reuse",
+        points={"thrust": ramp(2, 3, start=4.0), "anti": ramp(1, 3, start=5.0)},
+        mass=0.1501,
+        centre=ramp(3),
+        inertia=ramp(3, 3),
+        rigid_twists=ramp(6, 6),
+        nodes=ramp(10, 3, start=6.0),
+        quality={"largest_shift": 2e-5},
+    )
+
+
+def nodal() -> NodalRecord:
+    """Return four steps."""
+    return NodalRecord(
+        step=1e-6,
+        times=ramp(4, start=1.0),
+        force=ramp(4, 3),
+        energies=ramp(4, 3, start=2.0),
+        energy_drift=1e-5,
+        coordinates=30,
+        newton_iterations=9,
+        wall_seconds=0.25,
+        cpu_seconds=0.5,
+    )
+
+
+def trajectory() -> Trajectory:
+    """Return four samples, two frames, two contacts of which one has no areas."""
+    return Trajectory(
+        result="FINISHED",
+        bodies={"skirt": "ef" * 32},
+        coordinate_offsets={"skirt": 0},
+        times=ramp(4, start=1.0),
+        energies=ramp(4, 4),
+        contacts={
+            "knock": ContactHistory("skirt", "thrust", ramp(4, 3), ramp(2, 2), ramp(2), ramp(2, 3)),
+            "back": ContactHistory("skirt", "anti", ramp(4, 3, start=3.0), ramp(2, 1), None, ramp(1, 3)),
+        },
+        frame_times=ramp(2, start=1.0),
+        frames=ramp(2, 9),
+        velocities=ramp(2, 9, start=5.0),
+        quantities={"knock.impulse": {"value": 0.0625, "unit": "N s"}},
+        energy_drift=1e-6,
+        momentum_residual=2e-16,
+        counts={"steps": 400, "step": 7.5e-7},
+    )
+
+
+SAMPLES = {"mesh": mesh, "modes": modes, "morph": morph, "nodal": nodal, "trajectory": trajectory}
+"""Maker of each kind's sample."""
+assert SAMPLES.keys() == KINDS.keys(), "a kind of record without a sample"
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two records hold the same, to the last bit, dtype and shape."""
+    if isinstance(one, np.ndarray):
+        alike = isinstance(other, np.ndarray) and one.dtype == other.dtype and one.shape == other.shape
+        return alike and one.tobytes() == other.tobytes()
+    if type(one) is not type(other):
+        return False
+    if is_dataclass(one):
+        return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[name], other[name]) for name in one)
+    return bool(one == other)

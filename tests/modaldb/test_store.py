@@ -1,0 +1,285 @@
+"""The folder of records: whole or not there, never wrong."""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import modaldb
+from modaldb import hdf5
+from modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
+from modaldb.keys import content_key
+from modaldb.schema import KINDS
+from modaldb.store import FolderStore
+from tests.modaldb.samples import INPUTS, SAMPLES, mesh, modes, morph, nodal, same
+
+KEY = content_key({"record": 1})
+KILLS = 8
+LONGEST_LIFE = 0.25
+"""Seconds that a writer lives at most after its first record: some hundred records."""
+
+WRITER = """
+import itertools, sys
+import numpy as np
+import modaldb
+from modaldb.keys import content_key
+from modaldb.schema import NodalRecord
+store = modaldb.open(sys.argv[1])
+force = np.random.default_rng(int(sys.argv[2])).random((20_000, 3))
+for number in itertools.count():
+    inputs = {"round": int(sys.argv[2]), "number": number}
+    record = NodalRecord(1e-6, force[:, 0], force + number, force, 0.0, number, 0, 0.0, 0.0)
+    store.put(content_key(inputs), "nodal", record, inputs)
+    print(number, flush=True)
+"""
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> FolderStore:
+    return modaldb.open(tmp_path / "db")
+
+
+def filled(store: FolderStore, kind: str = "modes") -> Path:
+    """Put a sample under KEY and return its file."""
+    store.put(KEY, kind, SAMPLES[kind](), INPUTS)
+    return store.path(KEY)
+
+
+def leftovers(root: Path) -> list[Path]:
+    """Return what is neither a record, nor its folder, nor a file that was moved aside."""
+    known = (".h5", ".damaged")
+    return [p for p in root.rglob("*") if p.name.startswith(".") or (p.is_file() and p.suffix not in known)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_round_trip(kind: str, store: FolderStore) -> None:
+    assert not store.has(KEY)
+    path = filled(store, kind)
+    assert path == store.root / KEY[:2] / f"{KEY}.h5"
+    assert store.has(KEY)
+    assert same(store.get(KEY, kind), SAMPLES[kind]())
+    assert store.provenance(KEY) == INPUTS
+    assert sum(store.sizes(KEY).values()) > 0
+    assert list(store.keys()) == [KEY]
+    assert leftovers(store.root) == []
+
+
+def test_partial_read(store: FolderStore) -> None:
+    filled(store)
+    read = store.get(KEY, "modes", only=["angular_frequencies"])
+    assert same(read.angular_frequencies, modes().angular_frequencies)
+    assert read.shapes is None
+
+
+def test_keys_are_sorted_and_complete(store: FolderStore) -> None:
+    keys = [content_key({"n": n}) for n in range(20)]
+    for key in keys:
+        store.put(key, "nodal", nodal(), INPUTS)
+    assert list(store.keys()) == sorted(keys)
+
+
+def test_missing_record(store: FolderStore) -> None:
+    with pytest.raises(RecordMissing, match=f"no mesh record {KEY[:12]}") as caught:
+        store.get(KEY, "mesh")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_store_that_does_not_exist_is_empty(tmp_path: Path) -> None:
+    store = modaldb.open(tmp_path / "none" / "db")
+    assert list(store.keys()) == []
+    assert not store.has(KEY)
+    assert not (tmp_path / "none").exists()  # asking makes nothing
+
+
+def test_wrong_kind(store: FolderStore) -> None:
+    path = filled(store, "morph")
+    with pytest.raises(RecordMismatch, match=f"{path.name}: holds gudgeon-morph, expected gudgeon-modes"):
+        store.get(KEY, "modes")
+    assert path.is_file()  # it is sound, so it stays
+
+
+def test_newer_schema(store: FolderStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(hdf5, "SCHEMA_VERSION", 99)
+        path = filled(store, "mesh")
+    with pytest.raises(RecordMismatch, match="schema version 99"):
+        store.get(KEY, "mesh")
+    assert path.is_file()
+
+
+def test_equal_key_twice_is_left_as_it_is(store: FolderStore) -> None:
+    path = filled(store, "nodal")
+    before = path.stat()
+    store.put(KEY, "nodal", replace(nodal(), wall_seconds=99.0), INPUTS)
+    assert (path.stat().st_ino, path.stat().st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
+    assert store.get(KEY, "nodal").wall_seconds == nodal().wall_seconds
+    assert leftovers(store.root) == []
+
+
+def test_put_mends_a_damaged_record(store: FolderStore) -> None:
+    path = filled(store, "mesh")
+    path.write_bytes(path.read_bytes()[:-1])
+    fresh = modaldb.open(store.root)
+    fresh.put(KEY, "mesh", mesh(), INPUTS)
+    assert same(fresh.get(KEY, "mesh"), mesh())
+
+
+def _byte_of(marker: bytes) -> Callable[[bytes], int]:
+    return lambda whole: whole.index(marker)
+
+
+PLACES: dict[str, Callable[[bytes], int]] = {
+    "magic": lambda whole: 3,
+    "digest": lambda whole: 20,
+    "kind": lambda whole: 84,
+    "padding": lambda whole: 400,
+    "superblock": lambda whole: 512 + 9,
+    "attribute name": _byte_of(b"encoding-version"),
+    "attribute value": _byte_of(b"macneal"),
+    "provenance": _byte_of(b'"stage"'),
+    "dataset name": _byte_of(b"residual_flexibility"),
+    "data": _byte_of(modes().angular_frequencies.tobytes()),
+    "last byte": lambda whole: len(whole) - 1,
+}
+
+
+def _flip(path: Path, place: str) -> None:
+    whole = bytearray(path.read_bytes())
+    whole[PLACES[place](bytes(whole))] ^= 0x10
+    path.write_bytes(whole)
+
+
+def _assert_moved_aside(store: FolderStore, path: Path, use: Callable[[], Any]) -> None:
+    with pytest.raises(RecordDamaged) as caught:
+        use()
+    assert str(path) in str(caught.value)
+    assert path.with_suffix(".damaged").name in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert not path.exists()
+    assert path.with_suffix(".damaged").is_file()
+    assert not store.has(KEY)
+    with pytest.raises(RecordMissing):
+        store.get(KEY, "modes")
+    assert list(store.keys()) == []
+    store.put(KEY, "modes", modes(), INPUTS)
+    assert same(store.get(KEY, "modes"), modes())
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_flipped_byte_is_moved_aside(place: str, store: FolderStore) -> None:
+    path = filled(store)
+    _flip(path, place)
+    fresh = modaldb.open(store.root)
+    _assert_moved_aside(fresh, path, lambda: fresh.get(KEY, "modes"))
+
+
+@pytest.mark.parametrize("left", [0, 300, 512, 3000, -1])
+def test_cut_off_file_is_moved_aside(left: int, store: FolderStore) -> None:
+    path = filled(store)
+    path.write_bytes(path.read_bytes()[:left])
+    fresh = modaldb.open(store.root)
+    _assert_moved_aside(fresh, path, lambda: fresh.has(KEY))
+
+
+def test_damage_after_the_first_read_is_noticed(store: FolderStore) -> None:
+    """Verified files are not hashed again while their time stamp stands."""
+    path = filled(store)
+    assert store.has(KEY)
+    _flip(path, "data")
+    os.utime(path, ns=(1, 1))
+    _assert_moved_aside(store, path, lambda: store.get(KEY, "modes"))
+
+
+def test_a_second_damaged_file_replaces_the_first(store: FolderStore) -> None:
+    for _ in range(2):
+        path = filled(store)
+        path.write_bytes(b"")
+        with pytest.raises(RecordDamaged):
+            modaldb.open(store.root).has(KEY)
+    assert [p.name for p in store.root.rglob("*") if p.is_file()] == [f"{KEY}.damaged"]
+
+
+def test_a_failed_write_leaves_nothing(store: FolderStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(StoreUnusable, match=r"cannot be written \(No space left on device\)"):
+            store.put(KEY, "mesh", mesh(), INPUTS)
+    assert not store.has(KEY)
+    assert leftovers(store.root) == []
+
+
+def test_an_interrupted_write_leaves_nothing(store: FolderStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(_: int) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            store.put(KEY, "mesh", mesh(), INPUTS)
+    assert not store.has(KEY)
+    assert leftovers(store.root) == []
+
+
+def test_killed_writers_leave_no_bad_record(tmp_path: Path) -> None:
+    root, dice, seen = tmp_path / "db", random.Random(20), 0
+    for number in range(KILLS):
+        with subprocess.Popen([sys.executable, "-c", WRITER, str(root), str(number)], stdout=subprocess.PIPE) as writer:
+            assert writer.stdout is not None
+            assert writer.stdout.readline() == b"0\n"
+            time.sleep(dice.uniform(0, LONGEST_LIFE))
+            os.kill(writer.pid, signal.SIGKILL)
+        store = modaldb.open(root)
+        keys = list(store.keys())
+        for key in keys:
+            assert store.has(key)
+            inputs = store.provenance(key)
+            assert content_key(inputs) == key
+            record = store.get(key, "nodal", only=["force"])
+            assert record.coordinates == inputs["number"]
+            assert record.force.shape == (20_000, 3)
+        assert len(keys) > seen
+        seen = len(keys)
+    store.put(KEY, "mesh", mesh(), INPUTS)  # what a killed writer left is in nobody's way
+    assert same(store.get(KEY, "mesh"), mesh())
+
+
+def test_store_that_is_a_file(tmp_path: Path) -> None:
+    (tmp_path / "db").write_text("not a folder")
+    with pytest.raises(StoreUnusable, match=r"db: not a folder"):
+        modaldb.open(tmp_path / "db")
+
+
+def test_store_below_a_file(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("not a folder")
+    store = modaldb.open(tmp_path / "file" / "db")
+    assert not store.has(KEY)
+    with pytest.raises(StoreUnusable, match="cannot be written") as caught:
+        store.put(KEY, "mesh", mesh(), INPUTS)
+    assert str(tmp_path / "file" / "db") in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_records_can_be_carried_to_another_store(store: FolderStore, tmp_path: Path) -> None:
+    path = filled(store, "morph")
+    other = modaldb.open(tmp_path / "other")
+    other.path(KEY).parent.mkdir(parents=True)
+    shutil.copyfile(path, other.path(KEY))
+    assert same(other.get(KEY, "morph"), morph())
+
+
+def test_all_errors_are_one_family() -> None:
+    for error in (RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable):
+        assert issubclass(error, ModalDBError)
+        assert str(error("the text")) == "the text"
