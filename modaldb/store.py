@@ -51,8 +51,8 @@ class FolderStore:
         """
         try:
             return self.path(key).is_file() and self._verify(self.path(key))
-        except PermissionError as error:
-            raise StoreUnusable(f"{error.filename}: cannot be read ({error.strerror})") from error
+        except OSError as error:
+            raise StoreUnusable(f"{error.filename}: cannot be read or moved ({error.strerror})") from error
 
     def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any:
         """Read a record, or the fields named in `only`; see `hdf5.read_record`.

@@ -17,7 +17,8 @@ import numpy as np
 import modaldb
 from modaldb.schema import NodalRecord, Trajectory, WorkPrecision
 from pipeline.reference import GRID, ForceReference, nodal_runs, reference_of, smooth
-from pipeline.stages import Job, run_job, variant
+from pipeline.scenefile import named
+from pipeline.stages import Job, SceneError, run_job, variant
 from pipeline.summary import reference_values
 from pipeline.textfile import write_text
 from solver.simulation import simulate
@@ -100,10 +101,11 @@ def _nodal_row(run: NodalRecord, reference: ForceReference | None) -> WorkPrecis
 
 
 def _model_row(name: str, job: Job, reference: ForceReference | None, repeat: int) -> WorkPrecision:
+    expected = reference_values(job.scene.report, job.folder)
     run_job(job, "morph")
-    system = compile_system(
-        job.store, job.scene, {name: steps["morph"].key for name, steps in job.components().items()}
-    )
+    morphs = {name: steps["morph"].key for name, steps in job.components().items()}
+    with named(job.path, SceneError):
+        system = compile_system(job.store, job.scene, morphs)
     simulate(replace(system, scene=job.scene.model_copy(update={"run": _short(job)})))
     walls, cpus, trajectory = [], [], None
     for _ in range(repeat):
@@ -113,7 +115,6 @@ def _model_row(name: str, job: Job, reference: ForceReference | None, repeat: in
         cpus.append(time.process_time() - cpu)
     assert trajectory is not None
     impulse, force = reference.errors(*_force(trajectory)) if reference else (float("nan"), float("nan"))
-    expected = reference_values(job.scene.report, job.folder)
     return WorkPrecision(
         name, len(system.velocity), trajectory.counts["step"], trajectory.counts["steps"], impulse, force,
         trajectory.energy_drift, min(walls), min(cpus),

@@ -305,9 +305,10 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
 
 
 def _solve_stage(job: Job, tell: Progress) -> tuple[StageReport, dict[str, Any]]:
-    from pipeline.summary import read_summary, write_summary
+    from pipeline.summary import read_summary, reference_values, write_summary
 
     start, product, ran = time.perf_counter(), job.trajectory(), False
+    expected = reference_values(job.scene.report, job.folder)
     if not job.store.has(product.key):
         from solver.simulation import simulate
         from solver.system import compile_system
@@ -317,11 +318,11 @@ def _solve_stage(job: Job, tell: Progress) -> tuple[StageReport, dict[str, Any]]
         trajectory = simulate(compile_system(job.store, job.scene, morphs), lambda share: tell("solve", share))
         job.store.put(product.key, product.kind, trajectory, product.inputs)
         ran = True
-    summary = read_summary(job.out, product.key)
+    summary = read_summary(job.out, product.key, expected)
     if summary is None:
         copy_file(job.store.path(product.key), job.out / "trajectory.h5")
         record = job.store.get(product.key, "trajectory", only=["times"])
-        summary = write_summary(job.out, product.key, job.scene.report, job.folder, record)
+        summary = write_summary(job.out, product.key, expected, record)
     tell("solve", 1.0)
     return StageReport("ran" if ran else "fresh", time.perf_counter() - start, product.key), summary
 

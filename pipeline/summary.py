@@ -13,20 +13,21 @@ from pipeline.textfile import write_text
 SUMMARY = "summary.json"
 
 
-def write_summary(out: Path, key: str, report: Report, folder: Path, trajectory: Trajectory) -> dict[str, Any]:
+def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: Trajectory) -> dict[str, Any]:
     """Write a run's summary and return it.
 
-    Raises:
-        InputError: the reference file is missing or has no such value.
+    Args:
+        key: Of the trajectory.
+        expected: Reference value of each quantity that has one.
     """
-    reference = reference_values(report, folder)
     quantities = {}
     for name, entry in trajectory.quantities.items():
-        expected = reference.get(name)
-        error = entry["value"] / expected - 1 if expected else None
-        quantities[name] = entry | {"reference": expected, "error": error}
+        reference = expected.get(name)
+        error = entry["value"] / reference - 1 if reference else None
+        quantities[name] = entry | {"reference": reference, "error": error}
     summary = {
         "key": key,
+        "expected": expected,
         "result": trajectory.result,
         "quantities": quantities,
         "energy_drift": trajectory.energy_drift,
@@ -37,11 +38,12 @@ def write_summary(out: Path, key: str, report: Report, folder: Path, trajectory:
     return summary
 
 
-def read_summary(out: Path, key: str) -> dict[str, Any] | None:
-    """Return the summary of a trajectory, or None where another one or none stands there."""
+def read_summary(out: Path, key: str, expected: dict[str, float]) -> dict[str, Any] | None:
+    """Return the summary of a trajectory beside these references, or None where another one or none stands there."""
     try:
         summary = json.loads((out / SUMMARY).read_text())
-        return summary if summary["key"] == key and (out / "trajectory.h5").is_file() else None
+        fresh = summary["key"] == key and summary["expected"] == expected and (out / "trajectory.h5").is_file()
+        return summary if fresh else None
     except (OSError, ValueError, KeyError):
         return None
 

@@ -36,7 +36,12 @@ def modal(mesh: MeshRecord) -> ModalRecord:
     shapes = np.sin(np.arange(mesh.nodes.size * MODES)).reshape(len(mesh.nodes), 3, MODES)
     c = len(nodes)
     touch = InterfaceModes(
-        nodes=nodes, points=mesh.nodes[nodes], normals=np.ones((c, 3)), areas=np.full(c, 0.25), rows=np.ones((c, MODES))
+        nodes=nodes,
+        points=mesh.nodes[nodes],
+        normals=np.ones((c, 3)),
+        areas=np.full(c, 0.25),
+        edge=np.zeros(c, bool),
+        rows=np.ones((c, MODES)),
     )
     omega = 2 * np.pi * np.array([100.0, 1234.52, 98765.43])
     return ModalRecord(
