@@ -16,6 +16,7 @@ import numpy as np
 
 import modaldb
 from modaldb.schema import NodalRecord, Trajectory, WorkPrecision
+from pipeline.errors import InputError
 from pipeline.reference import GRID, ForceReference, nodal_runs, reference_of, smooth
 from pipeline.scenefile import named
 from pipeline.stages import Job, SceneError, run_job, variant
@@ -101,10 +102,10 @@ def _nodal_row(run: NodalRecord, reference: ForceReference | None) -> WorkPrecis
 
 
 def _model_row(name: str, job: Job, reference: ForceReference | None, repeat: int) -> WorkPrecision:
-    expected = reference_values(job.scene.report, job.folder)
-    run_job(job, "morph")
-    morphs = {name: steps["morph"].key for name, steps in job.components().items()}
-    with named(job.path, SceneError):
+    with named(job.path, InputError, SceneError):
+        expected = reference_values(job.scene.report, job.folder)
+        run_job(job, "morph")
+        morphs = {name: steps["morph"].key for name, steps in job.components().items()}
         system = compile_system(job.store, job.scene, morphs)
     simulate(replace(system, scene=job.scene.model_copy(update={"run": _short(job)})))
     walls, cpus, trajectory = [], [], None
