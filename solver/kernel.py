@@ -68,7 +68,7 @@ class State(NamedTuple):
     impulses: np.ndarray
     """Σ λ dt of each row [N s], (c,)."""
     work: np.ndarray
-    """Work done by contacts on each coordinate [J], (m,)."""
+    """Work done by contacts on each rigid coordinate, then on all coordinates together [J], (r + 1,)."""
     energy: np.ndarray
     """Kinetic, strain, contact, dissipated at the last kick [J], (4,)."""
     tally: np.ndarray
@@ -95,6 +95,8 @@ def march(law: Law, state: State, rigid, first, forces, energies, stride):  # ty
     dt, m, c = law.dt, len(state.q), len(law.gap)
     q, v = state.q, state.v
     qq, qv, vq, vv = law.flight[0], law.flight[1], law.flight[2], law.flight[3]
+    gap0, rows, columns, coupled = law.gap, law.rows, law.columns, law.coupled
+    normals, contact, multipliers = law.normals, law.contact, state.multipliers
     kick = np.zeros(m)
     gap = np.empty(c)
     number = first
@@ -105,21 +107,24 @@ def march(law: Law, state: State, rigid, first, forces, energies, stride):  # ty
             lowest, scale = np.inf, 0.0
             clear -= 1
             if clear < 0:
-                _free_gaps(law, q, gap)
+                _free_gaps(gap0, rows, columns, q, gap)
                 for i in range(c):
                     lowest = min(lowest, gap[i])
                     scale = max(scale, abs(gap[i]))
             if lowest < 0.0:
-                if not _touch(law, state, gap, GAP_TOLERANCE * scale):
+                if not coupled:
+                    _springs(law, state, gap)
+                elif not _press(law, state, gap, GAP_TOLERANCE * scale):
                     state.tally[3] = number
                     return False
-                _kick(law, state, rigid, kick, gap, (number + 0.5) * dt)
+                _kick(law, state, rigid, kick, (number + 0.5) * dt)
                 for i in range(c):
-                    if state.multipliers[i] != 0.0:
+                    share = multipliers[i] / stride
+                    if share != 0.0:
                         for axis in range(3):
-                            forces[sample, law.contact[i], axis] += state.multipliers[i] * law.normals[i, axis] / stride
+                            forces[sample, contact[i], axis] += share * normals[i, axis]
             elif clear < 0:
-                state.multipliers[:] = 0.0
+                multipliers[:] = 0.0
                 state.tally[0] = 0
                 state.energy[CONTACT] = 0.0
                 clear = _clear_kicks(law, state, lowest)
@@ -134,21 +139,21 @@ def march(law: Law, state: State, rigid, first, forces, energies, stride):  # ty
 
 
 @njit(cache=True, fastmath=FAST)
-def _free_gaps(law, q, gap):  # type: ignore[no-untyped-def]
+def _free_gaps(gap0, rows, columns, q, gap):  # type: ignore[no-untyped-def]
     """g = g₀ + rows q, along the longer of its two sides."""
     c, m = len(gap), len(q)
     if c < WIDE:
         for i in range(c):
-            row, total = law.rows[i], 0.0
+            total = 0.0
             for k in range(m):
-                total += row[k] * q[k]
-            gap[i] = law.gap[i] + total
+                total += rows[i, k] * q[k]
+            gap[i] = gap0[i] + total
         return
-    gap[:] = law.gap
+    gap[:] = gap0
     for k in range(m):
-        column, amount = law.columns[k], q[k]
+        amount = q[k]
         for i in range(c):
-            gap[i] += column[i] * amount
+            gap[i] += columns[k, i] * amount
 
 
 @njit(cache=True, fastmath=FAST)
@@ -163,80 +168,91 @@ def _clear_kicks(law, state, lowest):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=FAST)
-def _touch(law, state, gap, tolerance):  # type: ignore[no-untyped-def]
-    """Fill multipliers and gaps; sets the contact and dissipated energy of this kick."""
-    dt = law.dt
-    stored, lost = 0.0, 0.0
-    if law.coupled:
-        count, pivots = solve_lcp(
-            law.compliance, gap, state.active, state.tally[0], state.factor, state.multipliers, state.gaps, tolerance
-        )
-        state.tally[0] = count
-        if pivots < 0:
-            return False
-        state.tally[2] += pivots
-        for i in range(len(gap)):
-            # ½ λᵀCλ = ½ λᵀ(−g) on the active set
-            stored -= 0.5 * state.multipliers[i] * gap[i]
-    else:
-        closed = 0
-        for i in range(len(gap)):
-            state.multipliers[i] = 0.0
-            state.gaps[i] = gap[i]
-            if gap[i] < 0.0:
-                closed += 1
-                spring = -gap[i] / law.compliance[i, i]
-                force = spring
-                if law.dashpot[i] > 0.0:
-                    mobility = np.dot(law.rows[i], law.rows[i])
-                    rate = np.dot(law.rows[i], state.v)
-                    force = max(0.0, (spring - law.dashpot[i] * rate) / (1.0 + 0.5 * dt * law.dashpot[i] * mobility))
-                    lost -= dt * (force - spring) * (rate + 0.5 * dt * mobility * force)
-                state.multipliers[i] = force
-                stored += 0.5 * spring * -gap[i]
-        state.tally[0] = closed
+def _press(law, state, gap, tolerance):  # type: ignore[no-untyped-def]
+    """Multipliers and gaps of coupled points; False where their compliance is singular."""
+    multipliers, tally = state.multipliers, state.tally
+    count, pivots = solve_lcp(
+        law.compliance, gap, state.active, tally[0], state.factor, multipliers, state.gaps, tolerance
+    )
+    tally[0] = count
+    if pivots < 0:
+        return False
+    tally[2] += pivots
+    stored = 0.0
+    for i in range(len(gap)):
+        # ½ λᵀCλ = ½ λᵀ(−g) on the active set
+        stored -= 0.5 * multipliers[i] * gap[i]
     state.energy[CONTACT] = stored
-    state.energy[DISSIPATED] += lost
     return True
 
 
 @njit(cache=True, fastmath=FAST)
-def _kick(law, state, rigid, kick, gap, time):  # type: ignore[no-untyped-def]
-    """Apply the multipliers to the velocities and keep the balances."""
-    dt, m = law.dt, len(state.q)
-    q, v, work, stiffness = state.q, state.v, state.work, law.stiffness
-    kick[:] = 0.0
+def _springs(law, state, gap):  # type: ignore[no-untyped-def]
+    """Multipliers of points that do not couple: λ = ⟨−g/C − d ġ⟩, ġ in the middle of the kick."""
+    dt, rows, compliance, dashpot = law.dt, law.rows, law.compliance, law.dashpot
+    multipliers, gaps, v = state.multipliers, state.gaps, state.v
+    stored, lost, closed = 0.0, 0.0, 0
     for i in range(len(gap)):
-        force = state.multipliers[i]
-        if force != 0.0:
-            state.impulses[i] += force * dt
-            row = law.rows[i]
+        multipliers[i], gaps[i] = 0.0, gap[i]
+        if gap[i] < 0.0:
+            closed += 1
+            spring = -gap[i] / compliance[i, i]
+            force = spring
+            if dashpot[i] > 0.0:
+                mobility, rate = 0.0, 0.0
+                for k in range(len(v)):
+                    mobility += rows[i, k] * rows[i, k]
+                    rate += rows[i, k] * v[k]
+                force = max(0.0, (spring - dashpot[i] * rate) / (1.0 + 0.5 * dt * dashpot[i] * mobility))
+                lost -= dt * (force - spring) * (rate + 0.5 * dt * mobility * force)
+            multipliers[i] = force
+            stored += 0.5 * spring * -gap[i]
+    state.tally[0] = closed
+    state.energy[CONTACT] = stored
+    state.energy[DISSIPATED] += lost
+
+
+@njit(cache=True, fastmath=FAST)
+def _kick(law, state, rigid, kick, time):  # type: ignore[no-untyped-def]
+    """Apply the multipliers to the velocities and keep the balances."""
+    # Every use of a tuple's array counts a reference; taken out once, the loops run five times as fast.
+    dt, m, rows, stiffness = law.dt, len(state.q), law.rows, law.stiffness
+    q, v, work, energy, extreme = state.q, state.v, state.work, state.energy, state.extreme
+    multipliers, impulses, gaps = state.multipliers, state.impulses, state.gaps
+    kick[:] = 0.0
+    deepest = extreme[3]
+    for i in range(len(gaps)):
+        impulse = dt * multipliers[i]
+        if impulse != 0.0:
+            impulses[i] += impulse
             for k in range(m):
-                kick[k] += row[k] * force
-        state.extreme[3] = max(state.extreme[3], -gap[i] if not law.coupled else -state.gaps[i])
+                kick[k] += rows[i, k] * impulse
+        deepest = max(deepest, -gaps[i])
+    extreme[3] = deepest
+    swing, all_rigid = 0.0, 0.0
+    for number in range(len(rigid)):
+        k = rigid[number]
+        work[number] += kick[k] * (v[k] + 0.5 * kick[k])
+        swing += abs(work[number])
+        all_rigid += work[number]
     total, strain, kinetic = 0.0, 0.0, 0.0
     for k in range(m):
-        impulse = dt * kick[k]
-        middle = v[k] + 0.5 * impulse
-        work[k] += impulse * middle
-        total += work[k]
+        middle = v[k] + 0.5 * kick[k]
+        total += kick[k] * middle
         kinetic += middle * middle
         strain += stiffness[k] * q[k] * q[k]
-        v[k] = middle + 0.5 * impulse
-    state.energy[KINETIC] = 0.5 * kinetic
-    state.energy[STRAIN] = 0.5 * strain
-    swing = 0.0
-    elastic = total
-    for r in rigid:
-        swing += abs(state.work[r])
-        elastic -= state.work[r]
-    state.extreme[2] = max(state.extreme[2], 0.5 * (swing + abs(elastic) + state.energy[CONTACT]))
-    error = 0.5 * (kinetic + strain) + state.energy[CONTACT] + state.energy[DISSIPATED] - state.extreme[0]
-    state.extreme[1] = max(state.extreme[1], abs(error))
+        v[k] = middle + 0.5 * kick[k]
+    work[len(rigid)] += total
+    elastic = work[len(rigid)] - all_rigid
+    energy[KINETIC] = 0.5 * kinetic
+    energy[STRAIN] = 0.5 * strain
+    extreme[2] = max(extreme[2], 0.5 * (swing + abs(elastic) + energy[CONTACT]))
+    error = 0.5 * (kinetic + strain) + energy[CONTACT] + energy[DISSIPATED] - extreme[0]
+    extreme[1] = max(extreme[1], abs(error))
     state.tally[1] += 1
-    if state.extreme[4] < 0.0:
-        state.extreme[4] = time
-    state.extreme[5] = time
+    if extreme[4] < 0.0:
+        extreme[4] = time
+    extreme[5] = time
 
 
 @njit(cache=True, fastmath=FAST)

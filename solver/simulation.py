@@ -185,6 +185,6 @@ def _state(system: System, dt: float) -> kernel.State:
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)
     return kernel.State(
         half[1] * v0, half[3] * v0, np.zeros(c, np.int64), np.zeros((c, c)), np.zeros(c), np.zeros(c), np.zeros(c),
-        np.zeros(len(v0)), np.array([energy, 0.0, 0.0, 0.0]), np.zeros(4, np.int64),
+        np.zeros(len(system.rigid) + 1), np.array([energy, 0.0, 0.0, 0.0]), np.zeros(4, np.int64),
         np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0]),
     )  # fmt: skip
