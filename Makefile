@@ -9,6 +9,8 @@ BIN := .venv/bin
 SCENES := $(patsubst data/%/scene.toml,%,$(wildcard data/*/scene.toml))
 # gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
 SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1
+# What a command imports before it can say that nothing is to be done, and what takes longest to load.
+COMPILED := numpy scipy h5py pydantic pydantic_core numba llvmlite skfem meshio matplotlib pyvista
 APT_INSTALL := apt-get install -y --no-install-recommends
 
 # A stamp is written last and named after what it vouches for: the lock file, the project file, and the folder,
@@ -24,6 +26,7 @@ $(READY): $(LOCKED)
 	@$(install_libraries)
 	@echo "set-up: installing gudgeon itself"
 	@$(call install_project,.venv)
+	@$(BIN)/python -m compileall -q -j 0 $(addprefix .venv/lib/python3*/site-packages/,$(COMPILED)) modaldb pipeline solver
 	@rm -f .venv/ready-*; touch $@
 	@echo "set-up: done; $(BIN)/gudgeon --help shows the commands"
 
@@ -75,7 +78,7 @@ help: ## show this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1|\2/p' Makefile | while IFS='|' read -r name text; do \
 	    printf '  make %-12s %s\n' "$$name" "$$text"; done
 
-# $(call make_environment,FOLDER,LOCK FILE). Modules are compiled when first used: compiling all takes longer than the rest.
+# $(call make_environment,FOLDER,LOCK FILE). What is not in COMPILED is compiled when first used.
 define make_environment
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	    echo "set-up: $(PYTHON) is not Python 3.11 or newer; name one: make PYTHON=python3.11" >&2; exit 1; }; \
