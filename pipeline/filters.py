@@ -45,11 +45,6 @@ def hann_filter(times: np.ndarray, force: np.ndarray, width: float) -> np.ndarra
     return convolve1d(np.asarray(force, float), weights / weights.sum(), axis=0, mode="reflect")
 
 
-def interval_edges(times: np.ndarray) -> np.ndarray:
-    """Return the edges (s + 1,) of equally spaced intervals that end at `times` (s,), two at least."""
-    return np.concatenate([[2 * times[0] - times[1]], times])
-
-
 def resample_mean(edges_times: np.ndarray, mean_force: np.ndarray, grid: np.ndarray) -> np.ndarray:
     """Return the mean force over each interval of another grid, by differences of the impulse ∫ f dt.
 

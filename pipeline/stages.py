@@ -230,22 +230,22 @@ def obstacle_of(against: Mapping[str, Any]) -> Obstacle:
 
 def export(job: Job, what: str, every: int) -> list[Path]:
     """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder."""
-    from pipeline.exporters.vtu import write_modes, write_trajectory
+    from pipeline.exporters import EXPORTERS
 
     run_job(job, "modes" if what == "modes" else "solve")
-    files = []
+    files, exporter = [], EXPORTERS["vtu"]
     for body in job.scene.body:
         steps = job.components()[job.scene.component_of(body)]
         mesh = job.store.get(steps["mesh"].key, "mesh")
         modal = job.store.get(steps["modes"].key, "modes")
         if what == "modes":
             target = job.out / "vtu" / f"{body}-modes.vtu"
-            write_modes(target, mesh, modal, None)
+            exporter.write_modes(target, mesh, modal, None)
             files.append(target)
         else:
             morph = job.store.get(steps["morph"].key, "morph")
             trajectory = job.store.get(job.trajectory().key, "trajectory")
-            files += write_trajectory(job.out / "vtu" / body, mesh, modal, morph, trajectory, body, every)
+            files += exporter.write_trajectory(job.out / "vtu" / body, mesh, modal, morph, trajectory, body, every)
     return files
 
 
