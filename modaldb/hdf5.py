@@ -17,7 +17,7 @@ from typing import Any
 from urllib.parse import quote, unquote
 
 from modaldb.errors import RecordDamaged, RecordMismatch
-from modaldb.schema import KINDS, SCHEMA_VERSION
+from modaldb.schema import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
 
 MAGIC = b"GUDGEON-RECORD 1\n"
 USERBLOCK = 512
@@ -82,8 +82,9 @@ def read_record(path: Path, kind: str, only: Collection[str] | None = None) -> A
         encoding, version = file.attrs.get("encoding-type"), file.attrs.get("encoding-version")
         if encoding != f"gudgeon-{kind}":
             raise RecordMismatch(f"{path}: holds {encoding}, expected gudgeon-{kind}")
-        if version != SCHEMA_VERSION:
-            raise RecordMismatch(f"{path}: schema version {version}, this release reads {SCHEMA_VERSION}")
+        if version not in READABLE_VERSIONS:
+            known = ", ".join(map(str, READABLE_VERSIONS))
+            raise RecordMismatch(f"{path}: schema version {version}, this release reads {known}")
         return _read_group(file, KINDS[kind], "", only)
 
 
@@ -159,6 +160,8 @@ def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[st
             return None
         return _read_group(group[name], typing.cast(type, base), f"{path}/", only)
     if (member := _member_type(base)) is not None:
+        if name not in group:
+            return {}
         below = group[name]
         names = [item for item in map(unquote, below) if _wanted(f"{path}/{item}", only)]
         if is_dataclass(member):

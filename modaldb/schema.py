@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+READABLE_VERSIONS = (1, 2)
+"""A field that an older version lacks takes its default."""
 
 Array = np.ndarray
 Json = dict[str, Any]
@@ -58,6 +60,43 @@ class InterfaceModes:
 
 
 @dataclass(frozen=True)
+class TractionModes:
+    """A smooth traction space on a surface that many points slide over: tensor products of uniform cubic B-splines.
+
+    Function a = i·counts[1] + j is the product of the i-th spline across and the j-th along, N_a; its traction is
+    N_a / ∫ N_a dA, of unit resultant. See `modaldb.traction` for chart and splines.
+    """
+
+    chart: Json
+    """What `across` and `along` mean: `{"kind": "cylinder", "axis", "origin", "radius", "middle"}` or
+    `{"kind": "plane", "origin", "normal", "across", "along"}`."""
+    start: Array
+    """Least coordinates of the space, across and along [m], (2,)."""
+    spacing: Array
+    """Knot spacing across and along [m], (2,)."""
+    counts: Array
+    """Number of splines across and along, f = their product, (2,)."""
+    rows: Array
+    """B Φ: mean outward normal displacement under each traction per unit of each elastic coordinate [kg^-½], (f, m)."""
+    resultant: Array
+    """Force and moment about the component's origin of each unit traction along the outward normal [1, m], (f, 6)."""
+
+
+@dataclass(frozen=True)
+class LoadModes:
+    """A load that is no contact, or a point that a joint holds: k generalised forces and their displacements."""
+
+    rows: Array
+    """B Φ: displacement conjugate to each force per unit of each elastic coordinate, (k, m)."""
+    resultant: Array
+    """Force and moment about the component's origin per unit, (k, 6)."""
+    point: Array
+    """Where it acts: the mean of its surface [m], (3,)."""
+    unit: str
+    """Of the generalised force: `N` for the three directions of a mean, `Pa` for a pressure."""
+
+
+@dataclass(frozen=True)
 class InertiaCouplings:
     """Constant tensors of the nodal floating frame from the consistent mass (Zwölfer & Gerstmayr 2020)."""
 
@@ -89,7 +128,7 @@ class ModalRecord:
     """Mass-normalised rigid motions (translation, rotation about the centre) [kg^-½, kg^-½ m^-1], (r, 6)."""
     interfaces: dict[str, InterfaceModes]
     interface_rows: Json
-    """First and last + 1 row of each interface in the residual flexibility."""
+    """First and last + 1 row of each interface, traction space and load in the residual flexibility."""
     residual_flexibility: Array | None
     """R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ [m/N] over the rows of all interfaces, (C, C), symmetric positive semidefinite; None
     where the recipe makes none."""
@@ -98,6 +137,10 @@ class ModalRecord:
     inertia_couplings: InertiaCouplings | None
     quality: Json
     """What the extraction verified of itself: residuals, orthogonality, inertia count, dropped shapes."""
+    tractions: dict[str, TractionModes] = field(default_factory=dict)
+    """Traction spaces by interface; their rows in R stand in `interface_rows`."""
+    loads: dict[str, LoadModes] = field(default_factory=dict)
+    """Loads by interface; their rows in R stand in `interface_rows`."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +177,23 @@ class ContactHistory:
     """Tributary areas [m^2], (c,); None where the scene did not need them."""
     points: Array
     """Contact points in the body's own design position [m], (c, 3)."""
+    master: Array | None = None
+    """Where another body's traction space is touched: mean outward normal displacement under each of its functions at
+    each frame [m], (f, functions)."""
+
+
+@dataclass(frozen=True)
+class JointHistory:
+    """One joint over time."""
+
+    body: str
+    interface: str
+    angle: Array
+    """Of the crank, from its upper dead centre, at the end of each sample interval [rad], (s,)."""
+    force: Array
+    """On the body, mean over each sample interval [N], (s, 3)."""
+    violation: Array
+    """Length error at the end of each sample interval [m], (s,)."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +223,10 @@ class Trajectory:
     momentum_residual: float
     counts: Json
     """Steps, substeps per given step, steps in contact, pivots, coordinates, bytes read."""
+    joints: dict[str, JointHistory] = field(default_factory=dict)
+    motion: dict[str, Array] = field(default_factory=dict)
+    """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass
+    since the start [m, rad], their rates [m/s, rad/s], (s, 12)."""
 
 
 @dataclass(frozen=True)
@@ -182,6 +246,14 @@ class NodalRecord:
     newton_iterations: int
     wall_seconds: float
     cpu_seconds: float
+    forces: dict[str, Array] = field(default_factory=dict)
+    """Mean resultant on the body over each step, by contact and joint [N], (s, 3); `force` is the contacts' sum."""
+    motion: dict[str, Array] = field(default_factory=dict)
+    """As in Trajectory, at the end of each step, (s, 12)."""
+    frame_times: Array | None = None
+    """[s], (f,)"""
+    masters: dict[str, Array] = field(default_factory=dict)
+    """As ContactHistory.master, by contact, (f, functions)."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,70 @@
+"""What a traction space means: where a point lies on its chart, and the splines there. Part of the record format.
+
+A chart gives two coordinates in metres: `across`, and `along`, the direction in which bodies slide. On a cylinder
+across = radius · (angle − middle) and along is the height along the axis; the angle is counted from the x axis (from
+z, if the axis is x) by the right hand. On a plane they are the coordinates along two given unit vectors.
+Along each of them stand uniform cubic B-splines: spline i is (1, 4, 1)/6 at its knots, centred at
+start + (i − 1)·spacing, so that four splines are non-zero at any point and they add up to one.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from modaldb.schema import TractionModes
+
+SUPPORT = 16
+"""Functions that are non-zero at a point."""
+
+
+def chart_coordinates(chart: dict[str, Any], points: np.ndarray) -> np.ndarray:
+    """Return the chart's coordinates across and along [m], (p, 2), of points (p, 3)."""
+    arm = points - np.asarray(chart["origin"], float)
+    if chart["kind"] == "plane":
+        return np.column_stack([arm @ np.asarray(chart["across"], float), arm @ np.asarray(chart["along"], float)])
+    axis = np.asarray(chart["axis"], float)
+    first, second = cross_axes(axis)
+    turned = np.exp(1j * (np.arctan2(arm @ second, arm @ first) - chart["middle"]))
+    return np.column_stack([chart["radius"] * np.angle(turned), arm @ axis])
+
+
+def cross_axes(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the two unit vectors from which and towards which angles about a unit axis are counted."""
+    seed = np.array([1.0, 0, 0]) if abs(axis[0]) < 0.9 else np.array([0, 0, 1.0])
+    first = seed - axis * (seed @ axis)
+    first /= np.linalg.norm(first)
+    return first, np.cross(axis, first)
+
+
+def along_direction(chart: dict[str, Any]) -> np.ndarray:
+    """Return the unit vector of the coordinate along, (3,)."""
+    return np.asarray(chart["axis" if chart["kind"] == "cylinder" else "along"], float)
+
+
+def spline_weights(space: TractionModes, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers and values of the functions at points: integers (p, 16) and (p, 16).
+
+    Args:
+        coordinates: Across and along [m], (p, 2), inside the space.
+    """
+    numbers, values = [], []
+    for axis in range(2):
+        place = (coordinates[:, axis] - space.start[axis]) / space.spacing[axis]
+        first = np.clip(np.floor(place).astype(int), 0, int(space.counts[axis]) - 4)
+        numbers.append(first[:, None] + np.arange(4))
+        values.append(cubic_weights(place - first))
+    joined = numbers[0][:, :, None] * int(space.counts[1]) + numbers[1][:, None, :]
+    product = values[0][:, :, None] * values[1][:, None, :]
+    return joined.reshape(-1, SUPPORT), product.reshape(-1, SUPPORT)
+
+
+def cubic_weights(t: np.ndarray) -> np.ndarray:
+    """Return the four uniform cubic B-splines at the share t of an interval, (p, 4)."""
+    s = 1 - t
+    return np.column_stack([s**3, 3 * t**3 - 6 * t**2 + 4, 3 * s**3 - 6 * s**2 + 4, t**3]) / 6
+
+
+def inside(space: TractionModes, coordinates: np.ndarray) -> np.ndarray:
+    """Return which points (p, 2) lie on the space, (p,)."""
+    end = space.start + space.spacing * (space.counts - 3)
+    return ((coordinates >= space.start) & (coordinates <= end)).all(axis=1)
