@@ -1,0 +1,41 @@
+"""Gas pressure on a surface, given over the angle of a crank."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class GasPressure(BaseModel):
+    """Pressure above ambient on an interface of kind 'pressure', by the angle of a joint's crank."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["gas"]
+    body: str
+    interface: str = Field(description="Interface of kind 'pressure'")
+    joint: str = Field(description="Joint whose crank angle counts")
+    table: str | None = Field(
+        default=None, description="CSV: crank angle [deg], absolute pressure [Pa]; must close over its span"
+    )
+    values: tuple[tuple[Finite, Finite], ...] = Field(
+        default=(), description="The same as pairs; read from the table where one is named"
+    )
+    ambient: Finite = Field(default=1.0e5, description="Pressure on the other side [Pa]")
+
+    @model_validator(mode="after")
+    def _given(self) -> "GasPressure":
+        if self.table is None and len(self.values) < 2:
+            raise ValueError("give a table")
+        return self
+
+    def pressure(self, angle: np.ndarray) -> np.ndarray:
+        """Return the pressure above ambient [Pa] at crank angles [rad]; periodic, a cubic spline between the values."""
+        from scipy.interpolate import CubicSpline
+
+        degrees, absolute = np.array(self.values, float).T
+        span = degrees[-1] - degrees[0]
+        absolute = np.append(absolute[:-1], absolute[0])
+        spline = CubicSpline(degrees, absolute, bc_type="periodic")
+        return spline(degrees[0] + np.mod(np.degrees(angle) - degrees[0], span)) - self.ambient

@@ -1,0 +1,92 @@
+"""A crank that turns at constant speed and a massless rod that holds a point of a body at its length."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from solver.obstacles.vectors import Direction, Finite, Vector
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class SliderCrank(BaseModel):
+    """The crank pin is at centre + radius (cos θ along + sin θ lateral), θ = start + speed t."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["slider-crank"]
+    body: str
+    interface: str = Field(description="Interface of kind 'mean' that the rod holds")
+    crank_radius: Positive = Field(description="[m]")
+    rod_length: Positive = Field(description="Between crank pin and piston pin [m]")
+    speed: Positive = Field(description="[rev/min]")
+    start: Finite = Field(default=0.0, description="Crank angle at the start, from the upper dead centre [deg]")
+    centre: Vector = Field(default=(0.0, 0.0, 0.0), description="Crank axis [m]")
+    along: Direction = Field(default=(0.0, 0.0, 1.0), description="From the crank axis to the upper dead centre")
+    lateral: Direction = Field(default=(1.0, 0.0, 0.0), description="Where the crank pin goes after that")
+
+    @model_validator(mode="after")
+    def _fits(self) -> "SliderCrank":
+        along, lateral = self.axes
+        if abs(along @ lateral) > 1e-9:
+            raise ValueError("along and lateral must stand at right angles")
+        if self.rod_length <= self.crank_radius:
+            raise ValueError(
+                f"rod_length is {self.rod_length} m, it must be above crank_radius = {self.crank_radius} m plus the"
+                " offset of the pin"
+            )
+        return self
+
+    @property
+    def axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Unit vectors along and lateral."""
+        along, lateral = np.asarray(self.along, float), np.asarray(self.lateral, float)
+        return along / np.linalg.norm(along), lateral / np.linalg.norm(lateral)
+
+    @property
+    def rate(self) -> float:
+        """[rad/s]"""
+        return self.speed * 2 * np.pi / 60
+
+    def angle(self, time: np.ndarray) -> np.ndarray:
+        """Return the crank angle [rad] at given times [s]."""
+        return np.radians(self.start) + self.rate * time
+
+    def crank_pin(self, time: np.ndarray) -> np.ndarray:
+        """Return lateral and along position [m] of the crank pin and their rates [m/s], (t, 4)."""
+        along, lateral = self.axes
+        centre = np.asarray(self.centre, float)
+        angle, r, rate = self.angle(time), self.crank_radius, self.rate
+        return np.column_stack(
+            [
+                centre @ lateral + r * np.sin(angle), centre @ along + r * np.cos(angle),
+                r * rate * np.cos(angle), -r * rate * np.sin(angle),
+            ]
+        )  # fmt: skip
+
+    def piston_pin(self, time: np.ndarray, lateral: float) -> np.ndarray:
+        """Return position [m], velocity [m/s] and acceleration [m/s²] along of a pin that keeps its lateral place, (t, 3).
+
+        Args:
+            lateral: Lateral coordinate of the pin [m].
+
+        Raises:
+            ValueError: the rod is too short to reach it all around.
+        """
+        pin = self.crank_pin(time)
+        across = lateral - pin[:, 0]
+        if np.abs(across).max() >= self.rod_length:
+            raise ValueError("the rod does not reach the pin")
+        height = np.sqrt(self.rod_length**2 - across**2)
+        rate = across * pin[:, 2] / height
+        turn = self.rate**2
+        centre = np.asarray(self.centre, float)
+        along, side = self.axes
+        swing = -turn * (pin[:, 0] - centre @ side)
+        curve = (-pin[:, 2] ** 2 + across * swing - rate**2) / height
+        return np.column_stack([pin[:, 1] + height, pin[:, 3] + rate, -turn * (pin[:, 1] - centre @ along) + curve])
+
+    def tangent(self, time: np.ndarray, lateral: float) -> np.ndarray:
+        """Return tan β of the rod, (lateral of pin − crank pin) over height, (t,): side force on the pin per axial."""
+        across = lateral - self.crank_pin(time)[:, 0]
+        return across / np.sqrt(self.rod_length**2 - across**2)
