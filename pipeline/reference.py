@@ -12,7 +12,7 @@ from pipeline.errors import InputError
 from pipeline.filters import hann_filter, resample_mean
 from pipeline.interface import contact_points
 from pipeline.model import build_model
-from pipeline.nodal import NodalProblem, simulate_nodal
+from pipeline.nodal import NodalContact, NodalProblem, free_body, simulate_nodal
 from pipeline.products import find_file, nodal_product
 from pipeline.stages import Job
 
@@ -109,7 +109,7 @@ def nodal_problem(job: Job, name: str) -> NodalProblem:
         InputError: the contact has no surface layer to press against.
     """
     component, steps = job.scene.component[name], job.components()[name]
-    (body,), (contact,) = job.scene.body.values(), job.scene.contact.values()
+    ((body_name, body),), ((contact_name, contact),) = job.scene.body.items(), job.scene.contact.items()
     if contact.surface_stiffness is None:
         raise InputError(f"{job.path}: report.nodal: the contact needs surface_stiffness, nodes need a spring")
     mesh = job.store.get(steps["mesh"].key, "mesh")
@@ -119,12 +119,11 @@ def nodal_problem(job: Job, name: str) -> NodalProblem:
     directions = contact.against.direction(placed)
     spin = np.cross(np.asarray(body.angular_velocity), model.nodes - model.properties.centre)
     velocity = (np.asarray(body.velocity) + spin) @ model.directions.T
-    return NodalProblem(
-        model,
+    candidates = NodalContact(
         sparse.csr_matrix(-model.rows(points.nodes, points.normals)),
         contact.against.gap(placed),
         contact.surface_stiffness * points.areas,
         directions,
-        velocity.ravel(),
-        job.scene.run.duration,
     )
+    slave = free_body(body_name, model, velocity.ravel())
+    return NodalProblem(slave, {contact_name: candidates}, job.scene.run.duration)

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modaldb.schema import ModalRecord, MorphRecord
+from modaldb.schema import LoadModes, ModalRecord, MorphRecord
 from modaldb.store import Store
+from solver.errors import SceneError
+from solver.scene import ALL_FREE, Body
 
 
 @dataclass(frozen=True)
@@ -17,11 +19,15 @@ class FlexibleBody:
     morph_key: str
     morph: MorphRecord
     modal: ModalRecord
+    twists: np.ndarray
+    """Mass-normalised rigid motions that the scene leaves free: translation, rotation about the centre, (r, 6)."""
+    stiffness_factor: float
+    """β of its damping [s]."""
 
     @property
     def rigid_count(self) -> int:
         """Number of rigid coordinates, r."""
-        return len(self.morph.rigid_twists)
+        return len(self.twists)
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -32,30 +38,69 @@ class FlexibleBody:
         """Return the displacement of points (c, 3) along directions (c, 3) per rigid coordinate, (c, r)."""
         arm = points - self.morph.centre
         rows = np.empty((len(points), self.rigid_count))
-        for r, twist in enumerate(self.morph.rigid_twists):
+        for r, twist in enumerate(self.twists):
             rows[:, r] = np.einsum("ci,ci->c", directions, twist[:3] + np.cross(twist[3:], arm))
         return rows
+
+    def wrench_rows(self, resultant: np.ndarray) -> np.ndarray:
+        """Return the displacement conjugate to loads per rigid coordinate, (k, r).
+
+        Args:
+            resultant: Force and moment about the component's origin of each load, (k, 6).
+        """
+        at_origin = self.twists.copy()
+        at_origin[:, :3] -= np.cross(self.twists[:, 3:], self.morph.centre)
+        return resultant @ at_origin.T
 
     def rigid_velocity(self, velocity: np.ndarray, angular_velocity: np.ndarray) -> np.ndarray:
         """Return the rigid coordinates' velocities (r,) of a motion given at the centre: Φ_rᵀ M ẋ."""
         momentum = np.concatenate([self.morph.mass * velocity, self.morph.inertia @ angular_velocity])
-        return self.morph.rigid_twists @ momentum
+        return self.twists @ momentum
 
     def centre_motion(self, rates: np.ndarray) -> np.ndarray:
-        """Return velocity and angular velocity at the centre (6,) of rigid coordinate rates (r,)."""
-        return rates @ self.morph.rigid_twists
+        """Return velocity and angular velocity at the centre (..., 6) of rigid coordinate rates (..., r)."""
+        return rates @ self.twists
 
-    def residual_block(self, interface: str) -> np.ndarray:
-        """Return R [m/N] of one interface's rows, (c, c)."""
-        rows = slice(*self.modal.interface_rows[interface])
-        assert self.modal.residual_flexibility is not None
-        return self.modal.residual_flexibility[rows, rows]
+    def load(self, interface: str, where: str) -> LoadModes:
+        """Return a load's rows.
+
+        Args:
+            where: The key that asks for it, for the message.
+
+        Raises:
+            SceneError: the record has none of that name.
+        """
+        if interface not in self.modal.loads:
+            have = ", ".join(sorted(self.modal.loads)) or "none"
+            raise SceneError(f"{where}: body '{self.name}' has no load or joint surface '{interface}', it has {have}")
+        return self.modal.loads[interface]
+
+    def residual(self, one: str, other: str) -> np.ndarray:
+        """Return R between the rows of two interfaces, loads or traction spaces; zero where the record holds none."""
+        here, there = (slice(*self.modal.interface_rows[name]) for name in (one, other))
+        if self.modal.residual_flexibility is None:
+            return np.zeros((here.stop - here.start, there.stop - there.start))
+        return self.modal.residual_flexibility[here, there]
 
 
 def load_body(
-    store: Store, name: str, morph_key: str, morph_fields: Iterable[str], modal_fields: Iterable[str]
+    store: Store, name: str, settings: Body, morph_key: str, morph_fields: Iterable[str], modal_fields: Iterable[str]
 ) -> FlexibleBody:
     """Read from the database just the named fields of a body."""
     morph = store.get(morph_key, "morph", only=list(morph_fields))
     modal = store.get(morph.modes_key, "modes", only=list(modal_fields))
-    return FlexibleBody(name, morph_key, morph, modal)
+    beta = settings.damping.stiffness_factor if settings.damping else 0.0
+    return FlexibleBody(name, morph_key, morph, modal, _free_twists(morph, settings, name), beta)
+
+
+def _free_twists(morph: MorphRecord, settings: Body, name: str) -> np.ndarray:
+    """Return the rigid motions that are left, mass-normalised among themselves."""
+    if tuple(settings.freedom) == ALL_FREE or len(morph.rigid_twists) == 0:
+        return morph.rigid_twists
+    if len(morph.rigid_twists) < 6:
+        raise SceneError(f"body.{name}.freedom: a body on a line mesh moves along its axis only; leave the key out")
+    chosen = np.eye(6)[[ALL_FREE.index(one) for one in settings.freedom]].reshape(-1, 6)
+    mass = np.zeros((6, 6))
+    mass[:3, :3], mass[3:, 3:] = morph.mass * np.eye(3), morph.inertia
+    values, vectors = np.linalg.eigh(chosen @ mass @ chosen.T)
+    return (vectors / np.sqrt(values)).T @ chosen

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from solver.lcp import FAST, solve_lcp
+from solver.compliance import FAST, Compliance
+from solver.lcp import solve_lcp
 
 GAP_TOLERANCE = 1e-12
 """Violation of a gap that counts as none, relative to the largest gap: four digits above round-off of rows·q."""
@@ -43,6 +44,8 @@ class Law(NamedTuple):
     """g₀ [m], (c,)."""
     compliance: np.ndarray
     """C [m/N], (c, c); its diagonal only is used where `coupled` is false."""
+    matrix: Compliance
+    """The same for the contact problem of coupled points."""
     coupled: bool
     dashpot: np.ndarray
     """d [N s/m], (c,)."""
@@ -172,7 +175,7 @@ def _press(law, state, gap, tolerance):  # type: ignore[no-untyped-def]
     """Multipliers and gaps of coupled points; False where their compliance is singular."""
     multipliers, tally = state.multipliers, state.tally
     count, pivots = solve_lcp(
-        law.compliance, gap, state.active, tally[0], state.factor, multipliers, state.gaps, tolerance
+        law.matrix, gap, state.active, tally[0], state.factor, multipliers, state.gaps, tolerance
     )
     tally[0] = count
     if pivots < 0:

@@ -9,8 +9,8 @@ checked at every solve.
 import numpy as np
 from numba import njit
 
-FAST = {"reassoc", "contract"}
-"""Sums may be reordered for vector units; NaN and infinity keep their meaning."""
+from solver.compliance import inner, FAST, prepare
+
 PATIENCE = 3
 """Block pivots without fewer infeasible rows before single pivots take over."""
 SINGULAR = 1e-14
@@ -18,11 +18,11 @@ SINGULAR = 1e-14
 
 
 @njit(cache=True, fastmath=FAST)
-def solve_lcp(C, g, active, count, L, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
+def solve_lcp(matrix, g, active, count, L, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
     """Solve in place.
 
     Args:
-        C: Compliance [m/N], (c, c).
+        matrix: The Compliance C [m/N], (c, c).
         g: Free gaps [m], (c,).
         active: Rows of the active set, its first `count` entries; changed in place, (c,).
         count: Size of the active set on entry.
@@ -34,7 +34,7 @@ def solve_lcp(C, g, active, count, L, multipliers, gaps, tolerance):  # type: ig
     Returns:
         (size of the active set, pivots made); pivots is -1 where C proved singular.
     """
-    c = len(g)
+    c, C = len(g), matrix.values
     is_active = np.zeros(c, np.bool_)
     for a in range(count):
         is_active[active[a]] = True
@@ -43,6 +43,7 @@ def solve_lcp(C, g, active, count, L, multipliers, gaps, tolerance):  # type: ig
         _evaluate(C, g, active, count, L, multipliers, gaps)
         worst, last = 0, -1
         for i in range(c):
+            # Rows that are not active may not have been made yet; only active ones need their diagonal.
             wrong = multipliers[i] < -tolerance / C[i, i] if is_active[i] else gaps[i] < -tolerance
             if wrong:
                 worst += 1
@@ -62,14 +63,14 @@ def solve_lcp(C, g, active, count, L, multipliers, gaps, tolerance):  # type: ig
                     is_active[i] = False
                     pivots += 1
             elif gaps[i] < -tolerance:
-                if not _append(C, active, count, L, i):
+                if not append(matrix, active, count, L, i):
                     return count, -1
                 count += 1
                 is_active[i] = True
                 pivots += 1
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _evaluate(C, g, active, count, L, multipliers, gaps):  # type: ignore[no-untyped-def]
     """λ on the active set from L Lᵀ λ = −g, then all gaps."""
     multipliers[:] = 0.0
@@ -91,9 +92,11 @@ def _evaluate(C, g, active, count, L, multipliers, gaps):  # type: ignore[no-unt
             gaps[j] += C[i, j] * y[a]
 
 
-@njit(cache=True, fastmath=FAST)
-def _append(C, active, count, L, row):  # type: ignore[no-untyped-def]
+@inner
+def append(matrix, active, count, L, row):  # type: ignore[no-untyped-def]
     """Add a row to the active set and to its Cholesky factor; False where it depends on the others."""
+    prepare(matrix, row)
+    C = matrix.values
     pivot = C[row, row]
     for a in range(count):
         total = C[row, active[a]]
@@ -108,7 +111,7 @@ def _append(C, active, count, L, row):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _remove(active, count, L, row):  # type: ignore[no-untyped-def]
     """Take a row out of the active set and mend the factor with Givens rotations; returns the new size."""
     place = 0

@@ -2,18 +2,22 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from modaldb.schema import ContactHistory, Json, Trajectory
-from solver import kernel
+from modaldb.schema import ContactHistory, JointHistory, Json, Trajectory
+from solver.implicit import Trapezoid
+from solver.kick import Kick
+from solver.outcome import Outcome
 from solver.quantities import momentum_residual, quantities
 from solver.result import Result
 from solver.system import STEP_FACTOR, System
 
 CREATED_ENERGY = 0.5
 """Energy error over energy exchanged above which a run is not an answer."""
+IMPLICIT_FACTOR = 4.0
+"""dt·ω_c that the implicit integrator takes by itself."""
 
 
 @dataclass(frozen=True)
@@ -34,19 +38,22 @@ class Schedule:
         return self.stride * self.samples_per_frame * self.frames
 
 
-def plan_steps(duration: float, step: float | None, samples: int, frames: int, critical: float) -> Schedule:
+def plan_steps(
+    duration: float, step: float | None, samples: int, frames: int, critical: float, implicit: bool = False
+) -> Schedule:
     """Choose the steps of a run.
 
     Args:
-        step: The scene's [s]; None chooses 0.2/ω_c.
+        step: The scene's [s]; None chooses 0.2/ω_c, or 4/ω_c for the implicit integrator.
         critical: ω_c [rad/s].
+        implicit: Whether a given step is taken as it is, however large.
     """
-    largest = STEP_FACTOR / critical
+    largest = (IMPLICIT_FACTOR if implicit else STEP_FACTOR) / critical
     if step is None:
         per_frame = max(1, min(round(samples / frames), math.ceil(duration / largest / frames)))
         stride = math.ceil(duration / largest / (frames * per_frame))
         return Schedule(duration / (frames * per_frame * stride), 1, stride, per_frame, frames)
-    substeps = math.ceil(step / largest * (1 - 1e-12))
+    substeps = 1 if implicit else math.ceil(step / largest * (1 - 1e-12))
     dt = step / substeps
     count = math.ceil(duration / dt * (1 - 1e-12))
     stride = max(1, count // samples)
@@ -66,76 +73,97 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     Raises:
         SolverError: the contact's compliance is singular.
     """
-    run = system.scene.run
+    run, implicit = system.scene.run, system.scene.integrator == "trapezoid"
     critical = system.critical_frequency()
-    plan = plan_steps(run.duration, run.step, run.samples, run.frames, critical)
-    law, state, histories = _law(system, plan.dt), _state(system, plan.dt), _Histories.empty(system, plan)
+    plan = plan_steps(run.duration, run.step, run.samples, run.frames, critical, implicit)
+    integrator = (Trapezoid if implicit else Kick)(system, plan.dt)
+    histories = _Histories.empty(system, plan)
     result, done = Result.FINISHED, 0
     for frame in range(plan.frames):
         here = slice(frame * plan.samples_per_frame, (frame + 1) * plan.samples_per_frame)
-        forces, energies = histories.forces[here], histories.energies[here]
-        sound = kernel.march(law, state, system.rigid, here.start * plan.stride, forces, energies, plan.stride)
-        if not sound or not np.isfinite(energies).all():
+        outputs = (getattr(histories, name)[here] for name in _Histories.SAMPLED)
+        sound = integrator.advance(here.start * plan.stride, plan.stride, *outputs)
+        if not sound or not np.isfinite(histories.energies[here]).all():
             result = Result.DEPENDENT_ROWS if not sound else Result.DIVERGED
             break
-        histories.frames[frame], histories.velocities[frame] = state.q, state.v
-        histories.multipliers[frame] = state.multipliers
+        now = integrator.outcome()
+        histories.frames[frame], histories.velocities[frame] = now.q, now.v
+        histories.multipliers[frame], histories.masters[frame] = now.multipliers, now.masters
         done = frame + 1
         if progress is not None:
             progress(done / plan.frames)
-    exchanged = float(state.extreme[2])
-    drift = float(state.extreme[1]) / exchanged if exchanged > 0 else 0.0
+    end = integrator.outcome()
+    exchanged = float(end.extreme[2])
+    drift = float(end.extreme[1]) / exchanged if exchanged > 0 else 0.0
     if result.ok and drift > CREATED_ENERGY:
         result = Result.ENERGY
     counts = {
+        "integrator": system.scene.integrator,
         "steps": plan.steps,
         "substeps": plan.substeps,
         "step": plan.dt,
         "critical_frequency": critical,
-        "contact_steps": int(state.tally[1]),
-        "pivots": int(state.tally[2]),
-        "coordinates": len(state.q),
+        "contact_steps": int(end.tally[1]),
+        "pivots": int(end.tally[2]),
+        "coordinates": len(end.q),
         "contact_rows": len(system.gap),
+        "functions": len(system.functions),
     }
-    return _trajectory(system, plan, state, histories.cut(done, plan), result, drift, counts)
+    return _trajectory(system, plan, end, histories.cut(done, plan), result, drift, counts)
 
 
 @dataclass(frozen=True)
 class _Histories:
     forces: np.ndarray
     energies: np.ndarray
+    loads: np.ndarray
+    snapshots: np.ndarray
     frames: np.ndarray
     velocities: np.ndarray
     multipliers: np.ndarray
+    masters: np.ndarray
+
+    SAMPLED = ("forces", "energies", "loads", "snapshots")
 
     @classmethod
     def empty(cls, system: System, plan: Schedule) -> "_Histories":
         samples, size = plan.frames * plan.samples_per_frame, len(system.velocity)
+        joints = len(system.driving.joints)
         return cls(
             np.zeros((samples, max(1, len(system.contacts)), 3)),
-            np.zeros((samples, 4)),
+            np.zeros((samples, 5)),
+            np.zeros((samples, len(system.driving.rows))),
+            np.zeros((samples, 2 * len(system.rigid) + joints)),
             np.zeros((plan.frames, size)),
             np.zeros((plan.frames, size)),
             np.zeros((plan.frames, len(system.gap))),
+            np.zeros((plan.frames, len(system.functions))),
         )
 
     def cut(self, frames: int, plan: Schedule) -> "_Histories":
         """Keep what was finished."""
         samples = frames * plan.samples_per_frame
         return _Histories(
-            self.forces[:samples], self.energies[:samples], self.frames[:frames], self.velocities[:frames],
-            self.multipliers[:frames],
-        )  # fmt: skip
+            *(getattr(self, f.name)[: samples if f.name in self.SAMPLED else frames] for f in fields(self))
+        )
 
 
 def _trajectory(
-    system: System, plan: Schedule, state: kernel.State, found: _Histories, result: Result, drift: float, counts: Json
+    system: System,
+    plan: Schedule,
+    end: Outcome,
+    found: _Histories,
+    result: Result,
+    drift: float,
+    counts: Json,
 ) -> Trajectory:
     interval = plan.dt * plan.stride
+    times = interval * np.arange(1, len(found.forces) + 1)
     contacts = {
         contact.name: ContactHistory(
             contact.body, contact.interface, found.forces[:, number], found.multipliers[:, contact.rows],
             contact.areas, contact.points,
+            None if contact.master is None else _recorded(found.masters[:, contact.functions], contact.master.order),
         )
         for number, contact in enumerate(system.contacts)
     }  # fmt: skip
@@ -143,48 +171,48 @@ def _trajectory(
         result=result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
         coordinate_offsets=dict(system.offsets),
-        times=interval * np.arange(1, len(found.forces) + 1),
+        times=times,
         energies=found.energies,
         contacts=contacts,
         frame_times=interval * plan.samples_per_frame * np.arange(1, len(found.frames) + 1),
         frames=found.frames,
         velocities=found.velocities,
-        quantities=quantities(system, state, plan.dt, interval, found.forces, found.multipliers),
+        quantities=quantities(system, end, plan.dt, interval, found.forces, found.multipliers),
         energy_drift=drift,
-        momentum_residual=momentum_residual(system, state),
+        momentum_residual=momentum_residual(system, end, interval * found.loads.sum(axis=0), float(times[-1])),
         counts=counts,
+        joints=_joints(system, times, found),
+        motion=_motion(system, found.snapshots) if system.scene.integrator == "trapezoid" else {},
     )
 
 
-def _law(system: System, dt: float) -> kernel.Law:
-    contact = np.zeros(len(system.gap), np.int64)
-    normals = np.zeros((len(system.gap), 3))
-    for number, item in enumerate(system.contacts):
-        contact[item.rows] = number
-        normals[item.rows] = item.directions
-    reach = np.abs(system.rows).max(axis=0) if len(system.gap) else np.zeros(len(system.velocity))
-    return kernel.Law(
-        dt, flight(system.stiffness, dt), system.stiffness, np.ascontiguousarray(system.rows),
-        np.ascontiguousarray(system.rows.T), reach, system.gap,
-        system.compliance, system.coupled, system.dashpot, normals, contact,
-    )  # fmt: skip
+def _recorded(masters: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """Put functions back into the order of the record."""
+    back = np.empty_like(masters)
+    back[:, order] = masters
+    return back
 
 
-def flight(stiffness: np.ndarray, dt: float) -> np.ndarray:
-    """Return the exact propagator of each coordinate over dt: q←q, q←q̇, q̇←q, q̇←q̇, (4, m)."""
-    omega = np.sqrt(stiffness)
-    return np.array(
-        [np.cos(omega * dt), dt * np.sinc(omega * dt / np.pi), -omega * np.sin(omega * dt), np.cos(omega * dt)]
-    )
+def _joints(system: System, times: np.ndarray, found: _Histories) -> dict[str, JointHistory]:
+    histories = {}
+    for number, held in enumerate(system.driving.joints):
+        along, lateral = held.joint.axes
+        loads = found.loads[:, 2 * number : 2 * number + 2]
+        force = loads[:, :1] * lateral + loads[:, 1:] * along
+        violation = found.snapshots[:, 2 * len(system.rigid) + number]
+        histories[held.name] = JointHistory(
+            held.body, held.joint.interface, held.joint.angle(times), force, violation.copy()
+        )
+    return histories
 
 
-def _state(system: System, dt: float) -> kernel.State:
-    """Start half a step before the first kick."""
-    half = flight(system.stiffness, dt / 2)
-    v0 = system.velocity
-    c, energy = len(system.gap), 0.5 * float(v0 @ v0)
-    return kernel.State(
-        half[1] * v0, half[3] * v0, np.zeros(c, np.int64), np.zeros((c, c)), np.zeros(c), np.zeros(c), np.zeros(c),
-        np.zeros(len(system.rigid) + 1), np.array([energy, 0.0, 0.0, 0.0]), np.zeros(4, np.int64),
-        np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0]),
-    )  # fmt: skip
+def _motion(system: System, snapshots: np.ndarray) -> dict[str, np.ndarray]:
+    """Return each body's motion at its centre, (s, 12)."""
+    r, first, motion = len(system.rigid), 0, {}
+    for name, body in system.bodies.items():
+        columns = slice(first, first + body.rigid_count)
+        if body.rigid_count:
+            place, rate = snapshots[:, :r][:, columns], snapshots[:, r : 2 * r][:, columns]
+            motion[name] = np.column_stack([body.centre_motion(place), body.centre_motion(rate)])
+        first += body.rigid_count
+    return motion

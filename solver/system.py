@@ -8,36 +8,20 @@ from scipy import linalg
 
 from modaldb.store import Store
 from solver.body import FlexibleBody, load_body
-from solver.errors import SceneError, SolverError
+from solver.contacts import ContactRows, contact_block, sliding_block
+from solver.driving import Driving, compile_driving
+from solver.errors import SolverError
 from solver.result import Result
-from solver.scene import Contact, Scene
+from solver.scene import Scene
 from solver.terms import Term, fields_read, scene_terms
 
-FACING = 0.99
-"""Cosine between a surface's normal and the line to its obstacle, below which rows along the normal mislead."""
 STEP_FACTOR = 0.2
 """Largest dt·ω_c: at 0.2 the energy drift of the skirt is 1e-4, at 2 energy grows without bound."""
 
 
 @dataclass(frozen=True)
-class ContactRows:
-    """One contact's rows in the system."""
-
-    name: str
-    body: str
-    interface: str
-    rows: slice
-    points: np.ndarray
-    """[m], (c, 3), in the body's design position."""
-    directions: np.ndarray
-    """Direction of the force on the body, (c, 3)."""
-    areas: np.ndarray | None
-    edge: np.ndarray
-
-
-@dataclass(frozen=True)
 class System:
-    """All coordinates of all bodies, all rows of all contacts. Shapes: m coordinates, c rows."""
+    """All coordinates of all bodies, all rows of all contacts. Shapes: m coordinates, c rows, F functions."""
 
     scene: Scene
     bodies: dict[str, FlexibleBody]
@@ -45,42 +29,61 @@ class System:
     contacts: list[ContactRows]
     stiffness: np.ndarray
     """ω² [rad²/s²], (m,)."""
+    damping: np.ndarray
+    """β of each coordinate's body [s], (m,)."""
     rigid: np.ndarray
     """Numbers of the rigid coordinates."""
     rows: np.ndarray
     """∂g/∂q [kg^-½], (c, m)."""
     gap: np.ndarray
-    """Gaps at the start [m], (c,)."""
-    compliance: np.ndarray
-    """R + surface layer [m/N], (c, c)."""
+    """Gaps at q = 0 [m], (c,)."""
+    residual: np.ndarray
+    """R [m/N], (c, c)."""
+    layer: np.ndarray
+    """Compliance of the surface layer [m/N], (c,)."""
     dashpot: np.ndarray
     """[N s/m], (c,)."""
+    functions: np.ndarray
+    """Inward displacement of traction spaces, ∂e/∂q, (F, m)."""
+    function_residual: np.ndarray
+    """R of the traction spaces [m/N], (F, F)."""
+    driving: Driving
+    loads: np.ndarray
+    """Loads and joint forces at the start, (L,)."""
+    position: np.ndarray
+    """Initial coordinates [m kg^½], (m,)."""
     velocity: np.ndarray
     """Initial velocities [m kg^½/s], (m,)."""
     terms: list[Term]
 
     @property
+    def compliance(self) -> np.ndarray:
+        """R + surface layer [m/N], (c, c)."""
+        return self.residual + np.diag(self.layer)
+
+    @property
     def coupled(self) -> bool:
         """Whether a contact force at one point closes or opens another through R."""
-        return bool(np.any(self.compliance - np.diag(self.compliance.diagonal())))
+        return bool(np.any(self.residual - np.diag(self.residual.diagonal())))
 
     def critical_frequency(self) -> float:
-        """Return ω_c [rad/s]: ω_c² = λmax(Λ + rowsᵀ C⁻¹ rows), all contacts closed.
+        """Return ω_c [rad/s]: ω_c² = λmax(Λ + rowsᵀ C⁻¹ rows), all contacts closed, other bodies' surfaces rigid.
 
         Raises:
             SolverError: C is singular.
         """
         matrix = np.diag(self.stiffness)
         if len(self.gap):
+            compliance = self.compliance
             if self.coupled:
                 try:
-                    matrix = matrix + self.rows.T @ linalg.cho_solve(linalg.cho_factor(self.compliance), self.rows)
+                    matrix = matrix + self.rows.T @ linalg.cho_solve(linalg.cho_factor(compliance), self.rows)
                 except linalg.LinAlgError:
                     raise SolverError(
                         f"contact {', '.join(self.scene.contact)}: {Result.DEPENDENT_ROWS.value}"
                     ) from None
             else:
-                matrix = matrix + self.rows.T @ (self.rows / self.compliance.diagonal()[:, None])
+                matrix = matrix + self.rows.T @ (self.rows / compliance.diagonal()[:, None])
         top = len(matrix) - 1
         return float(np.sqrt(linalg.eigvalsh(matrix, subset_by_index=[top, top])[0]))
 
@@ -96,119 +99,93 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     """
     terms = scene_terms(scene)
     bodies, offsets, size = {}, {}, 0
-    for name in scene.body:
-        key = morphs[scene.component_of(name)]
-        bodies[name] = load_body(store, name, key, fields_read(terms, name, "morph"), fields_read(terms, name, "modes"))
+    for name, settings in scene.body.items():
+        fields = (fields_read(terms, name, record) for record in ("morph", "modes"))
+        bodies[name] = load_body(store, name, settings, morphs[scene.component_of(name)], *fields)
         offsets[name] = size
         size += len(bodies[name].stiffness)
-    blocks = [_contact_rows(scene, name, bodies[contact.body]) for name, contact in scene.contact.items()]
-    counts = np.cumsum([0, *(len(block.gap) for block in blocks)])
-    rows, compliance = np.zeros((counts[-1], size)), np.zeros((counts[-1], counts[-1]))
-    contacts = []
-    for block, start, stop in zip(blocks, counts, counts[1:], strict=False):
-        here, first = slice(int(start), int(stop)), offsets[block.body]
-        rows[here, first : first + block.rows.shape[1]] = block.rows
-        compliance[here, here] = block.compliance
-        contacts.append(
-            ContactRows(
-                block.name, block.body, block.interface, here, block.points, block.directions, block.areas, block.edge
-            )
-        )
-    _couple(scene, bodies, contacts, compliance)
-    velocity, rigid = np.zeros(size), []
+    contacts, arrays = _contacts(scene, bodies, offsets, size)
+    stiffness = np.concatenate([body.stiffness for body in bodies.values()])
+    damping = np.concatenate([np.full(len(body.stiffness), body.stiffness_factor) for body in bodies.values()])
+    rigid = np.concatenate([offsets[name] + np.arange(body.rigid_count) for name, body in bodies.items()])
+    driving = compile_driving(scene, bodies, offsets, contacts, size)
+    position, velocity = _start(scene, bodies, offsets, size)
+    loads = driving.begin(bodies, offsets, position, velocity)
+    return System(
+        scene=scene, bodies=bodies, offsets=offsets, contacts=contacts, stiffness=stiffness, damping=damping,
+        rigid=rigid.astype(int), driving=driving, loads=loads, position=position, velocity=velocity, terms=terms, **arrays,
+    )  # fmt: skip
+
+
+def _start(
+    scene: Scene, bodies: dict[str, FlexibleBody], offsets: dict[str, int], size: int
+) -> tuple[np.ndarray, np.ndarray]:
+    velocity = np.zeros(size)
     for name, body in bodies.items():
         start = scene.body[name]
         columns = offsets[name] + np.arange(body.rigid_count)
         velocity[columns] = body.rigid_velocity(np.asarray(start.velocity), np.asarray(start.angular_velocity))
-        rigid.append(columns)
-    return System(
-        scene,
-        bodies,
-        offsets,
-        contacts,
-        np.concatenate([body.stiffness for body in bodies.values()]),
-        np.concatenate(rigid),
-        rows,
-        np.concatenate([np.empty(0), *(block.gap for block in blocks)]),
-        compliance,
-        np.concatenate([np.empty(0), *(block.dashpot for block in blocks)]),
-        velocity,
-        terms,
-    )
+    return np.zeros(size), velocity
 
 
-@dataclass(frozen=True)
-class _Block:
-    name: str
-    body: str
-    interface: str
-    rows: np.ndarray
-    gap: np.ndarray
-    compliance: np.ndarray
-    dashpot: np.ndarray
-    points: np.ndarray
-    directions: np.ndarray
-    areas: np.ndarray | None
-    edge: np.ndarray
-
-
-def _contact_rows(scene: Scene, name: str, body: FlexibleBody) -> _Block:
-    contact = scene.contact[name]
-    if contact.interface not in body.modal.interface_rows:
-        have = ", ".join(sorted(body.modal.interface_rows)) or "none"
-        raise SceneError(f"contact.{name}.interface: body '{body.name}' has no '{contact.interface}', it has {have}")
-    interface = body.modal.interfaces[contact.interface]
-    points = body.morph.points[contact.interface]
-    placed = points + np.asarray(scene.body[body.name].position)
-    directions = contact.against.direction(placed)
-    if np.einsum("ci,ci->c", directions, -interface.normals).min() < FACING:
-        raise SceneError(f"contact.{name}.against: the obstacle does not face interface '{contact.interface}'")
-    gap = contact.against.gap(placed)
-    if gap.min() < 0:
-        raise SceneError(
-            f"contact.{name}: {int((gap < 0).sum())} of {len(gap)} points start inside the obstacle, the worst by"
-            f" {-gap.min():.3g} m; move body.{body.name}.position or widen contact.{name}.against"
-        )
-    rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
-    areas = interface.areas if contact.surface_stiffness is not None else None
-    compliance = _compliance(contact, name, body, areas, len(gap))
-    return _Block(
-        name, body.name, contact.interface, rows, gap, compliance,
-        _dashpot(contact, name, body, compliance), points, directions, areas, interface.edge,
-    )  # fmt: skip
-
-
-def _compliance(contact: Contact, name: str, body: FlexibleBody, areas: np.ndarray | None, count: int) -> np.ndarray:
-    compliance = np.zeros((count, count))
-    if contact.method == "residual":
-        if body.modal.residual_flexibility is None:
-            raise SceneError(
-                f"contact.{name}.method: 'residual' needs a recipe that stores R, component"
-                f" '{body.name}' was reduced by '{body.modal.recipe}'"
+def _contacts(
+    scene: Scene, bodies: dict[str, FlexibleBody], offsets: dict[str, int], size: int
+) -> tuple[list[ContactRows], dict[str, np.ndarray]]:
+    """Put all contacts' blocks into arrays over all coordinates."""
+    masters = scene.masters()
+    blocks = [
+        contact_block(scene, name, bodies[contact.body], bodies[masters[name].body] if name in masters else None)
+        for name, contact in scene.contact.items()
+    ]
+    slides = [sliding_block(scene, b.name, b, bodies[masters[b.name].body]) if b.name in masters else None for b in blocks]
+    ends = np.cumsum([0, *(len(block.gap) for block in blocks)])
+    ends_f = np.cumsum([0, *(len(slide.rows) if slide else 0 for slide in slides)])
+    rows, residual = np.zeros((ends[-1], size)), np.zeros((ends[-1], ends[-1]))
+    functions, function_residual = np.zeros((ends_f[-1], size)), np.zeros((ends_f[-1], ends_f[-1]))
+    contacts = []
+    for number, (block, slide) in enumerate(zip(blocks, slides, strict=True)):
+        here, there = slice(int(ends[number]), int(ends[number + 1])), slice(int(ends_f[number]), int(ends_f[number + 1]))
+        _put(rows, here, offsets[block.body], block.rows)
+        residual[here, here] = block.residual
+        if slide is not None:
+            _put(functions, there, offsets[slide.body], slide.rows)
+            function_residual[there, there] = slide.residual
+        contacts.append(
+            ContactRows(
+                block.name, block.body, block.interface, here, block.points, block.directions, block.areas, block.edge,
+                slide, there,
             )
-        compliance += body.residual_block(contact.interface)
-    if contact.surface_stiffness is not None and areas is not None:
-        compliance += np.diag(1.0 / (contact.surface_stiffness * areas))
-    return compliance
+        )  # fmt: skip
+    _couple(scene, bodies, contacts, residual, function_residual)
+    joined = {name: np.concatenate([np.empty(0), *(getattr(block, name) for block in blocks)]) for name in _PER_ROW}
+    return contacts, joined | {
+        "rows": rows, "residual": residual, "functions": functions, "function_residual": function_residual
+    }  # fmt: skip
 
 
-def _dashpot(contact: Contact, name: str, body: FlexibleBody, compliance: np.ndarray) -> np.ndarray:
-    """Impedance of the truncated waves: d = (2/π)/(R ω_N), which is ρcA on a uniform bar."""
-    if contact.dashpot == "none":
-        return np.zeros(len(compliance))
-    if len(compliance) > 1:
-        raise SceneError(f"contact.{name}.dashpot: 'wave-guide' is for single-point contacts on bars, not surfaces")
-    return np.array([2 / np.pi / (compliance[0, 0] * body.modal.angular_frequencies.max())])
+_PER_ROW = ("gap", "layer", "dashpot")
 
 
-def _couple(scene: Scene, bodies: dict[str, FlexibleBody], contacts: list[ContactRows], compliance: np.ndarray) -> None:
+def _put(target: np.ndarray, rows: slice, first: int, block: np.ndarray) -> None:
+    target[rows, first : first + block.shape[1]] = block
+
+
+def _couple(
+    scene: Scene,
+    bodies: dict[str, FlexibleBody],
+    contacts: list[ContactRows],
+    residual: np.ndarray,
+    function_residual: np.ndarray,
+) -> None:
     """Fill in R between two interfaces of one body."""
     for one in contacts:
         for other in contacts:
             both = {scene.contact[one.name].method, scene.contact[other.name].method}
-            if one is other or one.body != other.body or both != {"residual"}:
+            if one is other or both != {"residual"}:
                 continue
-            modal = bodies[one.body].modal
-            assert modal.residual_flexibility is not None
-            here, there = slice(*modal.interface_rows[one.interface]), slice(*modal.interface_rows[other.interface])
-            compliance[one.rows, other.rows] = modal.residual_flexibility[here, there]
+            if one.body == other.body:
+                residual[one.rows, other.rows] = bodies[one.body].residual(one.interface, other.interface)
+            if one.master is not None and other.master is not None and one.master.body == other.master.body:
+                block = bodies[one.master.body].residual(one.master.interface, other.master.interface)
+                ordered = block[np.ix_(one.master.order, other.master.order)]
+                function_residual[one.functions, other.functions] = ordered

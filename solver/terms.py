@@ -33,21 +33,30 @@ def scene_terms(scene: Scene) -> list[Term]:
         )
         terms.append(Term("elastic flight", body, True, "modes move exactly", ("modes:angular_frequencies",)))
         for name, contact in touched.items():
-            path = f"modes:interfaces/{contact.interface}"
-            terms.append(
-                Term(
-                    f"contact {name}", body, True, f"against a {contact.against.shape}",
-                    (f"{path}/rows", f"{path}/normals", f"{path}/edge", f"morph:points/{contact.interface}"),
+            terms += _contact_terms(scene, name)
+        for name, over in scene.masters().items():
+            if over.body == body:
+                path = f"modes:tractions/{over.interface}"
+                reason = f"contact {name} slides over it"
+                terms.append(Term(f"traction space {over.interface}", body, True, reason, (path,)))
+        for name, joint in scene.joint.items():
+            if joint.body == body:
+                path = f"modes:loads/{joint.interface}"
+                terms.append(Term(f"joint {name}", body, True, f"a {joint.kind} holds {joint.interface}", (path,)))
+        for name, force in scene.force.items():
+            if force.body == body:
+                terms.append(
+                    Term(f"load {name}", body, True, f"{force.kind} on {force.interface}", (f"modes:loads/{force.interface}",))
                 )
-            )  # fmt: skip
-            layer = contact.surface_stiffness is not None
-            reason = f"surface_stiffness {'is' if layer else 'is not'} given"
-            terms.append(Term(f"surface layer of {name}", body, layer, reason, (f"{path}/areas",)))
-            terms.append(
-                Term(f"dashpot of {name}", body, contact.dashpot != "none", f"dashpot is '{contact.dashpot}'", ())
-            )
-        residual = any(contact.method == "residual" for contact in touched.values())
+        damped = scene.body[body].damping is not None
+        terms.append(Term("damping", body, damped, f"body.{body}.damping {'is' if damped else 'is not'} given", ()))
+        pulled = any(scene.run.gravity)
+        terms.append(Term("gravity", body, pulled, f"run.gravity is {'not ' if pulled else ''}zero", ()))
+        residual = any(scene.contact[name].method == "residual" for name in _touching(scene, body))
+        held = any(item.body == body for item in [*scene.joint.values(), *scene.force.values()])
         reason = "a contact uses method 'residual'" if residual else "no contact uses method 'residual'"
+        if held and not residual:
+            residual, reason = True, "a joint or load acts on it"
         terms.append(Term("residual flexibility", body, residual, reason, ("modes:residual_flexibility",)))
         terms += _left_out(body)
     return terms
@@ -63,6 +72,31 @@ def fields_read(terms: list[Term], body: str, record: str) -> list[str]:
         for field in term.fields
         if field.startswith(prefix)
     ]
+
+
+def _touching(scene: Scene, body: str) -> list[str]:
+    """Name the contacts that a body has a part in."""
+    masters = scene.masters()
+    return [
+        name
+        for name, contact in scene.contact.items()
+        if contact.body == body or (name in masters and masters[name].body == body)
+    ]
+
+
+def _contact_terms(scene: Scene, name: str) -> list[Term]:
+    contact = scene.contact[name]
+    path, body = f"modes:interfaces/{contact.interface}", contact.body
+    layer = contact.surface_stiffness is not None
+    areas = f"surface_stiffness {'is' if layer else 'is not'} given"
+    return [
+        Term(
+            f"contact {name}", body, True, f"against a {contact.against.shape}",
+            (f"{path}/rows", f"{path}/normals", f"{path}/edge", f"morph:points/{contact.interface}"),
+        ),
+        Term(f"surface layer of {name}", body, layer, areas, (f"{path}/areas",)),
+        Term(f"dashpot of {name}", body, contact.dashpot != "none", f"dashpot is '{contact.dashpot}'", ()),
+    ]  # fmt: skip
 
 
 def _left_out(body: str) -> list[Term]:

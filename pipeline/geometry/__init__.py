@@ -5,11 +5,21 @@ from typing import Annotated
 from pydantic import BaseModel, Field
 
 from pipeline.geometry.bar import Bar
+from pipeline.geometry.box import Box
 from pipeline.geometry.file import MeshFile
+from pipeline.geometry.liner import Liner
+from pipeline.geometry.piston import Piston
 from pipeline.geometry.skirt import Skirt
 
-GEOMETRIES: dict[str, type[BaseModel]] = {"skirt": Skirt, "bar": Bar, "file": MeshFile}
+GEOMETRIES: dict[str, type[BaseModel]] = {
+    "skirt": Skirt,
+    "piston": Piston,
+    "liner": Liner,
+    "box": Box,
+    "bar": Bar,
+    "file": MeshFile,
+}
 """Members by the `kind` that a scene names."""
 
-Geometry = Annotated[Skirt | Bar | MeshFile, Field(discriminator="kind")]
+Geometry = Annotated[Skirt | Piston | Liner | Box | Bar | MeshFile, Field(discriminator="kind")]
 """Any member, told apart by its `kind`."""

@@ -1,6 +1,6 @@
 """From a drawing in gmsh's OpenCASCADE kernel to a curved tet10 mesh with named surfaces."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,24 +11,46 @@ from pipeline.errors import InputError, PipelineError, StageError
 SurfaceRule = dict[str, Any]
 """The true shape of a named surface, as `modaldb.schema.Surface.shape`."""
 
-GMSH_TETRA10, GMSH_TRIANGLE6 = 11, 9
+GMSH_TETRA4, GMSH_TETRA10, GMSH_TRIANGLE6 = 4, 11, 9
 MESHIO_TETRA10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 """gmsh numbers the last two edges of a tet10 the other way round than meshio and VTK."""
 
-ON_SURFACE = 1e-6
+ON_SURFACE = 1e-5
 """How far a CAD face's nodes may lie from the named shape, relative to its size."""
 
+FLAT = 1e-3
+"""Least signed inverse condition number of a straight element, 1 where it is regular; sound meshes keep 0.1."""
 
-def build_solid(draw: Callable[[Any], None], size: float, surfaces: dict[str, SurfaceRule]) -> MeshRecord:
+TURN = 14
+"""Least elements around a full circle: fewer on a pin bore leave curved elements that are nearly inside out."""
+
+REVOLVED: dict[str, float] = {
+    "Geometry.OCCUnionUnify": 0,  # keeps the halves of `revolve` apart
+    "Mesh.Algorithm": 1,  # MeshAdapt: the others can make triangles out of three nodes of one straight edge
+    "Mesh.Algorithm3D": 10,  # HXT: its optimiser also removes slivers from walls of one element's thickness
+    "Mesh.MeshSizeFromCurvature": TURN,
+    "Mesh.MeshSizeMin": 0,
+}
+"""Options for solids with walls and bores of few elements. The skirt goes without: its meshes are published."""
+
+
+def build_solid(
+    draw: Callable[[Any], None],
+    size: float,
+    surfaces: dict[str, SurfaceRule],
+    *,
+    options: Mapping[str, float] | None = None,
+) -> MeshRecord:
     """Draw a solid, mesh it, and name its faces.
 
     Args:
         draw: Adds the solid to gmsh's OCC model that it is given.
         size: Edge length [m].
         surfaces: The true shape of each name.
+        options: Further options of gmsh by name, such as `REVOLVED`.
 
     Raises:
-        InputError: the size is too coarse for the curved faces.
+        InputError: the size is too coarse for the curved faces, or gives flat elements.
         StageError: gmsh failed, or a named surface has no face.
     """
     import gmsh
@@ -37,11 +59,14 @@ def build_solid(draw: Callable[[Any], None], size: float, surfaces: dict[str, Su
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", 1)
-        draw(gmsh.model.occ)
-        gmsh.model.occ.synchronize()
         gmsh.option.setNumber("Mesh.MeshSizeMin", size)
         gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+        for name, value in (options or {}).items():
+            gmsh.option.setNumber(name, value)
+        draw(gmsh.model.occ)
+        gmsh.model.occ.synchronize()
         gmsh.model.mesh.generate(3)
+        _refuse_flat(gmsh.model.mesh, size)
         gmsh.model.mesh.setOrder(2)
         _straighten(gmsh.model.mesh, size)
         return _collect(gmsh.model.mesh, [tag for _, tag in gmsh.model.getEntities(2)], surfaces)
@@ -51,6 +76,43 @@ def build_solid(draw: Callable[[Any], None], size: float, surfaces: dict[str, Su
         raise StageError(f"gmsh: {str(error).splitlines()[0]}") from error
     finally:
         gmsh.finalize()
+
+
+def cylinder(radius: float, axis: Sequence[float] = (0, 0, 1), origin: Sequence[float] = (0, 0, 0)) -> SurfaceRule:
+    """Return the shape of a circular cylinder of `radius` [m] about `axis` through `origin` [m]."""
+    return {
+        "kind": "cylinder",
+        "radius": radius,
+        "axis": [float(a) for a in axis],
+        "origin": [float(x) for x in origin],
+    }
+
+
+def plane(normal: Sequence[float], origin: Sequence[float]) -> SurfaceRule:
+    """Return the shape of the plane through `origin` [m] with the outward unit `normal`."""
+    return {"kind": "plane", "normal": [float(a) for a in normal], "origin": [float(x) for x in origin]}
+
+
+def revolve(occ: Any, section: Sequence[tuple[float, float]]) -> list[tuple[int, int]]:
+    """Turn a polygon of radii and heights [m] about the z axis and return the solid, as gmsh's (dimension, tag).
+
+    It is made of two halves that meet at ±y, if drawn with `REVOLVED`: gmsh meshes a closed cylinder badly once a cut
+    has left only a piece of its seam. Nodes line up where the halves meet, of which thrust sides at ±x are to be free.
+    """
+    halves = []
+    for turn in (np.pi, -np.pi):
+        corners = [occ.addPoint(0, radius, height) for radius, height in section]
+        edges = [occ.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+        face = (2, occ.addPlaneSurface([occ.addCurveLoop(edges)]))
+        halves.append([entity for entity in occ.revolve([face], 0, 0, 0, 0, 0, 1, turn) if entity[0] == 3])
+    return occ.fuse(*halves)[0]
+
+
+def _refuse_flat(mesh: Any, size: float) -> None:
+    """Stop before gmsh's curving, which cannot mend flat elements and may end the whole process over them."""
+    tags, _ = mesh.getElementsByType(GMSH_TETRA4)
+    if count := int(np.count_nonzero(np.asarray(mesh.getElementQualities(tags, "minSICN")) < FLAT)):
+        raise InputError(f"mesh.size: at {size} m gmsh makes {count} flat elements, try another size")
 
 
 def _straighten(mesh: Any, size: float) -> None:

@@ -1,0 +1,39 @@
+"""The nodal synthesis: all nodal dofs, implicit, contact at the same points. The reference where no exact answer is.
+
+Midpoint rule for the elastic bodies, discrete gradient of the contact potential V(g) = ½ κ ⟨−g⟩², point by point:
+
+    S v̄ = M v − ½ h K u + ½ h (Gᵀ λ̄ + f),   S = M + ¼ h² K + ½ h β K,   λ̄ = −(V(g⁺) − V(g)) / (g⁺ − g)
+    u⁺ = u + h v̄,   v⁺ = 2 v̄ − v
+
+so that without loads and damping ½vᵀMv + ½uᵀKu + ΣV keeps its value to Newton's tolerance at any step: contact can gain
+no energy. S of each body is factorised once; contact enters through the low-rank G S⁻¹ Gᵀ, Newton runs on the touching
+points only. `body` has the rule for one body, `coupling` what happens between them, `simulate` the loop.
+"""
+
+from pipeline.nodal.problem import (
+    NodalBody,
+    NodalContact,
+    NodalLoad,
+    NodalProblem,
+    NodalRod,
+    SlidingSurface,
+    Weights,
+)
+from pipeline.nodal.simulate import simulate_nodal
+from pipeline.nodal.sliding import SplineWeights
+from pipeline.nodal.start import free_body, gravity, static_start
+
+__all__ = [
+    "NodalBody",
+    "NodalContact",
+    "NodalLoad",
+    "NodalProblem",
+    "NodalRod",
+    "SlidingSurface",
+    "SplineWeights",
+    "Weights",
+    "free_body",
+    "gravity",
+    "simulate_nodal",
+    "static_start",
+]

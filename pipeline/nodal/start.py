@@ -1,0 +1,135 @@
+"""Bodies and starts for the nodal synthesis: rigid motions, gravity, and a start that does not ring."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import qr
+
+from pipeline.linalg import factorise
+from pipeline.model import FEModel
+from pipeline.nodal.problem import NodalBody, NodalLoad, NodalProblem, NodalRod
+
+LENGTH_STEPS = 4
+"""Newton steps that bring the rod to its length; it is a micrometre off."""
+
+
+def free_body(
+    name: str,
+    model: FEModel,
+    velocity: np.ndarray,
+    *,
+    twists: np.ndarray | None = None,
+    damping: float = 0.0,
+    loads: tuple[NodalLoad, ...] = (),
+) -> NodalBody:
+    """Return a body on which nothing is held.
+
+    Args:
+        velocity: At the start [m/s], (dofs,).
+        twists: Mass-normalised rigid motions that it may make, (r, 6); None for all.
+        damping: β of C = β K [s].
+    """
+    every = model.rigid_modes
+    if twists is None or len(twists) == len(model.rigid_twists):
+        return NodalBody(
+            name, model.K, model.M, velocity, damping=damping, rigid=every, twists=model.rigid_twists, loads=loads
+        )
+    rigid = replace(model, rigid_twists=twists).rigid_modes
+    shares = every.T @ (model.M @ rigid)
+    rest = qr(shares)[0][:, len(twists) :]
+    return NodalBody(
+        name, model.K, model.M, velocity, damping=damping, rigid=rigid, suppressed=every @ rest, twists=twists,
+        loads=loads,
+    )  # fmt: skip
+
+
+def gravity(model: FEModel, field: np.ndarray) -> NodalLoad:
+    """Return the weight of a body on which nothing is held, in a field (3,) [m/s²]."""
+    row = model.M @ np.tile(model.directions @ field, len(model.nodes))
+    return NodalLoad(np.asarray(row), lambda times: np.ones(len(times) - 1))
+
+
+def static_start(problem: NodalProblem, step: float) -> NodalProblem:
+    """Deform the slave as its loads, its inertia and the rod hold it at the start, contact left out.
+
+    K u = f − M a with a the rigid acceleration under loads and rod; the slave is then shifted along, with its velocity,
+    so that the rod has its length and keeps it.
+
+    Args:
+        step: Interval over which the loads' first mean and the crank pin's first acceleration are taken [s].
+    """
+    slave, rod = problem.slave, problem.rod
+    size, interval = slave.K.shape[0], np.array([0.0, step])
+    velocity = np.zeros(size) if slave.velocity is None else slave.velocity
+    displacement = np.zeros(size) if slave.displacement is None else slave.displacement
+    force = np.zeros(size)
+    for load in slave.loads:
+        force += load.mean(interval)[0] * load.row
+    if rod is not None:
+        force += _rod_force(slave, rod, displacement, velocity, force, interval) @ rod.rows
+    displacement = displacement + _deformation(slave, force)
+    if rod is not None:
+        displacement, velocity = _fit_rod(slave, rod, displacement, velocity)
+    return replace(problem, slave=replace(slave, displacement=displacement, velocity=velocity))
+
+
+def _rigid_motions(body: NodalBody) -> np.ndarray:
+    """All rigid motions, made or suppressed, (dofs, k)."""
+    parts = [part for part in (body.rigid, body.suppressed) if part is not None]
+    return np.column_stack([np.zeros((body.K.shape[0], 0)), *parts])
+
+
+def _rod_force(
+    body: NodalBody,
+    rod: NodalRod,
+    displacement: np.ndarray,
+    velocity: np.ndarray,
+    force: np.ndarray,
+    interval: np.ndarray,
+) -> np.ndarray:
+    """Lateral and along force of the rod on the rigid body (2,): |P − C| has no second derivative."""
+    pins = rod.crank(interval)
+    arm = rod.point + rod.rows @ displacement - pins[0, :2]
+    length = np.hypot(*arm)
+    n, rate = arm / length, rod.rows @ velocity - pins[0, 2:]
+    swing = (rate @ rate - (n @ rate) ** 2) / length
+    Phi = np.zeros((len(force), 0)) if body.rigid is None else body.rigid
+    pin_rows = rod.rows @ Phi
+    along = n @ pin_rows
+    pin_rate = np.diff(pins[:, 2:], axis=0)[0] / interval[1]
+    missing = n @ (pin_rate - pin_rows @ (Phi.T @ force)) - swing
+    return n * (missing / (along @ along))
+
+
+def _deformation(body: NodalBody, force: np.ndarray) -> np.ndarray:
+    """Solve K u = f − M a without rigid motion: enough dofs are grounded, they carry nothing."""
+    Phi = _rigid_motions(body)
+    MPhi = body.M @ Phi
+    kept = np.ones(len(force), bool)
+    if Phi.shape[1]:
+        kept[qr(Phi.T, mode="r", pivoting=True)[1][: Phi.shape[1]]] = False
+    free = np.flatnonzero(kept)
+    factor = factorise(body.K[free][:, free])
+    u = np.zeros(len(force))
+    u[free] = factor.solve((force - MPhi @ (Phi.T @ force))[free])
+    factor.free()
+    return u - Phi @ (MPhi.T @ u)
+
+
+def _fit_rod(
+    body: NodalBody, rod: NodalRod, displacement: np.ndarray, velocity: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shift the body along, and its velocity, until the rod has its length and the length no rate."""
+    if body.rigid is None or body.twists is None:
+        return displacement, velocity
+    wanted = np.concatenate([rod.directions[1], np.zeros(3)])
+    along = body.rigid @ np.linalg.lstsq(body.twists.T, wanted)[0]
+    way, pin = rod.rows @ along, rod.crank(np.zeros(1))[0]
+    shift = 0.0
+    arm = start = rod.point + rod.rows @ displacement - pin[:2]
+    for _ in range(LENGTH_STEPS):
+        length = np.hypot(*arm)
+        shift -= (length - rod.length) * length / (arm @ way)
+        arm = start + shift * way
+    speed = arm @ (rod.rows @ velocity - pin[2:]) / (arm @ way)
+    return displacement + shift * along, velocity - speed * along

@@ -1,0 +1,172 @@
+"""The arrays of the implicit time loop, constants and state together, in groups: a compiled function takes the groups
+that it needs. Shapes: m coordinates, c contact rows, k contacts, F functions of traction spaces, L load rows, j joints.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Modes(NamedTuple):
+    """All coordinates."""
+
+    q: np.ndarray
+    v: np.ndarray
+    before: np.ndarray
+    """q and q̇ at the start of the step, (2, m)."""
+    force: np.ndarray
+    """Generalised force of the step, (m,)."""
+    more: np.ndarray
+    """Its part that is found last, (m,)."""
+    motion: np.ndarray
+    push: np.ndarray
+    loss: np.ndarray
+    """As in `Flight`."""
+    stiffness: np.ndarray
+    gravity: np.ndarray
+    """Generalised force of gravity, (m,)."""
+
+
+class Points(NamedTuple):
+    """All contact rows."""
+
+    rows: np.ndarray
+    columns: np.ndarray
+    """∂g/∂q, (c, m) and (m, c)."""
+    span: np.ndarray
+    """First and last + 1 coordinate that any row touches, (2,)."""
+    gap: np.ndarray
+    layer: np.ndarray
+    """Compliance of each row's surface layer [m/N], (c,)."""
+    residual: np.ndarray
+    """R [m/N], (c, c)."""
+    memory: np.ndarray
+    """a and b of each row, (2, c)."""
+    contact: np.ndarray
+    multipliers: np.ndarray
+    last: np.ndarray
+    """λ at the end and at the start of the step [N], (c,)."""
+    guess: np.ndarray
+    mean: np.ndarray
+    """λ̄ [N], (c,)."""
+    image: np.ndarray
+    """R λ [m], (c,)."""
+    stress: np.ndarray
+    """r = R⁻¹ w [N], (c,)."""
+    strain: np.ndarray
+    """w under contact forces [m], (c,)."""
+    whole: np.ndarray
+    """w under all forces [m], (c,)."""
+    free: np.ndarray
+    shifted: np.ndarray
+    gaps: np.ndarray
+    """g⁺ without the contact forces at the end, with what a pass adds, and as found [m], (c,)."""
+    active: np.ndarray
+    factor: np.ndarray
+    impulses: np.ndarray
+    """[N s], (c,)."""
+
+
+class Masters(NamedTuple):
+    """All traction spaces."""
+
+    functions: np.ndarray
+    columns: np.ndarray
+    """∂e/∂q, (F, m) and (m, F)."""
+    span: np.ndarray
+    residual: np.ndarray
+    """R [m/N], (F, F)."""
+    memory: np.ndarray
+    chart: np.ndarray
+    """Start and spacing along of each contact's space [m], (k, 2)."""
+    height: np.ndarray
+    """Coordinate along of each row at σ = 0 [m], (c,)."""
+    slide: np.ndarray
+    """∂σ/∂q of each contact, (k, m)."""
+    stress: np.ndarray
+    strain: np.ndarray
+    """r [N] and w [m], (F,)."""
+    whole: np.ndarray
+    """w at the end of the last step [m], (F,)."""
+    inward: np.ndarray
+    """e of the functions near contact [m], (F,)."""
+    filled: np.ndarray
+    """Range along in which w of each contact's space is kept, (k, 2)."""
+    place: np.ndarray
+    along: np.ndarray
+    old_place: np.ndarray
+    old_along: np.ndarray
+    """Weights at the end and the start of the step, as in `Compliance`."""
+    sigma: np.ndarray
+    """Sliding distance of each contact now, and when the matrix was made [m], (2, k)."""
+    way: np.ndarray
+    """How far each contact slid in the step [m], (k,)."""
+    drag: np.ndarray
+    """Force along the way of each contact [N], (k,)."""
+    drag_impulse: np.ndarray
+    onto: np.ndarray
+    second: np.ndarray
+    """Forces on the functions from λ at the start and at the end of the step [N], (F,)."""
+    work: np.ndarray
+    impulses: np.ndarray
+    """[N s], (F,)."""
+    refresh: np.ndarray
+    """Share of the spacing that weights may move before the matrix is made anew, (1,)."""
+
+
+class Loads(NamedTuple):
+    """Given loads and joints. Rows 2 i and 2 i + 1 are the lateral and along displacement of joint i."""
+
+    rows: np.ndarray
+    """(L, m)"""
+    memory: np.ndarray
+    """a and b of each row, (2, L)."""
+    residual: np.ndarray
+    """R among the rows, (L, L)."""
+    to_gap: np.ndarray
+    """R from loads to gaps, (c, L)."""
+    gap_per_load: np.ndarray
+    """Response of gaps at the end of a step to constant loads, (c, L)."""
+    joint_response: np.ndarray
+    """Response of P + ½ dt Ṗ to the joint's own constant force, (j, 2, 2)."""
+    joint_per_row: np.ndarray
+    """Response of P + ½ dt Ṗ to λ⁺, (2 j, c)."""
+    anchor: np.ndarray
+    """P at q = 0 [m], (j, 2)."""
+    lengths: np.ndarray
+    """[m], (j,)"""
+    stress: np.ndarray
+    before: np.ndarray
+    """Force in the residual flexibility now and a step ago, (L,)."""
+    whole: np.ndarray
+    """Residual displacement, (L,)."""
+    place: np.ndarray
+    """Whole displacement, (L,)."""
+    amount: np.ndarray
+    """Mean force of the step, (L,)."""
+    rod: np.ndarray
+    """Force of each joint, positive when it pushes its body away from the crank pin [N], (j,)."""
+    pin: np.ndarray
+    """Crank pin at the end of the last step: lateral, along, rates, (j, 4)."""
+    middle: np.ndarray
+    """Direction of each rod in the middle of the step, (j, 2)."""
+    correction: np.ndarray
+    base: np.ndarray
+    """Correction of each rod's force, and the same before contact changed [N], (j,)."""
+    slopes: np.ndarray
+    """−∂correction/∂λ⁺, (j, c)."""
+
+
+class Books(NamedTuple):
+    """What is counted."""
+
+    rigid: np.ndarray
+    """Numbers of the rigid coordinates, (r,)."""
+    work: np.ndarray
+    """Of contacts on each rigid coordinate, then on all [J], (r + 1,)."""
+    energy: np.ndarray
+    """Kinetic, strain, contact, dissipated, work of loads and joints [J], (5,)."""
+    tally: np.ndarray
+    """Active rows, steps in contact, pivots, matrices made, further passes, (5,)."""
+    extreme: np.ndarray
+    """E₀, largest |E − E₀ − W + D|, largest exchange, deepest penetration, first and last contact, (6,)."""

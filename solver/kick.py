@@ -1,0 +1,69 @@
+"""The explicit integrator: a kick in the middle of each step, exact flight between."""
+
+import numpy as np
+
+from solver import kernel
+from solver.compliance import fixed
+from solver.flight import undamped
+from solver.outcome import Outcome
+from solver.system import System
+
+
+class Kick:
+    """A run of the explicit integrator."""
+
+    def __init__(self, system: System, dt: float) -> None:
+        self._system = system
+        self._law = _law(system, dt)
+        self._state = _state(system, dt)
+
+    def advance(
+        self, first: int, stride: int, forces: np.ndarray, energies: np.ndarray, *rest: np.ndarray
+    ) -> bool:
+        """Advance `len(forces)` samples of `stride` steps; False where contact rows are dependent.
+
+        Args:
+            first: Number of the first step.
+            forces: Out, (samples, k, 3).
+            energies: Out, (samples, 5).
+            rest: Nothing drives a scene of this integrator; left as they are.
+        """
+        found = np.zeros((len(forces), 4))
+        sound = kernel.march(self._law, self._state, self._system.rigid, first, forces, found, stride)
+        energies[:, :4] = found
+        return sound
+
+    def outcome(self) -> Outcome:
+        """Return where the run stands."""
+        state, none = self._state, np.empty(0)
+        return Outcome(
+            state.q, state.v, state.multipliers, state.impulses, state.extreme, state.tally, none, none,
+            np.zeros(len(self._system.contacts)),
+        )  # fmt: skip
+
+
+def _law(system: System, dt: float) -> kernel.Law:
+    contact = np.zeros(len(system.gap), np.int64)
+    normals = np.zeros((len(system.gap), 3))
+    for number, item in enumerate(system.contacts):
+        contact[item.rows] = number
+        normals[item.rows] = item.directions
+    reach = np.abs(system.rows).max(axis=0) if len(system.gap) else np.zeros(len(system.velocity))
+    compliance = system.compliance
+    return kernel.Law(
+        dt, undamped(system.stiffness, dt), system.stiffness, np.ascontiguousarray(system.rows),
+        np.ascontiguousarray(system.rows.T), reach, system.gap,
+        compliance, fixed(compliance), system.coupled, system.dashpot, normals, contact,
+    )  # fmt: skip
+
+
+def _state(system: System, dt: float) -> kernel.State:
+    """Start half a step before the first kick."""
+    half = undamped(system.stiffness, dt / 2)
+    v0 = system.velocity
+    c, energy = len(system.gap), 0.5 * float(v0 @ v0)
+    return kernel.State(
+        half[1] * v0, half[3] * v0, np.zeros(c, np.int64), np.zeros((c, c)), np.zeros(c), np.zeros(c), np.zeros(c),
+        np.zeros(len(system.rigid) + 1), np.array([energy, 0.0, 0.0, 0.0]), np.zeros(4, np.int64),
+        np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0]),
+    )  # fmt: skip

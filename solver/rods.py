@@ -1,0 +1,78 @@
+"""The massless rods of slider-cranks in the implicit loop: direction before a step, force that holds the length."""
+
+import numpy as np
+
+from solver.compliance import inner
+
+SETTLED = 0.02
+"""Change of the multipliers, relative to the largest, up to which one pass is enough: a pass leaves the change times
+the share by which the matrix is out of date, itself a few per cent."""
+
+
+@inner
+def aim(dt, modes, loads, given, crank):  # type: ignore[no-untyped-def]
+    """Set the loads of a step: what is given, and each rod's last force in its direction of mid-step."""
+    amount, middle, v = loads.amount, loads.middle, modes.v
+    amount[:] = given
+    for j in range(len(middle)):
+        norm = 0.0
+        for axis in range(2):
+            row, rate = loads.rows[2 * j + axis], 0.0
+            for k in range(len(row)):
+                rate += row[k] * v[k]
+            here = loads.anchor[j, axis] + loads.place[2 * j + axis]
+            middle[j, axis] = 2 * here + dt * rate - loads.pin[j, axis] - crank[j, axis]
+            norm += middle[j, axis] ** 2
+        for axis in range(2):
+            middle[j, axis] /= np.sqrt(norm)
+            amount[2 * j + axis] = middle[j, axis] * loads.rod[j]
+
+
+@inner
+def hold(dt, modes, points, loads, crank):  # type: ignore[no-untyped-def]
+    """Find each rod's correction so that g + ½ dt ġ = 0 at the end of the step, λ⁺ = λ, and its slopes over λ⁺."""
+    q, v, last, stress, memory = modes.q, modes.v, points.last, points.stress, points.memory
+    slopes = loads.slopes
+    for j in range(len(loads.lengths)):
+        arm, speed = np.empty(2), np.empty(2)
+        for axis in range(2):
+            number = 2 * j + axis
+            row, place, rate = loads.rows[number], loads.anchor[j, axis], 0.0
+            for k in range(len(row)):
+                place += row[k] * q[k]
+                rate += row[k] * v[k]
+            for i in range(len(loads.stress)):
+                place += loads.residual[number, i] * loads.stress[i]
+            per_row, to_gap = loads.joint_per_row[number], loads.to_gap
+            for i in range(len(last)):
+                if last[i] != 0.0 or stress[i] != 0.0:
+                    place += to_gap[i, number] * (memory[0, i] * stress[i] + 0.5 * memory[1, i] * last[i])
+                    place += per_row[i] * last[i]
+            arm[axis] = place - crank[j, axis]
+            speed[axis] = rate - crank[j, 2 + axis]
+        length = np.hypot(arm[0], arm[1])
+        n0, n1 = arm[0] / length, arm[1] / length
+        error = length - loads.lengths[j] + 0.5 * dt * (n0 * speed[0] + n1 * speed[1])
+        T, m0, m1 = loads.joint_response[j], loads.middle[j, 0], loads.middle[j, 1]
+        give = n0 * (T[0, 0] * m0 + T[0, 1] * m1) + n1 * (T[1, 0] * m0 + T[1, 1] * m1)
+        loads.base[j] = -error / give
+        loads.correction[j] = loads.base[j]
+        along, up = loads.joint_per_row[2 * j], loads.joint_per_row[2 * j + 1]
+        for i in range(len(last)):
+            slopes[j, i] = (n0 * along[i] + n1 * up[i]) / give
+
+
+@inner
+def adjust(points, loads, iterate):  # type: ignore[no-untyped-def]
+    """Let the rods follow the multipliers that were found; returns whether another pass is needed."""
+    now, last, guess = points.multipliers, points.last, points.guess
+    change, top = 0.0, 0.0
+    for i in range(len(now)):
+        change, top = max(change, abs(now[i] - guess[i])), max(top, now[i])
+        guess[i] = now[i]
+    for j in range(len(loads.lengths)):
+        total, slope = loads.base[j], loads.slopes[j]
+        for i in range(len(now)):
+            total -= slope[i] * (now[i] - last[i])
+        loads.correction[j] = total
+    return iterate and change > SETTLED * top
