@@ -22,7 +22,7 @@ class MeshSettings(BaseModel):
 
 
 class Profile(BaseModel):
-    """Radial deviation of a cylindrical surface over height and angle."""
+    """Radial deviation of a cylindrical surface: a table over height and angle, an offset everywhere, or both."""
 
     model_config = STRICT
     table: str | None = Field(
@@ -31,6 +31,9 @@ class Profile(BaseModel):
     )
     surface: str | None = Field(default=None, description="Surface that moves; that of the first interface by default")
     scale: float = Field(default=1.0, allow_inf_nan=False, description="Factor on the table's deviations")
+    offset: float = Field(
+        default=0.0, allow_inf_nan=False, description="Deviation everywhere, outwards, on top of the table's [m]"
+    )
 
 
 class Change(BaseModel):
@@ -50,6 +53,7 @@ class Component(BaseModel):
     geometry: Geometry
     material: Material
     mesh: MeshSettings = MeshSettings()
+    supports: tuple[str, ...] = Field(default=(), description="Surfaces whose nodes are held; none on a free body")
     interface: dict[str, Interface] = {}
     modes: ModesSettings = ModesSettings()
     change: Change = Change()

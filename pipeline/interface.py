@@ -1,35 +1,70 @@
-"""Contact points of a named surface.
+"""Where a component is touched or loaded, and the contact points of a named surface.
 
 On quadratic triangles the consistent weight of a corner is zero, so contact lives on mid-side nodes: a uniform
 pressure p gives each the force p·a, a = Σ ∫ N dA over its facets.
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from modaldb.schema import MeshRecord
+from modaldb.schema import MeshRecord, Surface
+from modaldb.traction import cross_axes
 from pipeline.errors import InputError
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Span = tuple[Finite, Finite]
 
 
+def _pair(value: Any) -> Any:
+    return (value, value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
 class Interface(BaseModel):
-    """Where a component may be touched."""
+    """Where a component may be touched or loaded."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     surface: str = Field(description="Name of a surface of the mesh")
-    sector_deg: Span | None = Field(default=None, description="Keep points between two angles [deg]")
-    height: Span | None = Field(default=None, description="Keep points between two heights along the axis [m]")
+    kind: Literal["points", "traction", "mean", "pressure"] = Field(
+        default="points",
+        description="points: contact points; traction: smooth tractions for points of another body that slide over"
+        " the surface; mean: the mean displacement of the surface, for joints and forces; pressure: a uniform pressure",
+    )
+    sector_deg: Span | None = Field(
+        default=None, description="Only what lies between two angles [deg]; a traction space on a cylinder needs it"
+    )
+    height: Span | None = Field(default=None, description="Only what lies between two heights along the axis [m]")
+    spacing: Annotated[tuple[Positive, Positive], BeforeValidator(_pair)] | None = Field(
+        default=None,
+        description="Largest knot spacing of a traction space across and along [m], or one number for both",
+    )
+    along: tuple[Finite, Finite, Finite] | None = Field(
+        default=None, description="Direction in which bodies slide over a traction space on a plane"
+    )
+    extent: tuple[Span, Span] | None = Field(
+        default=None,
+        description="Least and largest coordinate of a traction space on a plane, across and along, from the plane's"
+        " origin [m]; all of the surface by default",
+    )
 
     @model_validator(mode="after")
-    def _ordered(self) -> "Interface":
-        for name, span in (("sector_deg", self.sector_deg), ("height", self.height)):
+    def _consistent(self) -> "Interface":
+        spans = [("sector_deg", self.sector_deg), ("height", self.height)]
+        spans += [("extent", span) for span in self.extent or ()]
+        for name, span in spans:
             if span is not None and span[0] >= span[1]:
                 raise ValueError(f"{name} is {list(span)}, the first value must be below the second")
+        if self.kind == "traction" and self.spacing is None:
+            raise ValueError("kind 'traction' needs spacing [m]")
+        for name in ("spacing", "along", "extent"):
+            if self.kind != "traction" and getattr(self, name) is not None:
+                raise ValueError(f"{name} is for kind 'traction', the kind is '{self.kind}'")
+        for name in ("sector_deg", "height"):
+            if self.kind in ("mean", "pressure") and getattr(self, name) is not None:
+                raise ValueError(f"{name} is for kinds 'points' and 'traction', '{self.kind}' takes the whole surface")
         return self
 
 
@@ -53,10 +88,7 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     Raises:
         InputError: the mesh has no such surface, or nothing of it is left.
     """
-    if interface.surface not in mesh.surfaces:
-        have = ", ".join(sorted(mesh.surfaces)) or "none"
-        raise InputError(f"{where}.surface: the mesh has no surface '{interface.surface}', it has {have}")
-    surface = mesh.surfaces[interface.surface]
+    surface = named_surface(mesh, interface, where)
     if mesh.cell_type == "line3":
         shape = surface.shape
         nodes = surface.facets.ravel()
@@ -73,6 +105,18 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge)
 
 
+def named_surface(mesh: MeshRecord, interface: Interface, where: str) -> Surface:
+    """Return the surface of an interface.
+
+    Raises:
+        InputError: the mesh has no such surface.
+    """
+    if interface.surface not in mesh.surfaces:
+        have = ", ".join(sorted(mesh.surfaces)) or "none"
+        raise InputError(f"{where}.surface: the mesh has no surface '{interface.surface}', it has {have}")
+    return mesh.surfaces[interface.surface]
+
+
 def cylindrical(points: np.ndarray, shape: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return radius [m], angle [rad] and height [m] of points (k, 3) about a shape's axis.
 
@@ -80,10 +124,7 @@ def cylindrical(points: np.ndarray, shape: dict[str, Any]) -> tuple[np.ndarray, 
     """
     axis = np.asarray(shape["axis"], float)
     axis = axis / np.linalg.norm(axis)
-    seed = np.array([1.0, 0, 0]) if abs(axis[0]) < 0.9 else np.array([0, 0, 1.0])
-    first = seed - axis * (seed @ axis)
-    first /= np.linalg.norm(first)
-    second = np.cross(axis, first)
+    first, second = cross_axes(axis)
     arm = points - np.asarray(shape["origin"], float)
     a, b = arm @ first, arm @ second
     return np.hypot(a, b), np.arctan2(b, a), arm @ axis
@@ -133,21 +174,42 @@ def true_surface(points: np.ndarray, outward: np.ndarray, shape: dict[str, Any])
     return moved, normals * side[:, None]
 
 
-def _mid_sides(nodes: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return mid-side node numbers (k,), their areas (k,) and mean outward normals (k, 3)."""
+def facet_points(nodes: np.ndarray, facets: np.ndarray, pieces: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return quadrature points of curved six-node facets, exact to degree 4 on straight ones.
+
+    Args:
+        nodes: [m], (n, 3).
+        facets: Node numbers, corners first, (f, 6).
+        pieces: Into how many parts each edge is divided: pieces² triangles a facet, each with a rule of its own.
+
+    Returns:
+        Shape functions N (6, q), points [m] (f, q, 3) and outward vectors of area [m^2] (f, q, 3).
+    """
     from skfem import ElementTriP2
     from skfem.quadrature import get_quadrature
 
     element = ElementTriP2()
     X, W = get_quadrature(type(element).refdom, 4)
+    upward = [(i, j) for i in range(pieces) for j in range(pieces - i)]
+    downward = [(i, j) for i in range(1, pieces) for j in range(1, pieces - i + 1)]
+    starts = np.array([(i, j, 1) for i, j in upward] + [(i, j, -1) for i, j in downward], float)
+    X = ((starts[:, :2] + starts[:, 2:] * X.T[:, None]) / pieces).reshape(-1, 2).T
+    W = np.repeat(W, len(starts)) / pieces**2
     basis = [element.lbasis(X, a) for a in range(6)]
     N, dN = np.array([b[0] for b in basis]), np.array([b[1] for b in basis])
-    tangents = np.einsum("fai,akq->fqki", nodes[facets], dN)
-    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    corners = nodes[facets]
+    tangents = np.einsum("fai,akq->fqki", corners, dN)
+    vectors = np.cross(tangents[:, :, 0], tangents[:, :, 1]) * W[:, None]
+    return N, np.einsum("fai,aq->fqi", corners, N), vectors
+
+
+def _mid_sides(nodes: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return mid-side node numbers (k,), their areas (k,) and mean outward normals (k, 3)."""
+    N, _, elements = facet_points(nodes, facets)
     numbers, slot = np.unique(facets[:, 3:], return_inverse=True)
     vectors, areas = np.zeros((len(numbers), 3)), np.zeros(len(numbers))
-    np.add.at(vectors, slot.ravel(), np.einsum("aq,fqi,q->fai", N[3:], normal, W).reshape(-1, 3))
-    np.add.at(areas, slot.ravel(), np.einsum("aq,fq,q->fa", N[3:], np.linalg.norm(normal, axis=2), W).ravel())
+    np.add.at(vectors, slot.ravel(), np.einsum("aq,fqi->fai", N[3:], elements).reshape(-1, 3))
+    np.add.at(areas, slot.ravel(), np.einsum("aq,fq->fa", N[3:], np.linalg.norm(elements, axis=2)).ravel())
     return numbers, areas, vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 

@@ -5,7 +5,8 @@ formed in batches from the scalar basis, G_ij^ab = ∫ ∂_i N_a ∂_j N_b, whic
 and equal to them.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -17,6 +18,9 @@ from pipeline.material import Material
 STIFFNESS_ORDER, MASS_ORDER = 4, 6
 """Polynomial degree that the quadrature integrates exactly. A straight tet10 needs 2 and 4; the curved ones' Jacobians
 add to both, and going higher changes no frequency of the skirt in its seventh digit."""
+
+FIRMNESS = 1e-6
+"""Least of the held nodes' rigid motions relative to the largest: below it they stand on one line, or in one point."""
 
 BATCH = 4096
 """Elements assembled at once: the largest work array is about 60 MB."""
@@ -45,14 +49,30 @@ class FEModel:
     """Directions of a node's dofs, (d, 3): the axes of a solid, the axis of a bar. Dof = d·node + direction."""
     properties: MassProperties
     rigid_twists: np.ndarray
-    """Mass-normalised rigid motions: translation, rotation about the centre, (r, 6)."""
+    """Mass-normalised rigid motions: translation, rotation about the centre, (r, 6); none of a held body, (0, 6)."""
+    held: np.ndarray
+    """Which dofs a support holds at zero, (dofs,). K and M have all dofs nevertheless."""
 
     @property
     def rigid_modes(self) -> np.ndarray:
         """Φ_r, mass-orthonormal, (dofs, r)."""
+        if not len(self.rigid_twists):
+            return np.empty((len(self.held), 0))
         arm = self.nodes - self.properties.centre
         motion = [twist[:3] + np.cross(twist[3:], arm) for twist in self.rigid_twists]
         return np.column_stack([(field @ self.directions.T).ravel() for field in motion])
+
+    @property
+    def free(self) -> np.ndarray:
+        """Numbers of the dofs that no support holds, (free,)."""
+        return np.flatnonzero(~self.held)
+
+    def free_matrices(self) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """Return K and M of the dofs that no support holds, (free, free)."""
+        if not self.held.any():
+            return self.K, self.M
+        free = self.free
+        return sparse.csr_matrix(self.K[free][:, free]), sparse.csr_matrix(self.M[free][:, free])
 
     def nodal(self, columns: np.ndarray) -> np.ndarray:
         """Turn dof columns (dofs, k) into nodal vectors (n, 3, k)."""
@@ -67,14 +87,43 @@ class FEModel:
         points = np.repeat(np.arange(len(nodes)), d)
         return sparse.csr_matrix((along.ravel(), (points, columns)), shape=(len(nodes), self.K.shape[0]))
 
+    def on_dofs(self, nodal: sparse.csr_matrix) -> sparse.csr_matrix:
+        """Turn rows over nodal vectors (k, 3n), node by node, into rows over the dofs, (k, dofs)."""
+        spread = sparse.kron(sparse.eye(len(self.nodes)), self.directions.T, format="csr")
+        return sparse.csr_matrix(nodal @ spread)
 
-def build_model(mesh: MeshRecord, material: Material) -> FEModel:
+
+def build_model(
+    mesh: MeshRecord, material: Material, supports: Sequence[str] = (), where: str = "component"
+) -> FEModel:
     """Assemble stiffness and consistent mass of a meshed component.
 
+    Args:
+        supports: Surfaces whose nodes are held in all their dofs.
+        where: The component's key in the scene, for messages.
+
     Raises:
-        InputError: the mesh has an inverted element.
+        InputError: the mesh has an inverted element or no such surface, or the supports leave a rigid motion free.
     """
-    return ASSEMBLERS[mesh.cell_type](mesh, material)
+    model = ASSEMBLERS[mesh.cell_type](mesh, material)
+    return _supported(model, mesh, supports, f"{where}.supports") if supports else model
+
+
+def _supported(model: FEModel, mesh: MeshRecord, supports: Sequence[str], where: str) -> FEModel:
+    for name in supports:
+        if name not in mesh.surfaces:
+            have = ", ".join(sorted(mesh.surfaces)) or "none"
+            raise InputError(f"{where}: the mesh has no surface '{name}', it has {have}")
+    nodes = np.unique(np.concatenate([mesh.surfaces[name].facets.ravel() for name in supports]))
+    held = np.zeros((len(mesh.nodes), len(model.directions)), bool)
+    held[nodes] = True
+    strength = np.linalg.svd(model.rigid_modes[held.ravel()], compute_uv=False)
+    if len(strength) < len(model.rigid_twists) or strength[-1] < FIRMNESS * strength[0]:
+        raise InputError(
+            f"{where}: the {len(nodes)} nodes of {', '.join(supports)} leave a rigid motion free; at least three that"
+            " are not on one line hold a solid"
+        )
+    return replace(model, rigid_twists=np.empty((0, 6)), held=held.ravel())
 
 
 def solid_quadrature(mesh: MeshRecord, order: int, cells: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -152,7 +201,7 @@ def _assemble_solid(mesh: MeshRecord, material: Material) -> FEModel:
     K = _scatter(Ke.reshape(count, 30, 30), dofs, 3 * len(mesh.nodes))
     M = sparse.kron(_scatter(Me, mesh.cells, len(mesh.nodes)), sparse.eye(3), format="csr")
     properties = mass_properties(mesh, material.rho)
-    return FEModel(K, M, mesh.nodes, np.eye(3), properties, solid_twists(properties))
+    return FEModel(K, M, mesh.nodes, np.eye(3), properties, solid_twists(properties), np.zeros(K.shape[0], bool))
 
 
 def _assemble_bar(mesh: MeshRecord, material: Material) -> FEModel:
@@ -173,7 +222,7 @@ def _assemble_bar(mesh: MeshRecord, material: Material) -> FEModel:
     second = weights @ ((mesh.nodes - centre) @ axis) ** 2
     inertia = second * (np.eye(3) - np.outer(axis, axis))
     twist = np.concatenate([axis / np.sqrt(mass), np.zeros(3)])[None]
-    return FEModel(K, M, mesh.nodes, axis[None], MassProperties(mass, centre, inertia), twist)
+    return FEModel(K, M, mesh.nodes, axis[None], MassProperties(mass, centre, inertia), twist, np.zeros(count, bool))
 
 
 ASSEMBLERS = {"tetra10": _assemble_solid, "line3": _assemble_bar}

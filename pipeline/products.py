@@ -81,16 +81,24 @@ def solve_product(name: str, dynamics: Mapping[str, Any], morphs: Mapping[str, s
     return _product("solve", name, "trajectory", {"scene": dict(dynamics), "morphs": dict(morphs)})
 
 
-def nodal_product(name: str, dynamics: Mapping[str, Any], modes: Mapping[str, Any], step: float) -> Product:
+def nodal_product(
+    name: str,
+    dynamics: Mapping[str, Any],
+    parts: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]],
+    step: float,
+) -> Product:
     """Return a run of the nodal synthesis.
 
     Args:
         dynamics: The solver's part of the scene, as JSON.
-        modes: Inputs of the component's modes; how they are reduced does not matter here.
+        parts: Inputs of each component's modes and design; how they are reduced does not matter here.
         step: [s]
     """
-    body = {name: modes[name] for name in ("mesh", "material", "interface")}
-    return _product("nodal", name, "nodal", {"scene": dict(dynamics), "body": body, "step": step})
+    shapes = {}
+    for component, (modes, morph) in parts.items():
+        shapes[component] = {key: modes[key] for key in ("mesh", "material", "interface", "supports") if key in modes}
+        shapes[component] |= {"profile": morph["profile"]}
+    return _product("nodal", name, "nodal", {"scene": dict(dynamics), "bodies": shapes, "step": step})
 
 
 def plot_inputs(trajectory_key: str) -> dict[str, Any]:

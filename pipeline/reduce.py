@@ -1,16 +1,43 @@
 """The modes stage: mesh and component in, ModalRecord out."""
 
-import numpy as np
-from scipy import sparse
+from dataclasses import dataclass
 
-from modaldb.schema import InertiaCouplings, InterfaceModes, MeshRecord, ModalRecord
+import numpy as np
+from scipy import linalg, sparse
+
+from modaldb.schema import InertiaCouplings, InterfaceModes, LoadModes, MeshRecord, ModalRecord, TractionModes
 from pipeline.component import Component
 from pipeline.errors import InputError
 from pipeline.interface import ContactPoints, contact_points, surface_coordinates
+from pipeline.loads import LoadRows, load_rows
 from pipeline.model import FEModel, build_model
 from pipeline.modes.normal import largest_count
 from pipeline.modes.static import pressure_fields
 from pipeline.recipes import RECIPES, ContactRows, Reduction
+from pipeline.traction import TractionSpace, refuse_too_many, traction_space
+
+
+@dataclass(frozen=True)
+class _Touched:
+    """What all interfaces of a component ask for."""
+
+    points: dict[str, ContactPoints]
+    tractions: dict[str, TractionSpace]
+    loads: dict[str, LoadRows]
+    rows: dict[str, sparse.csr_matrix]
+    """Rows of B by interface, in the order of the names."""
+    fields: dict[str, np.ndarray]
+    """Forces of the pressure fields that ask for a static shape, by interface, (rows, k)."""
+
+    def all_rows(self, dofs: int) -> ContactRows:
+        """Return all rows as one matrix."""
+        B = sparse.vstack([sparse.csr_matrix((0, dofs)), *self.rows.values()], format="csr")
+        return ContactRows(B, linalg.block_diag(np.empty((0, 0)), *self.fields.values()))
+
+    def spans(self) -> dict[str, list[int]]:
+        """Return first and last + 1 row of each interface."""
+        ends = np.cumsum([0, *(rows.shape[0] for rows in self.rows.values())])
+        return {name: [int(a), int(b)] for name, a, b in zip(self.rows, ends, ends[1:], strict=False)}
 
 
 def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name: str) -> ModalRecord:
@@ -20,21 +47,20 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         name: The component's name in the scene, for messages.
 
     Raises:
-        InputError: an interface does not fit the mesh, or the mesh is inverted.
+        InputError: an interface or a support does not fit the mesh, or the mesh is inverted.
         StageError: the reduction failed its own checks.
     """
-    touched = {
-        key: contact_points(mesh, interface, f"component.{name}.interface.{key}")
-        for key, interface in sorted(component.interface.items())
-    }
-    model = build_model(mesh, component.material)
-    if component.modes.normal_count > (most := largest_count(model)):
+    where = f"component.{name}"
+    points, tractions = _contacts(mesh, component, where)
+    model = build_model(mesh, component.material, component.supports, where)
+    if component.modes.recipe != "rigid" and component.modes.normal_count > (most := largest_count(model)):
         raise InputError(
-            f"component.{name}.modes.normal_count: {component.modes.normal_count} given, its mesh has {most} at most;"
+            f"{where}.modes.normal_count: {component.modes.normal_count} given, its mesh has {most} at most;"
             " refine it or ask for fewer"
         )
-    reduction = RECIPES[component.modes.recipe](model, _rows(mesh, component, model, touched), component.modes)
-    ends = np.cumsum([0, *(len(points.nodes) for points in touched.values())])
+    touched = _gather(mesh, component, model, points, tractions, where)
+    reduction = RECIPES[component.modes.recipe](model, touched.all_rows(model.K.shape[0]), component.modes)
+    at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
     return ModalRecord(
         mesh_key=mesh_key,
         recipe=component.modes.recipe,
@@ -46,40 +72,69 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         inertia=model.properties.inertia,
         rigid_twists=model.rigid_twists,
         interfaces={
-            key: InterfaceModes(
-                points.nodes, points.points, points.normals, points.areas, points.edge,
-                model.rows(points.nodes, points.normals) @ reduction.Phi,
-            )
-            for key, points in touched.items()
+            key: InterfaceModes(p.nodes, p.points, p.normals, p.areas, p.edge, at_rows[key])
+            for key, p in touched.points.items()
         },
-        interface_rows={
-            key: [int(start), int(stop)] for key, start, stop in zip(touched, ends, ends[1:], strict=False)
-        },
+        interface_rows=touched.spans(),
         residual_flexibility=reduction.residual_flexibility,
         shapes=model.nodal(reduction.Phi),
-        inertia_couplings=_couplings(model, reduction) if len(model.directions) == 3 else None,
+        inertia_couplings=_couplings(model, reduction),
         quality=reduction.quality,
-    )  # fmt: skip
+        tractions={
+            key: TractionModes(s.chart, s.start, s.spacing, s.counts, at_rows[key], s.resultant)
+            for key, s in touched.tractions.items()
+        },
+        loads={
+            key: LoadModes(at_rows[key], load.resultant, load.point, load.unit) for key, load in touched.loads.items()
+        },
+    )
 
 
-def _rows(mesh: MeshRecord, component: Component, model: FEModel, touched: dict[str, ContactPoints]) -> ContactRows:
-    blocks, fields = [sparse.csr_matrix((0, model.K.shape[0]))], []
-    for key, points in touched.items():
-        blocks.append(model.rows(points.nodes, points.normals))
-        shape = mesh.surfaces[component.interface[key].surface].shape
-        fields.append(
-            pressure_fields(surface_coordinates(points.points, shape), points.areas, component.modes.static_count)
-        )
-    height, width = sum(len(f) for f in fields), sum(f.shape[1] for f in fields)
-    pressures, row, column = np.zeros((height, width)), 0, 0
-    for field in fields:
-        pressures[row : row + len(field), column : column + field.shape[1]] = field
-        row, column = row + len(field), column + field.shape[1]
-    return ContactRows(sparse.csr_matrix(sparse.vstack(blocks)), pressures)
+def _contacts(
+    mesh: MeshRecord, component: Component, where: str
+) -> tuple[dict[str, ContactPoints], dict[str, TractionSpace]]:
+    points, tractions = {}, {}
+    for key, interface in sorted(component.interface.items()):
+        if interface.kind == "points":
+            points[key] = contact_points(mesh, interface, f"{where}.interface.{key}")
+        elif interface.kind == "traction":
+            tractions[key] = traction_space(mesh, interface, f"{where}.interface.{key}")
+    refuse_too_many(tractions, f"{where}.interface")
+    return points, tractions
 
 
-def _couplings(model: FEModel, reduction: Reduction) -> InertiaCouplings:
-    """Constant tensors of the nodal floating frame: ũᵀ M Φ with u = x + Σ qₖ φₖ."""
+def _gather(
+    mesh: MeshRecord,
+    component: Component,
+    model: FEModel,
+    points: dict[str, ContactPoints],
+    tractions: dict[str, TractionSpace],
+    where: str,
+) -> _Touched:
+    touched, count = _Touched(points, tractions, {}, {}, {}), component.modes.static_count
+    for key, interface in sorted(component.interface.items()):
+        if key in points:
+            at = points[key]
+            touched.rows[key] = model.rows(at.nodes, at.normals)
+            coordinates = surface_coordinates(at.points, mesh.surfaces[interface.surface].shape)
+            touched.fields[key] = pressure_fields(coordinates, at.areas, count)
+        elif key in tractions:
+            touched.rows[key] = tractions[key].rows(model)
+            touched.fields[key] = pressure_fields(tractions[key].centres, tractions[key].areas, count)
+        else:
+            touched.loads[key] = load = load_rows(mesh, model, interface, f"{where}.interface.{key}")
+            touched.rows[key] = load.B
+            touched.fields[key] = np.empty((load.B.shape[0], 0))
+    return touched
+
+
+def _couplings(model: FEModel, reduction: Reduction) -> InertiaCouplings | None:
+    """Constant tensors of the nodal floating frame: ũᵀ M Φ with u = x + Σ qₖ φₖ.
+
+    None for a bar, and for a held body: its frame does not float.
+    """
+    if len(model.directions) != 3 or model.held.any():
+        return None
     arm = model.nodes - model.properties.centre
     momentum = (model.M @ reduction.Phi).reshape(len(arm), 3, -1)
     shapes = reduction.Phi.reshape(len(arm), 3, -1)

@@ -5,14 +5,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from modaldb.schema import NodalRecord
 from pipeline.errors import InputError
 from pipeline.filters import hann_filter, resample_mean
-from pipeline.interface import contact_points
-from pipeline.model import build_model
-from pipeline.nodal import NodalContact, NodalProblem, free_body, simulate_nodal
+from pipeline.nodal import simulate_nodal
+from pipeline.nodal_scene import nodal_problem
 from pipeline.products import find_file, nodal_product
 from pipeline.stages import Job
 
@@ -81,49 +79,19 @@ def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRe
     """Run the nodal synthesis at every step the scene names, coarse to fine; finished ones are read back.
 
     Raises:
-        InputError: the scene is more than one solid body against one rigid obstacle.
+        InputError: see `nodal_problem`.
     """
     if job.scene.report.nodal is None:
         return []
-    if len(job.scene.body) != 1 or len(job.scene.contact) != 1:
-        raise InputError(f"{job.path}: report.nodal: is for one body and one contact")
-    (component,) = job.components()
-    modes = job.components()[component]["modes"]
+    parts = {name: (steps["modes"].inputs, steps["morph"].inputs) for name, steps in job.components().items()}
     problem, runs = None, []
     steps = sorted(job.scene.report.nodal.steps, reverse=True)
     for number, step in enumerate(steps):
-        product = nodal_product(job.name, job.dynamics(), modes.inputs, step)
+        product = nodal_product(job.name, job.dynamics(), parts, step)
         if not job.store.has(product.key):
-            problem = problem or nodal_problem(job, component)
+            problem = problem or nodal_problem(job)
             stage = f"nodal {step * 1e6:g} µs ({number + 1} of {len(steps)})"
             record = simulate_nodal(problem, step, lambda share, stage=stage: progress(stage, share))
             job.store.put(product.key, "nodal", record, product.inputs)
         runs.append(job.store.get(product.key, "nodal"))
     return runs
-
-
-def nodal_problem(job: Job, name: str) -> NodalProblem:
-    """Return the same scene as a problem in all nodal dofs: same mesh, same points, same surface layer.
-
-    Raises:
-        InputError: the contact has no surface layer to press against.
-    """
-    component, steps = job.scene.component[name], job.components()[name]
-    ((body_name, body),), ((contact_name, contact),) = job.scene.body.items(), job.scene.contact.items()
-    if contact.surface_stiffness is None:
-        raise InputError(f"{job.path}: report.nodal: the contact needs surface_stiffness, nodes need a spring")
-    mesh = job.store.get(steps["mesh"].key, "mesh")
-    model = build_model(mesh, component.material)
-    points = contact_points(mesh, component.interface[contact.interface], "interface")
-    placed = points.points + np.asarray(body.position)
-    directions = contact.against.direction(placed)
-    spin = np.cross(np.asarray(body.angular_velocity), model.nodes - model.properties.centre)
-    velocity = (np.asarray(body.velocity) + spin) @ model.directions.T
-    candidates = NodalContact(
-        sparse.csr_matrix(-model.rows(points.nodes, points.normals)),
-        contact.against.gap(placed),
-        contact.surface_stiffness * points.areas,
-        directions,
-    )
-    slave = free_body(body_name, model, velocity.ravel())
-    return NodalProblem(slave, {contact_name: candidates}, job.scene.run.duration)

@@ -14,7 +14,7 @@ from pipeline.errors import InputError
 
 Model = TypeVar("Model", bound=BaseModel)
 SCENE_FILE = "scene.toml"
-KEY = re.compile(r"(component|body|contact|report|run)\.")
+KEY = re.compile(r"(component|body|contact|joint|force|report|run)\.")
 
 
 def scene_path(scene: str | Path) -> Path:
@@ -33,21 +33,37 @@ def scene_path(scene: str | Path) -> Path:
 def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Return a scene's tables with overrides put in.
 
+    A file may begin with `base = "other.toml"`: then its tables change those of the other file beside it.
+
     Args:
         overrides: `path.to.key=value` texts; values are TOML, and plain text where they are not.
 
     Raises:
         InputError: the file cannot be read or is no TOML, or an override has no `=`.
     """
+    tables = _tables(path, ())
+    for text in overrides:
+        merge(tables, parse_override(text))
+    return tables
+
+
+def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from error
-    for text in overrides:
-        merge(tables, parse_override(text))
-    return tables
+    base = tables.pop("base", None)
+    if base is None:
+        return tables
+    if not isinstance(base, str) or not (path.parent / base).is_file():
+        raise InputError(f"{path}: base: no file {base!r} beside it")
+    if path.parent / base in (*above, path):
+        raise InputError(f"{path}: base: '{base}' is based on this file itself")
+    found = _tables(path.parent / base, (*above, path))
+    merge(found, tables)
+    return found
 
 
 @contextlib.contextmanager

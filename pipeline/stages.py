@@ -6,24 +6,26 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter
 
 import modaldb
 from modaldb.keys import content_key, file_digest
+from modaldb.schema import MorphRecord
 from modaldb.store import FolderStore
 from pipeline.component import Component
 from pipeline.errors import InputError
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
 from pipeline.reporting import Report
-from pipeline.scenefile import check_scene, merge, named, read_tables, scene_path
+from pipeline.checks import checked
+from pipeline.scenefile import merge, named, read_tables, scene_path
 from pipeline.status import fresh_pictures, remember, status
 from pipeline.textfile import copy_file, write_text
 from solver.errors import SceneError, SolverError
 from solver.obstacles import Obstacle
 from solver.result import Result
-from solver.scene import Scene
+from solver.scene import Body, Scene
 
 __all__ = ["Job", "RunReport", "SceneError", "SolverError", "export", "open_job", "plan", "run", "run_job", "status"]
 
@@ -31,6 +33,9 @@ EDGE_SHARE = 1e-3
 """Share of a contact's impulse at the edge of its interface from which a run says so."""
 DEFAULT_DB = ".gudgeon"
 DEFAULT_OUT = "out"
+if TYPE_CHECKING:
+    import numpy as np
+
 Progress = Callable[[str, float], None]
 """Told the stage's name and the share of it that is done."""
 
@@ -145,14 +150,14 @@ def open_job(
     tables = read_tables(path, texts)
     name = path.parent.resolve().name if path.name == "scene.toml" else path.stem
     target = Path(out) if out is not None else Path(DEFAULT_OUT) / name
-    return Job(name, path, tables, _checked(path, tables), modaldb.open(db), target)
+    return Job(name, path, tables, checked(path, tables, SceneFile), modaldb.open(db), target)
 
 
 def variant(job: Job, changes: Mapping[str, Any]) -> Job:
     """Return the job with nested tables of changes put into its scene."""
     tables = copy.deepcopy(job.tables)
     merge(tables, changes)
-    return replace(job, tables=tables, scene=_checked(job.path, tables))
+    return replace(job, tables=tables, scene=checked(job.path, tables, SceneFile))
 
 
 def run(
@@ -226,6 +231,27 @@ def plan(job: Job) -> dict[str, Any]:
 def obstacle_of(against: Mapping[str, Any]) -> Obstacle:
     """Return the obstacle that a contact's `against` table describes: its gap and gap direction at any points."""
     return TypeAdapter(Obstacle).validate_python(against)
+
+
+def basic_surface(chart: Mapping[str, Any], position: "np.ndarray") -> Obstacle:
+    """Return the undeformed surface of a traction space's chart on a body that stands at `position` [m], (3,)."""
+    from solver.contacts import basic_surface as surface_of
+
+    return surface_of(chart, position)
+
+
+def free_twists(job: Job, body: str) -> "np.ndarray":
+    """Return the mass-normalised rigid motions that a scene leaves a body, (r, 6)."""
+    key = job.components()[job.scene.component_of(body)]["morph"].key
+    morph = job.store.get(key, "morph", only=["mass", "inertia", "rigid_twists"])
+    return twists_from(morph, job.scene.body[body].model_dump(), body)
+
+
+def twists_from(morph: MorphRecord, settings: Mapping[str, Any], name: str) -> "np.ndarray":
+    """Return the same from a design and a body's table in a scene."""
+    from solver.body import free_twists as twists_of
+
+    return twists_of(morph, Body.model_validate(settings), name)
 
 
 def export(job: Job, what: str, every: int) -> list[Path]:
@@ -352,21 +378,3 @@ def _edge_notes(job: Job, quantities: dict[str, Any]) -> list[str]:
             where = f"component.{job.scene.component_of(contact.body)}.interface.{contact.interface}"
             notes.append(f"{share:.1%} of the impulse of {name} is at the edge of {where}; contact may go on beyond it")
     return notes
-
-
-def _checked(path: Path, tables: dict[str, Any]) -> SceneFile:
-    scene = check_scene(path, tables, SceneFile)
-    lines = []
-    for body in scene.body:
-        if (name := scene.component_of(body)) not in scene.component:
-            lines.append(f"{path}: body.{body}.component: no component '{name}', there is {', '.join(scene.component)}")
-    for name, contact in scene.contact.items():
-        component = scene.component.get(scene.component_of(contact.body))
-        if component is not None and contact.interface not in component.interface:
-            have = ", ".join(component.interface) or "none"
-            lines.append(
-                f"{path}: contact.{name}.interface: no interface '{contact.interface}', the component has {have}"
-            )
-    if lines:
-        raise InputError("\n".join(lines))
-    return scene

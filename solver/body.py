@@ -90,10 +90,10 @@ def load_body(
     morph = store.get(morph_key, "morph", only=list(morph_fields))
     modal = store.get(morph.modes_key, "modes", only=list(modal_fields))
     beta = settings.damping.stiffness_factor if settings.damping else 0.0
-    return FlexibleBody(name, morph_key, morph, modal, _free_twists(morph, settings, name), beta)
+    return FlexibleBody(name, morph_key, morph, modal, free_twists(morph, settings, name), beta)
 
 
-def _free_twists(morph: MorphRecord, settings: Body, name: str) -> np.ndarray:
+def free_twists(morph: MorphRecord, settings: Body, name: str) -> np.ndarray:
     """Return the rigid motions that are left, mass-normalised among themselves."""
     if tuple(settings.freedom) == ALL_FREE or len(morph.rigid_twists) == 0:
         return morph.rigid_twists

@@ -13,7 +13,7 @@ FAST = {"reassoc", "contract"}
 """Sums may be reordered for vector units; NaN and infinity keep their meaning."""
 
 
-inner = njit(cache=True, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+inner = njit(cache=True, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
 """For functions that only compiled ones call: no wrapper for the interpreter, which takes longest to compile."""
 
 

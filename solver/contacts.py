@@ -1,6 +1,8 @@
 """The rows of one contact: where points are, how their gaps move, and what another body's surface adds."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -96,7 +98,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     obstacle = contact.against
     if isinstance(obstacle, MasterSurface):
         assert master is not None
-        obstacle = _basic_surface(_space(obstacle, name, master), np.asarray(scene.body[master.name].position))
+        obstacle = basic_surface(_space(obstacle, name, master).chart, np.asarray(scene.body[master.name].position))
     directions = obstacle.direction(placed)
     if np.einsum("ci,ci->c", directions, -interface.normals).min() < FACING:
         raise SceneError(f"contact.{name}.against: the obstacle does not face interface '{contact.interface}'")
@@ -167,8 +169,8 @@ def _space(against: MasterSurface, name: str, master: FlexibleBody) -> TractionM
     return master.modal.tractions[against.interface]
 
 
-def _basic_surface(space: TractionModes, position: np.ndarray) -> Bore | Plane:
-    chart = space.chart
+def basic_surface(chart: Mapping[str, Any], position: np.ndarray) -> Bore | Plane:
+    """Return the undeformed surface of a traction space's chart on a body that stands at `position` [m], (3,)."""
     origin = tuple(np.asarray(chart["origin"], float) + position)
     if chart["kind"] == "plane":
         return Plane(shape="plane", point=origin, normal=tuple(chart["normal"]))

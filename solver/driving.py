@@ -13,6 +13,7 @@ from solver.forces import Force
 from solver.joints import Joint
 from solver.scene import Scene
 
+
 @dataclass(frozen=True)
 class HeldPoint:
     """A joint on a body."""

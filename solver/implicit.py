@@ -26,7 +26,13 @@ class Trapezoid:
         self.books = _books(system, self.modes, self.loads)
 
     def advance(
-        self, first: int, stride: int, forces: np.ndarray, energies: np.ndarray, loads: np.ndarray, snapshots: np.ndarray
+        self,
+        first: int,
+        stride: int,
+        forces: np.ndarray,
+        energies: np.ndarray,
+        loads: np.ndarray,
+        snapshots: np.ndarray,
     ) -> bool:
         """Advance `len(forces)` samples of `stride` steps; False where contact rows are dependent.
 

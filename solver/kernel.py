@@ -174,9 +174,7 @@ def _clear_kicks(law, state, lowest):  # type: ignore[no-untyped-def]
 def _press(law, state, gap, tolerance):  # type: ignore[no-untyped-def]
     """Multipliers and gaps of coupled points; False where their compliance is singular."""
     multipliers, tally = state.multipliers, state.tally
-    count, pivots = solve_lcp(
-        law.matrix, gap, state.active, tally[0], state.factor, multipliers, state.gaps, tolerance
-    )
+    count, pivots = solve_lcp(law.matrix, gap, state.active, tally[0], state.factor, multipliers, state.gaps, tolerance)
     tally[0] = count
     if pivots < 0:
         return False

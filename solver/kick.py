@@ -17,9 +17,7 @@ class Kick:
         self._law = _law(system, dt)
         self._state = _state(system, dt)
 
-    def advance(
-        self, first: int, stride: int, forces: np.ndarray, energies: np.ndarray, *rest: np.ndarray
-    ) -> bool:
+    def advance(self, first: int, stride: int, forces: np.ndarray, energies: np.ndarray, *rest: np.ndarray) -> bool:
         """Advance `len(forces)` samples of `stride` steps; False where contact rows are dependent.
 
         Args:

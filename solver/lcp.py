@@ -9,7 +9,7 @@ checked at every solve.
 import numpy as np
 from numba import njit
 
-from solver.compliance import inner, FAST, prepare
+from solver.compliance import FAST, inner, prepare
 
 PATIENCE = 3
 """Block pivots without fewer infeasible rows before single pivots take over."""

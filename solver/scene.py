@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from solver.forces import Force
 from solver.joints import Joint
 from solver.obstacles import Bore, Plane
-from solver.obstacles.vectors import Finite, Vector
+from solver.obstacles.vectors import Vector
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Freedom = Literal["x", "y", "z", "rx", "ry", "rz"]

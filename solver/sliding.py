@@ -113,7 +113,13 @@ def push_masters(modes, masters, onto):  # type: ignore[no-untyped-def]
 @inner
 def strain_masters(masters, matrix, onto):  # type: ignore[no-untyped-def]
     """Add b R onto to the residual displacement of the traction spaces, where it is kept."""
-    space, filled, b, strain, residual = matrix.space, masters.filled, masters.memory[1], masters.strain, masters.residual
+    space, filled, b, strain, residual = (
+        matrix.space,
+        masters.filled,
+        masters.memory[1],
+        masters.strain,
+        masters.residual,
+    )
     for g in range(len(onto)):
         if onto[g] != 0.0:
             for k in range(len(filled)):

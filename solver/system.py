@@ -10,7 +10,7 @@ from modaldb.store import Store
 from solver.body import FlexibleBody, load_body
 from solver.contacts import ContactRows, contact_block, sliding_block
 from solver.driving import Driving, compile_driving
-from solver.errors import SolverError
+from solver.errors import SceneError, SolverError
 from solver.result import Result
 from solver.scene import Scene
 from solver.terms import Term, fields_read, scene_terms
@@ -111,10 +111,29 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     driving = compile_driving(scene, bodies, offsets, contacts, size)
     position, velocity = _start(scene, bodies, offsets, size)
     loads = driving.begin(bodies, offsets, position, velocity)
+    _check_travel(contacts, driving)
     return System(
         scene=scene, bodies=bodies, offsets=offsets, contacts=contacts, stiffness=stiffness, damping=damping,
         rigid=rigid.astype(int), driving=driving, loads=loads, position=position, velocity=velocity, terms=terms, **arrays,
     )  # fmt: skip
+
+
+def _check_travel(contacts: list[ContactRows], driving: Driving) -> None:
+    """Refuse a crank that carries points beyond the traction space that they slide over."""
+    for contact in contacts:
+        held = next((item for item in driving.joints if item.body == contact.body), None)
+        if held is None or (over := contact.master) is None:
+            continue
+        turn = np.linspace(0.0, 2 * np.pi / held.joint.rate, 721)
+        along, _ = held.joint.axes
+        way = (held.joint.piston_pin(turn, held.anchor[0])[:, 0] - held.anchor[1]) * float(over.direction @ along)
+        low, high = over.height.min() + way.min(), over.height.max() + way.max()
+        start, end = over.chart[0], over.chart[0] + over.chart[1] * (over.counts[1] - 3)
+        if low < start - 1e-9 or high > end + 1e-9:
+            raise SceneError(
+                f"contact.{contact.name}: its points travel from {low:.4g} to {high:.4g} m along '{over.interface}',"
+                f" which reaches from {start:.4g} to {end:.4g} m; give a longer surface or a shorter stroke"
+            )
 
 
 def _start(
@@ -137,14 +156,19 @@ def _contacts(
         contact_block(scene, name, bodies[contact.body], bodies[masters[name].body] if name in masters else None)
         for name, contact in scene.contact.items()
     ]
-    slides = [sliding_block(scene, b.name, b, bodies[masters[b.name].body]) if b.name in masters else None for b in blocks]
+    slides = [
+        sliding_block(scene, b.name, b, bodies[masters[b.name].body]) if b.name in masters else None for b in blocks
+    ]
     ends = np.cumsum([0, *(len(block.gap) for block in blocks)])
     ends_f = np.cumsum([0, *(len(slide.rows) if slide else 0 for slide in slides)])
     rows, residual = np.zeros((ends[-1], size)), np.zeros((ends[-1], ends[-1]))
     functions, function_residual = np.zeros((ends_f[-1], size)), np.zeros((ends_f[-1], ends_f[-1]))
     contacts = []
     for number, (block, slide) in enumerate(zip(blocks, slides, strict=True)):
-        here, there = slice(int(ends[number]), int(ends[number + 1])), slice(int(ends_f[number]), int(ends_f[number + 1]))
+        here, there = (
+            slice(int(ends[number]), int(ends[number + 1])),
+            slice(int(ends_f[number]), int(ends_f[number + 1])),
+        )
         _put(rows, here, offsets[block.body], block.rows)
         residual[here, here] = block.residual
         if slide is not None:

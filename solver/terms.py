@@ -25,15 +25,15 @@ def scene_terms(scene: Scene) -> list[Term]:
     """List the terms of every body, present and left out, in the order in which they are compiled."""
     terms = []
     for body in scene.body:
-        touched = {name: contact for name, contact in scene.contact.items() if contact.body == body}
         terms.append(
             Term(
                 "rigid motion", body, True, "every body moves", ("morph:centre", "morph:inertia", "morph:rigid_twists")
             )
         )
         terms.append(Term("elastic flight", body, True, "modes move exactly", ("modes:angular_frequencies",)))
-        for name, contact in touched.items():
-            terms += _contact_terms(scene, name)
+        for name, contact in scene.contact.items():
+            if contact.body == body:
+                terms += _contact_terms(scene, name)
         for name, over in scene.masters().items():
             if over.body == body:
                 path = f"modes:tractions/{over.interface}"
@@ -46,7 +46,13 @@ def scene_terms(scene: Scene) -> list[Term]:
         for name, force in scene.force.items():
             if force.body == body:
                 terms.append(
-                    Term(f"load {name}", body, True, f"{force.kind} on {force.interface}", (f"modes:loads/{force.interface}",))
+                    Term(
+                        f"load {name}",
+                        body,
+                        True,
+                        f"{force.kind} on {force.interface}",
+                        (f"modes:loads/{force.interface}",),
+                    )
                 )
         damped = scene.body[body].damping is not None
         terms.append(Term("damping", body, damped, f"body.{body}.damping {'is' if damped else 'is not'} given", ()))

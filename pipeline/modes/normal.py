@@ -1,8 +1,13 @@
-"""Normal modes K Φ = M Φ Λ of a free body: shift-invert Lanczos on a deflated space, and proof that none is missed."""
+"""Normal modes K Φ = M Φ Λ: shift-invert Lanczos, and proof that none is missed.
+
+A free body's rigid modes are deflated and the shift is negative. A body that supports hold has none: K of its free
+dofs is definite, the shift is zero and the modes are zero where it is held.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from pipeline.errors import StageError
@@ -19,7 +24,7 @@ MIXING_LIMIT = 1e-2
 
 @dataclass(frozen=True)
 class NormalModes:
-    """Elastic modes of a free body."""
+    """Elastic modes."""
 
     angular_frequencies: np.ndarray
     """[rad/s], (m,), ascending."""
@@ -28,9 +33,18 @@ class NormalModes:
     quality: dict[str, float]
 
 
+@dataclass(frozen=True)
+class _Problem:
+    """The dofs that no support holds."""
+
+    K: sparse.csr_matrix
+    M: sparse.csr_matrix
+    rigid: np.ndarray
+
+
 def largest_count(model: FEModel) -> int:
     """Return how many elastic modes Lanczos can extract of a model, two spare ones aside."""
-    return model.K.shape[0] - model.rigid_modes.shape[1] - 3
+    return len(model.free) - len(model.rigid_twists) - 3
 
 
 def normal_modes(model: FEModel, count: int) -> NormalModes:
@@ -39,13 +53,14 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
     Raises:
         StageError: rigid and elastic modes cannot be told apart, a mode was missed, or a residual is too large.
     """
-    K, M, rigid = model.K, model.M, model.rigid_modes
     if count > largest_count(model):
         raise StageError(
-            f"modes: {count} normal modes asked of a mesh with {K.shape[0]} dofs; refine it or ask for fewer"
+            f"modes: {count} normal modes asked of a mesh with {len(model.free)} free dofs; refine it or ask for fewer"
         )
+    problem = _Problem(*model.free_matrices(), model.rigid_modes[model.free])
+    K, M, rigid = problem.K, problem.M, problem.rigid
     floor = np.finfo(float).eps * float((K.diagonal() / M.diagonal()).max())
-    shift = -_first_estimate(model)
+    shift = -_first_estimate(model) if rigid.shape[1] else 0.0
     factor = factorise(K - shift * M)
     M_rigid = M @ rigid
 
@@ -64,14 +79,18 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
     values, vectors = values[order], vectors[:, order]
     if floor > MIXING_LIMIT * values[0]:
         raise StageError(
-            f"modes: rigid and elastic modes cannot be told apart (round-off floor {floor:.2g}, first eigenvalue"
-            f" {values[0]:.2g} rad²/s²); the mesh has slivers or extreme contrast"
+            f"modes: {'rigid and elastic modes' if rigid.shape[1] else 'the lowest modes and round-off'} cannot be told"
+            f" apart (round-off floor {floor:.2g}, first eigenvalue {values[0]:.2g} rad²/s²); the mesh has slivers or"
+            " extreme contrast"
         )
-    missed = _count_below(model, values, count) - count
+    missed = _count_below(problem, values, count) - count
     if missed:
         raise StageError(f"modes: the inertia count finds {missed:+d} modes beside the {count} extracted")
     vectors = vectors[:, :count] * np.where(vectors[np.abs(vectors[:, :count]).argmax(0), range(count)] < 0, -1, 1)
-    return _verified(model, values[:count], vectors, floor)
+    quality = _verified(problem, values[:count], vectors, floor)
+    Phi = np.zeros((len(model.held), count))
+    Phi[model.free] = vectors
+    return NormalModes(np.sqrt(values[:count]), Phi, quality)
 
 
 def _first_estimate(model: FEModel) -> float:
@@ -91,30 +110,30 @@ def _first_estimate(model: FEModel) -> float:
     return min(q for q in quotients if q > 0) / 100
 
 
-def _count_below(model: FEModel, values: np.ndarray, count: int) -> int:
+def _count_below(problem: _Problem, values: np.ndarray, count: int) -> int:
     """Count elastic eigenvalues below the gap after the last wanted one, by the inertia of K − σM."""
     gap_after = count - 1
     # A double mode across the cut leaves no gap: the next gap upward serves as well.
     while gap_after + 1 < len(values) - 1 and values[gap_after + 1] / values[gap_after] - 1 < 1e-6:
         gap_after += 1
     sigma = 0.5 * (values[gap_after] + values[gap_after + 1])
-    factor = factorise(model.K - sigma * model.M)
-    below = factor.negative_pivots() - len(model.rigid_twists)
+    factor = factorise(problem.K - sigma * problem.M)
+    below = factor.negative_pivots() - problem.rigid.shape[1]
     factor.free()
     return below - (gap_after + 1 - count)
 
 
-def _verified(model: FEModel, values: np.ndarray, Phi: np.ndarray, floor: float) -> NormalModes:
-    forces = model.K @ Phi
-    residual = np.linalg.norm(forces - (model.M @ Phi) * values, axis=0) / np.linalg.norm(forces, axis=0)
-    basis = np.column_stack([model.rigid_modes, Phi])
-    orthogonality = float(np.abs(basis.T @ (model.M @ basis) - np.eye(basis.shape[1])).max())
+def _verified(problem: _Problem, values: np.ndarray, Phi: np.ndarray, floor: float) -> dict[str, float]:
+    K, M = problem.K, problem.M
+    forces = K @ Phi
+    residual = np.linalg.norm(forces - (M @ Phi) * values, axis=0) / np.linalg.norm(forces, axis=0)
+    basis = np.column_stack([problem.rigid, Phi])
+    orthogonality = float(np.abs(basis.T @ (M @ basis) - np.eye(basis.shape[1])).max())
     if residual.max() > RESIDUAL_TOLERANCE or orthogonality > ORTHOGONALITY_TOLERANCE:
         raise StageError(f"modes: residual {residual.max():.2g}, orthogonality {orthogonality:.2g}: not accepted")
-    quality = {
+    return {
         "residual": float(residual.max()),
         "orthogonality": orthogonality,
         "modes_missed": 0,
         "rigid_floor": floor / float(values[0]),
     }
-    return NormalModes(np.sqrt(values), Phi, quality)

@@ -1,8 +1,12 @@
-"""Static correction: what the kept modes lack under contact loads.
+"""Static correction: what the kept modes lack under contact forces and loads.
 
 Attachment shapes with inertia relief, G Bᵀ with G = Pᵀ K_c⁻¹ P and P = I − M Φ_r Φ_rᵀ (K_c: enough dofs held to stop
 rigid motion); the residual shapes are W = (G − Φ Λ⁻¹ Φᵀ) Bᵀ and the residual flexibility R = B W.
-W is M-orthogonal to Φ, and its stiffness Wᵀ K W is R itself.
+W is M-orthogonal to Φ, and its stiffness Wᵀ K W is R itself. A body that supports hold has no rigid modes: there
+P = I, and K_c is the stiffness of its free dofs.
+
+The rows of B have units of their own (N, Pa), so that entries of R may differ by many orders of magnitude: what is
+checked of R is checked after scaling row i by the square root of its whole flexibility bᵢ G bᵢᵀ.
 """
 
 from dataclasses import dataclass
@@ -12,7 +16,7 @@ from numpy.polynomial import legendre
 from scipy import linalg, sparse
 
 from pipeline.errors import StageError
-from pipeline.linalg import Factor, factorise
+from pipeline.linalg import factorise
 from pipeline.model import FEModel
 from pipeline.modes.normal import NormalModes
 
@@ -21,6 +25,19 @@ BLOCK = 96
 RANK_TOLERANCE = 1e-10
 """Directions of the normalised static shapes below this share of the largest are dependent, and dropped."""
 SYMMETRY_TOLERANCE = 1e-8
+"""Of R after scaling: what two solves of the same factor differ by."""
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What the normal modes lack. W itself, (dofs, c), would be gigabytes and is never formed in full."""
+
+    flexibility: np.ndarray
+    """R = B W [m/N and the like], (c, c), symmetric."""
+    scale: np.ndarray
+    """Square root of each row's whole flexibility bᵢ G bᵢᵀ, (c,); 1 where the row cannot move."""
+    fields: np.ndarray
+    """W·pressures: residual displacement under each field, (dofs, k)."""
 
 
 @dataclass(frozen=True)
@@ -32,56 +49,78 @@ class StaticShapes:
     Phi: np.ndarray
     """Mass-orthonormal, M-orthogonal to the normal modes, (dofs, k)."""
     residual_flexibility: np.ndarray
-    """Of what neither normal modes nor these shapes carry [m/N], (c, c)."""
-    scale: float
-    """Largest entry of R before these shapes took their share [m/N]."""
+    """Of what neither normal modes nor these shapes carry, (c, c)."""
     dropped: int
     """Nearly dependent directions that the rank test dropped."""
 
 
-def residual_shapes(model: FEModel, B: sparse.csr_matrix, normal: NormalModes) -> np.ndarray:
-    """Return W = (G − Φ Λ⁻¹ Φᵀ) Bᵀ [m/N], (dofs, c)."""
-    held = _statically_determinate(model)
-    free = np.setdiff1d(np.arange(model.K.shape[0]), held)
+def residual_shapes(
+    model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray
+) -> Residual:
+    """Return what the normal modes lack under unit forces on the rows of B and under pressure fields.
+
+    Args:
+        B: Displacement conjugate to each force, (c, dofs).
+        pressures: Forces of each field, (c, k).
+
+    Raises:
+        StageError: R is not symmetric.
+    """
+    rigid = model.rigid_modes
+    M_rigid = model.M @ rigid
+    free = np.setdiff1d(model.free, _statically_determinate(rigid))
     factor = factorise(model.K[free][:, free])
-    W = _attachment(model, B, factor, free)
+    B_free, B_rigid, M_rigid_free = sparse.csr_matrix(B[:, free]), B @ rigid, M_rigid[free]
+    touched = np.unique(B_free.indices)
+    B_touched = sparse.csr_matrix(B_free[:, touched])
+    kept = (B @ normal.Phi) / normal.angular_frequencies
+    R, fields = np.empty((B.shape[0], B.shape[0])), np.zeros((B.shape[1], pressures.shape[1]))
+    for start in range(0, B.shape[0], BLOCK):
+        rows = slice(start, start + BLOCK)
+        loads = B_free[rows].toarray()
+        loads -= B_rigid[rows] @ M_rigid_free.T
+        X = factor.solve(loads.T)
+        R[:, rows] = B_touched @ X[touched] - B_rigid @ (M_rigid_free.T @ X) - kept @ kept[rows].T
+        fields[free] += X @ pressures[rows]
+    fields -= rigid @ (M_rigid.T @ fields)
+    fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
+    # Once more: what is left can be a thousandth of what was taken out, and its round-off shows.
+    fields -= normal.Phi @ (normal.Phi.T @ (model.M @ fields))
     factor.free()
-    W -= normal.Phi @ ((normal.Phi.T @ B.T) / normal.angular_frequencies[:, None] ** 2)
-    return W
+    whole = R.diagonal() + (kept**2).sum(axis=1)
+    scale = np.sqrt(np.where(whole > 0, whole, 1.0))
+    asymmetry = np.abs((R - R.T) / np.outer(scale, scale)).max(initial=0.0)
+    if asymmetry > SYMMETRY_TOLERANCE:
+        raise StageError(f"modes: residual flexibility is asymmetric by {asymmetry:.2g}")
+    return Residual(0.5 * (R + R.T), scale, fields)
 
 
-def static_shapes(model: FEModel, B: sparse.csr_matrix, W: np.ndarray, pressures: np.ndarray) -> StaticShapes:
+def static_shapes(
+    model: FEModel, B: sparse.csr_matrix, residual: Residual, pressures: np.ndarray
+) -> StaticShapes:
     """Turn the residual shapes under given pressure fields into M-orthonormal coordinates of their own.
 
     Within the span of W·pressures the Ritz problem (pᵀ R p) y = θ (pᵀ Wᵀ M W p) y makes them diagonal in M and K.
 
     Args:
-        B: Displacement of the contact points along their normals, (c, dofs).
-        W: Residual shapes, (dofs, c).
-        pressures: Contact forces of each field [N], (c, k).
-
-    Raises:
-        StageError: R is not symmetric, or the fields are dependent beyond what the rank test can mend.
+        B: Displacement conjugate to each force, (c, dofs).
+        residual: Of the same rows and fields.
+        pressures: Forces of each field, (c, k).
     """
-    R = B @ W
-    asymmetry = np.abs(R - R.T).max() / np.abs(R).max()
-    if asymmetry > SYMMETRY_TOLERANCE:
-        raise StageError(f"modes: residual flexibility is asymmetric by {asymmetry:.2g}")
-    R = 0.5 * (R + R.T)
+    R = residual.flexibility
     if pressures.shape[1] == 0:
-        return StaticShapes(np.empty(0), np.empty((len(W), 0)), R, float(np.abs(R).max(initial=0.0)), 0)
+        return StaticShapes(np.empty(0), np.empty((B.shape[1], 0)), R, 0)
     flexibility = pressures.T @ R @ pressures
     scale = 1 / np.sqrt(flexibility.diagonal())
     strength, directions = linalg.eigh(flexibility * scale * scale[:, None])
     kept = strength > RANK_TOLERANCE * strength[-1]
-    Y = pressures @ ((directions[:, kept] / np.sqrt(strength[kept])) * scale[:, None])
-    WY = W @ Y
+    WY = residual.fields @ ((directions[:, kept] / np.sqrt(strength[kept])) * scale[:, None])
     inverse_theta, Z = linalg.eigh(WY.T @ (model.M @ WY))
     values, Z = 1 / inverse_theta[::-1], Z[:, ::-1]
     Phi = WY @ (Z * np.sqrt(values))
     at_points = B @ Phi
     rest = R - (at_points / values) @ at_points.T
-    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T), float(np.abs(R).max()), int((~kept).sum()))
+    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T), int((~kept).sum()))
 
 
 def pressure_fields(coordinates: np.ndarray, areas: np.ndarray, count: int) -> np.ndarray:
@@ -105,21 +144,7 @@ def pressure_fields(coordinates: np.ndarray, areas: np.ndarray, count: int) -> n
     return np.column_stack([areas * values[0][i] * values[1][j] for _, _, i, j in pairs])
 
 
-def _attachment(model: FEModel, B: sparse.csr_matrix, factor: Factor, free: np.ndarray) -> np.ndarray:
-    """Return G Bᵀ with inertia relief [m/N], (dofs, c)."""
-    rigid = model.rigid_modes
-    M_rigid = model.M @ rigid
-    W = np.zeros((model.K.shape[0], B.shape[0]))
-    for start in range(0, B.shape[0], BLOCK):
-        columns = slice(start, min(start + BLOCK, B.shape[0]))
-        loads = B[columns].T.toarray()
-        loads -= M_rigid @ (rigid.T @ loads)
-        W[free, columns] = factor.solve(loads[free])
-    W -= rigid @ (M_rigid.T @ W)
-    return W
-
-
-def _statically_determinate(model: FEModel) -> np.ndarray:
+def _statically_determinate(rigid: np.ndarray) -> np.ndarray:
     """Return as many dofs as there are rigid motions, chosen to hold the body firmly (pivoted QR of Φ_r)."""
-    _, _, pivots = linalg.qr(model.rigid_modes.T, mode="economic", pivoting=True)
-    return np.sort(pivots[: len(model.rigid_twists)])
+    _, _, pivots = linalg.qr(rigid.T, mode="economic", pivoting=True)
+    return np.sort(pivots[: rigid.shape[1]])

@@ -11,6 +11,7 @@ from modaldb.schema import NodalRecord
 from pipeline.nodal.body import MovingBody
 from pipeline.nodal.coupling import Coupling, StepForces, master_ports, slave_ports
 from pipeline.nodal.problem import NodalBody, NodalProblem
+from pipeline.nodal.threads import one_thread
 
 PROGRESS_STRIDE = 64
 
@@ -27,6 +28,7 @@ def simulate_nodal(problem: NodalProblem, step: float, progress: Callable[[float
     wall, cpu = time.perf_counter(), time.process_time()
     count = max(1, round(problem.duration / step))
     with ExitStack() as stack:
+        stack.enter_context(one_thread())
         run = _Run(problem, step, count)
         stack.callback(run.free)
         # Solves release the interpreter's lock: the master's runs beside the slave's.

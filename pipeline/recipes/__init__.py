@@ -1,4 +1,4 @@
-"""Reduction recipes: each turns an FE model and its contact rows into elastic coordinates. A new one is a file and a
+"""Reduction recipes: each turns an FE model and its rows into elastic coordinates. A new one is a file and a
 line here."""
 
 from collections.abc import Callable
@@ -7,9 +7,11 @@ from pipeline.model import FEModel
 from pipeline.recipes.macneal import macneal
 from pipeline.recipes.normal_static import normal_static
 from pipeline.recipes.reduction import ContactRows, Reduction
+from pipeline.recipes.rigid import rigid
 from pipeline.settings import ModesSettings
 
 RECIPES: dict[str, Callable[[FEModel, ContactRows, ModesSettings], Reduction]] = {
     "macneal": macneal,
     "normal+static": normal_static,
+    "rigid": rigid,
 }

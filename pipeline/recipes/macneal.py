@@ -13,27 +13,26 @@ from pipeline.settings import ModesSettings
 ORTHOGONALITY_TOLERANCE = 1e-8
 """Of static shapes against normal modes: they come through one more factorisation."""
 DEFINITENESS_TOLERANCE = 1e-9
-"""Negative eigenvalues of R that round-off may leave, relative to the largest entry of R
-before static shapes were taken out of it."""
+"""Negative eigenvalues that round-off may leave in R, each row scaled by the root of its whole flexibility."""
 
 
 def macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a free body.
+    """Reduce a body, free or held.
 
     Raises:
         StageError: a shape fails its own check.
     """
     normal = normal_modes(model, settings.normal_count)
-    W = residual_shapes(model, rows.B, normal)
-    static = static_shapes(model, rows.B, W, rows.pressures)
+    residual = residual_shapes(model, rows.B, normal, rows.pressures)
+    static = static_shapes(model, rows.B, residual, rows.pressures)
     Phi = np.column_stack([normal.Phi, static.Phi])
     orthogonality = float(np.abs(Phi.T @ (model.M @ Phi) - np.eye(Phi.shape[1])).max()) if Phi.size else 0.0
     if orthogonality > ORTHOGONALITY_TOLERANCE:
         raise StageError(f"modes: static shapes are orthogonal to {orthogonality:.2g} only")
     R = static.residual_flexibility
-    lowest = float(np.linalg.eigvalsh(R)[0]) if len(R) else 0.0
-    if lowest < -DEFINITENESS_TOLERANCE * static.scale:
-        raise StageError(f"modes: residual flexibility has eigenvalue {lowest:.2g} m/N, it must not be negative")
+    lowest = float(np.linalg.eigvalsh(R / np.outer(residual.scale, residual.scale))[0]) if len(R) else 0.0
+    if lowest < -DEFINITENESS_TOLERANCE:
+        raise StageError(f"modes: residual flexibility has a scaled eigenvalue {lowest:.2g}, it must not be negative")
     quality = normal.quality | {
         "basis_orthogonality": orthogonality,
         "static_dropped": static.dropped,

@@ -9,5 +9,5 @@ from pipeline.settings import ModesSettings
 
 
 def normal_static(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a free body; contact on the result needs springs of its own."""
+    """Reduce a body, free or held; contact on the result needs springs of its own."""
     return replace(macneal(model, rows, settings), residual_flexibility=None)

@@ -9,12 +9,12 @@ from scipy import sparse
 
 @dataclass(frozen=True)
 class ContactRows:
-    """All contact points of a component, interface after interface."""
+    """All contact points, traction functions and loads of a component, interface after interface."""
 
     B: sparse.csr_matrix
-    """Displacement along the outward normals, (c, dofs)."""
+    """Displacement conjugate to each force: along the outward normal at a point, and so on, (c, dofs)."""
     pressures: np.ndarray
-    """Contact forces [N] of the pressure fields that ask for a static shape, (c, k)."""
+    """Contact forces [N] of the pressure fields that ask for a static shape, (c, k); none on loads."""
 
 
 @dataclass(frozen=True)
@@ -27,5 +27,5 @@ class Reduction:
     """(dofs, m)"""
     normal_count: int
     residual_flexibility: np.ndarray | None
-    """[m/N], (c, c)"""
+    """[m/N and the like], (c, c)"""
     quality: dict[str, Any]

@@ -83,7 +83,7 @@ class SliderCrank(BaseModel):
         centre = np.asarray(self.centre, float)
         along, side = self.axes
         swing = -turn * (pin[:, 0] - centre @ side)
-        curve = (-pin[:, 2] ** 2 + across * swing - rate**2) / height
+        curve = (-(pin[:, 2] ** 2) + across * swing - rate**2) / height
         return np.column_stack([pin[:, 1] + height, pin[:, 3] + rate, -turn * (pin[:, 1] - centre @ along) + curve])
 
     def tangent(self, time: np.ndarray, lateral: float) -> np.ndarray:

@@ -9,7 +9,7 @@ from scipy import sparse
 from modaldb.schema import MeshRecord
 from pipeline.interface import Interface, contact_points
 from pipeline.model import FEModel
-from pipeline.nodal import NodalContact, NodalProblem, body, free_body, simulate_nodal
+from pipeline.nodal import NodalContact, NodalProblem, body, free_body, simulate_nodal, threads
 from pipeline.nodal.contact import discrete_gradient
 
 ENERGY = 1e-9
@@ -77,3 +77,12 @@ def test_discrete_gradient_gives_the_energy_difference() -> None:
     smooth = (np.abs(new - old) > 1e-2) & (np.abs(new) > 1e-3)
     np.testing.assert_allclose(slope[smooth], ((forward - backward) / 2 / h)[smooth], atol=1e-5)
     assert slope.max() <= 0
+
+
+def test_small_products_take_one_thread_and_give_the_others_back() -> None:
+    before = [get() for get, _ in threads.pools()]
+    with threads.one_thread():
+        assert [get() for get, _ in threads.pools()] == [1] * len(before)
+    assert [get() for get, _ in threads.pools()] == before
+    blas = np.show_config(mode="dicts")["Build Dependencies"]["blas"]["name"]
+    assert before or "openblas" not in blas or not threads.MAPS.exists()

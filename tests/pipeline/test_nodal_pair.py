@@ -20,8 +20,8 @@ from pipeline.nodal import (
 )
 from tests.pipeline.blocks import block, clamped, on_plane, plane_twists
 
-CLOSED = 1e-9
-"""The drag is followed to Newton's tolerance; what is left of the balance is round-off and σ's prediction."""
+CLOSED = 1e-7
+"""Without the drag 3e-5 to 6e-2 are missing; what is left is the prediction of the way slid, and round-off."""
 THICK, GAP = 0.01, 1e-6
 PRESS = np.array([0, 0, -2e4])
 
@@ -41,9 +41,7 @@ def pair() -> Pair:
     upper, base = block((0.02, 0.02, 0.01), (2, 2, 1)), block((0.06, 0.03, THICK), (6, 3, 1))
     chart = {"kind": "plane", "origin": [0, 0, THICK], "normal": [0, 0, 1], "across": [0, 1, 0], "along": [1, 0, 0]}
     none = np.zeros((0, 0))
-    space = TractionModes(
-        chart, np.array([-0.015, -0.03]), np.array([0.01, 0.006]), np.array([6, 13]), none, none
-    )
+    space = TractionModes(chart, np.array([-0.015, -0.03]), np.array([0.01, 0.006]), np.array([6, 13]), none, none)
     top = on_plane(base, 2, THICK)
     numbers, values = spline_weights(space, base.nodes[top][:, [1, 0]])
     spread = np.zeros((78, len(top)))
@@ -129,7 +127,7 @@ def test_spline_weights_are_those_of_the_record_format(pair: Pair) -> None:
     coordinates = np.column_stack([rng.uniform(-0.016, 0.016, 60), rng.uniform(-0.04, 0.03, 60)])
     weights = SplineWeights(pair.space, coordinates)
     for sigma in (0.0, 0.0071, 0.02):
-        moved = coordinates + [0, sigma]
+        moved = coordinates + np.array([0, sigma])
         on = inside(pair.space, moved)
         numbers, values = weights(sigma)
         wanted_numbers, wanted_values = spline_weights(pair.space, moved[on])

@@ -1,16 +1,21 @@
 """Small records and systems made without gmsh or scikit-fem, for tests of the solver alone."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import modaldb
-from modaldb.schema import InterfaceModes, ModalRecord, MorphRecord
+from modaldb.schema import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
 from solver.scene import Scene
 from solver.system import System, compile_system
 
 LENGTH, SPEED, MASS = 1.0, 5000.0, 2.0
+SPACING = 0.01
+"""Between the knots of the plate's traction space [m]."""
+RADIUS, PIN, CROWN = 0.04, 0.0005, 5e-3
+"""Of the piston: radius [m], offset of its pin [m], area of its crown [m²]."""
 
 
 def rod_records(mode_count: int) -> tuple[ModalRecord, MorphRecord]:
@@ -51,12 +56,76 @@ def block_records(point_count: int, seed: int = 0, mode_count: int = 8) -> tuple
     return modal, MorphRecord("mesh", "modes", "none", {"face": points}, MASS, centre, inertia, twists, None, {})
 
 
+def plate_records(
+    mode_count: int = 12, *, length: float = 0.6, free: bool = False, nugget: float = 1e-10
+) -> tuple[ModalRecord, MorphRecord]:
+    """A plate with a traction space on x = 0, facing -x, along y from -0.15 m; its R depends on distances alone.
+
+    Args:
+        length: Of the space [m].
+        free: Whether it has rigid motions; mass 3 kg, the centre off the surface.
+        nugget: What R has on its diagonal alone [m/N].
+    """
+    rng, counts = np.random.default_rng(1), np.round(np.array([0.12, length]) / SPACING).astype(int) + 3
+    start = np.array([-0.06, -0.15])
+    knots = [start[axis] + (np.arange(counts[axis]) - 1) * SPACING for axis in range(2)]
+    centres = np.stack(np.meshgrid(*knots, indexing="ij"), axis=-1).reshape(-1, 2)
+    apart = np.linalg.norm(centres[:, None] - centres, axis=2)
+    R = 2e-9 * np.exp(-((apart / 0.012) ** 2)) + nugget * np.eye(len(centres))
+    omega = np.sort(rng.uniform(5e3, 8e4, mode_count))
+    waves = rng.uniform(5, 40, (mode_count, 2))
+    rows = 0.5 * np.cos(centres @ waves.T + rng.uniform(0, 6, mode_count))
+    chart = {"kind": "plane", "origin": [0.0] * 3, "normal": [-1.0, 0, 0], "across": [0, 0, 1.0], "along": [0, 1.0, 0]}
+    outward, arms = np.array([-1.0, 0, 0]), np.column_stack([np.zeros(len(centres)), centres[:, ::-1]])
+    resultant = np.column_stack([np.tile(outward, (len(arms), 1)), np.cross(arms, outward)])
+    space = TractionModes(chart, start, np.full(2, SPACING), counts, rows, resultant)
+    centre, inertia = np.array([0.01, 0.1, 0.0]), np.diag([0.02, 0.01, 0.03])
+    twists = np.diag(np.concatenate([np.full(3, 3.0), inertia.diagonal()]) ** -0.5) if free else np.zeros((0, 6))
+    modal = ModalRecord(
+        "mesh", "macneal", mode_count, 0, omega, 3.0, centre, inertia, twists, {}, {"top": [0, len(centres)]}, R, None,
+        None, {}, {"top": space}, {},
+    )  # fmt: skip
+    return modal, MorphRecord("mesh", "modes", "none", {}, 3.0, centre, inertia, twists, None, {})
+
+
+def piston_records() -> tuple[ModalRecord, MorphRecord]:
+    """A rigid piston, crown towards +z: guided at x = ±RADIUS, held at a pin off its centre, pressed on its crown."""
+    z = np.array([-0.02, 0.0, 0.02])
+    guides, points, start = {}, {}, 0
+    for name, side in (("right", 1.0), ("left", -1.0)):
+        points[name] = np.column_stack([np.full(3, side * RADIUS), np.zeros(3), z])
+        normals, none = np.tile([side, 0.0, 0.0], (3, 1)), np.zeros(3, bool)
+        guides[name] = InterfaceModes(np.arange(3), points[name], normals, np.full(3, 1e-4), none, np.zeros((3, 0)))
+    pin = np.array([PIN, 0.0, -0.005])
+    axes, down = np.eye(3), np.array([0.0, 0, -CROWN])
+    loads = {
+        "pin": LoadModes(np.zeros((3, 0)), np.column_stack([axes, np.cross(pin, axes)]), pin, "N"),
+        "crown": LoadModes(np.zeros((1, 0)), np.append(down, np.zeros(3))[None], np.array([0, 0, 0.03]), "Pa"),
+    }
+    rows: dict[str, list[int]] = {}
+    for name, count in (("right", 3), ("left", 3), ("pin", 3), ("crown", 1)):
+        rows[name] = [start, start + count]
+        start += count
+    centre, inertia = np.zeros(3), np.diag([4e-4, 3e-4, 4e-4])
+    twists = np.diag(np.concatenate([np.full(3, 0.5), inertia.diagonal()]) ** -0.5)
+    modal = ModalRecord(
+        "mesh", "rigid", 0, 0, np.zeros(0), 0.5, centre, inertia, twists, guides, rows, None, None, None, {}, {}, loads
+    )
+    return modal, MorphRecord("mesh", "modes", "none", points, 0.5, centre, inertia, twists, None, {})
+
+
 def build(folder: Path, records: tuple[ModalRecord, MorphRecord], scene: dict[str, Any]) -> System:
-    """Store records and compile a scene against them."""
+    """Store the records of the only component and compile a scene against them."""
+    return build_all(folder, {"part": records}, scene)
+
+
+def build_all(folder: Path, records: dict[str, tuple[ModalRecord, MorphRecord]], scene: dict[str, Any]) -> System:
+    """Store the records of each component and compile a scene against them."""
     store = modaldb.open(folder / "db")
-    store.put("modes", "modes", records[0], {})
-    store.put("morph", "morph", records[1], {})
-    return compile_system(store, Scene.model_validate(scene), {"part": "morph"})
+    for name, (modal, morph) in records.items():
+        store.put(f"{name}-modes", "modes", modal, {})
+        store.put(name, "morph", replace(morph, modes_key=f"{name}-modes"), {})
+    return compile_system(store, Scene.model_validate(scene), {name: name for name in records})
 
 
 def rod_scene(duration: float = 6e-4, **contact: Any) -> dict[str, Any]:
@@ -76,4 +145,38 @@ def block_scene(duration: float = 4e-4, **contact: Any) -> dict[str, Any]:
         "body": {"part": {"velocity": [1.0, 0.0, 0.0], "angular_velocity": [0.0, 0.5, 1.0]}},
         "contact": {"wall": {"body": "part", "interface": "face", "against": wall} | contact},
         "run": {"duration": duration},
+    }
+
+
+def pair_scene(speed: float = 10.0, *, press: float = 50.0, duration: float = 4e-3, **run: Any) -> dict[str, Any]:
+    """A block 1 µm before the plate, pressed on it by gravity while it slides along y."""
+    top = {"shape": "surface", "body": "plate", "interface": "top"}
+    part = {"velocity": [0.05, speed, 0], "position": [-0.05 - 1e-6, 0, 0], "freedom": ["x", "y", "rz", "ry"]}
+    return {
+        "body": {"part": part, "plate": {}},
+        "contact": {"slide": {"body": "part", "interface": "face", "against": top, "surface_stiffness": 1e14}},
+        "run": {"duration": duration, "gravity": [press, 0, 0]} | run,
+    }
+
+
+def piston_scene(
+    *, clearance: float = 0.0, pressure: float = 3e6, start: float = 20.0, duration: float = 5e-3, **run: Any
+) -> dict[str, Any]:
+    """The piston on a crank that turns towards -x, constant pressure on its crown."""
+    sides = {"right": 1.0, "left": -1.0}
+    walls = {
+        name: {"shape": "plane", "point": [side * (RADIUS + clearance), 0, 0], "normal": [-side, 0, 0]}
+        for name, side in sides.items()
+    }
+    crank = {"crank_radius": 0.04, "rod_length": 0.14, "speed": 3000.0, "start": start, "lateral": [-1, 0, 0]}
+    gas = {"joint": "rod", "values": [[0, pressure + 1e5], [720, pressure + 1e5]]}
+    return {
+        "body": {"part": {"freedom": ["x", "z", "ry"]}},
+        "contact": {
+            name: {"body": "part", "interface": name, "against": wall, "surface_stiffness": 1e12}
+            for name, wall in walls.items()
+        },
+        "joint": {"rod": {"kind": "slider-crank", "body": "part", "interface": "pin"} | crank},
+        "force": {"gas": {"kind": "gas", "body": "part", "interface": "crown"} | gas},
+        "run": {"duration": duration} | run,
     }

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from solver.compliance import fixed
 from solver.lcp import solve_lcp
 
 CONDITION = 1e-10
@@ -22,7 +23,7 @@ class Solver:
 
     def __init__(self, C: np.ndarray) -> None:
         size = len(C)
-        self.C, self.active, self.count = C, np.zeros(size, np.int64), 0
+        self.C, self.active, self.count = fixed(C), np.zeros(size, np.int64), 0
         self.L, self.multipliers, self.gaps = np.zeros((size, size)), np.zeros(size), np.zeros(size)
 
     def __call__(self, g: np.ndarray) -> int:
