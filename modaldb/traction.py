@@ -67,4 +67,4 @@ def cubic_weights(t: np.ndarray) -> np.ndarray:
 def inside(space: TractionModes, coordinates: np.ndarray) -> np.ndarray:
     """Return which points (p, 2) lie on the space, (p,)."""
     end = space.start + space.spacing * (space.counts - 3)
-    return ((coordinates >= space.start) & (coordinates <= end)).all(axis=1)
+    return np.all((coordinates >= space.start) & (coordinates <= end), axis=1)

@@ -194,7 +194,7 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from pipeline.stages import export
+    from pipeline.export import export
 
     files = export(_job(options), options.what, options.every)
     print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))

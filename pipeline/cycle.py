@@ -44,16 +44,18 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
 def _check_closed(path: Path, table: np.ndarray) -> None:
     turned = np.flatnonzero(np.diff(table[:, 0]) <= 0)
     if len(turned):
-        raise InputError(f"{path}: row {turned[0] + 3}: the angle {table[turned[0] + 1, 0]:g} must be above the last one")
+        raise InputError(
+            f"{path}: row {turned[0] + 3}: the angle {table[turned[0] + 1, 0]:g} must be above the last one"
+        )
     span = table[-1, 0] - table[0, 0]
     if min(abs(span - whole) for whole in SPANS) > 1e-6:
         raise InputError(
-            f"{path}: angles reach from {table[0, 0]:g} to {table[-1, 0]:g} degrees, {span:g} in all; a cycle must close"
-            f" over {SPANS[1]:g} (or {SPANS[0]:g})"
+            f"{path}: angles reach from {table[0, 0]:g} to {table[-1, 0]:g} degrees, {span:g} in all; a cycle must"
+            f" close over {SPANS[1]:g} (or {SPANS[0]:g})"
         )
     jump = abs(table[-1, 1] - table[0, 1])
     if jump > CLOSED * np.abs(table[:, 1]).max():
         raise InputError(
-            f"{path}: the first value is {table[0, 1]:g} and the last {table[-1, 1]:g} at the same crank angle; the table"
-            " must close"
+            f"{path}: the first value is {table[0, 1]:g} and the last {table[-1, 1]:g} at the same crank angle; the"
+            " table must close"
         )

@@ -7,7 +7,7 @@ from pipeline.component import Component
 from pipeline.errors import InputError
 from pipeline.morph import Movement
 from pipeline.products import find_file, profile_surface, table_path
-from pipeline.profile import read_profile
+from pipeline.profile import UniformProfile, read_profile
 
 
 def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
@@ -31,9 +31,10 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
 
 
 def movement_of(component: Component, folder: Path, name: str) -> Movement | None:
-    """Return the change of a component's surface, or None where its scene names no table."""
-    path = table_path(component.change.profile, folder, name)
-    if path is None:
+    """Return the change of a component's surface, or None where its scene has neither table nor offset."""
+    profile = component.change.profile
+    path = table_path(profile, folder, name)
+    if path is None and profile.offset == 0:
         return None
-    table = read_profile(path, component.change.profile.scale)
-    return Movement(profile_surface(component, name), table, f"component.{name}.change.profile")
+    deviation = UniformProfile(profile.offset) if path is None else read_profile(path, profile.scale, profile.offset)
+    return Movement(profile_surface(component, name), deviation, f"component.{name}.change.profile")

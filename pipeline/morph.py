@@ -1,8 +1,8 @@
 """A design change moves nodal positions by interpolation; how far the modes follow is the rung.
 
-A profile table gives radial deviations δ over height and angle. Nodes of the named surface move by δ along the
-radius; inner nodes follow the nearest surface nodes, faded out by d_fixed / (d_fixed + d_moved) towards the surfaces
-that stay, so that no factorisation is needed. Mass, centre and inertia are always integrated anew.
+A profile, a table or an offset, gives radial deviations δ over height and angle. Nodes of the named surface move by δ
+along the radius; inner nodes follow the nearest surface nodes, faded out by d_fixed / (d_fixed + d_moved) towards the
+surfaces that stay, so that no factorisation is needed. Mass, centre and inertia are always integrated anew.
 """
 
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from modaldb.schema import MeshRecord, ModalRecord, MorphRecord, Surface
 from pipeline.errors import InputError
 from pipeline.interface import cylindrical, radial_directions
 from pipeline.model import mass_properties, nodal_jacobians, solid_twists
-from pipeline.profile import ProfileTable
+from pipeline.profile import ProfileTable, UniformProfile
 
 NEIGHBOURS = 4
 """Surface nodes that an inner node follows, weighted by inverse square distance."""
@@ -25,9 +25,15 @@ class Movement:
     """A profile on a named surface of a mesh."""
 
     surface: str
-    table: ProfileTable
+    deviation: ProfileTable | UniformProfile
+    """Radial deviation [m] at heights [m] and angles [rad]."""
     where: str
-    """The change's key in the scene, for messages."""
+    """The profile's key in the scene, for messages."""
+
+    @property
+    def source(self) -> str:
+        """Key of what gives the deviation."""
+        return f"{self.where}.{'table' if isinstance(self.deviation, ProfileTable) else 'offset'}"
 
 
 def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
@@ -78,7 +84,7 @@ def reuse(
 
     Args:
         keys: Of the mesh and of the modes.
-        surfaces: The surface of each interface.
+        surfaces: The surface of each interface; those of contact points matter.
         rho: Density [kg/m^3].
     """
     nodes = move_nodes(mesh, movement)
@@ -91,9 +97,10 @@ def reuse(
             points[name] = item.points + radial_directions(item.points, shape) * deviation[:, None]
     properties = mass_properties(replace(mesh, nodes=nodes), rho)
     quality = {"largest_shift": float(np.linalg.norm(nodes - mesh.nodes, axis=1).max())}
+    # A held body has no rigid motion, wherever its nodes go.
+    twists = solid_twists(properties) if len(modal.rigid_twists) else modal.rigid_twists
     return MorphRecord(
-        *keys, "reuse", points, properties.mass, properties.centre, properties.inertia,
-        solid_twists(properties), nodes, quality,
+        *keys, "reuse", points, properties.mass, properties.centre, properties.inertia, twists, nodes, quality
     )  # fmt: skip
 
 
@@ -111,13 +118,13 @@ def _cylinder(mesh: MeshRecord, movement: Movement) -> Surface:
         raise InputError(f"{movement.where}.surface: the mesh has no surface '{movement.surface}', it has {have}")
     surface = mesh.surfaces[movement.surface]
     if surface.shape.get("kind") != "cylinder":
-        raise InputError(f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile table needs one")
+        raise InputError(f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one")
     return surface
 
 
 def _deviations(points: np.ndarray, surface: Surface, movement: Movement) -> np.ndarray:
     _, angle, height = cylindrical(points, surface.shape)
-    return movement.table(height, angle)
+    return movement.deviation(height, angle)
 
 
 def _refuse_inverted(mesh: MeshRecord, movement: Movement) -> None:
@@ -127,7 +134,7 @@ def _refuse_inverted(mesh: MeshRecord, movement: Movement) -> None:
         worst = int(np.argmin(lowest))
         where = mesh.nodes[mesh.cells[worst, :4]].mean(axis=0)
         raise InputError(
-            f"{movement.where}.table: the profile inverts {int((lowest <= 0).sum())} elements, the worst is element"
+            f"{movement.source}: the profile inverts {int((lowest <= 0).sum())} elements, the worst is element"
             f" {worst} near ({where[0]:.4g}, {where[1]:.4g}, {where[2]:.4g}) m; allowed are deviations well below the"
             " wall thickness"
         )

@@ -27,7 +27,7 @@ from pipeline.nodal import (
     gravity,
     static_start,
 )
-from pipeline.stages import Job, basic_surface, free_twists
+from pipeline.stages import Job, basic_surface, free_twists, obstacle_of
 from pipeline.traction import traction_space
 
 START_STEP = 1e-6
@@ -113,11 +113,12 @@ def _contact(job: Job, name: str, slave: _Part, master: _Part | None) -> NodalCo
     contact = job.scene.contact[name]
     points = contact_points(slave.mesh, slave.component.interface[contact.interface], f"contact.{name}.interface")
     placed = points.points + slave.position
-    surface, obstacle = None, contact.against
     if name in job.scene.masters():
         assert master is not None
         surface, space = _surface(job, name, slave, master, placed)
         obstacle = basic_surface(space.chart, master.position)
+    else:
+        surface, obstacle = None, obstacle_of(contact.against.model_dump())
     directions = obstacle.direction(placed)
     return NodalContact(
         sparse.csr_matrix(-slave.model.rows(points.nodes, points.normals)),

@@ -25,11 +25,12 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
     lines = []
     for name, master in scene.masters().items():
         contact = scene.contact[name]
-        pair = (_surface(scene, contact.body, contact.interface), _surface(scene, master.body, master.interface))
-        if None in pair or any(shape["kind"] != "cylinder" for _, shape in pair):
+        slave = _surface(scene, contact.body, contact.interface)
+        over = _surface(scene, master.body, master.interface)
+        if slave is None or over is None or {slave[1]["kind"], over[1]["kind"]} != {"cylinder"}:
             continue
-        lines += _clearance(scene, folder, name, *pair)
-        lines += _travel(scene, name, *pair)
+        lines += _clearance(scene, folder, name, slave, over)
+        lines += _travel(scene, name, slave, over)
     for name, joint in scene.joint.items():
         held = _surface(scene, joint.body, joint.interface)
         if held is None or "origin" not in held[1]:
@@ -48,10 +49,11 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
 def _surface(scene: "SceneFile", body: str, interface: str) -> tuple[Interface, dict[str, Any]] | None:
     """Return an interface and the true shape of its surface, where they are known."""
     component = scene.component.get(scene.component_of(body))
-    if component is None or interface not in component.interface or not hasattr(component.geometry, "surface_shapes"):
+    shapes_of = getattr(component.geometry, "surface_shapes", None) if component is not None else None
+    if component is None or interface not in component.interface or shapes_of is None:
         return None
     item = component.interface[interface]
-    shape = component.geometry.surface_shapes().get(item.surface)
+    shape = shapes_of().get(item.surface)
     return None if shape is None else (item, shape)
 
 
@@ -75,7 +77,7 @@ def _clearance(
     z, theta = np.meshgrid(np.linspace(bottom, top, HEIGHTS), angles, indexing="ij")
     deviation = np.full(z.size, change.offset)
     if table is not None:
-        deviation += table(z.ravel(), theta.ravel())
+        deviation += table.linear(z.ravel(), theta.ravel())
     aside = np.asarray(scene.body[contact.body].position) - scene.body[scene.masters()[name].body].position
     out = aside[0] * np.cos(theta.ravel()) + aside[1] * np.sin(theta.ravel())
     clearance = bore - radius - deviation - out
@@ -100,7 +102,8 @@ def _travel(
     held = _surface(scene, contact.body, joint.interface) if joint is not None else None
     over = scene.masters()[name]
     geometry = scene.component[scene.component_of(over.body)].geometry
-    span = master[0].height or ((0.0, geometry.length) if hasattr(geometry, "length") else None)
+    length = getattr(geometry, "length", None)
+    span = master[0].height or ((0.0, float(length)) if length is not None else None)
     if joint is None or held is None or slave[0].height is None or span is None:
         return []
     along, lateral = joint.axes

@@ -17,7 +17,7 @@ from pipeline.component import Component, Profile
 from pipeline.errors import InputError
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
-CODE_VERSIONS = {"mesh": 1, "modes": 1, "morph": 1, "solve": 1, "plot": 1, "nodal": 1}
+CODE_VERSIONS = {"mesh": 1, "modes": 1, "morph": 1, "solve": 2, "plot": 2, "nodal": 2}
 """Raised whenever a stage's code changes what it makes of the same inputs."""
 LIBRARIES = {
     "mesh": ("gmsh", "meshio", "numpy"),
@@ -63,6 +63,7 @@ def component_products(name: str, component: Component, folder: Path) -> dict[st
             "mesh": mesh.key,
             "material": component.material.model_dump(mode="json"),
             "interface": {key: item.model_dump(mode="json") for key, item in component.interface.items()},
+            "supports": sorted(set(component.supports)),
             "modes": component.modes.model_dump(mode="json"),
         },
     )  # fmt: skip
@@ -101,9 +102,14 @@ def nodal_product(
     return _product("nodal", name, "nodal", {"scene": dict(dynamics), "bodies": shapes, "step": step})
 
 
-def plot_inputs(trajectory_key: str) -> dict[str, Any]:
-    """Return everything that the pictures depend on."""
-    return {"trajectory": trajectory_key, "code": CODE_VERSIONS["plot"], "libraries": _versions("plot")}
+def plot_inputs(trajectory_key: str, compared: Mapping[str, str]) -> dict[str, Any]:
+    """Return everything that the pictures depend on.
+
+    Args:
+        compared: What else they show: keys of other trajectories by their names.
+    """
+    inputs = {"trajectory": trajectory_key, "code": CODE_VERSIONS["plot"], "libraries": _versions("plot")}
+    return inputs | ({"compare": dict(compared)} if compared else {})
 
 
 def table_path(profile: Profile, folder: Path, name: str) -> Path | None:
@@ -150,26 +156,32 @@ def _geometry(component: Component, folder: Path, name: str) -> dict[str, Any]:
 
 
 def _profile(component: Component, folder: Path, name: str) -> dict[str, Any]:
-    path = table_path(component.change.profile, folder, name)
-    if path is None:
-        return {}
     profile = component.change.profile
-    return {"table": file_digest(path), "surface": profile_surface(component, name), "scale": profile.scale}
+    path = table_path(profile, folder, name)
+    if path is None and profile.offset == 0:
+        return {}
+    inputs = {"surface": profile_surface(component, name), "offset": profile.offset}
+    return inputs if path is None else inputs | {"table": file_digest(path), "scale": profile.scale}
 
 
 def profile_surface(component: Component, name: str) -> str:
     """Return the surface that a component's profile moves.
 
     Raises:
-        InputError: none is named and there is no interface to take it from.
+        InputError: none is named and there is no interface to take it from, or it carries a traction space.
     """
-    if component.change.profile.surface is not None:
-        return component.change.profile.surface
-    if not component.interface:
-        raise InputError(
-            f"component.{name}.change.profile.surface: is missing, and the component has no interface to take it from"
-        )
-    return next(iter(component.interface.values())).surface
+    where, surface = f"component.{name}.change.profile.surface", component.change.profile.surface
+    if surface is None:
+        if not component.interface:
+            raise InputError(f"{where}: is missing, and the component has no interface to take it from")
+        surface = next(iter(component.interface.values())).surface
+    for key, interface in component.interface.items():
+        if interface.kind == "traction" and interface.surface == surface:
+            raise InputError(
+                f"{where}: a traction space stands on the basic surface '{surface}' (interface.{key}), which a profile"
+                " must not move; give the profile to the body that slides over it"
+            )
+    return surface
 
 
 def _versions(stage: str) -> dict[str, str]:

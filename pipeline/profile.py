@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline, make_interp_spline
 
 from pipeline.errors import InputError
 
@@ -35,6 +34,8 @@ class ProfileTable:
         Raises:
             InputError: a point lies above or below the table.
         """
+        from scipy.interpolate import RectBivariateSpline, make_interp_spline
+
         low, high = self.heights[0] - HEIGHT_MARGIN, self.heights[-1] + HEIGHT_MARGIN
         if height.min() < low or height.max() > high:
             raise InputError(
@@ -50,6 +51,23 @@ class ProfileTable:
         spline = RectBivariateSpline(self.heights, angles, deviations, kx=degree, ky=3)
         return spline.ev(height, turned)
 
+    def linear(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """Interpolate linearly at points (k,), the nearest height beyond the table; quick, for checks."""
+        turned = self.angles[0] + np.mod(angle - self.angles[0], 2 * np.pi)
+        height = np.clip(height, self.heights[0], self.heights[-1])
+        upper = np.clip(np.searchsorted(self.heights, height), 1, len(self.heights) - 1)
+        share = (height - self.heights[upper - 1]) / (self.heights[upper] - self.heights[upper - 1])
+        if len(self.angles) == 1:
+            rows = self.deviations[:, 0]
+            return (1 - share) * rows[upper - 1] + share * rows[upper]
+        right = np.clip(np.searchsorted(self.angles, turned), 1, len(self.angles) - 1)
+        side = (turned - self.angles[right - 1]) / (self.angles[right] - self.angles[right - 1])
+        at = [
+            (1 - side) * self.deviations[row, right - 1] + side * self.deviations[row, right]
+            for row in (upper - 1, upper)
+        ]
+        return (1 - share) * at[0] + share * at[1]
+
     def _wrapped(self) -> tuple[np.ndarray, np.ndarray]:
         a, d, turn = self.angles, self.deviations, 2 * np.pi
         width = min(WRAPPED, len(a) - 1)
@@ -57,8 +75,23 @@ class ProfileTable:
         return angles, np.column_stack([d[:, -1 - width : -1], d, d[:, 1 : 1 + width]])
 
 
-def read_profile(path: Path, scale: float = 1.0) -> ProfileTable:
+@dataclass(frozen=True)
+class UniformProfile:
+    """The same deviation [m] everywhere."""
+
+    deviation: float
+
+    def __call__(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """Return it at points (k,)."""
+        return np.full(np.broadcast(height, angle).shape, self.deviation)
+
+
+def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> ProfileTable:
     """Read a profile table.
+
+    Args:
+        scale: Factor on the table's deviations.
+        offset: Deviation on top of that everywhere [m].
 
     Raises:
         InputError: the file is missing or cut off, a value is no number, or the grid is not as it must be.
@@ -78,7 +111,7 @@ def read_profile(path: Path, scale: float = 1.0) -> ProfileTable:
             )
     angles = np.radians([_number(cell, path, 1) for cell in rows[0][1:]])
     values = np.array([[_number(cell, path, n) for cell in row] for n, row in enumerate(rows[1:], 2)])
-    table = ProfileTable(values[:, 0], angles, scale * values[:, 1:], str(path))
+    table = ProfileTable(values[:, 0], angles, scale * values[:, 1:] + offset, str(path))
     _check_grid(table)
     return table
 

@@ -1,7 +1,7 @@
 """Where a report's truth comes from: the nodal synthesis on the same mesh, or an exact pulse."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from pipeline.filters import hann_filter, resample_mean
 from pipeline.nodal import simulate_nodal
 from pipeline.nodal_scene import nodal_problem
 from pipeline.products import find_file, nodal_product
-from pipeline.stages import Job
+from pipeline.stages import Job, obstacle_of
 
 GRID = 4000
 """Intervals of the common time grid on which forces are compared."""
@@ -50,14 +50,19 @@ def smooth(times: np.ndarray, force: np.ndarray, grid: np.ndarray, window: float
     return hann_filter(grid[1:], means, window) if window > 0 else means
 
 
+def stacked(run: NodalRecord, contacts: Iterable[str]) -> np.ndarray:
+    """Return the forces of some contacts of a nodal run side by side [N], (s, 3 k)."""
+    return np.column_stack([run.forces[name] for name in contacts])
+
+
 def reference_of(job: Job, nodal: list[NodalRecord]) -> ForceReference | None:
     """Return the reference force of a scene, or None where it names none."""
     report = job.scene.report
     grid = np.linspace(0.0, job.scene.run.duration, GRID + 1)
     if nodal:
         finest = nodal[-1]
-        impulse = float(np.linalg.norm(finest.step * finest.force.sum(axis=0)))
-        force = smooth(finest.times, finest.force, grid, report.window)
+        impulse = float(np.linalg.norm(finest.step * stacked(finest, job.scene.contact).sum(axis=0)))
+        force = smooth(finest.times, stacked(finest, job.scene.contact), grid, report.window)
         return ForceReference(f"nodal synthesis at {finest.step * 1e6:g} µs", grid, force, impulse, report.window)
     if report.pulse is None or report.reference is None:
         return None
@@ -67,8 +72,8 @@ def reference_of(job: Job, nodal: list[NodalRecord]) -> ForceReference | None:
         height, duration = (float(expected[n]["value"]) for n in (report.pulse.height, report.pulse.duration))
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: not a reference file with the values of report.pulse ({error})") from error
-    contact = next(iter(job.scene.contact.values()))
-    direction = contact.against.direction(np.zeros((1, 3)))[0]
+    against = next(iter(job.scene.contact.values())).against.model_dump()
+    direction = obstacle_of(against).direction(np.zeros((1, 3)))[0]
     exact = np.outer(np.full(2, height) * [1, 0], direction)
     means = resample_mean(np.array([0.0, duration, max(grid[-1], duration * (1 + 1e-9))]), exact, grid)
     force = hann_filter(grid[1:], means, report.window) if report.window > 0 else means

@@ -16,8 +16,9 @@ import numpy as np
 
 import modaldb
 from modaldb.schema import NodalRecord, Trajectory, WorkPrecision
+from pipeline.cycle_report import cycle_errors
 from pipeline.errors import InputError
-from pipeline.reference import GRID, ForceReference, nodal_runs, reference_of, smooth
+from pipeline.reference import GRID, ForceReference, nodal_runs, reference_of, smooth, stacked
 from pipeline.scenefile import named
 from pipeline.stages import Job, SceneError, run_job, variant
 from pipeline.summary import reference_values
@@ -37,14 +38,15 @@ def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
     Returns:
         The document of `report.json`.
     """
-    run_job(job, "mesh", progress)
+    run_job(job, "morph", progress)
     nodal = nodal_runs(job, progress)
     reference = reference_of(job, nodal)
-    rows = [_nodal_row(run, reference) for run in nodal]
+    finest = nodal[-1] if nodal and job.scene.joint else None
+    rows = [_nodal_row(job, run, reference, finest) for run in nodal]
     models = job.scene.report.models or {"as in the scene": {}}
     for number, (name, changes) in enumerate(models.items()):
         progress(f"model {number + 1} of {len(models)}", number / len(models))
-        rows.append(_model_row(name, variant(job, changes), reference, repeat))
+        rows.append(_model_row(name, variant(job, changes), reference, finest, repeat))
     document = {
         "scene": job.name,
         "reference": reference.source if reference else None,
@@ -77,6 +79,7 @@ def table_text(document: dict[str, Any]) -> str:
         f" {row['energy_drift']:.0e} | {row['steps']:,} | {row['wall_seconds']:.3g} s |"
         for row in document["rows"]
     ]
+    lines += _cycle_table(document["rows"])
     if document["changes"]:
         lines += [
             "",
@@ -93,15 +96,35 @@ def table_text(document: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _nodal_row(run: NodalRecord, reference: ForceReference | None) -> WorkPrecision:
-    impulse, force = reference.errors(run.times, run.force) if reference else (float("nan"), float("nan"))
+def _cycle_table(rows: list[dict[str, Any]]) -> list[str]:
+    """Return the errors over a cycle, of the runs that have them."""
+    names = ("slap impulse", "energy lost", "force", "liner displacement", "slap time")
+    chosen = [row for row in rows if set(names) <= row["errors"].keys()]
+    if not chosen:
+        return []
+    lines = ["", f"| model | {' | '.join(names)} |", "|---" * (len(names) + 1) + "|"]
+    for row in chosen:
+        values = " | ".join(f"{row['errors'][name]:.2%}" for name in names)
+        lines.append(f"| {row['model']} | {values} |")
+    return lines
+
+
+def _nodal_row(
+    job: Job, run: NodalRecord, reference: ForceReference | None, finest: NodalRecord | None
+) -> WorkPrecision:
+    impulse, force = (
+        reference.errors(run.times, stacked(run, job.scene.contact)) if reference else (float("nan"), float("nan"))
+    )
     return WorkPrecision(
         f"nodal synthesis, {run.step * 1e6:g} µs", run.coordinates, run.step, len(run.times), impulse, force,
-        run.energy_drift, run.wall_seconds, run.cpu_seconds, {},
+        run.energy_drift, run.wall_seconds, run.cpu_seconds,
+        cycle_errors(job, run, finest) if finest is not None else {},
     )  # fmt: skip
 
 
-def _model_row(name: str, job: Job, reference: ForceReference | None, repeat: int) -> WorkPrecision:
+def _model_row(
+    name: str, job: Job, reference: ForceReference | None, finest: NodalRecord | None, repeat: int
+) -> WorkPrecision:
     with named(job.path, InputError, SceneError):
         expected = reference_values(job.scene.report, job.folder)
         run_job(job, "morph")
@@ -119,7 +142,8 @@ def _model_row(name: str, job: Job, reference: ForceReference | None, repeat: in
     return WorkPrecision(
         name, len(system.velocity), trajectory.counts["step"], trajectory.counts["steps"], impulse, force,
         trajectory.energy_drift, min(walls), min(cpus),
-        {key: trajectory.quantities[key]["value"] / value - 1 for key, value in expected.items()},
+        {key: trajectory.quantities[key]["value"] / value - 1 for key, value in expected.items()}
+        | (cycle_errors(job, trajectory, finest) if finest is not None else {}),
     )  # fmt: skip
 
 
@@ -129,8 +153,7 @@ def _short(job: Job) -> Any:
 
 
 def _force(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    (contact,) = trajectory.contacts.values()
-    return trajectory.times, contact.force
+    return trajectory.times, np.column_stack([contact.force for contact in trajectory.contacts.values()])
 
 
 def _change_row(job: Job, name: str, changes: dict[str, Any], progress: Tell) -> dict[str, Any]:

@@ -39,3 +39,13 @@ class Report(BaseModel):
     changes: dict[str, dict[str, Any]] = Field(
         default={}, description="Name → a design change, as nested tables; reuse is compared with recompute"
     )
+
+
+class Plot(BaseModel):
+    """What the pictures show beside the run itself."""
+
+    model_config = STRICT
+    label: str = Field(default="this run", description="Name of the run itself among the compared ones")
+    compare: dict[str, dict[str, Any]] = Field(
+        default={}, description="Name → changes of the scene, as nested tables; their curves stand in cycle.png"
+    )

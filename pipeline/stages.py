@@ -17,7 +17,7 @@ from modaldb.store import FolderStore
 from pipeline.component import Component
 from pipeline.errors import InputError
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
-from pipeline.reporting import Report
+from pipeline.reporting import Plot, Report
 from pipeline.checks import checked
 from pipeline.scenefile import merge, named, read_tables, scene_path
 from pipeline.status import fresh_pictures, remember, status
@@ -27,7 +27,7 @@ from solver.obstacles import Obstacle
 from solver.result import Result
 from solver.scene import Body, Scene
 
-__all__ = ["Job", "RunReport", "SceneError", "SolverError", "export", "open_job", "plan", "run", "run_job", "status"]
+__all__ = ["Job", "RunReport", "SceneError", "SolverError", "open_job", "plan", "run", "run_job", "status"]
 
 EDGE_SHARE = 1e-3
 """Share of a contact's impulse at the edge of its interface from which a run says so."""
@@ -45,6 +45,7 @@ class SceneFile(Scene):
 
     component: dict[str, Component]
     report: Report = Report()
+    plot: Plot = Plot()
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,15 @@ class Job:
                 for name, component in self.scene.component.items()
                 if name in used
             }
+
+    def compared(self) -> dict[str, "Job"]:
+        """Return the runs that the pictures compare this one with."""
+        return {name: variant(self, changes) for name, changes in self.scene.plot.compare.items()}
+
+    def pictures(self) -> dict[str, Any]:
+        """Return everything that the pictures depend on."""
+        others = {name: job.trajectory().key for name, job in self.compared().items()}
+        return plot_inputs(self.trajectory().key, others | {"": self.scene.plot.label} if others else {})
 
     def dynamics(self) -> dict[str, Any]:
         """Return the solver's part of the scene, as JSON."""
@@ -198,7 +208,7 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
         stages["solve"], summary = _solve_stage(job, tell)
     pictures, notes, outcome = [], [], Result[summary["result"]]
     if "plot" in wanted and outcome is not Result.DIVERGED:
-        stages["plot"], pictures, notes = _plot_stage(job, stages["solve"].key, tell)
+        stages["plot"], pictures, notes = _plot_stage(job, tell)
     remember(job, wanted)
     notes += _edge_notes(job, summary["quantities"])
     return RunReport(
@@ -252,27 +262,6 @@ def twists_from(morph: MorphRecord, settings: Mapping[str, Any], name: str) -> "
     from solver.body import free_twists as twists_of
 
     return twists_of(morph, Body.model_validate(settings), name)
-
-
-def export(job: Job, what: str, every: int) -> list[Path]:
-    """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder."""
-    from pipeline.exporters import EXPORTERS
-
-    run_job(job, "modes" if what == "modes" else "solve")
-    files, exporter = [], EXPORTERS["vtu"]
-    for body in job.scene.body:
-        steps = job.components()[job.scene.component_of(body)]
-        mesh = job.store.get(steps["mesh"].key, "mesh")
-        modal = job.store.get(steps["modes"].key, "modes")
-        if what == "modes":
-            target = job.out / "vtu" / f"{body}-modes.vtu"
-            exporter.write_modes(target, mesh, modal, None)
-            files.append(target)
-        else:
-            morph = job.store.get(steps["morph"].key, "morph")
-            trajectory = job.store.get(job.trajectory().key, "trajectory")
-            files += exporter.write_trajectory(job.out / "vtu" / body, mesh, modal, morph, trajectory, body, every)
-    return files
 
 
 def _field_bytes(store: FolderStore, keys: dict[str, str], path: str) -> int | None:
@@ -333,17 +322,9 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
 def _solve_stage(job: Job, tell: Progress) -> tuple[StageReport, dict[str, Any]]:
     from pipeline.summary import read_summary, reference_values, write_summary
 
-    start, product, ran = time.perf_counter(), job.trajectory(), False
+    start, product = time.perf_counter(), job.trajectory()
     expected = reference_values(job.scene.report, job.folder)
-    if not job.store.has(product.key):
-        from solver.simulation import simulate
-        from solver.system import compile_system
-
-        tell("solve", 0.0)
-        morphs = {name: steps["morph"].key for name, steps in job.components().items()}
-        trajectory = simulate(compile_system(job.store, job.scene, morphs), lambda share: tell("solve", share))
-        job.store.put(product.key, product.kind, trajectory, product.inputs)
-        ran = True
+    ran = _trajectory(job, tell)
     summary = read_summary(job.out, product.key, expected)
     if summary is None:
         copy_file(job.store.path(product.key), job.out / "trajectory.h5")
@@ -353,15 +334,36 @@ def _solve_stage(job: Job, tell: Progress) -> tuple[StageReport, dict[str, Any]]
     return StageReport("ran" if ran else "fresh", time.perf_counter() - start, product.key), summary
 
 
-def _plot_stage(job: Job, trajectory: str, tell: Progress) -> tuple[StageReport, list[str], list[str]]:
+def _trajectory(job: Job, tell: Progress) -> bool:
+    """Run the solver unless its trajectory stands in the database; returns whether it ran."""
+    product = job.trajectory()
+    if job.store.has(product.key):
+        return False
+    from solver.simulation import simulate
+    from solver.system import compile_system
+
+    tell("solve", 0.0)
+    morphs = {name: steps["morph"].key for name, steps in job.components().items()}
+    trajectory = simulate(compile_system(job.store, job.scene, morphs), lambda share: tell("solve", share))
+    job.store.put(product.key, product.kind, trajectory, product.inputs)
+    return True
+
+
+def _plot_stage(job: Job, tell: Progress) -> tuple[StageReport, list[str], list[str]]:
     start = time.perf_counter()
-    key = content_key(plot_inputs(trajectory))
+    key = content_key(job.pictures())
     if (pictures := fresh_pictures(job, key)) is not None:
         return StageReport("fresh", time.perf_counter() - start, key), pictures, []
     from pipeline.plots import render
 
+    compare = {job.scene.plot.label: job.trajectory().key}
+    for name, other in job.compared().items():
+        for stage in STAGES[:3]:
+            _component_stage(other, stage, tell)
+        _trajectory(other, tell)
+        compare[name] = other.trajectory().key
     tell("plot", 0.0)
-    drawn, notes = render(job.store.root, trajectory, job.out, job.name)
+    drawn, notes = render(job.store.root, job.trajectory().key, job.out, job.name, compare if len(compare) > 1 else {})
     if not notes:
         digests = {path.name: file_digest(path) for path in drawn}
         write_text(job.out / "pictures.json", json.dumps({"key": key, "files": digests}, indent=1))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from modaldb.keys import content_key, differences, file_digest
-from pipeline.products import STAGES, Product, combined, plot_inputs
+from pipeline.products import STAGES, Product, combined
 from pipeline.textfile import write_text
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def status(job: "Job") -> list[tuple[str, str, str, list[str]]]:
         why = [line for place, product in missing.items() for line in _reasons(last.get(place), product)]
         keys = list(dict.fromkeys(product.key for product in products.values()))
         rows.append((stage, "stale" if missing else "fresh", combined(keys), why))
-    key = content_key(plot_inputs(rows[-1][2]))
+    key = content_key(job.pictures())
     fresh = rows[-1][1] == "fresh" and fresh_pictures(job, key) is not None
     why = [] if fresh else ["pictures are missing or show another result"]
     return [*rows, ("plot", "fresh" if fresh else "stale", key, why)]

@@ -82,10 +82,11 @@ def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> Tracti
     least = LEAST_SHARE * float(grid.spacing.prod())
     if areas.min() < least:
         i, j = divmod(int(areas.argmin()), int(grid.counts[1]))
+        limits = "sector_deg and height" if grid.chart["kind"] == "cylinder" else "extent"
         at = grid.start + (np.array([i, j]) - 1) * grid.spacing
         raise InputError(
             f"{where}: {int((areas < least).sum())} functions of the traction space find no surface, such as the one at"
-            f" ({at[0]:.4g}, {at[1]:.4g}) m across and along; keep the space within '{interface.surface}'"
+            f" ({at[0]:.4g}, {at[1]:.4g}) m across and along; keep {limits} within '{interface.surface}'"
         )
     scale = sparse.diags(1 / areas)
     return TractionSpace(
@@ -170,9 +171,7 @@ def _cylinder(
     return chart, np.array([-half, low]), np.array([half, high])
 
 
-def _plane(
-    mesh: MeshRecord, surface: Surface, interface: Interface, where: str
-) -> tuple[Json, np.ndarray, np.ndarray]:
+def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> tuple[Json, np.ndarray, np.ndarray]:
     """Return chart, least and largest coordinates of a space on a plane; across × along is the outward normal."""
     for name in ("sector_deg", "height"):
         if getattr(interface, name) is not None:
@@ -202,9 +201,7 @@ def _plane(
     return chart, coordinates.min(axis=0), coordinates.max(axis=0)
 
 
-def _integrals(
-    mesh: MeshRecord, surface: Surface, grid: _Grid
-) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
+def _integrals(mesh: MeshRecord, surface: Surface, grid: _Grid) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
     """Integrate over the facets: ∫ N_a dA (f,), ∫ N_a n N_b dA (f, 3n), and force and moment of N_a n (f, 6)."""
     corners = mesh.nodes[surface.facets[:, :3]]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
@@ -229,7 +226,7 @@ def _near(nodes: np.ndarray, grid: _Grid, edge: float) -> np.ndarray:
     """Return which nodes may belong to a facet on which some function is not zero, (n,)."""
     coordinates, margin = chart_coordinates(grid.chart, nodes), 3 * grid.spacing + edge
     end = grid.start + grid.spacing * (grid.counts - 3)
-    return ((coordinates > grid.start - margin) & (coordinates < end + margin)).all(axis=1)
+    return np.all((coordinates > grid.start - margin) & (coordinates < end + margin), axis=1)
 
 
 def _displacements(N: np.ndarray, facets: np.ndarray, elements: np.ndarray, size: int) -> sparse.csr_matrix:

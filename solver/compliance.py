@@ -79,19 +79,21 @@ def prepare(matrix, i):  # type: ignore[no-untyped-def]
                 last = space[k, 0] + matrix.window[k, 1] * space[k, 1]
                 for g in range(first, last):
                     image[g] += weight * source[g]
-    for j in range(len(row)):
-        row[j] += sample(image, space[contact[j]], place[j], across[j], along[j])
+    gather(matrix.space, contact, place, across, along, image, 1.0, row)
 
 
 @inner
-def sample(field, space, place, across, along):  # type: ignore[no-untyped-def]
-    """Value of a field of functions at one point, 0 outside of the space."""
-    if place[1] < 0:
-        return 0.0
-    total = 0.0
-    for b in range(4):
-        f = space[0] + (place[1] + b) * space[1] + place[0]
-        total += along[b] * (
-            across[0] * field[f] + across[1] * field[f + 1] + across[2] * field[f + 2] + across[3] * field[f + 3]
-        )
-    return total
+def gather(space, contact, place, across, along, field, sign, out):  # type: ignore[no-untyped-def]
+    """Add sign · N field to `out`, (c,): the field of functions at every point, nothing beyond its space."""
+    # Scalars only: a slice of an array costs more than the sixteen products.
+    for i in range(len(out)):
+        if place[i, 1] >= 0:
+            k = contact[i]
+            f = space[k, 0] + place[i, 1] * space[k, 1] + place[i, 0]
+            total = 0.0
+            for b in range(4):
+                part = across[i, 0] * field[f] + across[i, 1] * field[f + 1]
+                part += across[i, 2] * field[f + 2] + across[i, 3] * field[f + 3]
+                total += along[i, b] * part
+                f += space[k, 1]
+            out[i] += sign * total

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solver.compliance import inner, sample
+from solver.compliance import inner
 from solver.lcp import append
 
 MARGIN = 4
@@ -157,15 +157,6 @@ def image_of(matrix, onto, image):  # type: ignore[no-untyped-def]
 
 
 @inner
-def gather(matrix, contact, place, along, field, sign, out):  # type: ignore[no-untyped-def]
-    """Add sign · N field to `out`, (c,)."""
-    space, across = matrix.space, matrix.across
-    for i in range(len(out)):
-        if place[i, 1] >= 0:
-            out[i] += sign * sample(field, space[contact[i]], place[i], across[i], along[i])
-
-
-@inner
 def drag_along(points, masters, matrix):  # type: ignore[no-untyped-def]
     """Force of each deformed master along the way of sliding, λ̄ᵀ ΔN e / Δσ; it acts in the next step."""
     drag, way, contact, force = masters.drag, masters.way, points.contact, points.multipliers
@@ -175,6 +166,11 @@ def drag_along(points, masters, matrix):  # type: ignore[no-untyped-def]
     for i in range(len(force)):
         k = contact[i]
         if force[i] != 0.0 and way[k] != 0.0 and old_place[i, 1] >= 0 and place[i, 1] >= 0:
-            after = sample(inward, space[k], place[i], across[i], along[i])
-            before = sample(inward, space[k], old_place[i], across[i], old_along[i])
-            drag[k] += force[i] * (after - before) / way[k]
+            change, width = 0.0, space[k, 1]
+            now = space[k, 0] + place[i, 1] * width + place[i, 0]
+            then = space[k, 0] + old_place[i, 1] * width + place[i, 0]
+            for b in range(4):
+                for a in range(4):
+                    change += along[i, b] * across[i, a] * inward[now + b * width + a]
+                    change -= old_along[i, b] * across[i, a] * inward[then + b * width + a]
+            drag[k] += force[i] * change / way[k]

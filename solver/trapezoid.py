@@ -17,13 +17,12 @@ import numpy as np
 from numba import njit
 
 from solver.books import balance, exchange, load_work, relax
-from solver.compliance import FAST, inner
+from solver.compliance import FAST, gather, inner
 from solver.lcp import solve_lcp
 from solver.rods import adjust, aim, hold
 from solver.sliding import (
     drag_along,
     follow,
-    gather,
     image_of,
     move_masters,
     push_masters,
@@ -164,7 +163,7 @@ def _free_gaps(modes, points, masters, matrix, loads):  # type: ignore[no-untype
         for i in range(len(free)):
             free[i] += columns[k, i] * amount
     if len(masters.stress) > 0:
-        gather(matrix, contact, place, masters.along, masters.inward, 1.0, free)
+        gather(matrix.space, contact, place, matrix.across, masters.along, masters.inward, 1.0, free)
         for i in range(len(free)):
             if matrix.space[contact[i], 2] > 0 and place[i, 1] < 0:
                 free[i] = FAR
@@ -190,11 +189,11 @@ def _catch_up(points, masters, matrix):  # type: ignore[no-untyped-def]
     scatter(matrix, contact, masters.old_place, masters.old_along, guess, 0.5, onto)
     scatter(matrix, contact, masters.place, masters.along, guess, 0.5, onto)
     image_of(matrix, onto, work)
-    gather(matrix, contact, masters.place, masters.along, work, 1.0, points.shifted)
+    gather(matrix.space, contact, masters.place, matrix.across, masters.along, work, 1.0, points.shifted)
     onto[:] = 0.0
     scatter(matrix, contact, matrix.place, matrix.along, guess, 1.0, onto)
     image_of(matrix, onto, work)
-    gather(matrix, contact, matrix.place, matrix.along, work, -1.0, points.shifted)
+    gather(matrix.space, contact, matrix.place, matrix.across, matrix.along, work, -1.0, points.shifted)
 
 
 @inner

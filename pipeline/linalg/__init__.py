@@ -26,7 +26,7 @@ class Factor(Protocol):
         ...
 
 
-BACKENDS: dict[str, Callable[[sparse.csr_matrix], Factor]] = {"pardiso": PardisoFactor, "superlu": SuperLUFactor}
+BACKENDS: dict[str, Callable[[sparse.csr_matrix, bool], Factor]] = {"pardiso": PardisoFactor, "superlu": SuperLUFactor}
 
 
 def available_backend() -> str:
@@ -34,8 +34,12 @@ def available_backend() -> str:
     return "superlu" if find_library() is None else "pardiso"
 
 
-def factorise(matrix: sparse.spmatrix) -> Factor:
-    """Factorise a sparse symmetric matrix, definite or not, given in full."""
+def factorise(matrix: sparse.spmatrix, definite: bool = False) -> Factor:
+    """Factorise a sparse symmetric matrix given in full.
+
+    Args:
+        definite: Whether it is known to be positive definite; a definite one has no negative pivots to count.
+    """
     rows = sparse.csr_matrix(matrix)
     rows.sort_indices()
-    return BACKENDS[available_backend()](rows)
+    return BACKENDS[available_backend()](rows, definite)

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from pipeline.errors import StageError
 
-SYMMETRIC_INDEFINITE = -2
+SYMMETRIC_INDEFINITE, POSITIVE_DEFINITE = -2, 2
 ANALYSE_AND_FACTORISE, SOLVE, RELEASE = 12, 33, -1
 NEGATIVE_EIGENVALUES = 22
 SETTINGS = {0: 1, 1: 2, 9: 8, 20: 1, 34: 1}
@@ -25,12 +25,14 @@ class PardisoFactor:
 
     Args:
         matrix: The whole symmetric matrix, (n, n), sorted rows; its upper triangle is used.
+        definite: Whether it is positive definite: Cholesky, whose solves are a third faster.
 
     Raises:
         StageError: PARDISO refused the matrix.
     """
 
-    def __init__(self, matrix: sparse.csr_matrix) -> None:
+    def __init__(self, matrix: sparse.csr_matrix, definite: bool = False) -> None:
+        self._type = POSITIVE_DEFINITE if definite else SYMMETRIC_INDEFINITE
         upper = sparse.csr_matrix(sparse.triu(matrix))
         upper.sort_indices()
         self._values = np.ascontiguousarray(upper.data, dtype=float)
@@ -68,7 +70,7 @@ class PardisoFactor:
         threads = 1 if phase == SOLVE and loads.shape[1] < ONE_THREAD_BELOW else 0
         previous = library.MKL_Set_Num_Threads_Local(threads)
         library.pardiso(
-            self._handle.ctypes, whole(1), whole(1), whole(SYMMETRIC_INDEFINITE), whole(phase), whole(self._size),
+            self._handle.ctypes, whole(1), whole(1), whole(self._type), whole(phase), whole(self._size),
             self._values.ctypes, self._starts.ctypes, self._columns.ctypes, whole(0), whole(loads.shape[1]),
             self._iparm.ctypes, whole(0), loads.ctypes, answer.ctypes, ctypes.byref(error),
         )  # fmt: skip

@@ -10,9 +10,10 @@ class SuperLUFactor:
 
     Args:
         matrix: The whole symmetric matrix, (n, n).
+        definite: Whether it is positive definite; makes no difference here.
     """
 
-    def __init__(self, matrix: sparse.csr_matrix) -> None:
+    def __init__(self, matrix: sparse.csr_matrix, definite: bool = False) -> None:
         self._lu = splu(
             sparse.csc_matrix(matrix),
             permc_spec="MMD_AT_PLUS_A",

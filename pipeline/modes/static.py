@@ -54,9 +54,7 @@ class StaticShapes:
     """Nearly dependent directions that the rank test dropped."""
 
 
-def residual_shapes(
-    model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray
-) -> Residual:
+def residual_shapes(model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray) -> Residual:
     """Return what the normal modes lack under unit forces on the rows of B and under pressure fields.
 
     Args:
@@ -84,8 +82,6 @@ def residual_shapes(
         fields[free] += X @ pressures[rows]
     fields -= rigid @ (M_rigid.T @ fields)
     fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
-    # Once more: what is left can be a thousandth of what was taken out, and its round-off shows.
-    fields -= normal.Phi @ (normal.Phi.T @ (model.M @ fields))
     factor.free()
     whole = R.diagonal() + (kept**2).sum(axis=1)
     scale = np.sqrt(np.where(whole > 0, whole, 1.0))
@@ -95,9 +91,7 @@ def residual_shapes(
     return Residual(0.5 * (R + R.T), scale, fields)
 
 
-def static_shapes(
-    model: FEModel, B: sparse.csr_matrix, residual: Residual, pressures: np.ndarray
-) -> StaticShapes:
+def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual, pressures: np.ndarray) -> StaticShapes:
     """Turn the residual shapes under given pressure fields into M-orthonormal coordinates of their own.
 
     Within the span of W·pressures the Ritz problem (pᵀ R p) y = θ (pᵀ Wᵀ M W p) y makes them diagonal in M and K.

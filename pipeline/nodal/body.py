@@ -46,7 +46,7 @@ class MovingBody:
         self._Phi = np.column_stack([rigid, held])
         self._MPhi = np.asarray(body.M @ self._Phi)
         self._check_rigid(body.name)
-        self._factor = factorise(body.M + self.alpha * body.K)
+        self._factor = factorise(body.M + self.alpha * body.K, definite=True)
         self._ports, self._columns = ports, sparse.csr_matrix(ports.T)
         self._ports_all = np.asarray(ports @ self._Phi)
         self.ports_rigid = np.ascontiguousarray(self._ports_all[:, : self.rigid_count])

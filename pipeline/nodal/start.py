@@ -52,8 +52,8 @@ def gravity(model: FEModel, field: np.ndarray) -> NodalLoad:
 def static_start(problem: NodalProblem, step: float) -> NodalProblem:
     """Deform the slave as its loads, its inertia and the rod hold it at the start, contact left out.
 
-    K u = f − M a with a the rigid acceleration under loads and rod; the slave is then shifted along, with its velocity,
-    so that the rod has its length and keeps it.
+    K u = f − M a with a the rigid acceleration under loads and rod. Before and after, the slave is shifted along, with
+    its velocity, so that the rod has its length and keeps it: neither needs to be given.
 
     Args:
         step: Interval over which the loads' first mean and the crank pin's first acceleration are taken [s].
@@ -66,6 +66,7 @@ def static_start(problem: NodalProblem, step: float) -> NodalProblem:
     for load in slave.loads:
         force += load.mean(interval)[0] * load.row
     if rod is not None:
+        displacement, velocity = _fit_rod(slave, rod, displacement, velocity)
         force += _rod_force(slave, rod, displacement, velocity, force, interval) @ rod.rows
     displacement = displacement + _deformation(slave, force)
     if rod is not None:
@@ -109,7 +110,7 @@ def _deformation(body: NodalBody, force: np.ndarray) -> np.ndarray:
     if Phi.shape[1]:
         kept[qr(Phi.T, mode="r", pivoting=True)[1][: Phi.shape[1]]] = False
     free = np.flatnonzero(kept)
-    factor = factorise(body.K[free][:, free])
+    factor = factorise(body.K[free][:, free], definite=True)
     u = np.zeros(len(force))
     u[free] = factor.solve((force - MPhi @ (Phi.T @ force))[free])
     factor.free()

@@ -10,8 +10,9 @@ import signal
 import subprocess
 import sys
 import uuid
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from pipeline.errors import InputError
 
@@ -29,14 +30,36 @@ PLOTS: dict[str, dict[str, str]] = {
 }
 """Name → drawing function; each group has a child process of its own, so that a crash in one spares the other."""
 
-FILES = ("force.png", "energy.png", "pressure.png", "deformation.png", "impact.mp4")
-"""Names that belong to the pictures; with more than one body or map, its name stands before the dot."""
+DRIVEN: dict[str, dict[str, str]] = {
+    "flat": {
+        "force": "pipeline.plots.cycle_curves:draw_cycle_force",
+        "energy": "pipeline.plots.cycle_curves:draw_cycle_energy",
+        "pressure": "pipeline.plots.pressure:draw_pressure",
+        "cycle": "pipeline.plots.cycle:draw_cycle",
+    },
+    "rendered": {
+        "deformation": "pipeline.plots.assembly:draw_assembly",
+        "movie": "pipeline.plots.cycle_movie:draw_cycle_movie",
+    },
+}
+"""The same for a scene that a joint drives."""
+
+FILES = ("force.png", "energy.png", "pressure.png", "cycle.png", "deformation.png", "impact.mp4", "cycle.mp4")
+"""Names that belong to the pictures; with more than one body or map, its name stands before the dot. A driven scene
+has a cycle instead of an impact."""
 
 CHILD = "pipeline.plots.child"
+ALONE: Mapping[str, str] = MappingProxyType({})
 
 
-def render(store_root: Path, trajectory_key: str, out: Path, scene_name: str) -> tuple[list[Path], list[str]]:
+def render(
+    store_root: Path, trajectory_key: str, out: Path, scene_name: str, compare: Mapping[str, str] = ALONE
+) -> tuple[list[Path], list[str]]:
     """Draw all pictures of a trajectory into a folder.
+
+    Args:
+        compare: Keys of other runs of the same scene, by their labels in `cycle.png`; the trajectory's own key may be
+            among them, with the label that it gets.
 
     Returns:
         The files that were drawn, and a note for each picture that could not be.
@@ -58,6 +81,7 @@ def render(store_root: Path, trajectory_key: str, out: Path, scene_name: str) ->
                 "store": str(store_root.resolve()),
                 "trajectory": trajectory_key,
                 "scene": scene_name,
+                "compare": dict(compare),
                 "out": str(out.resolve()),
                 "scratch": str(scratch.resolve()),
                 "group": group,

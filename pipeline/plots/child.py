@@ -10,7 +10,7 @@ import traceback
 from pathlib import Path
 
 import modaldb
-from pipeline.plots import PLOTS
+from pipeline.plots import DRIVEN, PLOTS
 from pipeline.plots.drawing import Drawing
 
 
@@ -24,8 +24,9 @@ def main(job_path: str) -> None:
         out=Path(job["out"]),
         scratch=Path(job["scratch"]),
         tell=lambda name: _tell("drawn", name),
+        compare=job["compare"],
     )
-    for name, function in PLOTS[job["group"]].items():
+    for name, function in (DRIVEN if drawing.driven else PLOTS)[job["group"]].items():
         module, _, attribute = function.partition(":")
         try:
             getattr(importlib.import_module(module), attribute)(drawing)

@@ -76,10 +76,10 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
 def draw_energy(drawing: Drawing) -> None:
     """Draw kinetic, strain, contact and dissipated energy and their sum over time."""
     trajectory = drawing.trajectory
-    total = trajectory.energies.sum(axis=1)
+    total = balance(trajectory.energies)
     scale, unit = style.prefixed(float(np.abs(total).max()), "J")
     shown, time_name = style.time_unit(float(trajectory.times[-1]))
-    subtitle = f"{drawing.scene_name}  ·  energy drift {_powers(trajectory.energy_drift)} of the energy exchanged"
+    subtitle = f"{drawing.scene_name}  ·  energy drift {powers(trajectory.energy_drift)} of the energy exchanged"
     with style.styled(), drawing.file("energy.png") as path:
         figure = style.new_figure("Energy", subtitle)
         axes = figure.add_axes((0.1, 0.1, 0.865, 0.715))
@@ -95,7 +95,12 @@ def draw_energy(drawing: Drawing) -> None:
         style.save(figure, path)
 
 
-def _powers(value: float) -> str:
+def balance(energies: np.ndarray) -> np.ndarray:
+    """Return what stays constant [J], (s,): all energies less the work of loads, which older records do not have."""
+    return energies[:, :4].sum(axis=1) - energies[:, 4:].sum(axis=1)
+
+
+def powers(value: float) -> str:
     """Return 2.05e-05 as 2.1×10⁻⁵."""
     if value == 0 or not np.isfinite(value):
         return f"{value:g}"

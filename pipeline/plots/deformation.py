@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -130,9 +130,19 @@ def elevation(nodes: np.ndarray, up: np.ndarray, magnitude: np.ndarray) -> float
     return 28.0 if magnitude[upper].mean() >= magnitude[~upper].mean() else -28.0
 
 
-def add_colour_bar(figure: Figure, top: float, label: str, box: tuple[float, float, float, float]) -> None:
+def add_colour_bar(
+    figure: Figure,
+    top: float,
+    label: str,
+    box: tuple[float, float, float, float],
+    colours: Colormap = style.MAGNITUDE,
+    *,
+    beyond: bool = False,
+) -> None:
     """Add the scale of a magnitude from zero to `top`; `box` is left, bottom, width, height in the figure."""
-    bar = figure.colorbar(ScalarMappable(Normalize(0.0, top or 1.0), style.MAGNITUDE), cax=figure.add_axes(box))
+    level = "horizontal" if box[2] > box[3] else "vertical"
+    scale = ScalarMappable(Normalize(0.0, top or 1.0), colours)
+    bar = figure.colorbar(scale, cax=figure.add_axes(box), orientation=level, extend="max" if beyond else "neither")
     bar.outline.set_visible(False)  # type: ignore[operator]
     bar.set_label(label)
 

@@ -2,8 +2,8 @@
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 from modaldb.schema import ContactHistory, MeshRecord, ModalRecord, MorphRecord, Trajectory
 from modaldb.store import FolderStore
 from pipeline.deformation import displacement
+from pipeline.stages import twists_from
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class BodyMotion:
     mesh: MeshRecord
     modal: ModalRecord
     morph: MorphRecord
+    """Its rigid twists are those that the scene leaves the body."""
     nodes: np.ndarray
     """Nodal positions of the design [m], (n, 3)."""
     coordinates: np.ndarray
@@ -40,6 +42,15 @@ class BodyMotion:
         coordinates[: len(self.morph.rigid_twists)] = 0.0
         return displacement(self.nodes, self.morph, self.modal, coordinates)
 
+    def twist(self, frame: int) -> np.ndarray:
+        """Return translation and rotation of the centre of mass [m, rad], (6,)."""
+        return self.coordinates[frame, : len(self.morph.rigid_twists)] @ self.morph.rigid_twists
+
+    def rigid(self, frame: int) -> np.ndarray:
+        """Return the displacement without its elastic part [m], (n, 3)."""
+        twist = self.twist(frame)
+        return twist[:3] + np.cross(twist[3:], self.nodes - self.morph.centre)
+
     def total(self, frame: int) -> np.ndarray:
         """Return the whole displacement from the initial position [m], (n, 3)."""
         return displacement(self.nodes, self.morph, self.modal, self.coordinates[frame])
@@ -56,6 +67,8 @@ class Drawing:
     scratch: Path
     tell: Callable[[str], None]
     """Told the name of each file once it is whole."""
+    compare: Mapping[str, str] = field(default_factory=dict)
+    """Keys of other runs of the same scene, by the label that they get."""
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -70,6 +83,8 @@ class Drawing:
     def body(self, name: str) -> BodyMotion:
         """Read one body's records; the residual flexibility, which may be huge, stays on the disk."""
         morph = self.store.get(self.trajectory.bodies[name], "morph")
+        if (settings := self.scene.get("body", {}).get(name)) is not None:
+            morph = replace(morph, rigid_twists=twists_from(morph, settings, name))
         mesh = self.store.get(morph.mesh_key, "mesh")
         needed = ["shapes", "angular_frequencies", "interfaces"]
         modal = self.store.get(morph.modes_key, "modes", only=needed)
@@ -77,6 +92,11 @@ class Drawing:
         count = len(morph.rigid_twists) + len(modal.angular_frequencies)
         nodes = mesh.nodes if morph.nodes is None else morph.nodes
         return BodyMotion(name, mesh, modal, morph, nodes, self.trajectory.frames[:, first : first + count])
+
+    @property
+    def driven(self) -> bool:
+        """Whether a joint drives the scene: the rigid motion is large, and known beforehand but for what slaps."""
+        return bool(self.trajectory.joints)
 
     def cell_type(self, body: str) -> str:
         """Return a body's kind of cells without reading its mesh."""

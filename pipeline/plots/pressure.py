@@ -1,5 +1,9 @@
-"""`pressure.png`: contact pressure over the unrolled interface, at the strongest contact and as peak over time."""
+"""`pressure.png`: contact pressure over the unrolled interface, at the strongest contact and as peak over time.
 
+A driven scene has one picture, with a panel for each contact at its own strongest moment.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +18,7 @@ from modaldb.schema import InterfaceModes, Surface
 from pipeline.interface import cylindrical
 from pipeline.plots import style
 from pipeline.plots.drawing import Drawing
+from pipeline.plots.drive import drive_of, frame_degrees, hardest_first, shown_angle
 from pipeline.plots.surface import surface_of
 
 LEAST_POINTS = 4
@@ -40,6 +45,12 @@ def draw_pressure(drawing: Drawing) -> None:
         for name, contact in drawing.trajectory.contacts.items()
         if contact.multipliers.shape[1] >= LEAST_POINTS and contact.multipliers.any()
     }
+    if drawing.driven:
+        maps = [found for name in hardest_first(wanted) if (found := _strongest(drawing, name)) is not None]
+        if maps:
+            with style.styled(), drawing.file("pressure.png") as path:
+                style.save(_beside(drawing, maps), path)
+        return
     for name, contact in wanted.items():
         body = drawing.body(contact.body)
         interface = body.modal.interfaces[contact.interface]
@@ -99,6 +110,54 @@ def _picture(drawing: Drawing, name: str, interface: InterfaceModes, plane: Char
     bar = figure.colorbar(images[0], cax=figure.add_axes((0.888, 0.11, 0.018, 0.70)))
     bar.outline.set_visible(False)  # type: ignore[operator]
     bar.set_label(f"contact pressure [{name_of_unit}]")
+    return figure
+
+
+@dataclass(frozen=True)
+class Map:
+    """The pressure of one contact at the frame of its largest force."""
+
+    title: str
+    plane: Chart
+    pressure: np.ndarray
+    """[Pa], (c,)"""
+
+
+def _strongest(drawing: Drawing, name: str) -> Map | None:
+    contact = drawing.trajectory.contacts[name]
+    body, drive = drawing.body(contact.body), drive_of(drawing)
+    interface = body.modal.interfaces[contact.interface]
+    plane = chart(contact.points, surface_of(body.mesh, interface.nodes))
+    if plane is None:
+        return None
+    frame = int(np.argmax(contact.multipliers.sum(axis=1)))
+    areas = interface.areas if contact.areas is None else contact.areas
+    force = float(np.linalg.norm(contact.multipliers[frame] @ interface.normals))
+    angle = shown_angle(drive, float(frame_degrees(drawing, drive)[frame]), 1)
+    title = f"{name}: {style.quantity(force, 'N')} at crank angle {angle}°"
+    return Map(title, plane, contact.multipliers[frame] / areas)
+
+
+def _beside(drawing: Drawing, maps: Sequence[Map]) -> Figure:
+    """Draw maps side by side on one scale of colours."""
+    top = max(float(found.pressure.max()) for found in maps)
+    scale, unit = style.prefixed(top, "Pa")
+    points = sum(len(found.pressure) for found in maps)
+    subtitle = f"{drawing.scene_name}  ·  each contact in the frame of its largest force  ·  {points} contact points"
+    figure = style.new_figure("Contact pressure", subtitle)
+    width = (0.79 - 0.05 * (len(maps) - 1)) / len(maps)
+    images = []
+    for column, found in enumerate(maps):
+        axes = figure.add_axes((0.075 + (width + 0.05) * column, 0.11, width, 0.70))
+        images.append(_map(axes, found.plane, found.pressure * scale, top * scale))
+        peak = f"peak {style.quantity(float(found.pressure.max()), 'Pa')}"
+        axes.set_title(f"{found.title}\n{peak}", loc="left", fontsize=9.5, linespacing=1.5)
+        axes.set_xlabel(found.plane.labels[0])
+        if not column:
+            axes.set_ylabel(found.plane.labels[1])
+    bar = figure.colorbar(images[0], cax=figure.add_axes((0.888, 0.11, 0.018, 0.70)))
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.set_label(f"contact pressure [{unit}]")
     return figure
 
 

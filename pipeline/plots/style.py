@@ -16,6 +16,8 @@ INK, FAINT, GRID, GROUND = "#1f2933", "#66727f", "#e3e8ed", "#f1f3f5"
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5fa8", "#e07a10", "#2b8a57", "#c2302e", "#8a949e"
 MAGNITUDE = ListedColormap(colormaps["viridis"](np.linspace(0.1, 1.0, 256)), "magnitude")
 """Without its darkest part, on which no shading can be seen."""
+AROUND = ListedColormap(colormaps["Blues"](np.linspace(0.06, 0.85, 256)), "around")
+"""Magnitudes on what stands around a body, so that the two are told apart."""
 PRESSURE = "magma_r"
 SIGNED = "RdBu_r"
 
@@ -84,6 +86,11 @@ def digits(value: float) -> str:
         return f"{value:g}"
     decimals = max(0, 2 - int(np.floor(np.log10(abs(value)) + 1e-9)))
     return f"{value:.{decimals}f}"
+
+
+def signed(value: float, decimals: int) -> str:
+    """Return a value as text with a true minus sign."""
+    return f"{value:.{decimals}f}".replace("-", "−")
 
 
 def time_unit(span: float) -> tuple[float, str]:

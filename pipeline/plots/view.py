@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyvista as pv
+from matplotlib.colors import Colormap
 
 from modaldb.schema import Surface
 from pipeline.plots import style
 from pipeline.plots.drawing import BodyMotion, Drawing
 from pipeline.plots.surface import Skin, surface_of
-from pipeline.stages import obstacle_of
+from pipeline.stages import Obstacle, basic_surface, obstacle_of
 
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 """Scale factors are these times a power of ten."""
@@ -85,10 +86,12 @@ def add_lines(plotter: pv.Plotter, mesh: pv.PolyData, *, color: str, line_width:
         plotter.add_mesh(mesh, color=color, line_width=line_width, lighting=False)
 
 
-def add_skin(plotter: pv.Plotter, mesh: pv.PolyData, scalars: str, limit: float) -> None:
+def add_skin(
+    plotter: pv.Plotter, mesh: pv.PolyData, scalars: str, limit: float, colours: Colormap = style.MAGNITUDE
+) -> None:
     """Add a surface coloured by a magnitude from zero to `limit`; its normals are point data."""
     plotter.add_mesh(
-        mesh, scalars=scalars, clim=(0.0, limit or 1.0), cmap=style.MAGNITUDE, n_colors=256, show_scalar_bar=False,
+        mesh, scalars=scalars, clim=(0.0, limit or 1.0), cmap=colours, n_colors=256, show_scalar_bar=False,
         smooth_shading=False, interpolate_before_map=True, ambient=0.42, diffuse=0.7, specular=0.1, specular_power=20,
     ).prop.interpolation = "Phong"  # fmt: skip
 
@@ -129,6 +132,32 @@ def aim(plotter: pv.Plotter, view: View, bounds_points: np.ndarray, *, fill: flo
     plotter.reset_camera_clipping_range()
 
 
+def pixel(plotter: pv.Plotter, point: np.ndarray) -> np.ndarray:
+    """Return where an aimed camera shows a point, from the upper left corner [px], (2,)."""
+    camera, (width, height) = plotter.camera, plotter.window_size
+    focus = np.array(camera.focal_point)
+    towards = np.array(camera.position) - focus
+    towards /= np.linalg.norm(towards)
+    up = np.array(camera.up)
+    right = np.cross(up, towards)
+    scale = height / 2 / camera.parallel_scale
+    return np.array([width / 2 + scale * ((point - focus) @ right), height / 2 - scale * ((point - focus) @ up)])
+
+
+def obstacle_at(drawing: Drawing, contact: str) -> Obstacle | None:
+    """Return what a contact's body meets, undeformed, or None where the record does not say."""
+    scene_contact = drawing.scene.get("contact", {}).get(contact)
+    if scene_contact is None:
+        return None
+    against = scene_contact["against"]
+    if against["shape"] != "surface":
+        return obstacle_of(against)
+    morph = drawing.store.get(drawing.trajectory.bodies[against["body"]], "morph", only=["modes_key"])
+    tractions = drawing.store.get(morph.modes_key, "modes", only=["tractions"]).tractions
+    position = np.asarray(drawing.scene["body"][against["body"]]["position"], float)
+    return basic_surface(tractions[against["interface"]].chart, position)
+
+
 def wall_points(
     drawing: Drawing, body: BodyMotion, contact: str, points: np.ndarray, scale: float
 ) -> np.ndarray | None:
@@ -137,10 +166,9 @@ def wall_points(
     Returns:
         None where the record does not say what the body meets.
     """
-    scene_contact = drawing.scene.get("contact", {}).get(contact)
-    if scene_contact is None:
+    obstacle = obstacle_at(drawing, contact)
+    if obstacle is None:
         return None
-    obstacle = obstacle_of(scene_contact["against"])
     placed = points + np.asarray(drawing.scene["body"][body.name]["position"], float)
     return points - scale * obstacle.gap(placed)[:, None] * obstacle.direction(placed)
 

@@ -1,4 +1,5 @@
-"""Every recipe, on a solid and on a bar: orthonormal, diagonal, never too soft, exact in statics where it promises."""
+"""Every recipe, on a solid, a held solid and a bar: orthonormal, diagonal, never too soft, exact in statics where it
+promises."""
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from pipeline.geometry.skirt import Skirt
 from pipeline.interface import Interface, contact_points, surface_coordinates
 from pipeline.material import Material
 from pipeline.model import FEModel, build_model
+from pipeline.modes import normal, static
 from pipeline.modes.static import pressure_fields
 from pipeline.recipes import RECIPES, ContactRows, Reduction
 from pipeline.settings import ModesSettings
@@ -17,11 +19,16 @@ ORTHOGONALITY = 1e-10
 NORMAL, STATIC = 6, 4
 KEEPS_STATICS = {"macneal"}
 """Recipes whose Φ and R together give every contact load its exact static answer."""
+WITHOUT_MODES = {"rigid"}
 
 
-def solid() -> tuple[FEModel, ContactRows]:
+def held() -> tuple[FEModel, ContactRows]:
+    return solid("open_end")
+
+
+def solid(*supports: str) -> tuple[FEModel, ContactRows]:
     mesh = Skirt(kind="skirt", outer_radius=0.043, wall=0.012, height=0.04, crown=0.012).build(0.02)
-    model = build_model(mesh, Material(E=72e9, nu=0.33, rho=2700.0))
+    model = build_model(mesh, Material(E=72e9, nu=0.33, rho=2700.0), supports)
     points = contact_points(mesh, Interface(surface="skirt", sector_deg=(-60, 60)), "here")
     coordinates = surface_coordinates(points.points, mesh.surfaces["skirt"].shape)
     rows = model.rows(points.nodes, points.normals)
@@ -36,9 +43,18 @@ def bar() -> tuple[FEModel, ContactRows]:
     return model, ContactRows(B, np.eye(2))
 
 
-@pytest.fixture(scope="module", params=["solid", "bar"])
+@pytest.fixture(scope="module", params=["solid", "held", "bar"])
 def case(request: pytest.FixtureRequest) -> tuple[FEModel, ContactRows]:
-    return {"solid": solid, "bar": bar}[request.param]()
+    return {"solid": solid, "held": held, "bar": bar}[request.param]()
+
+
+@pytest.fixture(scope="module")
+def elastic(case: tuple[FEModel, ContactRows]) -> tuple[np.ndarray, np.ndarray]:
+    """All elastic eigenvalues and shapes of the dofs that are free."""
+    K, M = case[0].free_matrices()
+    values, vectors = linalg.eigh(K.toarray(), M.toarray())
+    rigid = len(case[0].rigid_twists)
+    return values[rigid:], vectors[:, rigid:]
 
 
 @pytest.fixture(scope="module", params=sorted(RECIPES))
@@ -56,34 +72,59 @@ def test_mass_and_stiffness_are_diagonal(case: tuple[FEModel, ContactRows], redu
     np.testing.assert_allclose(stiffness, np.eye(len(omega)), atol=1e-9)
 
 
+def test_shapes_are_zero_where_the_body_is_held(
+    case: tuple[FEModel, ContactRows], reduced: tuple[str, Reduction]
+) -> None:
+    assert np.all(reduced[1].Phi[case[0].held] == 0)
+
+
+def test_counts(case: tuple[FEModel, ContactRows], reduced: tuple[str, Reduction]) -> None:
+    name, reduction = reduced
+    assert reduction.Phi.shape == (case[0].K.shape[0], len(reduction.angular_frequencies))
+    assert reduction.normal_count == (0 if name in WITHOUT_MODES else NORMAL)
+    static = min(STATIC, case[1].pressures.shape[1])
+    assert len(reduction.angular_frequencies) == (0 if name in WITHOUT_MODES else NORMAL + static)
+
+
 def test_full_rank(reduced: tuple[str, Reduction]) -> None:
     Phi = reduced[1].Phi
+    if not Phi.shape[1]:
+        return
     assert np.linalg.matrix_rank(Phi / np.linalg.norm(Phi, axis=0)) == Phi.shape[1]
     assert Phi.shape[1] == len(reduced[1].angular_frequencies)
 
 
 def test_ritz_values_are_never_below_the_full_models(
-    case: tuple[FEModel, ContactRows], reduced: tuple[str, Reduction]
+    elastic: tuple[np.ndarray, np.ndarray], reduced: tuple[str, Reduction]
 ) -> None:
-    model = case[0]
-    rigid = len(model.rigid_twists)
-    full = linalg.eigvalsh(model.K.toarray(), model.M.toarray())[rigid:]
-    ours = np.sort(reduced[1].angular_frequencies) ** 2
+    full, reduction = elastic[0], reduced[1]
+    ours = np.sort(reduction.angular_frequencies) ** 2
     assert np.all(ours >= full[: len(ours)] * (1 - 1e-9))
-    np.testing.assert_allclose(ours[:NORMAL], full[:NORMAL], rtol=1e-8)
+    lowest = reduction.normal_count
+    np.testing.assert_allclose(ours[:lowest], full[:lowest], rtol=1e-8)
 
 
 def test_statics_are_exact_where_the_recipe_promises_it(
-    case: tuple[FEModel, ContactRows], reduced: tuple[str, Reduction]
+    case: tuple[FEModel, ContactRows], elastic: tuple[np.ndarray, np.ndarray], reduced: tuple[str, Reduction]
 ) -> None:
-    (model, rows), (name, reduction) = case, reduced
+    (model, rows), (values, vectors), (name, reduction) = case, elastic, reduced
     if name not in KEEPS_STATICS:
         assert reduction.residual_flexibility is None
         return
-    values, vectors = linalg.eigh(model.K.toarray(), model.M.toarray())
-    rigid = len(model.rigid_twists)
-    at_points = rows.B @ vectors[:, rigid:]
-    exact = (at_points / values[rigid:]) @ at_points.T
+    at_points = rows.B[:, model.free] @ vectors
+    exact = (at_points / values) @ at_points.T
     kept = rows.B @ reduction.Phi
     ours = (kept / reduction.angular_frequencies**2) @ kept.T + reduction.residual_flexibility
     np.testing.assert_allclose(ours, exact, atol=1e-9 * np.abs(exact).max())
+
+
+def test_rigid_body_factorises_nothing(case: tuple[FEModel, ContactRows], monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(matrix: sparse.csr_matrix) -> None:
+        raise AssertionError("factorised")
+
+    for module in (normal, static):
+        monkeypatch.setattr(module, "factorise", refuse)
+    reduction = RECIPES["rigid"](*case, ModesSettings(recipe="rigid", normal_count=10_000))
+    assert reduction.residual_flexibility is None
+    with pytest.raises(AssertionError, match="factorised"):
+        RECIPES["macneal"](*case, ModesSettings(normal_count=NORMAL))

@@ -10,11 +10,14 @@ from modaldb.schema import (
     ContactHistory,
     InertiaCouplings,
     InterfaceModes,
+    JointHistory,
+    LoadModes,
     MeshRecord,
     ModalRecord,
     MorphRecord,
     NodalRecord,
     Surface,
+    TractionModes,
     Trajectory,
 )
 
@@ -41,7 +44,15 @@ def mesh() -> MeshRecord:
 
 
 def modes() -> ModalRecord:
-    """Return three coordinates and two interfaces."""
+    """Return three coordinates, two interfaces, two traction spaces and two loads."""
+    cylinder = {"kind": "cylinder", "axis": [0.0, 0.0, 1.0], "origin": [0.0, 0.0, 0.0], "radius": 0.043, "middle": 0.5}
+    plane = {
+        "kind": "plane",
+        "origin": [0.0, 0.0, 0.06],
+        "normal": [0.0, 0.0, 1.0],
+        "across": [0.0, -1.0, 0.0],
+        "along": [1.0, 0.0, 0.0],
+    }
     return ModalRecord(
         mesh_key="ab" * 32,
         recipe="macneal",
@@ -70,11 +81,38 @@ def modes() -> ModalRecord:
                 rows=ramp(1, 3, start=9.0),
             ),
         },
-        interface_rows={"anti": [0, 1], "thrust": [1, 3]},
-        residual_flexibility=ramp(3, 3, start=10.0),
+        interface_rows={
+            "anti": [0, 1],
+            "bore": [1, 17],
+            "gas": [17, 18],
+            "pin": [18, 21],
+            "plate": [21, 41],
+            "thrust": [41, 43],
+        },
+        residual_flexibility=ramp(43, 43, start=10.0),
         shapes=ramp(10, 3, 3, start=20.0),
         inertia_couplings=InertiaCouplings(ramp(3, 3), ramp(3, 3, start=1.0), ramp(3, 3, 3, start=2.0)),
         quality={"residual": 1.5e-11, "dropped": ["thrust 3"], "modes_missed": 0},
+        tractions={
+            "bore": _traction(cylinder, (4, 4), start=11.0),
+            "plate": _traction(plane, (4, 5), start=12.0),
+        },
+        loads={
+            "pin": LoadModes(ramp(3, 3, start=13.0), ramp(3, 6, start=14.0), ramp(3, start=15.0), "N"),
+            "gas": LoadModes(ramp(1, 3, start=16.0), ramp(1, 6, start=17.0), ramp(3, start=18.0), "Pa"),
+        },
+    )
+
+
+def _traction(chart: dict[str, Any], counts: tuple[int, int], start: float) -> TractionModes:
+    functions = int(np.prod(counts))
+    return TractionModes(
+        chart=chart,
+        start=ramp(2, start=start),
+        spacing=np.array([0.005, 0.004]),
+        counts=np.array(counts),
+        rows=ramp(functions, 3, start=start),
+        resultant=ramp(functions, 6, start=-start),
     )
 
 
@@ -106,11 +144,15 @@ def nodal() -> NodalRecord:
         newton_iterations=9,
         wall_seconds=0.25,
         cpu_seconds=0.5,
+        forces={"knock": ramp(4, 3, start=3.0), "rod": ramp(4, 3, start=4.0)},
+        motion={"skirt": ramp(4, 12, start=5.0)},
+        frame_times=ramp(2, start=1.0),
+        masters={"knock": ramp(2, 16)},
     )
 
 
 def trajectory() -> Trajectory:
-    """Return four samples, two frames, two contacts of which one has no areas."""
+    """Return four samples, two frames, two contacts of which one has no areas and one no master, and a joint."""
     return Trajectory(
         result="FINISHED",
         bodies={"skirt": "ef" * 32},
@@ -119,7 +161,7 @@ def trajectory() -> Trajectory:
         energies=ramp(4, 4),
         contacts={
             "knock": ContactHistory("skirt", "thrust", ramp(4, 3), ramp(2, 2), ramp(2), ramp(2, 3)),
-            "back": ContactHistory("skirt", "anti", ramp(4, 3, start=3.0), ramp(2, 1), None, ramp(1, 3)),
+            "back": ContactHistory("skirt", "anti", ramp(4, 3, start=3.0), ramp(2, 1), None, ramp(1, 3), ramp(2, 16)),
         },
         frame_times=ramp(2, start=1.0),
         frames=ramp(2, 9),
@@ -128,6 +170,8 @@ def trajectory() -> Trajectory:
         energy_drift=1e-6,
         momentum_residual=2e-16,
         counts={"steps": 400, "step": 7.5e-7},
+        joints={"rod": JointHistory("skirt", "pin", ramp(4), ramp(4, 3, start=1.0), ramp(4, start=2.0))},
+        motion={"skirt": ramp(4, 12, start=6.0)},
     )
 
 

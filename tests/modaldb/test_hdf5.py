@@ -61,6 +61,7 @@ def test_round_trip(kind: str, tmp_path: Path) -> None:
     ("kind", "record"),
     [
         ("modes", replace(modes(), residual_flexibility=None, shapes=None, inertia_couplings=None)),
+        ("modes", replace(modes(), tractions={}, loads={}, rigid_twists=np.empty((0, 6)))),
         ("modes", replace(modes(), interfaces={}, interface_rows={}, quality={})),
         ("modes", replace(modes(), angular_frequencies=np.empty(0), shapes=np.empty((10, 3, 0)))),
         ("morph", replace(morph(), nodes=None, points={})),
@@ -142,6 +143,15 @@ def test_only_reads_all_below_a_path(tmp_path: Path, touched: list[str]) -> None
     assert same(read.inertia_couplings, modes().inertia_couplings)
 
 
+def test_only_reads_one_field_of_a_traction_space(tmp_path: Path, touched: list[str]) -> None:
+    path = written(tmp_path / "r.h5", "modes", modes())
+    read = hdf5.read_record(path, "modes", only=["tractions/bore/resultant", "loads/gas"])
+    assert sorted(touched) == ["loads/gas/point", "loads/gas/resultant", "loads/gas/rows", "tractions/bore/resultant"]
+    assert same(read.tractions["bore"].resultant, modes().tractions["bore"].resultant)
+    assert read.tractions["bore"].chart == modes().tractions["bore"].chart
+    assert same(read.loads, {"gas": modes().loads["gas"]})
+
+
 def test_only_does_not_take_a_name_for_its_beginning(tmp_path: Path, touched: list[str]) -> None:
     record = replace(morph(), points={"thrust": np.ones((1, 3)), "thrust2": np.zeros((1, 3))})
     read = hdf5.read_record(written(tmp_path / "r.h5", "morph", record), "morph", only=["points/thrust"])
@@ -157,7 +167,16 @@ def test_only_nothing_reads_no_dataset(tmp_path: Path, touched: list[str]) -> No
 
 def test_sizes_and_provenance(tmp_path: Path) -> None:
     path = written(tmp_path / "r.h5", "nodal", nodal())
-    assert hdf5.dataset_bytes(path) == {"times": 32, "force": 96, "energies": 96}
+    assert hdf5.dataset_bytes(path) == {
+        "times": 32,
+        "force": 96,
+        "energies": 96,
+        "forces/knock": 96,
+        "forces/rod": 96,
+        "motion/skirt": 384,
+        "frame_times": 16,
+        "masters/knock": 256,
+    }
     assert hdf5.provenance(path) == INPUTS
 
 
@@ -225,7 +244,7 @@ def test_newer_schema_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         patch.setattr(hdf5, "SCHEMA_VERSION", SCHEMA_VERSION + 1)
         path = written(tmp_path / "r.h5", "mesh", mesh())
     hdf5.verify_record(path)
-    message = rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads {SCHEMA_VERSION}"
+    message = rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, {SCHEMA_VERSION}"
     with pytest.raises(RecordMismatch, match=message):
         hdf5.read_record(path, "mesh")
 

@@ -22,9 +22,17 @@ ROOT = Path(__file__).resolve().parents[2]
 SCALE = "component.skirt.change.profile.scale"
 MOVED = "component.skirt.change.profile.surface"
 THRUST = "component.skirt.interface.thrust"
+SLIDE = "component.skirt.interface.slide"
+SUPPORTS = "component.skirt.supports"
 GEOMETRY = re.compile(r"^geometry = .*$", re.MULTILINE)
 PATIENCE = 60.0
 """Seconds after which a child that does not end counts as hung."""
+
+
+def slide(**given: object) -> str:
+    """Return a traction interface as TOML."""
+    table: dict[str, object] = {"surface": "inner", "kind": "traction", "spacing": 0.01, "sector_deg": [-60.0, 60.0]}
+    return "{" + ", ".join(f"{key} = {value!r}" for key, value in (table | given).items()) + "}"
 
 
 @dataclass(frozen=True)
@@ -136,7 +144,7 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
     ("setting", "complaint"),
     [
         ("run.durration=1", "run.durration: unknown key; did you mean 'duration'? allowed here: duration, step"),
-        ("bdy.skirt.velocity=1", "bdy: unknown key; did you mean 'body'? allowed here: body, contact, run"),
+        ("bdy.skirt.velocity=1", "bdy: unknown key; did you mean 'body'? allowed here: body, contact,"),
         ("component.skirt.geometry.wal=1", "component.skirt.geometry.wal: unknown key; did you mean 'wall'?"),
         ("contact.knock.against.radios=1", "contact.knock.against.radios: unknown key; did you mean 'radius'?"),
         ("run.samples=many", "run.samples: 'many' given; input should be a valid integer"),
@@ -161,6 +169,14 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ("component.skirt.change.rung=reuze", "component.skirt.change.rung: 'reuze' given; input should be 'reuse' or"),
         (f"{THRUST}.sector_deg=[45, -45]", f"{THRUST}: sector_deg is [45.0, -45.0], the first value must be below"),
         (f"{THRUST}.sector_deg=[nan, 45]", f"{THRUST}.sector_deg"),
+        (f"{THRUST}.kind=traction", f"{THRUST}: kind 'traction' needs spacing [m]"),
+        (f"{THRUST}.kind=mean", f"{THRUST}: sector_deg is for kinds 'points' and 'traction', 'mean' takes the whole"),
+        (f"{THRUST}.kind=point", f"{THRUST}.kind: 'point' given; input should be 'points', 'traction', 'mean' or"),
+        (f"{THRUST}.spacing=0.01", f"{THRUST}: spacing is for kind 'traction', the kind is 'points'"),
+        (f"{THRUST}.spacing=[0.01, 0.0]", f"{THRUST}.spacing.1: 0.0 given; input should be greater than 0"),
+        (f"{THRUST}.spacing=wide", f"{THRUST}.spacing: 'wide' given; input should be a valid tuple"),
+        ("component.skirt.change.profile.offset=nan", "component.skirt.change.profile.offset: nan given; input should"),
+        ("component.skirt.supports=crown", "component.skirt.supports: 'crown' given; input should be a valid tuple"),
         ("body.skirt.component=piston", "body.skirt.component: no component 'piston', there is skirt"),
         ("body.skirt.velocity=[0, 1]", "body.skirt.velocity"),
         ("body.skirt.velocity=[0, 1, nan]", "body.skirt.velocity"),
@@ -295,6 +311,10 @@ def test_mistake_on_the_command_line(arguments: list[str], complaint: str, capsy
         (f"{THRUST}.surface=crown", f"{THRUST}: sector_deg and height need a cylindrical surface, 'crown' is none"),
         (f"{THRUST}.sector_deg=[1.0, 1.001]", f"{THRUST}: no contact point of surface 'skirt' lies in its sector"),
         ("component.skirt.modes.normal_count=100000", "component.skirt.modes.normal_count: 100000 "),
+        (f"{SUPPORTS}=['hat']", f"{SUPPORTS}: the mesh has no surface 'hat', it has crown, crown_inner, inner,"),
+        (f"{SLIDE}={slide(spacing=0.001)}", f"{SLIDE}.spacing: 81 × 35 = 2835 functions, at most 1000; spacing = ["),
+        (f"{SLIDE}={slide(height=[0.0, 0.1])}", f"{SLIDE}: 77 functions of the traction space find no surface,"),
+        (f"{SLIDE}={slide(surface='inne')}", f"{SLIDE}.surface: the mesh has no surface 'inne', it has crown,"),
     ],
 )
 def test_modes_stage_refuses(setting: str, complaint: str, case: Case, capsys: Capture) -> None:
@@ -302,6 +322,18 @@ def test_modes_stage_refuses(setting: str, complaint: str, case: Case, capsys: C
     (line,) = refused(case, capsys, case.command("modes", setting))
     assert line.startswith(complaint)
     assert case.keys() == before
+
+
+def test_profile_below_a_traction_space(case: Case, capsys: Capture) -> None:
+    """A traction space stands on the basic surface, so nothing may move it; whatever asks for the profile."""
+    for setting in (f"{TABLE}=barrel.csv", "component.skirt.change.profile.offset=1e-5"):
+        (line,) = refused(case, capsys, case.command("modes", f"{SLIDE}={slide(surface='skirt')}", setting))
+        assert line.startswith(f"{MOVED}: a traction space stands on the basic surface 'skirt' (interface.slide)")
+
+
+def test_offset_that_inverts_elements(case: Case, capsys: Capture) -> None:
+    (line,) = refused(case, capsys, case.command("morph", "component.skirt.change.profile.offset=-0.02"))
+    assert line.startswith("component.skirt.change.profile.offset: the profile inverts ")
 
 
 def test_mesh_needs_a_size(cold: Case, capsys: Capture) -> None:
@@ -424,7 +456,7 @@ def test_profile_that_inverts_elements(rung: str, case: Case, capsys: Capture) -
     ("surface", "complaint"),
     [
         ("crwn", "the mesh has no surface 'crwn', it has crown, crown_inner, inner, open_end, skirt"),
-        ("crown", "'crown' is no cylinder, a profile table needs one"),
+        ("crown", "'crown' is no cylinder, a profile needs one"),
     ],
 )
 def test_profile_on_a_surface_that_cannot_move(surface: str, complaint: str, case: Case, capsys: Capture) -> None:

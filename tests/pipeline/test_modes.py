@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import linalg
+from scipy import linalg, sparse
 
 from modaldb.schema import MeshRecord
 from pipeline.errors import StageError
@@ -13,7 +13,7 @@ from pipeline.interface import Interface, contact_points
 from pipeline.linalg import BACKENDS, available_backend
 from pipeline.material import Material
 from pipeline.model import FEModel, build_model
-from pipeline.modes import normal
+from pipeline.modes import normal, static
 from pipeline.modes.normal import NormalModes, normal_modes
 from pipeline.modes.static import pressure_fields, residual_shapes, static_shapes
 
@@ -100,29 +100,63 @@ def test_backends_solve_and_count_alike(tiny: FEModel, dense: tuple[np.ndarray, 
 
 
 @pytest.fixture(scope="module")
-def statics(tiny_mesh: MeshRecord, tiny: FEModel, modes: NormalModes) -> tuple[object, np.ndarray]:
+def B(tiny_mesh: MeshRecord, tiny: FEModel) -> sparse.csr_matrix:
     points = contact_points(tiny_mesh, Interface(surface="skirt", sector_deg=(-60, 60)), "here")
-    B = tiny.rows(points.nodes, points.normals)
-    return B, residual_shapes(tiny, B, modes)
+    return tiny.rows(points.nodes, points.normals)
 
 
 def test_residual_flexibility_is_what_the_missing_modes_give(
-    dense: tuple[np.ndarray, np.ndarray], statics: tuple[object, np.ndarray]
+    tiny: FEModel, modes: NormalModes, dense: tuple[np.ndarray, np.ndarray], B: sparse.csr_matrix
 ) -> None:
-    B, W = statics
     missing = B @ dense[1][:, 6 + COUNT :]
-    np.testing.assert_allclose(B @ W, (missing / dense[0][6 + COUNT :]) @ missing.T, atol=1e-9 * np.abs(B @ W).max())
+    R = residual_shapes(tiny, B, modes, np.empty((B.shape[0], 0))).flexibility
+    np.testing.assert_allclose(R, (missing / dense[0][6 + COUNT :]) @ missing.T, atol=1e-9 * np.abs(R).max())
+
+
+def test_residual_fields_are_what_the_missing_modes_give(
+    tiny: FEModel, modes: NormalModes, dense: tuple[np.ndarray, np.ndarray], B: sparse.csr_matrix
+) -> None:
+    pressures = np.random.default_rng(1).standard_normal((B.shape[0], 3))
+    missing = dense[1][:, 6 + COUNT :]
+    expected = (missing / dense[0][6 + COUNT :]) @ (missing.T @ (B.T @ pressures))
+    fields = residual_shapes(tiny, B, modes, pressures).fields
+    np.testing.assert_allclose(fields, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_asymmetry_is_seen_in_rows_of_small_units(
+    tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A pressure's row is 1e12 times smaller than a point's; an error there must not hide behind the points."""
+    scaled = sparse.csr_matrix(sparse.diags(np.where(np.arange(B.shape[0]) < 2, 1e-12, 1.0)) @ B)
+    none = np.empty((B.shape[0], 0))
+    residual_shapes(tiny, scaled, modes, none)
+    whole = static.factorise
+
+    class Skewed:
+        def __init__(self, matrix: sparse.csr_matrix) -> None:
+            self.factor = whole(matrix)
+            self.skew = np.linspace(1.0, 1.001, matrix.shape[0])[:, None]
+
+        def solve(self, loads: np.ndarray) -> np.ndarray:
+            return self.skew * self.factor.solve(loads)
+
+        def free(self) -> None:
+            self.factor.free()
+
+    monkeypatch.setattr(static, "factorise", Skewed)
+    with pytest.raises(StageError, match="asymmetric"):
+        residual_shapes(tiny, sparse.csr_matrix(scaled[:2]), modes, np.empty((2, 0)))
 
 
 @pytest.mark.parametrize("count", [1, 4, 9, 10_000])
 def test_static_shapes_are_orthonormal_and_leave_the_rest_to_R(
-    tiny: FEModel, modes: NormalModes, statics: tuple[object, np.ndarray], count: int
+    tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix, count: int
 ) -> None:
-    B, W = statics
-    areas = np.ones(W.shape[1])
+    areas = np.ones(B.shape[0])
     spread = np.linspace(-1, 1, len(areas))
     fields = pressure_fields(np.column_stack([spread, np.sin(9 * spread)]), areas, count)
-    shapes = static_shapes(tiny, B, W, fields)
+    residual = residual_shapes(tiny, B, modes, fields)
+    shapes = static_shapes(tiny, B, residual, fields)
     basis = np.column_stack([modes.Phi, shapes.Phi])
     np.testing.assert_allclose(basis.T @ (tiny.M @ basis), np.eye(basis.shape[1]), atol=1e-9)
     stiffness = basis.T @ (tiny.K @ basis)
@@ -130,20 +164,21 @@ def test_static_shapes_are_orthonormal_and_leave_the_rest_to_R(
     np.testing.assert_allclose(stiffness / np.sqrt(np.outer(omega2, omega2)), np.eye(len(omega2)), atol=1e-8)
     at_points = B @ shapes.Phi
     whole = shapes.residual_flexibility + (at_points / shapes.angular_frequencies**2) @ at_points.T
-    np.testing.assert_allclose(whole, B @ W, atol=1e-9 * np.abs(whole).max())
+    np.testing.assert_allclose(whole, residual.flexibility, atol=1e-9 * np.abs(whole).max())
     assert linalg.eigvalsh(shapes.residual_flexibility)[0] > -1e-9 * np.abs(whole).max()
 
 
-def test_dependent_static_shapes_are_dropped_and_counted(tiny: FEModel, statics: tuple[object, np.ndarray]) -> None:
-    B, W = statics
-    fields = np.eye(W.shape[1])[:, [0, 1, 1]]
-    assert static_shapes(tiny, B, W, fields).dropped == 1
+def test_dependent_static_shapes_are_dropped_and_counted(
+    tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix
+) -> None:
+    fields = np.eye(B.shape[0])[:, [0, 1, 1]]
+    assert static_shapes(tiny, B, residual_shapes(tiny, B, modes, fields), fields).dropped == 1
 
 
 def test_ritz_frequencies_are_never_below_the_full_models(
-    dense: tuple[np.ndarray, np.ndarray], tiny: FEModel, statics: tuple[object, np.ndarray]
+    dense: tuple[np.ndarray, np.ndarray], tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix
 ) -> None:
-    B, W = statics
-    shapes = static_shapes(tiny, B, W, np.eye(W.shape[1])[:, :10])
+    fields = np.eye(B.shape[0])[:, :10]
+    shapes = static_shapes(tiny, B, residual_shapes(tiny, B, modes, fields), fields)
     full = np.sqrt(dense[0][6 + COUNT : 6 + COUNT + len(shapes.angular_frequencies)])
     assert np.all(shapes.angular_frequencies >= full * (1 - 1e-9))

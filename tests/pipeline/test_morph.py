@@ -6,11 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from modaldb.schema import MeshRecord
+from modaldb.schema import MeshRecord, ModalRecord
+from pipeline.component import Component
 from pipeline.errors import InputError
+from pipeline.mesh import movement_of
 from pipeline.model import mass_properties
-from pipeline.morph import Movement, move_nodes, moved_mesh
-from pipeline.profile import ProfileTable, read_profile
+from pipeline.morph import Movement, move_nodes, moved_mesh, reuse
+from pipeline.products import component_products
+from pipeline.profile import ProfileTable, UniformProfile, read_profile
+from pipeline.reduce import reduce_component
 
 ANGLES = np.radians([-180.0, -90.0, 0.0, 90.0, 180.0])
 HEIGHTS = np.linspace(0, 0.06, 7)
@@ -21,7 +25,7 @@ def barrel(depth: float) -> ProfileTable:
     return ProfileTable(HEIGHTS, ANGLES, np.tile(deviation[:, None], 5), "barrel")
 
 
-def movement(table: ProfileTable, surface: str = "skirt") -> Movement:
+def movement(table: ProfileTable | UniformProfile, surface: str = "skirt") -> Movement:
     return Movement(surface, table, "component.skirt.change.profile")
 
 
@@ -119,3 +123,78 @@ def test_table_must_cover_the_surface(skirt_mesh: MeshRecord) -> None:
     short = ProfileTable(HEIGHTS[:5], ANGLES, np.zeros((5, 5)), "short.csv")
     with pytest.raises(InputError, match=r"short\.csv: heights 0 to 0\.04 m do not cover"):
         move_nodes(skirt_mesh, movement(short))
+
+
+def component(**given: object) -> Component:
+    return Component.model_validate(
+        {
+            "geometry": {"kind": "skirt", "outer_radius": 0.04296, "wall": 0.004, "height": 0.06, "crown": 0.008},
+            "material": {"E": 72e9, "nu": 0.33, "rho": 2700.0},
+            "mesh": {"size": 0.012},
+            "interface": {
+                "thrust": {"surface": "skirt", "sector_deg": [-45, 45]},
+                "bottom": {"surface": "open_end"},
+                "gas": {"surface": "crown", "kind": "pressure"},
+            },
+            "modes": {"normal_count": 4},
+        }
+        | given
+    )
+
+
+def change(**profile: object) -> dict[str, object]:
+    return {"change": {"profile": profile}}
+
+
+@pytest.mark.parametrize("offset", [30e-6, -50e-6])
+def test_offset_moves_like_a_constant_table(skirt_mesh: MeshRecord, offset: float) -> None:
+    table = ProfileTable(HEIGHTS, ANGLES, np.full((7, 5), offset), "constant")
+    by_table = move_nodes(skirt_mesh, movement(table))
+    by_offset = move_nodes(skirt_mesh, movement(UniformProfile(offset)))
+    np.testing.assert_allclose(by_offset, by_table, atol=1e-15)
+    on = np.unique(skirt_mesh.surfaces["skirt"].facets)
+    np.testing.assert_allclose(np.hypot(*by_offset[on, :2].T), 0.04296 + offset, atol=1e-9)
+
+
+def test_offset_comes_on_top_of_the_table(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("h\\a,0\n0.0,1e-6\n0.06,3e-6\n")
+    moved = movement_of(component(**change(table="p.csv", scale=2.0, offset=5e-6)), tmp_path, "skirt")
+    assert moved is not None
+    np.testing.assert_allclose(moved.deviation(np.array([0.03]), np.array([1.0])), 9e-6)
+
+
+def test_offset_alone_moves_the_first_interfaces_surface(tmp_path: Path) -> None:
+    moved = movement_of(component(**change(offset=5e-6)), tmp_path, "skirt")
+    assert moved is not None
+    assert moved.surface == "skirt"
+    assert movement_of(component(), tmp_path, "skirt") is None
+
+
+def test_offset_and_supports_are_in_the_keys(tmp_path: Path) -> None:
+    def keys(**given: object) -> dict[str, str]:
+        made = component_products("skirt", component(**given), tmp_path)
+        return {step: product.key for step, product in made.items()}
+
+    base, wider, wide = keys(), keys(**change(offset=2e-5)), keys(**change(offset=1e-5))
+    assert base["modes"] == wide["modes"] == wider["modes"]
+    assert len({base["morph"], wide["morph"], wider["morph"]}) == 3
+    held, twice = keys(supports=["open_end"]), keys(supports=["open_end", "open_end"])
+    assert held["mesh"] == base["mesh"]
+    assert held["modes"] != base["modes"]
+    assert held == twice
+
+
+@pytest.fixture(scope="module")
+def held(skirt_mesh: MeshRecord) -> ModalRecord:
+    return reduce_component(skirt_mesh, "ab" * 32, component(supports=["open_end"]), "skirt")
+
+
+def test_held_body_is_moved_without_rigid_motion(skirt_mesh: MeshRecord, held: ModalRecord) -> None:
+    surfaces = {"thrust": "skirt", "bottom": "open_end", "gas": "crown"}
+    design = reuse(skirt_mesh, ("a", "b"), held, surfaces, movement(UniformProfile(20e-6)), 2700.0)
+    assert design.rigid_twists.shape == (0, 6)
+    assert sorted(design.points) == ["bottom", "thrust"]
+    radius = np.hypot(*design.points["thrust"][:, :2].T)
+    np.testing.assert_allclose(radius, 0.04296 + 20e-6, atol=1e-9)
+    np.testing.assert_array_equal(design.points["bottom"], held.interfaces["bottom"].points)
+    assert design.mass > held.mass

@@ -1,6 +1,6 @@
 """Small records and systems made without gmsh or scikit-fem, for tests of the solver alone."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 
 import modaldb
 from modaldb.schema import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
+from solver.implicit import Trapezoid
 from solver.scene import Scene
 from solver.system import System, compile_system
 
@@ -57,7 +58,7 @@ def block_records(point_count: int, seed: int = 0, mode_count: int = 8) -> tuple
 
 
 def plate_records(
-    mode_count: int = 12, *, length: float = 0.6, free: bool = False, nugget: float = 1e-10
+    mode_count: int = 12, *, length: float = 0.3, free: bool = False, nugget: float = 1e-10
 ) -> tuple[ModalRecord, MorphRecord]:
     """A plate with a traction space on x = 0, facing -x, along y from -0.15 m; its R depends on distances alone.
 
@@ -88,30 +89,36 @@ def plate_records(
     return modal, MorphRecord("mesh", "modes", "none", {}, 3.0, centre, inertia, twists, None, {})
 
 
-def piston_records() -> tuple[ModalRecord, MorphRecord]:
-    """A rigid piston, crown towards +z: guided at x = ±RADIUS, held at a pin off its centre, pressed on its crown."""
-    z = np.array([-0.02, 0.0, 0.02])
-    guides, points, start = {}, {}, 0
+def piston_records(mode_count: int = 0) -> tuple[ModalRecord, MorphRecord]:
+    """A piston, crown towards +z: guided at x = ±RADIUS, held at a pin off its centre, pressed on its crown.
+
+    Args:
+        mode_count: 0 makes it rigid; otherwise R couples all its rows.
+    """
+    rng, kilo = np.random.default_rng(4), 0.5
+    rows = {"right": [0, 3], "left": [3, 6], "pin": [6, 9], "crown": [9, 10]}
+    units = np.append(np.ones(9), CROWN)[:, None]
+    shapes, root = 0.5 * units * rng.standard_normal((10, mode_count)), units * rng.standard_normal((10, 10))
+    R = 2e-10 * root @ root.T if mode_count else None
+    z, guides, points = np.array([-0.02, 0.0, 0.02]), {}, {}
     for name, side in (("right", 1.0), ("left", -1.0)):
         points[name] = np.column_stack([np.full(3, side * RADIUS), np.zeros(3), z])
-        normals, none = np.tile([side, 0.0, 0.0], (3, 1)), np.zeros(3, bool)
-        guides[name] = InterfaceModes(np.arange(3), points[name], normals, np.full(3, 1e-4), none, np.zeros((3, 0)))
-    pin = np.array([PIN, 0.0, -0.005])
-    axes, down = np.eye(3), np.array([0.0, 0, -CROWN])
+        guides[name] = InterfaceModes(
+            np.arange(3), points[name], np.tile([side, 0.0, 0.0], (3, 1)), np.full(3, 1e-4), np.zeros(3, bool),
+            shapes[slice(*rows[name])],
+        )  # fmt: skip
+    pin, axes, down = np.array([PIN, 0.0, -0.005]), np.eye(3), np.array([[0.0, 0, -CROWN, 0, 0, 0]])
     loads = {
-        "pin": LoadModes(np.zeros((3, 0)), np.column_stack([axes, np.cross(pin, axes)]), pin, "N"),
-        "crown": LoadModes(np.zeros((1, 0)), np.append(down, np.zeros(3))[None], np.array([0, 0, 0.03]), "Pa"),
+        "pin": LoadModes(shapes[6:9], np.column_stack([axes, np.cross(pin, axes)]), pin, "N"),
+        "crown": LoadModes(shapes[9:], down, np.array([0, 0, 0.03]), "Pa"),
     }
-    rows: dict[str, list[int]] = {}
-    for name, count in (("right", 3), ("left", 3), ("pin", 3), ("crown", 1)):
-        rows[name] = [start, start + count]
-        start += count
-    centre, inertia = np.zeros(3), np.diag([4e-4, 3e-4, 4e-4])
-    twists = np.diag(np.concatenate([np.full(3, 0.5), inertia.diagonal()]) ** -0.5)
+    centre, inertia, omega = np.zeros(3), np.diag([4e-4, 3e-4, 4e-4]), np.sort(rng.uniform(2e4, 9e4, mode_count))
+    twists = np.diag(np.concatenate([np.full(3, kilo), inertia.diagonal()]) ** -0.5)
     modal = ModalRecord(
-        "mesh", "rigid", 0, 0, np.zeros(0), 0.5, centre, inertia, twists, guides, rows, None, None, None, {}, {}, loads
-    )
-    return modal, MorphRecord("mesh", "modes", "none", points, 0.5, centre, inertia, twists, None, {})
+        "mesh", "macneal" if mode_count else "rigid", mode_count, 0, omega, kilo, centre, inertia, twists, guides,
+        dict(rows), R, None, None, {}, {}, loads,
+    )  # fmt: skip
+    return modal, MorphRecord("mesh", "modes", "none", points, kilo, centre, inertia, twists, None, {})
 
 
 def build(folder: Path, records: tuple[ModalRecord, MorphRecord], scene: dict[str, Any]) -> System:
@@ -126,6 +133,30 @@ def build_all(folder: Path, records: dict[str, tuple[ModalRecord, MorphRecord]],
         store.put(f"{name}-modes", "modes", modal, {})
         store.put(name, "morph", replace(morph, modes_key=f"{name}-modes"), {})
     return compile_system(store, Scene.model_validate(scene), {name: name for name in records})
+
+
+@dataclass(frozen=True)
+class March:
+    """Every step of the implicit integrator, without a plan of steps; n steps."""
+
+    run: Trapezoid
+    times: np.ndarray
+    forces: np.ndarray
+    """(n, k, 3)"""
+    energies: np.ndarray
+    loads: np.ndarray
+    snapshots: np.ndarray
+    """Rigid coordinates, their rates, length errors, (n, 2 r + j)."""
+
+
+def march(system: System, dt: float, steps: int) -> March:
+    """Take steps of the implicit integrator."""
+    run, driving = Trapezoid(system, dt), system.driving
+    widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints)
+    forces, energies = np.zeros((steps, max(1, len(system.contacts)), 3)), np.zeros((steps, 5))
+    loads, snapshots = (np.zeros((steps, width)) for width in widths)
+    assert run.advance(0, 1, forces, energies, loads, snapshots)
+    return March(run, dt * np.arange(1, steps + 1), forces, energies, loads, snapshots)
 
 
 def rod_scene(duration: float = 6e-4, **contact: Any) -> dict[str, Any]:
@@ -180,3 +211,18 @@ def piston_scene(
         "force": {"gas": {"kind": "gas", "body": "part", "interface": "crown"} | gas},
         "run": {"duration": duration} | run,
     }
+
+
+def driven_pair_records(mode_count: int = 0) -> dict[str, tuple[ModalRecord, MorphRecord]]:
+    """The piston, and a plate that it slides over along z."""
+    plate = plate_records()
+    plate[0].tractions["top"].chart.update(across=[0, 1.0, 0], along=[0, 0, 1.0])
+    return {"part": piston_records(mode_count), "plate": plate}
+
+
+def driven_pair_scene(**settings: Any) -> dict[str, Any]:
+    """The piston's right guide slides over the plate, which begins below it and ends above."""
+    scene = piston_scene(**settings)
+    scene["body"]["plate"] = {"position": [RADIUS + settings.get("clearance", 0.0), 0, 0.1]}
+    scene["contact"]["right"]["against"] = {"shape": "surface", "body": "plate", "interface": "top"}
+    return scene

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,7 +71,7 @@ def test_a_body_that_touches_nothing_flies_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("contact", [{}, {"surface_stiffness": 1e14}, {"method": "penalty", "surface_stiffness": 1e13}])
-def test_balances_of_a_coupled_impact(tmp_path: Path, contact: dict[str, object]) -> None:
+def test_balances_of_a_coupled_impact(tmp_path: Path, contact: dict[str, Any]) -> None:
     run = simulate(build(tmp_path, block_records(12), block_scene(**contact)))
     assert run.result == Result.FINISHED.name
     assert run.quantities["wall.impulse"]["value"] > 1.0

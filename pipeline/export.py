@@ -1,0 +1,25 @@
+"""`gudgeon export`: a scene's modes or results as files for other programs."""
+
+from pathlib import Path
+
+from pipeline.exporters import EXPORTERS
+from pipeline.stages import Job, run_job
+
+
+def export(job: Job, what: str, every: int) -> list[Path]:
+    """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder."""
+    run_job(job, "modes" if what == "modes" else "solve")
+    files, exporter = [], EXPORTERS["vtu"]
+    for body in job.scene.body:
+        steps = job.components()[job.scene.component_of(body)]
+        mesh = job.store.get(steps["mesh"].key, "mesh")
+        modal = job.store.get(steps["modes"].key, "modes")
+        if what == "modes":
+            target = job.out / "vtu" / f"{body}-modes.vtu"
+            exporter.write_modes(target, mesh, modal, None)
+            files.append(target)
+        else:
+            morph = job.store.get(steps["morph"].key, "morph")
+            trajectory = job.store.get(job.trajectory().key, "trajectory")
+            files += exporter.write_trajectory(job.out / "vtu" / body, mesh, modal, morph, trajectory, body, every)
+    return files

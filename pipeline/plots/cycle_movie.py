@@ -1,0 +1,194 @@
+"""`cycle.mp4` of a driven scene: the whole run, what surrounds the driven body cut open, beside its curves.
+
+Only skins and arrows move, in place; titles, colour bars and curves are drawn once, and each frame is pasted on them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import imageio
+import numpy as np
+import pyvista as pv
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont
+from PIL import Image, ImageDraw, ImageFont
+
+from pipeline.plots import style, view
+from pipeline.plots.assembly import ARROW, Assembly, arrows, assemble, meshes, place
+from pipeline.plots.curves import WINDOW
+from pipeline.plots.cycle import PANELS, draw_gas, draw_panel, span_of, stacked
+from pipeline.plots.deformation import add_colour_bar
+from pipeline.plots.drawing import Drawing
+from pipeline.plots.drive import Cycle, cycles, drive_of, frame_degrees, shown_angle
+
+SIZE = (1280, 720)
+"""Of the movie [px]."""
+BOX = (8, 84, 688, 640)
+"""Left, upper, right, lower border of the rendered part [px]."""
+FRAMES, RATE = 240, 24
+"""With smoothed edges a frame takes 0.1 s of one core in software rendering."""
+TRIANGLES = 16_000
+"""Of each body, where its facets are not more."""
+COMMON = 95
+"""Percentile of a body's largest displacement over the frames that has the last colour; rare ones go beyond."""
+WHERE = (0.61, 0.37, 0.09, 0.845)
+"""Left border, width, lower and upper border of the curves."""
+
+
+@dataclass(frozen=True)
+class Script:
+    """What the movie shows."""
+
+    assembly: Assembly
+    run: Cycle
+    frames: np.ndarray
+    """Numbers of the frames."""
+    tops: dict[str, float]
+    """Elastic displacement of each body that has the last colour [m]."""
+
+
+def draw_cycle_movie(drawing: Drawing) -> None:
+    """Make one movie of a driven scene."""
+    if not drawing.contacts_of(drive_of(drawing).body):
+        return
+    script = write_script(drawing)
+    if script is None:
+        return
+    with style.styled(), drawing.file("cycle.mp4") as path:
+        rate = RATE if len(script.frames) >= FRAMES // 4 else 10
+        writer = imageio.get_writer(
+            path, fps=rate, codec="libx264", quality=None, macro_block_size=8,
+            output_params=["-crf", "24", "-preset", "veryfast", "-movflags", "+faststart"],
+        )  # fmt: skip
+        with writer:
+            _shoot(drawing, script, writer)
+
+
+def write_script(drawing: Drawing) -> Script | None:
+    """Choose frames of the whole run, and one scale and one set of colours for all of them."""
+    count = len(drawing.trajectory.frame_times)
+    frames = np.unique(np.linspace(0, count - 1, min(FRAMES, count)).round().astype(int))
+    assembly = assemble(drawing, TRIANGLES, frames.tolist())
+    if assembly is None:
+        return None
+    along = assembly.drive.along
+    tops = {
+        name: float(np.percentile([part.moved(frame, along, 1.0)[1].max() for frame in frames], COMMON))
+        for name, part in assembly.parts.items()
+    }
+    return Script(assembly, cycles(replace(drawing, compare={}))[0], frames, tops)
+
+
+def _shoot(drawing: Drawing, script: Script, writer: "imageio.core.format.Format.Writer") -> None:
+    """Render frame by frame."""
+    assembly, run = script.assembly, script.run
+    stage = _Stage(drawing, script)
+    ground, tracks = _ground(drawing, script)
+    large, small = (ImageFont.truetype(findfont("DejaVu Sans:bold"), size) for size in (20, 15))
+    angles = frame_degrees(drawing, assembly.drive)
+    for frame in script.frames:
+        found = stage.turn_to(frame)
+        picture = ground.copy()
+        picture.paste(Image.fromarray(view.photograph(stage.plotter)), BOX[:2])
+        pen = ImageDraw.Draw(picture)
+        for tail, tip, text in found:
+            x, y = view.pixel(stage.plotter, tip if len(text) else tail) + BOX[:2]
+            away = np.sign((tail - tip) @ assembly.drive.right)
+            pen.multiline_text(
+                (x + 6 * away, y - 34), text, font=small, fill=style.RED, anchor="lm" if away > 0 else "rm",
+                align="left" if away > 0 else "right",
+            )  # fmt: skip
+        degrees = float(angles[frame])
+        force = float(np.interp(degrees, run.degrees, run.side_force))
+        text = f"{shown_angle(run.drive, degrees, 0):>3}° crank angle     side force {style.signed(force / 1e3, 2)} kN"
+        pen.text((SIZE[0] - 24, 32), text, font=large, fill=style.INK, anchor="rm")
+        for track in tracks:
+            x, low, high = track(degrees)
+            pen.line([(x, low), (x, high)], fill=style.RED, width=2)
+        writer.append_data(np.asarray(picture))
+    stage.plotter.close()
+
+
+class _Stage:
+    """Bodies, arrows and camera, of which frame after frame is photographed."""
+
+    def __init__(self, drawing: Drawing, script: Script) -> None:
+        self._drawing, self._script = drawing, script
+        assembly = script.assembly
+        self.plotter = view.new_plotter((BOX[2] - BOX[0], BOX[3] - BOX[1]))
+        self.plotter.enable_anti_aliasing("msaa", multi_samples=4)
+        self._meshes = {name: meshes(part) for name, part in assembly.parts.items()}
+        for name, (mesh, edges) in self._meshes.items():
+            view.add_skin(self.plotter, mesh, "magnitude", 1.0, assembly.parts[name].colours)
+            view.add_lines(self.plotter, edges, color=style.INK, line_width=1.2)
+        self._arrows: dict[str, pv.PolyData] = {}
+        for name in drawing.contacts_of(assembly.drive.body):
+            self._arrows[name] = view.arrow(np.zeros(3), assembly.drive.right)
+            self.plotter.add_mesh(self._arrows[name], color=style.RED, ambient=0.35, smooth_shading=True)
+        seen = []
+        for frame in script.frames[:: max(1, len(script.frames) // 24)]:
+            seen += [part.moved(frame, assembly.drive.along, assembly.scale)[0] for part in assembly.parts.values()]
+        points = np.concatenate(seen)
+        reach = 1.06 * np.abs(points @ assembly.drive.right).max() + ARROW * assembly.size
+        middle = points.mean(axis=0)
+        ends = [middle + (side * reach - middle @ assembly.drive.right) * assembly.drive.right for side in (-1, 1)]
+        view.aim(self.plotter, assembly.view, np.vstack([points, *ends]))
+
+    def turn_to(self, frame: int) -> list[tuple[np.ndarray, np.ndarray, str]]:
+        """Move all to where it is at a frame; return the arrows' tails, tips and texts."""
+        assembly = self._script.assembly
+        for name, part in assembly.parts.items():
+            points, magnitude = part.moved(frame, assembly.drive.along, assembly.scale)
+            place(part, *self._meshes[name], points, magnitude / (self._script.tops[name] or 1.0))
+        found = arrows(self._drawing, assembly, frame)
+        names = [text.partition("\n")[0] for _, _, text in found]
+        for name, mesh in self._arrows.items():
+            if name in names:
+                tail, tip, _ = found[names.index(name)]
+                mesh.points = view.arrow(tail, tip).points
+            else:
+                mesh.points = np.zeros_like(mesh.points)
+        return found
+
+
+def _ground(
+    drawing: Drawing, script: Script
+) -> tuple[Image.Image, list[Callable[[float], tuple[float, float, float]]]]:
+    """Draw all that stands still.
+
+    Returns:
+        The picture, and for each panel the place of a crank angle: across, lower end, upper end [px].
+    """
+    assembly, run = script.assembly, script.run
+    figure = Figure(figsize=(SIZE[0] / 100, SIZE[1] / 100), dpi=100, facecolor="white")
+    figure.text(0.02, 1 - 32 / SIZE[1], drawing.scene_name, fontsize=15, fontweight="bold", va="center")
+    what = f"gaps, tilt, lateral motion and deformation × {assembly.scale:g}"
+    figure.text(0.02, 1 - 64 / SIZE[1], what, fontsize=11, color=style.FAINT, va="center")
+    for number, (name, top) in enumerate(script.tops.items()):
+        factor, unit = style.prefixed(top, "m")
+        box = (0.03 + 0.26 * number, 0.072, 0.22, 0.018)
+        label = f"{name}: elastic, across [{unit}]"
+        add_colour_bar(figure, top * factor, label, box, assembly.parts[name].colours, beyond=True)
+    left, width, low, high = WHERE
+    found = []
+    for panel, box in zip(PANELS, stacked(left, width, low, high), strict=True):
+        axes = figure.add_axes(box)
+        draw_panel(axes, panel, [run], span_of(run))
+        axes.yaxis.set_label_coords(-0.115, 0.5)
+        if panel is PANELS[0]:
+            draw_gas(drawing, axes, run, label=True)
+        if panel is PANELS[-1]:
+            axes.set_xlabel(f"crank angle [deg]  ·  Hann window of {WINDOW * 1e6:.0f} µs")
+        else:
+            axes.tick_params(labelbottom=False)
+        found.append(axes)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+
+    def track(number: int, degrees: float) -> tuple[float, float, float]:
+        box = found[number].get_window_extent()
+        return found[number].transData.transform((degrees, 0))[0], SIZE[1] - box.y0, SIZE[1] - box.y1
+
+    return image, [lambda degrees, k=k: track(k, degrees) for k in range(len(found))]

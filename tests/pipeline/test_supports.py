@@ -1,0 +1,137 @@
+"""Held bodies: modes and statics against dense algebra on the free dofs, and the closed form of a clamped bar."""
+
+import numpy as np
+import pytest
+from scipy import linalg, sparse
+
+from modaldb.schema import MeshRecord, Surface
+from pipeline.component import Component
+from pipeline.errors import InputError
+from pipeline.geometry.bar import Bar
+from pipeline.geometry.skirt import Skirt
+from pipeline.interface import Interface, contact_points
+from pipeline.material import Material
+from pipeline.model import FEModel, build_model
+from pipeline.modes.normal import normal_modes
+from pipeline.modes.static import pressure_fields, residual_shapes, static_shapes
+from pipeline.reduce import reduce_component
+
+MATERIAL = Material(E=72e9, nu=0.33, rho=2700.0)
+GEOMETRY = {"kind": "skirt", "outer_radius": 0.043, "wall": 0.012, "height": 0.04, "crown": 0.012}
+COUNT = 10
+
+
+@pytest.fixture(scope="module")
+def mesh() -> MeshRecord:
+    return Skirt.model_validate(GEOMETRY).build(0.02)
+
+
+@pytest.fixture(scope="module")
+def model(mesh: MeshRecord) -> FEModel:
+    return build_model(mesh, MATERIAL, ["open_end"])
+
+
+@pytest.fixture(scope="module")
+def dense(model: FEModel) -> tuple[np.ndarray, np.ndarray]:
+    """All eigenvalues, and the shapes with zeros where the body is held."""
+    K, M = model.free_matrices()
+    values, vectors = linalg.eigh(K.toarray(), M.toarray())
+    shapes = np.zeros((len(model.held), len(values)))
+    shapes[model.free] = vectors
+    return values, shapes
+
+
+@pytest.fixture(scope="module")
+def B(mesh: MeshRecord, model: FEModel) -> sparse.csr_matrix:
+    points = contact_points(mesh, Interface(surface="skirt", sector_deg=(-60, 60)), "here")
+    return model.rows(points.nodes, points.normals)
+
+
+def test_nodes_of_the_support_are_held(mesh: MeshRecord, model: FEModel) -> None:
+    nodes = np.flatnonzero(model.held.reshape(-1, 3).all(axis=1))
+    np.testing.assert_array_equal(nodes, np.unique(mesh.surfaces["open_end"].facets))
+    assert model.held.sum() == 3 * len(nodes)
+    assert model.rigid_twists.shape == (0, 6)
+    assert model.rigid_modes.shape == (len(model.held), 0)
+    assert model.K.shape[0] == len(model.held)
+
+
+def test_frequencies_and_shapes_equal_dense_ones(model: FEModel, dense: tuple[np.ndarray, np.ndarray]) -> None:
+    modes = normal_modes(model, COUNT)
+    np.testing.assert_allclose(modes.angular_frequencies**2, dense[0][:COUNT], rtol=1e-9)
+    assert np.all(modes.Phi[model.held] == 0)
+    overlap = dense[1][:, :COUNT].T @ (model.M @ modes.Phi)
+    np.testing.assert_allclose(linalg.svdvals(overlap), 1.0, atol=1e-8)
+    assert modes.quality["modes_missed"] == 0
+
+
+def test_residual_flexibility_equals_the_dense_inverse(model: FEModel, B: sparse.csr_matrix) -> None:
+    modes = normal_modes(model, COUNT)
+    R = residual_shapes(model, B, modes, np.empty((B.shape[0], 0))).flexibility
+    K, B_free = model.free_matrices()[0].toarray(), B[:, model.free].toarray()
+    kept = (B @ modes.Phi) / modes.angular_frequencies
+    exact = B_free @ np.linalg.solve(K, B_free.T) - kept @ kept.T
+    np.testing.assert_allclose(R, exact, atol=1e-10 * np.abs(exact).max())
+
+
+def test_point_on_the_support_cannot_move(mesh: MeshRecord, model: FEModel, B: sparse.csr_matrix) -> None:
+    points = contact_points(mesh, Interface(surface="skirt", sector_deg=(-60, 60)), "here")
+    on = np.isin(points.nodes, np.unique(mesh.surfaces["open_end"].facets))
+    assert on.any()
+    R = residual_shapes(model, B, normal_modes(model, COUNT), np.empty((B.shape[0], 0))).flexibility
+    assert np.all(R[on] == 0)
+    assert np.all(R.diagonal()[~on] > 0)
+
+
+def test_static_shapes_leave_the_rest_to_R(model: FEModel, B: sparse.csr_matrix) -> None:
+    modes, count = normal_modes(model, COUNT), B.shape[0]
+    spread = np.linspace(-1, 1, count)
+    fields = pressure_fields(np.column_stack([spread, np.sin(9 * spread)]), np.ones(count), 4)
+    residual = residual_shapes(model, B, modes, fields)
+    shapes = static_shapes(model, B, residual, fields)
+    assert np.all(shapes.Phi[model.held] == 0)
+    kept = (B @ shapes.Phi) / shapes.angular_frequencies
+    whole = shapes.residual_flexibility + kept @ kept.T
+    np.testing.assert_allclose(whole, residual.flexibility, atol=1e-9 * np.abs(whole).max())
+
+
+def test_record_of_a_held_body(mesh: MeshRecord) -> None:
+    component = Component.model_validate(
+        {
+            "geometry": GEOMETRY,
+            "material": MATERIAL.model_dump(),
+            "supports": ["open_end"],
+            "interface": {"thrust": {"surface": "skirt", "sector_deg": [-60, 60]}},
+            "modes": {"normal_count": COUNT, "static_count": 4},
+        }
+    )
+    record = reduce_component(mesh, "ab" * 32, component, "cup")
+    assert record.rigid_twists.shape == (0, 6)
+    assert record.inertia_couplings is None
+    assert record.shapes is not None
+    assert record.shapes.shape == (len(mesh.nodes), 3, COUNT + 4)
+    assert np.all(record.shapes[np.unique(mesh.surfaces["open_end"].facets)] == 0)
+
+
+def test_clamped_bar() -> None:
+    """ω_k = (k − ½) π c / L; a bar is held by one point."""
+    mesh = Bar(kind="bar", length=1.0, area=1e-4).build(0.01)
+    model = build_model(mesh, Material(E=2e11, nu=0.3, rho=8000.0), ["left"])
+    modes = normal_modes(model, 4)
+    exact = (np.arange(1, 5) - 0.5) * np.pi * np.sqrt(2e11 / 8000.0)
+    np.testing.assert_allclose(modes.angular_frequencies, exact, rtol=1e-6)
+    end = np.array([mesh.nodes[:, 0].argmax()])
+    residual = residual_shapes(model, model.rows(end, np.eye(3)[:1]), modes, np.empty((1, 0)))
+    assert residual.scale[0] ** 2 == pytest.approx(1.0 / (2e11 * 1e-4), rel=1e-9)
+
+
+def test_supports_that_hold_nothing_are_refused(mesh: MeshRecord) -> None:
+    with pytest.raises(InputError, match=r"component\.cup\.supports: the mesh has no surface 'foot', it has crown"):
+        build_model(mesh, MATERIAL, ["foot"], "component.cup")
+    crown = mesh.surfaces["crown"].facets
+    middle = mesh.nodes[crown[:, :2]].mean(axis=1)
+    straight = crown[np.linalg.norm(mesh.nodes[crown[:, 3]] - middle, axis=1) < 1e-9][0, [0, 3, 1]]
+    edge = Surface(np.resize(straight, (1, 6)), {})
+    lined = MeshRecord(mesh.nodes, mesh.cells, mesh.cell_type, mesh.surfaces | {"edge": edge})
+    with pytest.raises(InputError, match="the 3 nodes of edge leave a rigid motion free"):
+        build_model(lined, MATERIAL, ["edge"], "component.cup")

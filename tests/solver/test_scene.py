@@ -1,0 +1,196 @@
+"""What a scene may say, which integrator it takes, and which terms and fields it leads to."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from solver import Scene, SceneError, simulate
+from solver.terms import fields_read, scene_terms
+from tests.solver.systems import (
+    block_records,
+    block_scene,
+    build_all,
+    driven_pair_scene,
+    pair_scene,
+    piston_records,
+    piston_scene,
+    plate_records,
+)
+
+DAMPING = {"ratio": 0.01, "frequency": 1000.0}
+Change = dict[str, Any]
+
+
+def merged(scene: Any, change: Any) -> Any:
+    """Return a scene with a change put into its tables."""
+    if not isinstance(scene, dict) or not isinstance(change, dict):
+        return change
+    return scene | {key: merged(scene.get(key), value) for key, value in change.items()}
+
+
+def driven_pair() -> dict[str, Any]:
+    """The piston over a plate with damping."""
+    return merged(driven_pair_scene(), {"body": {"plate": {"damping": DAMPING}}})
+
+
+NEEDY: dict[str, tuple[Change, str]] = {
+    "damping": (merged(block_scene(), {"body": {"part": {"damping": DAMPING}}}), "damping of body.part"),
+    "gravity": (merged(block_scene(), {"run": {"gravity": [0, 0, -9.81]}}), "run.gravity"),
+    "joint": (merged(piston_scene(), {"force": {}}) | {"force": {}}, "joint.rod"),
+    "joint and force": (piston_scene(), "joint.rod"),
+    "sliding pair": (merged(pair_scene(), {"run": {"gravity": [0, 0, 0]}}), "the sliding pair contact.slide"),
+}
+
+
+@pytest.mark.parametrize("name", NEEDY)
+def test_kick_is_refused_what_it_cannot_carry(name: str) -> None:
+    scene, reason = NEEDY[name]
+    with pytest.raises(ValidationError) as error:
+        Scene.model_validate(merged(scene, {"run": {"integrator": "kick"}}))
+    assert f"run.integrator: 'kick' cannot carry {reason}; take 'auto' or 'trapezoid'" in str(error.value)
+    for integrator in ("auto", "trapezoid"):
+        chosen = Scene.model_validate(merged(scene, {"run": {"integrator": integrator}}))
+        assert chosen.integrator == "trapezoid"
+
+
+def test_everything_that_needs_the_implicit_integrator_is_listed() -> None:
+    scene = Scene.model_validate(merged(driven_pair(), {"run": {"gravity": [0, 0, -9.81]}}))
+    assert scene.needs_trapezoid() == [
+        "damping of body.plate", "joint.rod", "force.gas", "the sliding pair contact.right", "run.gravity"
+    ]  # fmt: skip
+
+
+def test_plain_impact_keeps_the_explicit_integrator() -> None:
+    assert Scene.model_validate(block_scene()).integrator == "kick"
+    chosen = Scene.model_validate(merged(block_scene(), {"run": {"integrator": "trapezoid"}}))
+    assert chosen.integrator == "trapezoid"
+
+
+def test_integrator_of_a_run_is_told(tmp_path: Path) -> None:
+    for name in ("kick", "trapezoid"):
+        scene = merged(block_scene(4e-5), {"run": {"integrator": name}})
+        run = simulate(build_all(tmp_path / name, {"part": block_records(3)}, scene))
+        assert run.counts["integrator"] == name
+        assert bool(run.motion) == (name == "trapezoid")
+
+
+@pytest.mark.parametrize(
+    ("scene", "change", "text"),
+    [
+        (block_scene(), {"contact": {"wall": {"body": "prt"}}}, "contact.wall.body: no body 'prt', the scene has part"),
+        (
+            pair_scene(),
+            {"contact": {"slide": {"against": {"body": "plte"}}}},
+            "contact.slide.against.body: no body 'plte', the scene has part, plate",
+        ),
+        (piston_scene(), {"joint": {"rod": {"body": "pston"}}}, "joint.rod.body: no body 'pston', the scene has part"),
+        (piston_scene(), {"force": {"gas": {"body": "pston"}}}, "force.gas.body: no body 'pston', the scene has part"),
+        (piston_scene(), {"force": {"gas": {"joint": "rd"}}}, "force.gas.joint: no joint 'rd', the scene has rod"),
+        (block_scene(), {"body": {"part": {"freedom": ["w"]}}}, "body.part.freedom"),
+        (block_scene(), {"body": {"part": {"damping": {"ratio": 1.0, "frequency": 1.0}}}}, "body.part.damping.ratio"),
+        (block_scene(), {"body": {"part": {"damping": {"ratio": 0.1}}}}, "body.part.damping.frequency"),
+        (block_scene(), {"run": {"integrator": "euler"}}, "run.integrator"),
+    ],
+)
+def test_names_and_values_are_checked(scene: Change, change: Change, text: str) -> None:
+    with pytest.raises(ValidationError) as error:
+        Scene.model_validate(merged(scene, change))
+    assert text in str(error.value)
+
+
+def test_joint_that_is_missing_says_so() -> None:
+    with pytest.raises(ValidationError, match=r"force\.gas\.joint: no joint 'rod', the scene has none"):
+        Scene.model_validate(piston_scene() | {"joint": {}})
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (
+            {"contact": {"slide": {"against": {"interface": "tp"}}}},
+            r"^contact\.slide\.against\.interface: body 'plate' has no traction space 'tp'",
+        ),
+        ({"contact": {"slide": {"interface": "fce"}}}, r"^contact\.slide\.interface: body 'part' has no 'fce'"),
+        (
+            {"body": {"part": {"position": [-0.06, 0.0, 0.2]}}},
+            r"^contact\.slide\.against: no point of 'face' faces 'top'$",
+        ),
+        ({"body": {"part": {"position": [-0.04, 0.0, 0.0]}}}, r"^contact\.slide: 20 of 20 points start inside"),
+    ],
+)
+def test_pair_that_does_not_fit_is_refused(tmp_path: Path, change: Change, text: str) -> None:
+    records = {"part": block_records(20), "plate": plate_records()}
+    with pytest.raises(SceneError, match=text):
+        build_all(tmp_path, records, merged(pair_scene(), change))
+
+
+def test_surface_of_another_body_must_face_the_points(tmp_path: Path) -> None:
+    records = {"part": block_records(20), "plate": plate_records()}
+    records["plate"][0].tractions["top"].chart["normal"] = [1.0, 0, 0]
+    scene = merged(pair_scene(), {"body": {"part": {"position": [0.1, 0, 0]}}})
+    with pytest.raises(SceneError, match=r"^contact\.slide\.against: the obstacle does not face interface 'face'$"):
+        build_all(tmp_path, records, scene)
+
+
+def test_terms_of_a_driven_pair() -> None:
+    terms = scene_terms(Scene.model_validate(driven_pair()))
+    present = {(term.body, term.name) for term in terms if term.present}
+    absent = {(term.body, term.name) for term in terms if not term.present}
+    assert present == {
+        ("part", "rigid motion"), ("part", "elastic flight"), ("part", "contact right"), ("part", "contact left"),
+        ("part", "surface layer of right"), ("part", "surface layer of left"), ("part", "joint rod"),
+        ("part", "load gas"), ("part", "residual flexibility"),
+        ("plate", "rigid motion"), ("plate", "elastic flight"), ("plate", "traction space top"), ("plate", "damping"),
+        ("plate", "residual flexibility"),
+    }  # fmt: skip
+    assert {("part", "damping"), ("part", "gravity"), ("plate", "gravity"), ("part", "mode shapes")} <= absent
+    assert ("part", "dashpot of right") in absent
+    reasons = {(term.body, term.name): term.reason for term in terms}
+    assert reasons["part", "joint rod"] == "a slider-crank holds pin"
+    assert reasons["part", "load gas"] == "gas on crown"
+    assert reasons["plate", "traction space top"] == "contact right slides over it"
+    assert reasons["plate", "damping"] == "body.plate.damping is given"
+    assert reasons["part", "damping"] == "body.part.damping is not given"
+
+
+def test_fields_of_a_driven_pair() -> None:
+    terms = scene_terms(Scene.model_validate(driven_pair()))
+    contact = [
+        f"interfaces/{side}/{name}" for side in ("right", "left") for name in ("rows", "normals", "edge", "areas")
+    ]
+    own = {"angular_frequencies", "loads/pin", "loads/crown", "residual_flexibility"}
+    assert set(fields_read(terms, "part", "modes")) == own | set(contact)
+    points = {"points/right", "points/left"}
+    assert set(fields_read(terms, "part", "morph")) == {"centre", "inertia", "rigid_twists"} | points
+    expected = {"angular_frequencies", "tractions/top", "residual_flexibility"}
+    assert set(fields_read(terms, "plate", "modes")) == expected
+    assert set(fields_read(terms, "plate", "morph")) == {"centre", "inertia", "rigid_twists"}
+
+
+def test_springs_alone_read_no_residual_flexibility() -> None:
+    springs = {"slide": {"method": "penalty", "surface_stiffness": 1e13}}
+    for scene, read in ((pair_scene(), True), (merged(pair_scene(), {"contact": springs}), False)):
+        terms = scene_terms(Scene.model_validate(scene))
+        for body in ("part", "plate"):
+            assert ("residual_flexibility" in fields_read(terms, body, "modes")) == read
+
+
+def test_a_body_that_a_joint_holds_reads_it_for_the_joint() -> None:
+    springs = {side: {"method": "penalty"} for side in ("right", "left")}
+    terms = scene_terms(Scene.model_validate(merged(piston_scene(), {"contact": springs})))
+    (term,) = (term for term in terms if term.name == "residual flexibility")
+    assert (term.present, term.reason) == (True, "a joint or load acts on it")
+
+
+def test_only_these_fields_are_in_memory(tmp_path: Path) -> None:
+    scene = pair_scene()
+    system = build_all(tmp_path, {"part": block_records(20), "plate": plate_records()}, scene)
+    plate, part = system.bodies["plate"].modal, system.bodies["part"].modal
+    assert list(plate.tractions) == ["top"]
+    assert not plate.interfaces
+    assert not part.tractions
+    assert plate.residual_flexibility is not None
+    system = build_all(tmp_path / "piston", {"part": piston_records()}, piston_scene())
+    assert sorted(system.bodies["part"].modal.loads) == ["crown", "pin"]
