@@ -51,14 +51,14 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         StageError: the reduction failed its own checks.
     """
     where = f"component.{name}"
-    points, tractions = _contacts(mesh, component, where)
+    touched = _contacts(mesh, component, where)
     model = build_model(mesh, component.material, component.supports, where)
     if component.modes.recipe != "rigid" and component.modes.normal_count > (most := largest_count(model)):
         raise InputError(
             f"{where}.modes.normal_count: {component.modes.normal_count} given, its mesh has {most} at most;"
             " refine it or ask for fewer"
         )
-    touched = _gather(mesh, component, model, points, tractions, where)
+    _gather(touched, mesh, component, model, where)
     reduction = RECIPES[component.modes.recipe](model, touched.all_rows(model.K.shape[0]), component.modes)
     at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
     return ModalRecord(
@@ -90,9 +90,8 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     )
 
 
-def _contacts(
-    mesh: MeshRecord, component: Component, where: str
-) -> tuple[dict[str, ContactPoints], dict[str, TractionSpace]]:
+def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:
+    """Find what the mesh alone tells, so that a mistake shows before anything is assembled."""
     points, tractions = {}, {}
     for key, interface in sorted(component.interface.items()):
         if interface.kind == "points":
@@ -100,18 +99,12 @@ def _contacts(
         elif interface.kind == "traction":
             tractions[key] = traction_space(mesh, interface, f"{where}.interface.{key}")
     refuse_too_many(tractions, f"{where}.interface")
-    return points, tractions
+    return _Touched(points, tractions, {}, {}, {})
 
 
-def _gather(
-    mesh: MeshRecord,
-    component: Component,
-    model: FEModel,
-    points: dict[str, ContactPoints],
-    tractions: dict[str, TractionSpace],
-    where: str,
-) -> _Touched:
-    touched, count = _Touched(points, tractions, {}, {}, {}), component.modes.static_count
+def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FEModel, where: str) -> None:
+    """Fill in loads, rows and fields."""
+    points, tractions, count = touched.points, touched.tractions, component.modes.static_count
     for key, interface in sorted(component.interface.items()):
         if key in points:
             at = points[key]
@@ -125,7 +118,6 @@ def _gather(
             touched.loads[key] = load = load_rows(mesh, model, interface, f"{where}.interface.{key}")
             touched.rows[key] = load.B
             touched.fields[key] = np.empty((load.B.shape[0], 0))
-    return touched
 
 
 def _couplings(model: FEModel, reduction: Reduction) -> InertiaCouplings | None:

@@ -39,8 +39,8 @@ class ForceReference:
             force: Mean resultant over each [N], (s, 3).
         """
         ours = smooth(times, force, self.grid, self.window)
-        intervals = np.diff(times, prepend=0.0)
-        impulse = float(np.linalg.norm(intervals @ force))
+        means = resample_mean(np.concatenate([[0.0], times]), force, self.grid)
+        impulse = float(np.linalg.norm(np.diff(self.grid) @ means))
         return impulse / self.impulse - 1, float(np.linalg.norm(ours - self.force) / np.linalg.norm(self.force))
 
 
@@ -58,10 +58,12 @@ def stacked(run: NodalRecord, contacts: Iterable[str]) -> np.ndarray:
 def reference_of(job: Job, nodal: list[NodalRecord]) -> ForceReference | None:
     """Return the reference force of a scene, or None where it names none."""
     report = job.scene.report
-    grid = np.linspace(0.0, job.scene.run.duration, GRID + 1)
+    grid = np.linspace(0.0, report.until or job.scene.run.duration, GRID + 1)
     if nodal:
         finest = nodal[-1]
-        impulse = float(np.linalg.norm(finest.step * stacked(finest, job.scene.contact).sum(axis=0)))
+        edges = np.concatenate([[0.0], finest.times])
+        means = resample_mean(edges, stacked(finest, job.scene.contact), grid)
+        impulse = float(np.linalg.norm(np.diff(grid) @ means))
         force = smooth(finest.times, stacked(finest, job.scene.contact), grid, report.window)
         return ForceReference(f"nodal synthesis at {finest.step * 1e6:g} µs", grid, force, impulse, report.window)
     if report.pulse is None or report.reference is None:

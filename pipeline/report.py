@@ -16,7 +16,7 @@ import numpy as np
 
 import modaldb
 from modaldb.schema import NodalRecord, Trajectory, WorkPrecision
-from pipeline.cycle_report import cycle_errors
+from pipeline.cycle_report import cycle_errors, reproducible
 from pipeline.errors import InputError
 from pipeline.reference import GRID, ForceReference, nodal_runs, reference_of, smooth, stacked
 from pipeline.scenefile import named
@@ -51,6 +51,8 @@ def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
         "scene": job.name,
         "reference": reference.source if reference else None,
         "window": job.scene.report.window,
+        "until": job.scene.report.until,
+        "reproducible": reproducible(job, nodal) if finest is not None else None,
         "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "python": platform.python_version()},
         "rows": [asdict(row) for row in rows],
         "changes": [_change_row(job, name, changes, progress) for name, changes in job.scene.report.changes.items()],
@@ -70,6 +72,7 @@ def table_text(document: dict[str, Any]) -> str:
     window = f", Hann {document['window'] * 1e6:g} µs" if document["window"] else ""
     lines = [
         f"Reference: {document['reference']}; {document['machine']['cpu']}, {document['machine']['cores']} cores",
+        *_until(document),
         "",
         f"| model | coordinates | impulse error | force error (L2{window}) | energy drift | steps | run time |",
         "|---|---|---|---|---|---|---|",
@@ -96,9 +99,22 @@ def table_text(document: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _until(document: dict[str, Any]) -> list[str]:
+    """Say up to when runs are compared, and up to when that makes sense."""
+    lines = []
+    if document["until"]:
+        lines.append(f"Compared up to {document['until'] * 1e3:g} ms.")
+    if document["reproducible"]:
+        lines.append(
+            f"The two finest nodal runs agree to 1 % in force up to {document['reproducible'] * 1e3:.3g} ms; what comes"
+            " later depends on the last digits of any model."
+        )
+    return lines
+
+
 def _cycle_table(rows: list[dict[str, Any]]) -> list[str]:
     """Return the errors over a cycle, of the runs that have them."""
-    names = ("slap impulse", "energy lost", "force", "liner displacement", "slap time")
+    names = ("slap impulse", "energy lost", "force", "liner displacement", "slap time", "force, whole run")
     chosen = [row for row in rows if set(names) <= row["errors"].keys()]
     if not chosen:
         return []
@@ -169,9 +185,9 @@ def _change_row(job: Job, name: str, changes: dict[str, Any], progress: Tell) ->
         histories = [
             cold_job.store.get(report.stages["solve"].key, "trajectory") for report in (cold, reused, recomputed)
         ]
-    grid = np.linspace(0.0, job.scene.run.duration, GRID + 1)
+    grid = np.linspace(0.0, job.scene.report.until or job.scene.run.duration, GRID + 1)
     forces = [smooth(*_force(history), grid, job.scene.report.window) for history in histories]
-    impulses = [float(np.linalg.norm(np.diff(t, prepend=0.0) @ f)) for t, f in map(_force, histories)]
+    impulses = [float(np.linalg.norm(np.diff(grid) @ smooth(*_force(history), grid, 0.0))) for history in histories]
     scale = float(np.linalg.norm(forces[2]))
     return {
         "change": name,

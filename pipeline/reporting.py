@@ -34,6 +34,9 @@ class Report(BaseModel):
     window: float = Field(
         default=40e-6, ge=0, description="Full width of the Hann window on forces, both sides [s]; 0: none"
     )
+    until: float | None = Field(
+        default=None, gt=0, description="Compare up to this time [s]; chatter may make later motion irreproducible"
+    )
     nodal: Nodal | None = Field(default=None, description="Compare with the nodal synthesis on the same mesh")
     models: dict[str, dict[str, Any]] = Field(default={}, description="Name → changes of the scene, as nested tables")
     changes: dict[str, dict[str, Any]] = Field(

@@ -50,6 +50,8 @@ class Mechanism:
     """Side force of a rigid piston at the grid's middles, along `lateral` on the piston [N], (g,)."""
     grid: np.ndarray
     """Edges of the common time grid [s], (g + 1,)."""
+    cycle: float
+    """Duration of two turns [s]."""
 
     @property
     def middles(self) -> np.ndarray:
@@ -66,7 +68,8 @@ class Slap:
     impulse: float
     """[N s]"""
     energy_lost: float
-    """[J]"""
+    energy: float
+    """Kinetic energy of lateral motion and tilt: lost, and the largest during the slap [J]."""
 
 
 def history_of(run: Trajectory | NodalRecord, contacts: list[str], piston: str, mechanism: Mechanism) -> CycleHistory:
@@ -114,28 +117,33 @@ def slaps(run: CycleHistory, mechanism: Mechanism) -> list[Slap]:
             continue
         impulse = float(((total - rigid) * dt)[first:last].sum())
         before, after = np.interp([begin, begin + WINDOW], run.times, energy)
-        found.append(Slap(float(begin), side, impulse, float(before - after)))
+        largest = energy[(run.times >= begin) & (run.times <= begin + WINDOW)].max()
+        found.append(Slap(float(begin), side, impulse, float(before - after), float(largest)))
     return found
 
 
 def differences(run: CycleHistory, reference: CycleHistory, mechanism: Mechanism, window: float) -> dict[str, float]:
     """Return the errors of a run against a reference, all relative and positive.
 
-    Impulses, losses, forces and displacements are compared in the norm over all slaps, intervals or places; the time of
-    a slap by its largest difference as a share of the whole time. A missing or additional slap gives infinity.
+    Impulses, losses, forces and displacements are compared in the norm over all slaps, intervals or places, losses as
+    shares of the largest kinetic energy during the slap, since bounces make what is left at any one moment arbitrary;
+    the time of a slap by its largest difference as a share of a cycle of two turns. A missing or additional slap gives infinity.
 
     Args:
         window: Full width of the Hann window on forces, both sides [s].
     """
     ours, theirs = slaps(run, mechanism), slaps(reference, mechanism)
     errors: dict[str, float] = dict.fromkeys(("slap impulse", "energy lost", "slap time"), float("inf"))
-    if [slap.side for slap in ours] == [slap.side for slap in theirs]:
+    if theirs and [slap.side for slap in ours] == [slap.side for slap in theirs]:
         errors["slap impulse"] = _relative([s.impulse for s in ours], [s.impulse for s in theirs])
-        errors["energy lost"] = _relative([s.energy_lost for s in ours], [s.energy_lost for s in theirs])
+        lost = np.array([a.energy_lost - b.energy_lost for a, b in zip(ours, theirs, strict=True)])
+        errors["energy lost"] = float(np.linalg.norm(lost) / np.linalg.norm([s.energy for s in theirs]))
         late = max((abs(a.touch - b.touch) for a, b in zip(ours, theirs, strict=True)), default=0.0)
-        errors["slap time"] = late / float(mechanism.grid[-1])
-    errors["force"] = _relative(*(_forces(item, mechanism, window) for item in (run, reference)))
-    errors["liner displacement"] = _relative(*(_displacements(item, reference) for item in (run, reference)))
+        errors["slap time"] = late / mechanism.cycle
+    errors["force"] = _relative(*(windowed(item, mechanism, window) for item in (run, reference)))
+    errors["liner displacement"] = _relative(
+        *(_displacements(item, reference, float(mechanism.grid[-1])) for item in (run, reference))
+    )
     return errors
 
 
@@ -145,19 +153,20 @@ def _relative(ours: object, theirs: object) -> float:
     return float(np.linalg.norm(a - b)) / scale if scale > 0 else float("inf")
 
 
-def _forces(run: CycleHistory, mechanism: Mechanism, window: float) -> np.ndarray:
+def windowed(run: CycleHistory, mechanism: Mechanism, window: float) -> np.ndarray:
     """Return the force of every side, windowed, on the common grid, (k, g)."""
     edges = np.concatenate([[0.0], run.times])
     means = [resample_mean(edges, force, mechanism.grid) for _, force in sorted(run.sides.items())]
     return np.stack([hann_filter(mechanism.grid[1:], mean, window) for mean in means])
 
 
-def _displacements(run: CycleHistory, reference: CycleHistory) -> np.ndarray:
-    """Return the bore's displacement at the reference's frames, (f, all functions)."""
+def _displacements(run: CycleHistory, reference: CycleHistory, until: float) -> np.ndarray:
+    """Return the bore's displacement at the reference's frames up to a time, (f, all functions)."""
     joined: Mapping[str, np.ndarray] = run.masters
+    times = reference.frame_times[reference.frame_times <= until]
     return np.column_stack(
         [
-            np.stack([np.interp(reference.frame_times, run.frame_times, column) for column in joined[name].T], axis=1)
+            np.stack([np.interp(times, run.frame_times, column) for column in joined[name].T], axis=1)
             for name in sorted(reference.masters)
         ]
     )

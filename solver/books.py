@@ -18,22 +18,22 @@ def relax(points, masters, loads, books, dt):  # type: ignore[no-untyped-def]
         if amount != 0.0:
             for j in range(c):
                 image[j] += amount * residual[i, j]
-    a, b = points.memory[0], points.memory[1]
+    memory = points.memory
     for i in range(c):
         mean[i], before = 0.5 * (last[i] + now[i]), stress[i]
         impulses[i] += dt * mean[i]
-        strain[i] += 0.5 * b[i] * image[i]
-        after, place = a[i] * before + b[i] * mean[i], strain[i]
+        strain[i] += memory[2, i] * image[i]
+        after, place = memory[0, i] * before + memory[1, i] * last[i] + memory[2, i] * now[i], strain[i]
         for number in range(len(held)):
             place += to_gap[i, number] * held[number]
         lost += (mean[i] - 0.5 * (before + after)) * (place - whole[i])
         stress[i], whole[i] = after, place
-    a, b, onto, second = masters.memory[0], masters.memory[1], masters.onto, masters.second
+    memory, onto, second = masters.memory, masters.onto, masters.second
     stress, whole, strain, impulses = masters.stress, masters.whole, masters.strain, masters.impulses
     for f in range(len(onto)):
         force, before = onto[f] + second[f], stress[f]
         impulses[f] += dt * force
-        after = a[f] * before + b[f] * force
+        after = memory[0, f] * before + 2 * (memory[1, f] * onto[f] + memory[2, f] * second[f])
         lost += (force - 0.5 * (before + after)) * (strain[f] - whole[f])
         stress[f], whole[f] = after, strain[f]
     books.energy[DISSIPATED] += lost

@@ -41,7 +41,7 @@ class Points(NamedTuple):
     residual: np.ndarray
     """R [m/N], (c, c)."""
     memory: np.ndarray
-    """a and b of each row, (2, c)."""
+    """What r⁺ keeps of r, of λ at the start and of λ at the end of the step, (3, c)."""
     contact: np.ndarray
     multipliers: np.ndarray
     last: np.ndarray
@@ -77,6 +77,7 @@ class Masters(NamedTuple):
     residual: np.ndarray
     """R [m/N], (F, F)."""
     memory: np.ndarray
+    """As in `Points`, (3, F)."""
     chart: np.ndarray
     """Start and spacing along of each contact's space [m], (k, 2)."""
     height: np.ndarray

@@ -62,9 +62,12 @@ class Trapezoid:
 
 
 def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
-    """Return a and b of the Kelvin-Voigt update by the trapezoidal rule, (2, n)."""
+    """Return what r + β ṙ = f keeps of r, of f at the start and of f at the end of a step, f linear in it, (3, n)."""
     ratio = beta / dt
-    return np.array([(ratio - 0.5) / (ratio + 0.5), 1 / (ratio + 0.5)])
+    with np.errstate(divide="ignore"):
+        kept = np.exp(-1 / ratio)
+    gone = ratio * (1 - kept)
+    return np.array([kept, gone - kept, 1 - gone])
 
 
 def _damped_memory(beta: np.ndarray, dt: float) -> np.ndarray:
@@ -140,6 +143,7 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
     driving, joints, c = system.driving, len(system.driving.joints), len(system.gap)
     count, memory = len(driving.rows), _damped_memory(driving.damping, dt)
     ahead = modes.push[0] + 0.5 * dt * modes.push[1]
+    per_row = 0.5 * ((driving.rows * ahead) @ points.rows.T) + driving.to_gap.T * points.memory[2]
     own = (driving.rows * ahead) @ driving.rows.T + driving.residual * memory[1]
     held, start = driving.residual @ system.loads, driving.crank(np.zeros(1))[0]
     rod = np.zeros(joints)
@@ -151,7 +155,7 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
         rows=driving.rows, memory=memory, residual=driving.residual, to_gap=driving.to_gap,
         gap_per_load=(points.rows * modes.push[0]) @ driving.rows.T + driving.to_gap * memory[1],
         joint_response=np.array([own[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in range(joints)]).reshape(-1, 2, 2),
-        joint_per_row=0.5 * ((driving.rows * ahead) @ points.rows.T + driving.to_gap.T * points.memory[1])[: 2 * joints],
+        joint_per_row=per_row[: 2 * joints],
         anchor=np.array([item.anchor for item in driving.joints]).reshape(joints, 2),
         lengths=np.array([item.joint.rod_length for item in driving.joints]), stress=system.loads.copy(),
         before=system.loads.copy(), whole=held, place=driving.rows @ modes.q + held, amount=np.zeros(count), rod=rod,
@@ -163,10 +167,10 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
 def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> Compliance:
     """Return the contact problem's matrix."""
     c, k, count = len(system.gap), len(system.contacts), len(system.functions)
-    b = points.memory[1][:, None]
-    base = np.diag(system.layer) + 0.5 * ((points.rows * modes.push[0]) @ points.rows.T + b * system.residual)
-    functions, b = system.functions, masters.memory[1][:, None]
-    master = 0.5 * ((functions * modes.push[0]) @ functions.T + b * system.function_residual)
+    end = points.memory[2][:, None]
+    base = np.diag(system.layer) + 0.5 * ((points.rows * modes.push[0]) @ points.rows.T) + end * system.residual
+    functions, end = system.functions, masters.memory[2][:, None]
+    master = 0.5 * ((functions * modes.push[0]) @ functions.T) + end * system.function_residual
     space, across = np.zeros((k, 3), np.int64), np.zeros((c, 4))
     for number, item in enumerate(system.contacts):
         if (over := item.master) is not None:

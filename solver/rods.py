@@ -46,7 +46,7 @@ def hold(dt, modes, points, loads, crank):  # type: ignore[no-untyped-def]
             per_row, to_gap = loads.joint_per_row[number], loads.to_gap
             for i in range(len(last)):
                 if last[i] != 0.0 or stress[i] != 0.0:
-                    place += to_gap[i, number] * (memory[0, i] * stress[i] + 0.5 * memory[1, i] * last[i])
+                    place += to_gap[i, number] * (memory[0, i] * stress[i] + memory[1, i] * last[i])
                     place += per_row[i] * last[i]
             arm[axis] = place - crank[j, axis]
             speed[axis] = rate - crank[j, 2 + axis]

@@ -111,22 +111,22 @@ def push_masters(modes, masters, onto):  # type: ignore[no-untyped-def]
 
 
 @inner
-def strain_masters(masters, matrix, onto):  # type: ignore[no-untyped-def]
-    """Add b R onto to the residual displacement of the traction spaces, where it is kept."""
-    space, filled, b, strain, residual = (
-        matrix.space,
-        masters.filled,
-        masters.memory[1],
-        masters.strain,
-        masters.residual,
-    )
+def strain_masters(masters, matrix, onto, moment):  # type: ignore[no-untyped-def]
+    """Add to the residual displacement of the traction spaces, where it is kept, what half forces `onto` do.
+
+    Args:
+        moment: 1 for forces at the start of the step, 2 for those at its end.
+    """
+    space, filled, strain, residual, share = (
+        matrix.space, masters.filled, masters.strain, masters.residual, masters.memory[moment],
+    )  # fmt: skip
     for g in range(len(onto)):
         if onto[g] != 0.0:
+            amount = 2 * onto[g]
             for k in range(len(filled)):
                 first, last = space[k, 0] + filled[k, 0] * space[k, 1], space[k, 0] + filled[k, 1] * space[k, 1]
-                amount = onto[g]
                 for f in range(first, last):
-                    strain[f] += b[f] * residual[g, f] * amount
+                    strain[f] += share[f] * residual[g, f] * amount
 
 
 @inner

@@ -3,13 +3,13 @@
 Over a step every force is constant at its mean, so each coordinate moves exactly (`solver.flight`). A contact's mean
 is ½ (λₙ + λ⁺), and 0 ≤ λ⁺ ⊥ g⁺ ≥ 0 at the end of the step, with
 
-    g⁺ = g₀ + rows q⁺ + w⁺ + N⁺ e⁺ + layer λ⁺,   w⁺ = a w + b R λ̄,   a = (β/dt − ½)/(β/dt + ½),  b = 1/(β/dt + ½)
+    g⁺ = g₀ + rows q⁺ + R r⁺ + N⁺ e⁺ + layer λ⁺,   r + β ṙ = λ, λ linear within the step
 
-the residual flexibility R as a Kelvin-Voigt element of the body's damping β (w = R λ without it), and e the inward
+the residual flexibility R as a Kelvin-Voigt element of the body's damping β (r = λ without it), and e the inward
 displacement of another body's traction space with weights N that follow the sliding pair. What contact forces do to
-gaps within the step makes the matrix base + N M Nᵀ of the complementarity problem. N at the middle of the step
-puts the forces on the master, so that λ̄ᵀΔ(N e) = λ̄ᵀN̄ Δe + λ̄ᵀΔN ē; the last term is the drag of a deformed surface
-and acts along the way of sliding. A joint's force holds the length |P − C| = L in g + ½ dt ġ = 0, which brings a
+gaps within the step makes the matrix base + N M Nᵀ of the complementarity problem. The mean force on the master is
+½ (Nₙᵀλₙ + N⁺ᵀλ⁺); what is left of λ̄ᵀΔ(N e) is the drag of a deformed surface, λ̄ᵀΔN ē, and acts along the way of
+sliding. A joint's force holds the length |P − C| = L in g + ½ dt ġ = 0, which brings a
 violation back within one step. The trapezoidal rule keeps the energy of contact where no point opens or closes.
 """
 
@@ -69,7 +69,7 @@ def march(  # type: ignore[no-untyped-def]
             if slides:
                 if follow(modes, points, masters, matrix):
                     renew(points, masters, matrix, books.tally)
-                _half(modes, points, masters, matrix, points.last, masters.onto, masters.memory[0])
+                _half(modes, points, masters, matrix, 0)
                 move_masters(modes, masters, matrix)
             _free_gaps(modes, points, masters, matrix, loads)
             hold(dt, modes, points, loads, crank[here])
@@ -83,7 +83,7 @@ def march(  # type: ignore[no-untyped-def]
                     break
             _finish(modes, points, loads)
             if slides:
-                _half(modes, points, masters, matrix, points.multipliers, masters.second, np.ones(1))
+                _half(modes, points, masters, matrix, 1)
                 move_masters(modes, masters, matrix)
                 drag_along(points, masters, matrix)
             loads.pin[:] = crank[here]
@@ -135,18 +135,23 @@ def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
         v[k] = motion[2, k] * position + motion[3, k] * velocity + push[1, k] * force[k]
     strain, image, memory = points.strain, points.image, points.memory
     for i in range(len(strain)):
-        strain[i] = memory[0, i] * strain[i] + 0.5 * memory[1, i] * image[i]
+        strain[i] = memory[0, i] * strain[i] + memory[1, i] * image[i]
 
 
 @inner
-def _half(modes, points, masters, matrix, multipliers, onto, decay):  # type: ignore[no-untyped-def]
-    """Put half of the multipliers onto the traction spaces, by the weights in the middle of the step."""
-    onto[:] = 0.0
-    scatter(matrix, points.contact, masters.old_place, masters.old_along, multipliers, 0.25, onto)
-    scatter(matrix, points.contact, masters.place, masters.along, multipliers, 0.25, onto)
+def _half(modes, points, masters, matrix, end):  # type: ignore[no-untyped-def]
+    """Put the forces at the start (end = 0) or at the end of the step (1) onto the traction spaces, half each."""
+    if end:
+        onto = masters.second
+        onto[:] = 0.0
+        scatter(matrix, points.contact, masters.place, masters.along, points.multipliers, 0.5, onto)
+    else:
+        onto = masters.onto
+        onto[:] = 0.0
+        scatter(matrix, points.contact, masters.old_place, masters.old_along, points.last, 0.5, onto)
+        masters.strain[:] *= masters.memory[0]
     push_masters(modes, masters, onto)
-    masters.strain[:] *= decay
-    strain_masters(masters, matrix, onto)
+    strain_masters(masters, matrix, onto, 1 + end)
 
 
 @inner
@@ -186,8 +191,7 @@ def _catch_up(points, masters, matrix):  # type: ignore[no-untyped-def]
     guess, contact, work = points.guess, points.contact, masters.work
     onto = masters.second
     onto[:] = 0.0
-    scatter(matrix, contact, masters.old_place, masters.old_along, guess, 0.5, onto)
-    scatter(matrix, contact, masters.place, masters.along, guess, 0.5, onto)
+    scatter(matrix, contact, masters.place, masters.along, guess, 1.0, onto)
     image_of(matrix, onto, work)
     gather(matrix.space, contact, masters.place, matrix.across, masters.along, work, 1.0, points.shifted)
     onto[:] = 0.0

@@ -33,10 +33,10 @@ BLOWDOWN, EXCHANGE = (130.0, 200.0), (345.0, 385.0)
 SKIRT_HEIGHT, BARREL_MIDDLE = 0.034, 0.014
 """[m]"""
 PROFILES = {
-    "skirt-profile.csv": (50e-6, 75e-6, 200e-6),
-    "skirt-profile-barrel-plus.csv": (70e-6, 95e-6, 200e-6),
-    "skirt-profile-barrel-minus.csv": (30e-6, 55e-6, 200e-6),
-    "skirt-profile-oval.csv": (50e-6, 75e-6, 240e-6),
+    "skirt-profile.csv": (15e-6, 25e-6, 60e-6),
+    "skirt-profile-barrel-plus.csv": (35e-6, 45e-6, 60e-6),
+    "skirt-profile-barrel-minus.csv": (0.0, 5e-6, 60e-6),
+    "skirt-profile-oval.csv": (15e-6, 25e-6, 100e-6),
 }
 """Depths below the nominal radius at the bottom end, at the top end, and across the thrust direction [m]."""
 

@@ -1,6 +1,7 @@
 """`cycle.mp4` of a driven scene: the whole run, what surrounds the driven body cut open, beside its curves.
 
-Only skins and arrows move, in place; titles, colour bars and curves are drawn once, and each frame is pasted on them.
+Only skins move, in place; titles, colour bars and curves are drawn once, and each frame is pasted on them. Arrows are
+drawn flat: what is rendered stays as small as its bodies, and rendering takes most of the time.
 """
 
 from collections.abc import Callable
@@ -8,14 +9,13 @@ from dataclasses import dataclass, replace
 
 import imageio
 import numpy as np
-import pyvista as pv
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont
 
 from pipeline.plots import style, view
-from pipeline.plots.assembly import ARROW, Assembly, arrows, assemble, meshes, place
+from pipeline.plots.assembly import Assembly, arrows, assemble, meshes, place
 from pipeline.plots.curves import WINDOW
 from pipeline.plots.cycle import PANELS, draw_gas, draw_panel, span_of, stacked
 from pipeline.plots.deformation import add_colour_bar
@@ -24,10 +24,10 @@ from pipeline.plots.drive import Cycle, cycles, drive_of, frame_degrees, shown_a
 
 SIZE = (1280, 720)
 """Of the movie [px]."""
-BOX = (8, 84, 688, 640)
+BOX = (150, 84, 550, 640)
 """Left, upper, right, lower border of the rendered part [px]."""
 FRAMES, RATE = 240, 24
-"""With smoothed edges a frame takes 0.1 s of one core in software rendering."""
+"""With smoothed edges a frame takes a tenth of a second of one core in software rendering."""
 TRIANGLES = 16_000
 """Of each body, where its facets are not more."""
 COMMON = 95
@@ -83,26 +83,22 @@ def write_script(drawing: Drawing) -> Script | None:
 def _shoot(drawing: Drawing, script: Script, writer: "imageio.core.format.Format.Writer") -> None:
     """Render frame by frame."""
     assembly, run = script.assembly, script.run
-    stage = _Stage(drawing, script)
+    stage = _Stage(script)
     ground, tracks = _ground(drawing, script)
-    large, small = (ImageFont.truetype(findfont("DejaVu Sans:bold"), size) for size in (20, 15))
+    font = ImageFont.truetype(findfont("DejaVu Sans:bold"), 20)
     angles = frame_degrees(drawing, assembly.drive)
     for frame in script.frames:
-        found = stage.turn_to(frame)
+        stage.turn_to(frame)
         picture = ground.copy()
         picture.paste(Image.fromarray(view.photograph(stage.plotter)), BOX[:2])
-        pen = ImageDraw.Draw(picture)
-        for tail, tip, text in found:
-            x, y = view.pixel(stage.plotter, tip if len(text) else tail) + BOX[:2]
-            away = np.sign((tail - tip) @ assembly.drive.right)
-            pen.multiline_text(
-                (x + 6 * away, y - 34), text, font=small, fill=style.RED, anchor="lm" if away > 0 else "rm",
-                align="left" if away > 0 else "right",
-            )  # fmt: skip
+        for tail, tip, text in arrows(drawing, assembly, frame):
+            start, end = (view.pixel(stage.plotter, point) + BOX[:2] for point in (tail, tip))
+            _draw_arrow(picture, start, end, text)
         degrees = float(angles[frame])
         force = float(np.interp(degrees, run.degrees, run.side_force))
+        pen = ImageDraw.Draw(picture)
         text = f"{shown_angle(run.drive, degrees, 0):>3}° crank angle     side force {style.signed(force / 1e3, 2)} kN"
-        pen.text((SIZE[0] - 24, 32), text, font=large, fill=style.INK, anchor="rm")
+        pen.text((SIZE[0] - 24, 32), text, font=font, fill=style.INK, anchor="rm")
         for track in tracks:
             x, low, high = track(degrees)
             pen.line([(x, low), (x, high)], fill=style.RED, width=2)
@@ -111,10 +107,10 @@ def _shoot(drawing: Drawing, script: Script, writer: "imageio.core.format.Format
 
 
 class _Stage:
-    """Bodies, arrows and camera, of which frame after frame is photographed."""
+    """Bodies and camera, of which frame after frame is photographed."""
 
-    def __init__(self, drawing: Drawing, script: Script) -> None:
-        self._drawing, self._script = drawing, script
+    def __init__(self, script: Script) -> None:
+        self._script = script
         assembly = script.assembly
         self.plotter = view.new_plotter((BOX[2] - BOX[0], BOX[3] - BOX[1]))
         self.plotter.enable_anti_aliasing("msaa", multi_samples=4)
@@ -122,34 +118,37 @@ class _Stage:
         for name, (mesh, edges) in self._meshes.items():
             view.add_skin(self.plotter, mesh, "magnitude", 1.0, assembly.parts[name].colours)
             view.add_lines(self.plotter, edges, color=style.INK, line_width=1.2)
-        self._arrows: dict[str, pv.PolyData] = {}
-        for name in drawing.contacts_of(assembly.drive.body):
-            self._arrows[name] = view.arrow(np.zeros(3), assembly.drive.right)
-            self.plotter.add_mesh(self._arrows[name], color=style.RED, ambient=0.35, smooth_shading=True)
         seen = []
         for frame in script.frames[:: max(1, len(script.frames) // 24)]:
             seen += [part.moved(frame, assembly.drive.along, assembly.scale)[0] for part in assembly.parts.values()]
-        points = np.concatenate(seen)
-        reach = 1.06 * np.abs(points @ assembly.drive.right).max() + ARROW * assembly.size
-        middle = points.mean(axis=0)
-        ends = [middle + (side * reach - middle @ assembly.drive.right) * assembly.drive.right for side in (-1, 1)]
-        view.aim(self.plotter, assembly.view, np.vstack([points, *ends]))
+        view.aim(self.plotter, assembly.view, np.concatenate(seen))
 
-    def turn_to(self, frame: int) -> list[tuple[np.ndarray, np.ndarray, str]]:
-        """Move all to where it is at a frame; return the arrows' tails, tips and texts."""
+    def turn_to(self, frame: int) -> None:
+        """Move all to where it is at a frame."""
         assembly = self._script.assembly
         for name, part in assembly.parts.items():
             points, magnitude = part.moved(frame, assembly.drive.along, assembly.scale)
             place(part, *self._meshes[name], points, magnitude / (self._script.tops[name] or 1.0))
-        found = arrows(self._drawing, assembly, frame)
-        names = [text.partition("\n")[0] for _, _, text in found]
-        for name, mesh in self._arrows.items():
-            if name in names:
-                tail, tip, _ = found[names.index(name)]
-                mesh.points = view.arrow(tail, tip).points
-            else:
-                mesh.points = np.zeros_like(mesh.points)
-        return found
+
+
+def _draw_arrow(picture: Image.Image, tail: np.ndarray, tip: np.ndarray, text: str) -> None:
+    """Draw a level arrow between two places [px], with smooth edges, and its text above."""
+    length, away = abs(tail[0] - tip[0]), float(np.sign(tail[0] - tip[0]))
+    head, half, thick = 20, 9, 3
+    size = (int(length) + 1, 2 * half + 1)
+    mask = Image.new("L", (4 * size[0], 4 * size[1]))
+    pen = ImageDraw.Draw(mask)
+    pen.polygon([(0, 4 * half), (4 * head, 0), (4 * head, 8 * half)], fill=255)
+    pen.rectangle([(4 * head, 4 * (half - thick)), (4 * size[0], 4 * (half + thick))], fill=255)
+    mask = mask.resize(size, Image.Resampling.LANCZOS)
+    if away < 0:
+        mask = mask.transpose(Image.Transpose.FLIP_LEFT_RIGHT)
+    corner = (round(min(tail[0], tip[0])), round(tip[1]) - half)
+    picture.paste(Image.new("RGB", size, style.RED), corner, mask)
+    font = ImageFont.truetype(findfont("DejaVu Sans:bold"), 15)
+    place_of_text = (tip[0] + 6 * away, tip[1] - 34)
+    anchor, align = ("lm", "left") if away > 0 else ("rm", "right")
+    ImageDraw.Draw(picture).multiline_text(place_of_text, text, font=font, fill=style.RED, anchor=anchor, align=align)
 
 
 def _ground(
