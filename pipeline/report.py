@@ -20,7 +20,7 @@ from pipeline.cycle_report import cycle_errors, reproducible
 from pipeline.errors import InputError
 from pipeline.reference import GRID, ForceReference, nodal_runs, reference_of, smooth, stacked
 from pipeline.scenefile import named
-from pipeline.stages import Job, SceneError, run_job, variant
+from pipeline.stages import Job, RunReport, SceneError, run_job, variant
 from pipeline.summary import reference_values
 from pipeline.textfile import write_text
 from solver.simulation import simulate
@@ -55,7 +55,7 @@ def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
         "reproducible": reproducible(job, nodal) if finest is not None else None,
         "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "python": platform.python_version()},
         "rows": [asdict(row) for row in rows],
-        "changes": [_change_row(job, name, changes, progress) for name, changes in job.scene.report.changes.items()],
+        "changes": _change_rows(job, progress),
     }
     write_text(job.out / "report.json", json.dumps(document, indent=1))
     write_text(job.out / "report.csv", _csv(document["rows"]))
@@ -172,19 +172,32 @@ def _force(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     return trajectory.times, np.column_stack([contact.force for contact in trajectory.contacts.values()])
 
 
-def _change_row(job: Job, name: str, changes: dict[str, Any], progress: Tell) -> dict[str, Any]:
-    """Compare reuse with recompute, and the price of the change with that of the first run."""
-    progress(f"change {name}", 0.0)
+def _change_rows(job: Job, progress: Tell) -> list[dict[str, Any]]:
+    """Compare reuse with recompute, and the price of each change with that of the first run."""
+    if not job.scene.report.changes:
+        return []
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
-        cold_job = replace(job, store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
-        cold = run_job(cold_job, "solve")
-        changed = replace(variant(job, changes), store=cold_job.store, out=cold_job.out)
-        reused = run_job(changed, "solve")
-        rung = {"component": {name: {"change": {"rung": "recompute"}} for name in job.scene.component}}
-        recomputed = run_job(variant(changed, rung), "solve")
-        histories = [
-            cold_job.store.get(report.stages["solve"].key, "trajectory") for report in (cold, reused, recomputed)
-        ]
+        base = replace(_on_rung(job, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
+        progress("first run", 0.0)
+        cold = run_job(base, "solve")
+        for name, changes in job.scene.report.changes.items():
+            progress(f"change {name}", 0.0)
+            changed = variant(base, changes)
+            reused = run_job(changed, "solve")
+            recomputed = run_job(_on_rung(changed, "recompute"), "solve")
+            rows.append(_change_row(base, name, (cold, reused, recomputed)))
+    return rows
+
+
+def _on_rung(job: Job, rung: str) -> Job:
+    return variant(job, {"component": {name: {"change": {"rung": rung}} for name in job.scene.component}})
+
+
+def _change_row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -> dict[str, Any]:
+    """Return the row of one change from its runs: cold and unchanged, changed by reuse, changed and recomputed."""
+    histories = [job.store.get(report.stages["solve"].key, "trajectory") for report in reports]
+    cold, reused, recomputed = (sum(stage.seconds for stage in report.stages.values()) for report in reports)
     grid = np.linspace(0.0, job.scene.report.until or job.scene.run.duration, GRID + 1)
     forces = [smooth(*_force(history), grid, job.scene.report.window) for history in histories]
     impulses = [float(np.linalg.norm(np.diff(grid) @ smooth(*_force(history), grid, 0.0))) for history in histories]
@@ -195,10 +208,10 @@ def _change_row(job: Job, name: str, changes: dict[str, Any], progress: Tell) ->
         "impulse_error": impulses[1] / impulses[2] - 1,
         "force_change": float(np.linalg.norm(forces[0] - forces[2])) / scale,
         "force_error": float(np.linalg.norm(forces[1] - forces[2])) / scale,
-        "cold_seconds": sum(stage.seconds for stage in cold.stages.values()),
-        "reuse_seconds": sum(stage.seconds for stage in reused.stages.values()),
-        "recompute_seconds": sum(stage.seconds for stage in recomputed.stages.values()),
-        "reuse_stages": {stage: entry.state for stage, entry in reused.stages.items()},
+        "cold_seconds": cold,
+        "reuse_seconds": reused,
+        "recompute_seconds": recomputed,
+        "reuse_stages": {stage: entry.state for stage, entry in reports[1].stages.items()},
     }
 
 
