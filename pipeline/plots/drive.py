@@ -15,7 +15,9 @@ from pipeline.plots.drawing import Drawing
 
 TICK = 90.0
 """Between labelled crank angles [deg], or a multiple of it."""
-MOST_TICKS = 9
+FINE = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0)
+"""Where less than two of these are seen."""
+MOST_TICKS = 8
 TURN = 360.0
 CLOSE = 1e-6
 """Of a turn: angles that differ by less are the same."""
@@ -127,11 +129,11 @@ def crank_axis(axes: Axes, drive: Drive, first: float, last: float) -> None:
     """Let an axis run over crank angles, labelled within one cycle."""
     axes.set_xlim(first, last)
     whole = first >= -CLOSE and last <= drive.cycle * (1 + CLOSE)
-    step = next(tick for tick in TICK * np.array([1, 2, 4, 8, 16, 1e9]) if (last - first) / tick <= MOST_TICKS)
-    if last - first < 2 * TICK:
-        step = next(tick for tick in (2.0, 5.0, 10.0, 15.0, 30.0) if (last - first) / tick <= MOST_TICKS - 1)
+    steps = FINE if last - first < 2 * TICK else TICK * 2.0 ** np.arange(20)
+    step = next((tick for tick in steps if (last - first) / tick <= MOST_TICKS), steps[-1])
+    decimals = 0 if step >= 1 else 1
     axes.xaxis.set_major_locator(MultipleLocator(step))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda angle, _: shown_angle(drive, angle, 0, whole=whole)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda angle, _: shown_angle(drive, angle, decimals, whole=whole)))
 
 
 def shown_angle(drive: Drive, degrees: float, decimals: int, *, whole: bool = False) -> str:
