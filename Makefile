@@ -6,7 +6,8 @@ SHELL := /bin/bash
 
 PYTHON ?= python3
 BIN := .venv/bin
-SCENES := $(patsubst data/%/scene.toml,%,$(wildcard data/*/scene.toml))
+# The piston is compared on a mesh of its own, where nodal dofs finish in minutes.
+SCENES := $(filter-out piston,$(patsubst data/%/scene.toml,%,$(wildcard data/*/scene.toml)))
 # gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
 SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1
 # What a command imports before it can say that nothing is to be done, and what takes longest to load.
@@ -42,8 +43,8 @@ $(SOLVER_READY):
 	@$(call install_project,.venv-solver)
 	@touch $@
 
-demo: setup ## run the piston skirt from mesh to pictures
-	$(BIN)/gudgeon run data/skirt
+demo: setup ## run the piston in its liner from mesh to pictures
+	$(BIN)/gudgeon run data/piston
 
 test: setup ## run the tests
 	$(BIN)/pytest
@@ -61,6 +62,7 @@ reports: setup ## write error against run time of every scene to docs/reports
 	    echo "$(BIN)/gudgeon report data/$$scene --out docs/reports/$$scene"; \
 	    $(BIN)/gudgeon report data/$$scene --out docs/reports/$$scene; \
 	done
+	$(BIN)/gudgeon report data/piston/coarse.toml --out docs/reports/piston
 
 lock: setup ## pin again what pyproject.toml asks for; `make lock UPGRADE=--upgrade` takes newer versions
 	@echo "lock: requirements.lock"

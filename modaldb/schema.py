@@ -209,7 +209,8 @@ class Trajectory:
     times: Array
     """Ends of the sample intervals [s], (s,)."""
     energies: Array
-    """Kinetic, strain, contact (½ λᵀCλ) and dissipated energy at the last kick of each interval [J], (s, 4)."""
+    """Kinetic, strain, contact (½ λᵀCλ) and dissipated energy, and the work of loads and joints so far, at the end of
+    each interval [J], (s, 5); without the work in version 1, (s, 4)."""
     contacts: dict[str, ContactHistory]
     frame_times: Array
     """[s], (f,)"""

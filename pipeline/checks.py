@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.cycle import read_cycle
+import numpy as np
+
+from pipeline.cycle import check_closed, read_cycle
 from pipeline.errors import InputError
 from pipeline.preflight import misfits
 from pipeline.products import find_file
@@ -62,5 +64,7 @@ def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
         if force.table is not None:
             values = read_cycle(find_file(force.table, folder, f"force.{name}.table"))
             force = force.model_copy(update={"values": values})
+        else:
+            check_closed(f"force.{name}.values", np.array(force.values))
         forces[name] = force
     return scene.model_copy(update={"force": forces}) if forces else scene

@@ -37,25 +37,34 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
         if not np.isfinite(pair).all():
             raise InputError(f"{path}: row {number} holds '{', '.join(row)}', finite numbers are needed")
         values.append(pair)
-    _check_closed(path, np.array(values))
+    check_closed(str(path), np.array(values), 2)
     return tuple(values)
 
 
-def _check_closed(path: Path, table: np.ndarray) -> None:
+def check_closed(where: str, table: np.ndarray, first_row: int = 1) -> None:
+    """Check that angles increase and that a table closes over one or two turns.
+
+    Args:
+        where: File or key, for messages.
+        table: Angle [deg] and value, (rows, 2).
+        first_row: Number of the first row, for messages.
+
+    Raises:
+        InputError: it does not.
+    """
     turned = np.flatnonzero(np.diff(table[:, 0]) <= 0)
     if len(turned):
-        raise InputError(
-            f"{path}: row {turned[0] + 3}: the angle {table[turned[0] + 1, 0]:g} must be above the last one"
-        )
+        later = turned[0] + 1
+        raise InputError(f"{where}: row {later + first_row}: the angle {table[later, 0]:g} must be above the last one")
     span = table[-1, 0] - table[0, 0]
     if min(abs(span - whole) for whole in SPANS) > 1e-6:
         raise InputError(
-            f"{path}: angles reach from {table[0, 0]:g} to {table[-1, 0]:g} degrees, {span:g} in all; a cycle must"
+            f"{where}: angles reach from {table[0, 0]:g} to {table[-1, 0]:g} degrees, {span:g} in all; a cycle must"
             f" close over {SPANS[1]:g} (or {SPANS[0]:g})"
         )
     jump = abs(table[-1, 1] - table[0, 1])
     if jump > CLOSED * np.abs(table[:, 1]).max():
         raise InputError(
-            f"{path}: the first value is {table[0, 1]:g} and the last {table[-1, 1]:g} at the same crank angle; the"
+            f"{where}: the first value is {table[0, 1]:g} and the last {table[-1, 1]:g} at the same crank angle; the"
             " table must close"
         )

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.interface import Interface
-from pipeline.products import table_path
-from pipeline.profile import read_profile
+from pipeline.products import profile_surface, table_path
+from pipeline.profile import ProfileTable, read_profile
 
 if TYPE_CHECKING:
     from pipeline.stages import SceneFile
@@ -67,15 +67,14 @@ def _clearance(
     """Compare the slave's largest radius, profile included, with the bore."""
     contact = scene.contact[name]
     component = scene.component_of(contact.body)
-    item, change = slave[0], scene.component[component].change.profile
+    item = slave[0]
     radius, bore = float(slave[1]["radius"]), float(master[1]["radius"])
     low, high = item.sector_deg or (-180.0, 180.0)
     angles = np.radians(np.linspace(low, high, ANGLES))
-    path = table_path(change, folder, component)
-    table = read_profile(path, change.scale) if path is not None else None
+    table, offset = _profile_of(scene, folder, component, item)
     bottom, top = item.height or ((table.heights[0], table.heights[-1]) if table else (0.0, 0.0))
     z, theta = np.meshgrid(np.linspace(bottom, top, HEIGHTS), angles, indexing="ij")
-    deviation = np.full(z.size, change.offset)
+    deviation = np.full(z.size, offset)
     if table is not None:
         deviation += table.linear(z.ravel(), theta.ravel())
     aside = np.asarray(scene.body[contact.body].position) - scene.body[scene.masters()[name].body].position
@@ -85,12 +84,23 @@ def _clearance(
     if clearance[worst] >= 0:
         return []
     share = float(np.mean(clearance < 0))
+    nearer = f", {out[worst] * 1e6:.3g} µm nearer by body.{contact.body}.position" if out[worst] else ""
     return [
-        f"contact.{name}: the clearance is below zero on {share:.0%} of '{contact.interface}', worst"
-        f" {clearance[worst] * 1e6:.3g} µm at height {z.ravel()[worst]:.4g} m and {np.degrees(theta.ravel()[worst]):.0f}"
-        f" degrees, all along the stroke; the bore's radius is {bore} m, the radius there"
-        f" {radius + deviation[worst]:.7g} m"
+        f"contact.{name}: the clearance is below zero on {f'{share:.0%}' if share >= 0.01 else 'under 1%'} of"
+        f" '{contact.interface}', worst {clearance[worst] * 1e6:.3g} µm at height {z.ravel()[worst]:.4g} m and"
+        f" {np.degrees(theta.ravel()[worst]):.0f} degrees, all along the stroke; the bore's radius is {bore} m, the"
+        f" radius there {radius + deviation[worst]:.7g} m{nearer}"
     ]
+
+
+def _profile_of(scene: "SceneFile", folder: Path, component: str, item: Interface) -> tuple[ProfileTable | None, float]:
+    """Return table and offset [m] of the profile that moves an interface's surface; nothing where it moves another."""
+    part = scene.component[component]
+    profile = part.change.profile
+    path = table_path(profile, folder, component)
+    if (path is None and profile.offset == 0) or profile_surface(part, component) != item.surface:
+        return None, 0.0
+    return None if path is None else read_profile(path, profile.scale), profile.offset
 
 
 def _travel(
@@ -98,7 +108,7 @@ def _travel(
 ) -> list[str]:
     """Check that the slave stays within the master's height all along the stroke."""
     contact = scene.contact[name]
-    joint = next((item for item in scene.joint.values() if item.body == contact.body), None)
+    rod, joint = next(((key, item) for key, item in scene.joint.items() if item.body == contact.body), ("", None))
     held = _surface(scene, contact.body, joint.interface) if joint is not None else None
     over = scene.masters()[name]
     geometry = scene.component[scene.component_of(over.body)].geometry
@@ -121,6 +131,6 @@ def _travel(
         return []
     return [
         f"contact.{name}: '{contact.interface}' travels from {low:.4g} to {high:.4g} m along '{over.interface}', which"
-        f" reaches from {span[0]:.4g} to {span[1]:.4g} m: {beyond * 1e3:.3g} mm too short; move joint crank centre, or"
+        f" reaches from {span[0]:.4g} to {span[1]:.4g} m: {beyond * 1e3:.3g} mm too short; move joint.{rod}.centre, or"
         f" give a longer component.{scene.component_of(over.body)}.geometry"
     ]

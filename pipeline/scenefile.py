@@ -59,9 +59,9 @@ def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
         return tables
     if not isinstance(base, str) or not (path.parent / base).is_file():
         raise InputError(f"{path}: base: no file {base!r} beside it")
-    if path.parent / base in (*above, path):
+    if (path.parent / base).resolve() in (*above, path.resolve()):
         raise InputError(f"{path}: base: '{base}' is based on this file itself")
-    found = _tables(path.parent / base, (*above, path))
+    found = _tables(path.parent / base, (*above, path.resolve()))
     merge(found, tables)
     return found
 

@@ -76,8 +76,8 @@ def history_of(run: Trajectory | NodalRecord, contacts: list[str], piston: str, 
     """Return the cycle that a run of either model describes."""
     motion = run.motion[piston]
     if isinstance(run, NodalRecord):
-        forces, masters, frame_times = run.forces, run.masters, run.frame_times
-        assert frame_times is not None
+        forces, masters = run.forces, run.masters
+        frame_times = np.empty(0) if run.frame_times is None else run.frame_times
     else:
         forces = {name: item.force for name, item in run.contacts.items()}
         masters = {name: item.master for name, item in run.contacts.items() if item.master is not None}
@@ -127,7 +127,8 @@ def differences(run: CycleHistory, reference: CycleHistory, mechanism: Mechanism
 
     Impulses, losses, forces and displacements are compared in the norm over all slaps, intervals or places, losses as
     shares of the largest kinetic energy during the slap, since bounces make what is left at any one moment arbitrary;
-    the time of a slap by its largest difference as a share of a cycle of two turns. A missing or additional slap gives infinity.
+    the time of a slap by its largest difference as a share of a cycle of two turns. A missing or additional slap gives
+    infinity. The displacement is left out where the obstacles are rigid.
 
     Args:
         window: Full width of the Hann window on forces, both sides [s].
@@ -141,16 +142,16 @@ def differences(run: CycleHistory, reference: CycleHistory, mechanism: Mechanism
         late = max((abs(a.touch - b.touch) for a, b in zip(ours, theirs, strict=True)), default=0.0)
         errors["slap time"] = late / mechanism.cycle
     errors["force"] = _relative(*(windowed(item, mechanism, window) for item in (run, reference)))
-    errors["liner displacement"] = _relative(
-        *(_displacements(item, reference, float(mechanism.grid[-1])) for item in (run, reference))
-    )
+    if reference.masters:
+        until = float(mechanism.grid[-1])
+        errors["liner displacement"] = _relative(*(_displacements(item, reference, until) for item in (run, reference)))
     return errors
 
 
 def _relative(ours: object, theirs: object) -> float:
     a, b = np.asarray(ours, float), np.asarray(theirs, float)
-    scale = float(np.linalg.norm(b))
-    return float(np.linalg.norm(a - b)) / scale if scale > 0 else float("inf")
+    apart, scale = float(np.linalg.norm(a - b)), float(np.linalg.norm(b))
+    return 0.0 if apart == 0 else apart / scale if scale > 0 else float("inf")
 
 
 def windowed(run: CycleHistory, mechanism: Mechanism, window: float) -> np.ndarray:

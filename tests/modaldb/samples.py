@@ -158,7 +158,7 @@ def trajectory() -> Trajectory:
         bodies={"skirt": "ef" * 32},
         coordinate_offsets={"skirt": 0},
         times=ramp(4, start=1.0),
-        energies=ramp(4, 4),
+        energies=ramp(4, 5),
         contacts={
             "knock": ContactHistory("skirt", "thrust", ramp(4, 3), ramp(2, 2), ramp(2), ramp(2, 3)),
             "back": ContactHistory("skirt", "anti", ramp(4, 3, start=3.0), ramp(2, 1), None, ramp(1, 3), ramp(2, 16)),
