@@ -138,7 +138,7 @@ def differences(run: CycleHistory, reference: CycleHistory, mechanism: Mechanism
     if theirs and [slap.side for slap in ours] == [slap.side for slap in theirs]:
         errors["slap impulse"] = _relative([s.impulse for s in ours], [s.impulse for s in theirs])
         lost = np.array([a.energy_lost - b.energy_lost for a, b in zip(ours, theirs, strict=True)])
-        errors["energy lost"] = float(np.linalg.norm(lost) / np.linalg.norm([s.energy for s in theirs]))
+        errors["energy lost"] = _share(lost, [s.energy for s in theirs])
         late = max((abs(a.touch - b.touch) for a, b in zip(ours, theirs, strict=True)), default=0.0)
         errors["slap time"] = late / mechanism.cycle
     errors["force"] = _relative(*(windowed(item, mechanism, window) for item in (run, reference)))
@@ -150,7 +150,11 @@ def differences(run: CycleHistory, reference: CycleHistory, mechanism: Mechanism
 
 def _relative(ours: object, theirs: object) -> float:
     a, b = np.asarray(ours, float), np.asarray(theirs, float)
-    apart, scale = float(np.linalg.norm(a - b)), float(np.linalg.norm(b))
+    return _share(a - b, b)
+
+
+def _share(difference: object, of: object) -> float:
+    apart, scale = (float(np.linalg.norm(np.asarray(item, float))) for item in (difference, of))
     return 0.0 if apart == 0 else apart / scale if scale > 0 else float("inf")
 
 

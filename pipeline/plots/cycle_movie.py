@@ -28,6 +28,8 @@ BOX = (150, 84, 550, 640)
 """Left, upper, right, lower border of the rendered part [px]."""
 FINER = 1.5
 """It is rendered so much larger and averaged, which takes half the time of VTK's own smoothing."""
+LIFT = 3e-3
+"""Edges stand so far before their faces, relative to the driven body's diagonal, or they would flicker."""
 FRAMES, RATE = 240, 24
 TRIANGLES = 16_000
 """Of each body, where its facets are not more."""
@@ -115,6 +117,7 @@ class _Stage:
         assembly = script.assembly
         self._size = (BOX[2] - BOX[0], BOX[3] - BOX[1])
         self._plotter = view.new_plotter((round(FINER * self._size[0]), round(FINER * self._size[1])))
+        self._plotter.disable_anti_aliasing()
         self._meshes = {name: meshes(part) for name, part in assembly.parts.items()}
         for name, (mesh, edges) in self._meshes.items():
             view.add_skin(self._plotter, mesh, "magnitude", 1.0, assembly.parts[name].colours)
@@ -129,7 +132,9 @@ class _Stage:
         assembly = self._script.assembly
         for name, part in assembly.parts.items():
             points, magnitude = part.moved(frame, assembly.drive.along, assembly.scale)
-            place(part, *self._meshes[name], points, magnitude / (self._script.tops[name] or 1.0))
+            mesh, edges = self._meshes[name]
+            place(part, mesh, edges, points, magnitude / (self._script.tops[name] or 1.0))
+            edges.points = edges.points + LIFT * assembly.size * assembly.view.towards
 
     def photograph(self) -> Image.Image:
         """Return the picture as it stands now."""

@@ -18,6 +18,10 @@ WRITTEN = 1e-10
 BETWEEN = 1e-8
 """[m]: what a periodic cubic spline over 15° may add to 30 µm cos 2φ between its points, 30 µm · (2·15°)⁴ · 5 / 384."""
 
+DIP = 1.5e-7
+"""[m]: how far a barrel falls on its way up. A cubic that is zero at the middle and at the bottom end dips between them
+by 4/27 of 14³ · 5 / (20² · 34) µm."""
+
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
@@ -92,10 +96,10 @@ def test_profile_covers_the_skirt_and_is_never_positive(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "bottom", "top", "across"),
     [
-        ("skirt-profile.csv", -25e-6, -45e-6, -60e-6),
-        ("skirt-profile-barrel-plus.csv", -45e-6, -65e-6, -60e-6),
-        ("skirt-profile-barrel-minus.csv", -5e-6, -25e-6, -60e-6),
-        ("skirt-profile-oval.csv", -25e-6, -45e-6, -100e-6),
+        ("skirt-profile.csv", -15e-6, -25e-6, -60e-6),
+        ("skirt-profile-barrel-plus.csv", -35e-6, -45e-6, -60e-6),
+        ("skirt-profile-barrel-minus.csv", 0.0, -5e-6, -60e-6),
+        ("skirt-profile-oval.csv", -15e-6, -25e-6, -100e-6),
     ],
 )
 def test_profile_depths(name: str, bottom: float, top: float, across: float) -> None:
@@ -103,4 +107,6 @@ def test_profile_depths(name: str, bottom: float, top: float, across: float) -> 
     height, angle = np.array([0.0, 0.014, 0.034, 0.014, 0.014]), np.radians([0.0, 0.0, 180.0, 90.0, -90.0])
     expected = [bottom, 0.0, top, across, across]
     np.testing.assert_allclose(table(height, angle), expected, rtol=0, atol=WRITTEN)
-    assert np.all(np.diff(np.sign(np.diff(table.deviations[:, 12]))) <= 0)
+    ridge = table.deviations[:, 12]
+    for half in (ridge[:8], ridge[:6:-1]):
+        assert (np.maximum.accumulate(half) - half).max() <= DIP

@@ -108,8 +108,11 @@ def test_balances_of_a_guided_piston(tmp_path: Path, clearance: float) -> None:
     systems = [piston(tmp_path / str(number), scene) for number, scene in enumerate(scenes)]
     runs = [simulate(system) for system in systems]
     for run in runs:
-        assert np.abs(run.joints["rod"].violation).max() < LENGTH_ERROR
         assert run.momentum_residual < ROUND_OFF
+    lengths = [np.abs(run.joints["rod"].violation).max() for run in runs]
+    assert max(lengths) < LENGTH_ERROR
+    # The order holds only where the rod answers what contact does within the step.
+    assert np.polyfit(np.log(steps), np.log(lengths), 1)[0] == pytest.approx(3.0, abs=0.2)
     drifts = [run.energy_drift for run in runs]
     assert (np.diff(drifts) < 0).all()
     assert drifts[-1] < 2e-5
