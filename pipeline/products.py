@@ -99,7 +99,8 @@ def nodal_product(
     for component, (modes, morph) in parts.items():
         shapes[component] = {key: modes[key] for key in ("mesh", "material", "interface", "supports") if key in modes}
         shapes[component] |= {"profile": morph["profile"]}
-    return _product("nodal", name, "nodal", {"scene": dict(dynamics), "bodies": shapes, "step": step})
+    run = {key: dynamics["run"][key] for key in ("duration", "gravity", "frames")}
+    return _product("nodal", name, "nodal", {"scene": dict(dynamics) | {"run": run}, "bodies": shapes, "step": step})
 
 
 def plot_inputs(trajectory_key: str, compared: Mapping[str, str]) -> dict[str, Any]:

@@ -122,10 +122,10 @@ def nodal(*, after: float = 1.0, scale: float = 1.0, begin: float = 0.0) -> Noda
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("apart", [0.1, 0.05, -0.5])
-def test_reproducible_up_to_one_per_cent(job: Job, apart: float) -> None:
-    """∫ (100 d)² from t₁ on reaches 1e-4 of ∫ 100² (1 + d)² + 60², which grows from the start."""
-    t1, share = 0.01, 0.01**2
+@pytest.mark.parametrize("apart", [0.1, 0.2, -0.5])
+def test_reproducible_up_to_five_per_cent(job: Job, apart: float) -> None:
+    """∫ (100 d)² from t₁ on reaches 0.05² of ∫ 100² (1 + d)² + 60², which grows from the start."""
+    t1, share = 0.01, 0.05**2
     first, later = 100**2 + 60**2, (100 * (1 + apart)) ** 2 + 60**2
     expected = t1 + share * first * t1 / ((100 * apart) ** 2 - share * later)
     found = reproducible(job, [nodal(), nodal(after=t1, scale=1 + apart)])
@@ -135,7 +135,7 @@ def test_reproducible_up_to_one_per_cent(job: Job, apart: float) -> None:
 
 def test_reproducible_to_the_end(job: Job) -> None:
     assert reproducible(job, [nodal(), nodal()]) == PERIOD
-    assert reproducible(job, [nodal(), nodal(scale=1.005, after=0.0)]) == PERIOD
+    assert reproducible(job, [nodal(), nodal(scale=1.05, after=0.0)]) == PERIOD
 
 
 def test_reproducible_looks_at_the_two_finest(job: Job) -> None:
@@ -180,7 +180,7 @@ def document(**given: Any) -> dict[str, Any]:
     """Return a report of two models."""
     numbers = {
         "coordinates": 94, "step": 1e-6, "steps": 40000, "impulse_error": 0.01, "force_error": 0.02,
-        "energy_drift": 1e-4, "wall_seconds": 12.3, "cpu_seconds": 12.0,
+        "energy_drift": 1e-4, "wall_seconds": 9.87, "cpu_seconds": 12.3,
     }  # fmt: skip
     return {
         "reference": "nodal synthesis at 2 µs", "window": 4e-5, "until": 0.012, "reproducible": 0.0102,
@@ -194,7 +194,7 @@ def test_text_of_a_cycle() -> None:
     lines = table_text(document()).splitlines()
     assert lines[0] == "Reference: nodal synthesis at 2 µs; a processor, 2 cores"
     assert lines[1] == "Compared up to 12 ms."
-    assert lines[2].startswith("The two finest nodal runs agree to 1 % in force up to 10.2 ms; what comes later")
+    assert lines[2].startswith("The two finest nodal runs agree to 5 % in force up to 10.2 ms; what comes later")
     head = lines.index(
         "| model | slap impulse | energy lost | force | liner displacement | slap time | force, whole run |"
     )

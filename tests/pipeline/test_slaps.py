@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from modaldb.schema import ContactHistory, NodalRecord, Trajectory
-from pipeline.slaps import TOUCH, WINDOW, CycleHistory, Mechanism, Slap, differences, history_of, slaps, windowed
+from pipeline.slaps import CycleHistory, Mechanism, Slap, differences, history_of, slaps, windowed
 
 MASS, INERTIA = 0.5, 4e-4
 PUSH = 100.0
 CHANGE, HIT, END = 5e-3, 7e-3, 20e-3
+WINDOW, TOUCH = 2e-3, 1.0
+"""Length of a slap [s] and force of a touch [N], as `pipeline.slaps` defines them."""
 SPEED = PUSH / MASS * (HIT - CHANGE)
 """At which it meets the other side [m/s]."""
 STEP = 1e-5
@@ -44,8 +46,8 @@ def crossing(*, rebound: float | None = None, hit: float = HIT, tilt: float = 0.
     force["thrust"][: interval(CHANGE)] = -PUSH
     force["anti"][interval(2e-3)] = 50 * TOUCH  # before the side force has changed: no slap
     force["thrust"][interval(2e-3)] -= 50 * TOUCH
-    force["anti"][interval(6e-3)] = 0.5 * TOUCH  # grazing: no touch
-    force["thrust"][interval(6e-3)] = -0.5 * TOUCH
+    force["anti"][interval(6e-3)] = 0.9 * TOUCH  # grazing: no touch
+    force["thrust"][interval(6e-3)] = -0.9 * TOUCH
     at = interval(hit)
     speed = PUSH / MASS * (hit - CHANGE)
     force["anti"][at] = PUSH + MASS * (1 + (rebound or 0.0)) * speed / STEP
@@ -215,6 +217,16 @@ def test_rigid_obstacles_have_no_displacement() -> None:
     run = replace(crossing(), masters={}, frame_times=np.empty(0))
     errors = differences(run, run, MECHANISM, 0.0)
     assert errors == dict.fromkeys(("slap impulse", "energy lost", "slap time", "force"), 0.0)
+
+
+def test_nothing_differs_from_nothing_by_nothing() -> None:
+    """A bore that never gives way, and a slap without motion."""
+    run = crossing()
+    still = replace(run, lateral=np.zeros(2000), masters={name: 0 * rows for name, rows in run.masters.items()})
+    errors = differences(still, still, MECHANISM, 0.0)
+    assert (errors["energy lost"], errors["liner displacement"]) == (0, 0)
+    errors = differences(run, still, MECHANISM, 0.0)
+    assert (errors["energy lost"], errors["liner displacement"]) == (np.inf, np.inf)
 
 
 # Records

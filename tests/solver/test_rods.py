@@ -111,7 +111,8 @@ def test_balances_of_a_guided_piston(tmp_path: Path, clearance: float) -> None:
         assert run.momentum_residual < ROUND_OFF
     lengths = [np.abs(run.joints["rod"].violation).max() for run in runs]
     assert max(lengths) < LENGTH_ERROR
-    # The order holds only where the rod answers what contact does within the step.
+    # Only a rod that answers what contact does within the step stays below a tenth of what it would miss.
+    assert lengths[2] < 1e-12
     assert np.polyfit(np.log(steps), np.log(lengths), 1)[0] == pytest.approx(3.0, abs=0.2)
     drifts = [run.energy_drift for run in runs]
     assert (np.diff(drifts) < 0).all()
