@@ -1,9 +1,10 @@
 """`gudgeon export`: a scene's modes or results as files for other programs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline.exporters import EXPORTERS
-from pipeline.stages import Job, run_job
+from pipeline.stages import Job, free_twists, run_job
 
 
 def export(job: Job, what: str, every: int) -> list[Path]:
@@ -19,7 +20,8 @@ def export(job: Job, what: str, every: int) -> list[Path]:
             exporter.write_modes(target, mesh, modal, None)
             files.append(target)
         else:
-            morph = job.store.get(steps["morph"].key, "morph")
+            # The exporter moves a body by its rigid coordinates: those that the scene leaves free.
+            morph = replace(job.store.get(steps["morph"].key, "morph"), rigid_twists=free_twists(job, body))
             trajectory = job.store.get(job.trajectory().key, "trajectory")
             files += exporter.write_trajectory(job.out / "vtu" / body, mesh, modal, morph, trajectory, body, every)
     return files

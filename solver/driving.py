@@ -107,7 +107,24 @@ class Driving:
             if any(item.body == name for item in [*self.joints, *self.given]):
                 elastic = slice(offsets[name] + body.rigid_count, offsets[name] + len(body.stiffness))
                 position[elastic] = force[elastic] / body.modal.angular_frequencies**2
+        self._fit_rods(bodies, offsets, position, loads)
         return loads
+
+    def _fit_rods(
+        self,
+        bodies: Mapping[str, FlexibleBody],
+        offsets: Mapping[str, int],
+        position: np.ndarray,
+        loads: np.ndarray,
+    ) -> None:
+        """Shift bodies along so that their deformed points stand at rod length."""
+        place = self.rows @ position + self.residual @ loads
+        for number, held in enumerate(self.joints):
+            lateral, along = held.anchor + place[2 * number : 2 * number + 2]
+            body, first = bodies[held.body], offsets[held.body]
+            height = held.joint.piston_pin(np.zeros(1), lateral)[0, 0]
+            shift = held.joint.axes[0] * (height - along)
+            position[first : first + body.rigid_count] += body.rigid_velocity(shift, np.zeros(3))
 
 
 def compile_driving(
