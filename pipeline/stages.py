@@ -14,11 +14,11 @@ import modaldb
 from modaldb.keys import content_key, file_digest
 from modaldb.schema import MorphRecord
 from modaldb.store import FolderStore
+from pipeline.checks import checked
 from pipeline.component import Component
 from pipeline.errors import InputError
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
 from pipeline.reporting import Plot, Report
-from pipeline.checks import checked
 from pipeline.scenefile import merge, named, read_tables, scene_path
 from pipeline.status import fresh_pictures, remember, status
 from pipeline.textfile import copy_file, write_text

@@ -82,7 +82,7 @@ class Driving:
         loads = self.loads(np.zeros(1), 0.0)[0]
         for number, held in enumerate(self.joints):
             body, first = bodies[held.body], offsets[held.body]
-            along, lateral = held.joint.axes
+            along, _lateral = held.joint.axes
             turn = np.linspace(0.0, 2 * np.pi / held.joint.rate, 721)
             try:
                 held.joint.piston_pin(turn, held.anchor[0])

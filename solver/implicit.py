@@ -101,7 +101,8 @@ def _points(system: System, dt: float) -> tuple[Points, np.ndarray]:
     points = Points(
         rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), gap=system.gap, layer=system.layer,
         residual=system.residual, memory=_memory(np.repeat(beta, counts), dt),
-        contact=np.repeat(np.arange(len(counts)), counts), active=np.zeros(c, np.int64), factor=np.zeros((c, c)), **zeros,
+        contact=np.repeat(np.arange(len(counts)), counts), active=np.zeros(c, np.int64), factor=np.zeros((c, c)),
+        **zeros,
     )  # fmt: skip
     return points, directions
 

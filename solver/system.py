@@ -114,7 +114,8 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     _check_travel(contacts, driving)
     return System(
         scene=scene, bodies=bodies, offsets=offsets, contacts=contacts, stiffness=stiffness, damping=damping,
-        rigid=rigid.astype(int), driving=driving, loads=loads, position=position, velocity=velocity, terms=terms, **arrays,
+        rigid=rigid.astype(int), driving=driving, loads=loads, position=position, velocity=velocity, terms=terms,
+        **arrays,
     )  # fmt: skip
 
 

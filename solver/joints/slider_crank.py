@@ -65,7 +65,7 @@ class SliderCrank(BaseModel):
         )  # fmt: skip
 
     def piston_pin(self, time: np.ndarray, lateral: float) -> np.ndarray:
-        """Return position [m], velocity [m/s] and acceleration [m/s²] along of a pin that keeps its lateral place, (t, 3).
+        """Return position, velocity and acceleration along of a pin that keeps its lateral place, SI units, (t, 3).
 
         Args:
             lateral: Lateral coordinate of the pin [m].
