@@ -38,6 +38,9 @@ def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
     Returns:
         The document of `report.json`.
     """
+    # What is misspelt in them shall not come out after the nodal runs.
+    for changes in [*job.scene.report.models.values(), *job.scene.report.changes.values()]:
+        variant(job, changes)
     run_job(job, "morph", progress)
     nodal = nodal_runs(job, progress)
     reference = reference_of(job, nodal)

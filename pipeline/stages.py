@@ -198,6 +198,8 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
     """Bring a job's products up to date; see `run`."""
     tell = progress or (lambda stage, share: None)
     wanted = STAGES[: STAGES.index(until) + 1]
+    if until == "plot":
+        job.compared()  # What is misspelt there shall not come out after the solver.
     stages: dict[str, StageReport] = {}
     for stage in wanted[:3]:
         stages[stage] = _component_stage(job, stage, tell)

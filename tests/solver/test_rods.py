@@ -184,7 +184,6 @@ def test_balances_of_a_piston_that_slides_over_a_plate(
         assert np.abs(run.joints["rod"].violation).max() < LENGTH_ERROR
 
 
-@pytest.mark.xfail(strict=True, reason="driving.begin leaves out the deformation of the pin")
 def test_an_elastic_piston_starts_at_the_length_of_its_rod(tmp_path: Path) -> None:
     system = piston(tmp_path, piston_scene(clearance=1e-4), mode_count=6)
     driving = system.driving

@@ -109,6 +109,26 @@ def test_balances_of_a_coupled_impact(tmp_path: Path, settings: dict[str, Any], 
     assert run.contacts["wall"].multipliers.min() > -1e-6 * run.contacts["wall"].multipliers.max()
 
 
+@pytest.mark.parametrize("settings", [{}, {"surface_stiffness": 1e13}])
+@pytest.mark.parametrize("damping", [None, SHOCK])
+def test_gaps_close_where_the_motion_ends(tmp_path: Path, settings: dict[str, Any], damping: Any) -> None:
+    """Told from the state itself: a wrong matrix would leave gaps of order dt², which no order of convergence shows."""
+    scene = block_scene(**settings)
+    scene["body"]["part"]["damping"] = damping
+    system = build(tmp_path, block_records(12), scene)
+    touching = 0
+    for steps in range(15, 60, 5):
+        run = march(system, 1e-6, steps).run
+        force = run.points.multipliers
+        gaps = system.gap + system.rows @ run.modes.q + run.points.strain + system.layer * force
+        closed = force > 0
+        touching += int(closed.sum())
+        assert force.min() >= 0.0
+        np.testing.assert_allclose(gaps[closed], 0.0, atol=ROUND_OFF * np.abs(system.gap).max())
+        assert gaps.min() >= -ROUND_OFF * np.abs(system.gap).max()
+    assert touching > 20
+
+
 def test_a_given_step_is_obeyed_however_large(tmp_path: Path) -> None:
     system = build(tmp_path, block_records(5), block_scene())
     large = 30 / system.critical_frequency()
