@@ -36,6 +36,7 @@ COARSER = {
     "component.liner.interface.anti.spacing": 0.02,
     "joint.rod.start": 700.0,
     "run.duration": 2e-3,
+    "run.step": 2e-6,
     "run.samples": 200,
     "run.frames": 8,
 }
