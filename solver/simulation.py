@@ -48,7 +48,8 @@ def plan_steps(
         critical: ω_c [rad/s].
         implicit: Whether a given step is taken as it is, however large.
     """
-    largest = (IMPLICIT_FACTOR if implicit else STEP_FACTOR) / critical
+    # Nothing that moves by itself sets no step: one for each sample does.
+    largest = (IMPLICIT_FACTOR if implicit else STEP_FACTOR) / critical if critical > 0 else duration / samples
     if step is None:
         per_frame = max(1, min(round(samples / frames), math.ceil(duration / largest / frames)))
         stride = math.ceil(duration / largest / (frames * per_frame))

@@ -195,7 +195,6 @@ def test_an_elastic_piston_starts_at_the_length_of_its_rod(tmp_path: Path) -> No
     np.testing.assert_allclose(done.loads[:, 1], axial_force(held, done.times), rtol=1e-2)
 
 
-@pytest.mark.xfail(strict=True, reason="rods.SETTLED accepts multipliers that miss the rods' last correction by 2 %")
 def test_drift_of_an_elastic_piston_falls_with_the_step(tmp_path: Path) -> None:
     drifts = []
     for number, step in enumerate((2e-6, STEP, STEP / 2, STEP / 4)):
