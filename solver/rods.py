@@ -5,8 +5,8 @@ import numpy as np
 from solver.compliance import inner
 
 SETTLED = 1e-3
-"""Change of the multipliers in a pass, relative to the largest, up to which it was the last. At 2e-2 the energy drift of
-an elastic piston did not fall with the step; below 1e-3 nothing changes any more."""
+"""Change of the multipliers in a pass, relative to the largest, up to which it was the last. At 2e-2 the energy drift
+of an elastic piston did not fall with the step; below 1e-3 nothing changes any more."""
 
 
 @inner
