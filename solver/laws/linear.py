@@ -1,0 +1,34 @@
+"""A spring, with a dashpot beside it where one is given."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from solver.laws.base import Coefficients, Positive
+
+
+class Linear(BaseModel):
+    """F = K d + c ḋ: Kelvin-Voigt. With a dashpot the force jumps to c v⁻ as contact begins.
+
+    It ends where the force vanishes, at d > 0. There is no one restitution to deliver: it falls with the damping
+    ratio c/(2 √(K m)) and so depends on the mass.
+
+    W. Goldsmith, Impact (1960); K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440-445 on its flaws.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["linear"]
+    stiffness: Positive = Field(description="K [N/m]")
+    damping: Annotated[float, Field(ge=0, allow_inf_nan=False, description="c [N s/m]")] = 0.0
+
+    def coefficients(self) -> Coefficients:
+        """Return K, n = 1 and c."""
+        return Coefficients(self.stiffness, 1.0, 0.0, self.damping)
+
+    def energy(self, indentation: float) -> float:
+        """Return what the spring stores [J] at an indentation [m]."""
+        return self.coefficients().energy(indentation)
+
+    def warning(self) -> str | None:
+        """Return nothing: a spring holds anywhere."""
+        return None

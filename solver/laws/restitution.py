@@ -1,0 +1,137 @@
+"""Loss χ of F = K dⁿ (1 + χ ḋ/v⁻), and the restitution e that it delivers: exact, for any n.
+
+The first integral of m d̈ = −F between both ends of a contact does not depend on K, n, m or v⁻:
+
+    χ (1 + e) = ln[(1 + χ)/(1 − χ e)]
+
+(Y. Gonthier, J. McPhee, C. Lange, J.-C. Piedbœuf, Multibody System Dynamics 11 (2004) 209-233). With
+h = χ (1 + e)/2 it becomes Langevin's function,
+
+    (1 − e)/(1 + e) = L(h) = coth h − 1/h,   χ = h (1 + L(h)),
+
+which grows from 0 to 1, so that either direction is one root of a smooth increasing function. A contact under this
+law ends with its indentation at zero and not earlier: χ e < 1.
+"""
+
+from collections.abc import Callable
+from math import exp, expm1, inf
+from sys import float_info
+
+SMALLEST = 1e-300
+"""Least restitution: its loss, the inverse, is still a number."""
+
+TOLERANCE = 0.02
+"""Part of the restitution by which what a law delivers may depart from what was asked."""
+
+ROUND_OFF = 16 * float_info.epsilon
+"""Relative step of a root at which it stands: round-off of the function, near h = 1, is half of that."""
+
+NEWTON_STEPS = 100
+"""Far above the five or so that a root takes; each that leaves the bracket halves it instead."""
+
+
+def loss_of_restitution(restitution: float) -> float:
+    """Return the loss χ [1] that delivers a restitution in [SMALLEST, 1]."""
+    e = restitution
+    if not SMALLEST <= e <= 1:
+        raise ValueError(f"restitution is {e:g}, it must be above 0 and at most 1")
+    if e == 1:
+        return 0.0
+    share, rest = (1 - e) / (1 + e), 2 * e / (1 + e)
+
+    def residual(h: float) -> tuple[float, float]:
+        langevin, complement, slope = _langevin(h)
+        # Whichever is the smaller is known to more digits.
+        return (langevin - share if share < rest else rest - complement), slope
+
+    # h/(3 + h) ≤ L(h) ≤ h/3.
+    lower, upper = 3 * share, 3 * share / rest
+    return 2 * _root(residual, lower, upper, min(upper, share * (3 - share**2) / (rest * (1 + share)))) / (1 + e)
+
+
+def delivered_restitution(loss: float) -> float:
+    """Return the restitution [1] of a free impact with a loss χ ≥ 0 [1]."""
+    if not 0 <= loss < inf:
+        raise ValueError(f"loss is {loss:g}, it must be at least 0 and finite")
+    if loss == 0:
+        return 1.0
+
+    def residual(h: float) -> tuple[float, float]:
+        langevin, _, slope = _langevin(h)
+        return 1 + langevin - loss / h, slope + loss / h
+
+    langevin, complement, _ = _langevin(_root(residual, loss / 2, loss, (loss + loss / (1 + loss)) / 2))
+    return complement / (1 + langevin)
+
+
+def _langevin(h: float) -> tuple[float, float, float]:
+    """Return L, 1 − L and dL/d ln h at h > 0, each without cancellation."""
+    if h < 1:
+        # Lambert's continued fraction, L = h/(3 + h²/(5 + h²/(7 + ...))): below h = 1 twelve terms pass all digits.
+        tail = 25.0
+        for odd in range(23, 1, -2):
+            tail = odd + h * h / tail
+        value = h / tail
+        return value, 1 - value, h * (1 - value * value - 2 / tail)
+    decay = exp(-2 * h)
+    complement = 1 / h - 2 * decay / -expm1(-2 * h)
+    return 1 - complement, complement, 1 / h - 4 * decay * h / expm1(-2 * h) ** 2
+
+
+def _root(residual: Callable[[float], tuple[float, float]], lower: float, upper: float, start: float) -> float:
+    """Return the root of an increasing function between positive bounds.
+
+    Args:
+        residual: Returns the function's value and its derivative by ln x.
+        lower: Bound.
+        upper: Bound.
+        start: First guess.
+    """
+    x = start
+    for _ in range(NEWTON_STEPS):
+        value, slope = residual(x)
+        if abs(value) <= ROUND_OFF * slope:
+            return x
+        if value < 0:
+            lower = x
+        else:
+            upper = x
+        x *= 1 - value / slope
+        if not lower <= x <= upper:
+            x = lower + (upper - lower) / 2
+    raise ArithmeticError(f"no root found between {lower} and {upper}")
+
+
+def departure(kind: str, asked: float, loss: Callable[[float], float]) -> str | None:
+    """Return one line where a law delivers another restitution than was asked.
+
+    Args:
+        kind: Name of the law.
+        asked: Restitution [1].
+        loss: The law's factor χ [1] of the restitution [1].
+    """
+    if _holds(asked, loss):
+        return None
+    delivered = delivered_restitution(loss(asked))
+    percent = f" ({100 * (delivered / asked - 1):+.3g} %)" if asked > 0 else ""
+    return (
+        f'law "{kind}": restitution {asked:g} asked, {delivered:.4g} delivered{percent}; it holds within'
+        f' {100 * TOLERANCE:g} % for {_where_it_holds(loss)}, law "exact" for any'
+    )
+
+
+def _holds(asked: float, loss: Callable[[float], float]) -> bool:
+    return abs(delivered_restitution(loss(asked)) - asked) <= TOLERANCE * asked
+
+
+def _where_it_holds(loss: Callable[[float], float]) -> str:
+    """Return the ranges of restitution in which a law delivers what is asked, measured in steps of 0.01."""
+    ranges: list[list[float]] = []
+    for restitution in (hundredth / 100 for hundredth in range(1, 101)):
+        if not _holds(restitution, loss):
+            continue
+        if ranges and restitution - ranges[-1][1] < 0.015:
+            ranges[-1][1] = restitution
+        else:
+            ranges.append([restitution, restitution])
+    return " and ".join(f"{first:g} to {last:g}" for first, last in ranges)
