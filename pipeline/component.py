@@ -2,12 +2,12 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from pipeline.geometry import Geometry
 from pipeline.interface import Interface
 from pipeline.material import Material
-from pipeline.settings import ModesSettings
+from pipeline.settings import Gauge, ModesSettings, SupportEntry
 
 STRICT = ConfigDict(extra="forbid", frozen=True)
 
@@ -17,7 +17,7 @@ class MeshSettings(BaseModel):
 
     model_config = STRICT
     size: float | None = Field(
-        default=None, gt=0, allow_inf_nan=False, description="Edge length [m]; unused for mesh files"
+        default=None, gt=0, allow_inf_nan=False, description="Edge length [m]; unused for mesh files and rigid bodies"
     )
 
 
@@ -51,9 +51,51 @@ class Component(BaseModel):
 
     model_config = STRICT
     geometry: Geometry
-    material: Material
+    material: Material | None = Field(default=None, validate_default=True, description="Only a rigid body has none")
     mesh: MeshSettings = MeshSettings()
-    supports: tuple[str, ...] = Field(default=(), description="Surfaces whose nodes are held; none on a free body")
+    supports: tuple[SupportEntry, ...] = Field(
+        default=(),
+        description="Surfaces whose nodes are held, by name in all directions or as tables; none on a free body",
+    )
     interface: dict[str, Interface] = {}
-    modes: ModesSettings = ModesSettings()
+    gauge: dict[str, Gauge] = Field(default={}, validate_default=True, description="Where stress is read, on beams")
+    modes: ModesSettings = Field(default=ModesSettings(), validate_default=True)
     change: Change = Change()
+
+    @field_validator("material")
+    @classmethod
+    def _deforms(cls, value: Material | None, info: ValidationInfo) -> Material | None:
+        kind = _kind(info)
+        if value is None and kind not in ("rigid", None):
+            raise ValueError(f"is missing; geometry '{kind}' needs E, nu and rho")
+        if value is not None and kind == "rigid":
+            raise ValueError("given, geometry 'rigid' has its mass by itself; leave the key out")
+        return value
+
+    @field_validator("gauge")
+    @classmethod
+    def _on_a_beam(cls, value: dict[str, Gauge], info: ValidationInfo) -> dict[str, Gauge]:
+        kind = _kind(info)
+        if value and kind not in ("beam", None):
+            raise ValueError(f"{', '.join(value)} given, gauges are for geometry 'beam', this one is '{kind}'")
+        for name, gauge in value.items():
+            if kind == "beam" and gauge.station not in (places := info.data["geometry"].places()):
+                raise ValueError(f"{name}: station '{gauge.station}' given, the beam has {', '.join(places)}")
+        return value
+
+    @field_validator("modes")
+    @classmethod
+    def _fits_the_kind(cls, value: ModesSettings, info: ValidationInfo) -> ModesSettings:
+        if info.data.get("gauge") and value.recipe == "rigid":
+            raise ValueError("recipe 'rigid' given, a gauge needs a recipe with elastic coordinates")
+        if _kind(info) != "rigid" or value.recipe == "rigid":
+            return value
+        if "recipe" in value.model_fields_set:
+            raise ValueError(f"recipe '{value.recipe}' given, geometry 'rigid' allows 'rigid' only; leave the key out")
+        return value.model_copy(update={"recipe": "rigid"})
+
+
+def _kind(info: ValidationInfo) -> str | None:
+    """Return the kind of geometry; None where it is wrong itself."""
+    geometry = info.data.get("geometry")
+    return None if geometry is None else geometry.kind

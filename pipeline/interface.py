@@ -28,10 +28,11 @@ class Interface(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     surface: str = Field(description="Name of a surface of the mesh")
-    kind: Literal["points", "traction", "mean", "pressure"] = Field(
+    kind: Literal["points", "traction", "mean", "pressure", "patch"] = Field(
         default="points",
         description="points: contact points; traction: smooth tractions for points of another body that slide over"
-        " the surface; mean: the mean displacement of the surface, for joints and forces; pressure: a uniform pressure",
+        " the surface; mean: the mean displacement of the surface, for joints and forces; pressure: a uniform pressure;"
+        " patch: one contact row, the mean normal displacement of a flat surface",
     )
     sector_deg: Span | None = Field(
         default=None, description="Only what lies between two angles [deg]; a traction space on a cylinder needs it"
@@ -63,7 +64,7 @@ class Interface(BaseModel):
             if self.kind != "traction" and getattr(self, name) is not None:
                 raise ValueError(f"{name} is for kind 'traction', the kind is '{self.kind}'")
         for name in ("sector_deg", "height"):
-            if self.kind in ("mean", "pressure") and getattr(self, name) is not None:
+            if self.kind in ("mean", "pressure", "patch") and getattr(self, name) is not None:
                 raise ValueError(f"{name} is for kinds 'points' and 'traction', '{self.kind}' takes the whole surface")
         return self
 
@@ -89,11 +90,10 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
         InputError: the mesh has no such surface, or nothing of it is left.
     """
     surface = named_surface(mesh, interface, where)
-    if mesh.cell_type == "line3":
+    if surface.facets.shape[1] == 1:
         shape = surface.shape
-        nodes = surface.facets.ravel()
         normal, area = np.array([shape["normal"]]), np.array([shape["area"]])
-        return ContactPoints(nodes, mesh.nodes[nodes], normal, area, np.zeros(1, bool))
+        return ContactPoints(surface.facets.ravel(), np.array([shape["origin"]]), normal, area, np.zeros(1, bool))
     nodes, areas, normals = _mid_sides(mesh.nodes, surface.facets)
     points = mesh.nodes[nodes]
     if surface.shape:

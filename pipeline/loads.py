@@ -37,7 +37,7 @@ def load_rows(mesh: MeshRecord, model: FEModel, interface: Interface, where: str
     Raises:
         InputError: the mesh has no such surface.
     """
-    nodes, shares, vectors = _weights(mesh, named_surface(mesh, interface, where))
+    nodes, shares, vectors = surface_weights(mesh, named_surface(mesh, interface, where))
     point = shares @ mesh.nodes[nodes] / shares.sum()
     columns = 3 * nodes[:, None] + np.arange(3)
     size = 3 * len(mesh.nodes)
@@ -53,24 +53,24 @@ def load_rows(mesh: MeshRecord, model: FEModel, interface: Interface, where: str
 
 
 @dataclass(frozen=True)
-class _Vectors:
+class AreaVectors:
     """∫ N n dA of each node [m^2], (k, 3), and ∫ x × n dA [m^3], (3,)."""
 
     force: np.ndarray
     moment: np.ndarray
 
 
-def _weights(mesh: MeshRecord, surface: Surface) -> tuple[np.ndarray, np.ndarray, _Vectors]:
+def surface_weights(mesh: MeshRecord, surface: Surface) -> tuple[np.ndarray, np.ndarray, AreaVectors]:
     """Return the nodes of a surface (k,), ∫ N dA of each (k,) and the same with the outward normal."""
-    if mesh.cell_type == "line3":
+    if surface.facets.shape[1] == 1:
         nodes, shape = surface.facets.ravel(), surface.shape
         vectors = shape["area"] * np.tile(shape["normal"], (len(nodes), 1)) / len(nodes)
         moment = np.cross(mesh.nodes[nodes], vectors).sum(axis=0)
-        return nodes, np.full(len(nodes), shape["area"] / len(nodes)), _Vectors(vectors, moment)
+        return nodes, np.full(len(nodes), shape["area"] / len(nodes)), AreaVectors(vectors, moment)
     N, points, elements = facet_points(mesh.nodes, surface.facets)
     nodes, slot = np.unique(surface.facets, return_inverse=True)
     areas = np.einsum("aq,fq->fa", N, np.linalg.norm(elements, axis=2))
     forces = np.einsum("aq,fqi->fai", N, elements).reshape(-1, 3)
     force = np.column_stack([np.bincount(slot.ravel(), forces[:, i], len(nodes)) for i in range(3)])
     moment = np.cross(points, elements).sum(axis=(0, 1))
-    return nodes, np.bincount(slot.ravel(), areas.ravel(), len(nodes)), _Vectors(force, moment)
+    return nodes, np.bincount(slot.ravel(), areas.ravel(), len(nodes)), AreaVectors(force, moment)

@@ -25,6 +25,8 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
     if geometry.kind == "file":
         path = find_file(geometry.path, folder, f"component.{name}.geometry.path")
         return geometry.model_copy(update={"path": str(path)}).build(None)
+    if geometry.kind == "rigid":
+        return geometry.build(None)
     if component.mesh.size is None:
         raise InputError(f"component.{name}.mesh.size: is missing; give an edge length [m]")
     return geometry.build(component.mesh.size)

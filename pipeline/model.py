@@ -5,125 +5,54 @@ formed in batches from the scalar basis, G_ij^ab = ∫ ∂_i N_a ∂_j N_b, whic
 and equal to them.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from pydantic import BaseModel
 from scipy import sparse
 
 from modaldb.schema import MeshRecord
+from pipeline.beam import assemble_beam
 from pipeline.errors import InputError
+from pipeline.femodel import FEModel, MassProperties, scatter
+from pipeline.geometry.rigid import Rigid
 from pipeline.material import Material
+from pipeline.settings import Support
+from pipeline.supports import hold
 
 STIFFNESS_ORDER, MASS_ORDER = 4, 6
 """Polynomial degree that the quadrature integrates exactly. A straight tet10 needs 2 and 4; the curved ones' Jacobians
 add to both, and going higher changes no frequency of the skirt in its seventh digit."""
 
-FIRMNESS = 1e-6
-"""Least of the held nodes' rigid motions relative to the largest: below it they stand on one line, or in one point."""
-
 BATCH = 4096
 """Elements assembled at once: the largest work array is about 60 MB."""
 
 
-@dataclass(frozen=True)
-class MassProperties:
-    """Mass [kg], centre of mass [m] and inertia about it [kg m^2]."""
-
-    mass: float
-    centre: np.ndarray
-    inertia: np.ndarray
-
-
-@dataclass(frozen=True)
-class FEModel:
-    """Linear elastic body before reduction."""
-
-    K: sparse.csr_matrix
-    """Stiffness [N/m], (dofs, dofs)."""
-    M: sparse.csr_matrix
-    """Consistent mass [kg], (dofs, dofs)."""
-    nodes: np.ndarray
-    """[m], (n, 3)"""
-    directions: np.ndarray
-    """Directions of a node's dofs, (d, 3): the axes of a solid, the axis of a bar. Dof = d·node + direction."""
-    properties: MassProperties
-    rigid_twists: np.ndarray
-    """Mass-normalised rigid motions: translation, rotation about the centre, (r, 6); none of a held body, (0, 6)."""
-    held: np.ndarray
-    """Which dofs a support holds at zero, (dofs,). K and M have all dofs nevertheless."""
-
-    @property
-    def rigid_modes(self) -> np.ndarray:
-        """Φ_r, mass-orthonormal, (dofs, r)."""
-        if not len(self.rigid_twists):
-            return np.empty((len(self.held), 0))
-        arm = self.nodes - self.properties.centre
-        motion = [twist[:3] + np.cross(twist[3:], arm) for twist in self.rigid_twists]
-        return np.column_stack([(field @ self.directions.T).ravel() for field in motion])
-
-    @property
-    def free(self) -> np.ndarray:
-        """Numbers of the dofs that no support holds, (free,)."""
-        return np.flatnonzero(~self.held)
-
-    def free_matrices(self) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-        """Return K and M of the dofs that no support holds, (free, free)."""
-        if not self.held.any():
-            return self.K, self.M
-        free = self.free
-        return sparse.csr_matrix(self.K[free][:, free]), sparse.csr_matrix(self.M[free][:, free])
-
-    def nodal(self, columns: np.ndarray) -> np.ndarray:
-        """Turn dof columns (dofs, k) into nodal vectors (n, 3, k)."""
-        per_node = columns.reshape(len(self.nodes), len(self.directions), -1)
-        return np.einsum("ndk,di->nik", per_node, self.directions)
-
-    def rows(self, nodes: np.ndarray, normals: np.ndarray) -> sparse.csr_matrix:
-        """B: displacement of `nodes` (c,) along `normals` (c, 3), as a matrix on the dofs, (c, dofs)."""
-        d = len(self.directions)
-        along = normals @ self.directions.T
-        columns = (d * nodes[:, None] + np.arange(d)).ravel()
-        points = np.repeat(np.arange(len(nodes)), d)
-        return sparse.csr_matrix((along.ravel(), (points, columns)), shape=(len(nodes), self.K.shape[0]))
-
-    def on_dofs(self, nodal: sparse.csr_matrix) -> sparse.csr_matrix:
-        """Turn rows over nodal vectors (k, 3n), node by node, into rows over the dofs, (k, dofs)."""
-        spread = sparse.kron(sparse.eye(len(self.nodes)), self.directions.T, format="csr")
-        return sparse.csr_matrix(nodal @ spread)
-
-
 def build_model(
-    mesh: MeshRecord, material: Material, supports: Sequence[str] = (), where: str = "component"
+    mesh: MeshRecord,
+    material: Material | None,
+    supports: Sequence[Support | str] = (),
+    where: str = "component",
+    geometry: BaseModel | None = None,
 ) -> FEModel:
     """Assemble stiffness and consistent mass of a meshed component.
 
     Args:
-        supports: Surfaces whose nodes are held in all their dofs.
+        material: None for a rigid body.
+        supports: What is held; a plain name holds a surface's nodes in all their dofs.
         where: The component's key in the scene, for messages.
+        geometry: What the mesh was made of; a beam and a rigid body need it, for the section or the mass.
 
     Raises:
-        InputError: the mesh has an inverted element or no such surface, or the supports leave a rigid motion free.
+        InputError: the mesh has an inverted element or no such surface, or a support does not fit it.
     """
-    model = ASSEMBLERS[mesh.cell_type](mesh, material)
-    return _supported(model, mesh, supports, f"{where}.supports") if supports else model
-
-
-def _supported(model: FEModel, mesh: MeshRecord, supports: Sequence[str], where: str) -> FEModel:
-    for name in supports:
-        if name not in mesh.surfaces:
-            have = ", ".join(sorted(mesh.surfaces)) or "none"
-            raise InputError(f"{where}: the mesh has no surface '{name}', it has {have}")
-    nodes = np.unique(np.concatenate([mesh.surfaces[name].facets.ravel() for name in supports]))
-    held = np.zeros((len(mesh.nodes), len(model.directions)), bool)
-    held[nodes] = True
-    strength = np.linalg.svd(model.rigid_modes[held.ravel()], compute_uv=False)
-    if len(strength) < len(model.rigid_twists) or strength[-1] < FIRMNESS * strength[0]:
-        raise InputError(
-            f"{where}: the {len(nodes)} nodes of {', '.join(supports)} leave a rigid motion free; at least three that"
-            " are not on one line hold a solid"
-        )
-    return replace(model, rigid_twists=np.empty((0, 6)), held=held.ravel())
+    if mesh.cell_type == "vertex":
+        model = _rigid_body(mesh, geometry)
+    else:
+        if material is None:
+            raise InputError(f"{where}.material: is missing; a body that deforms needs E, nu and rho")
+        model = ASSEMBLERS[mesh.cell_type](mesh, material, geometry)
+    return hold(model, supports, f"{where}.supports") if supports else model
 
 
 def solid_quadrature(mesh: MeshRecord, order: int, cells: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -181,7 +110,7 @@ def solid_twists(properties: MassProperties) -> np.ndarray:
     return twists
 
 
-def _assemble_solid(mesh: MeshRecord, material: Material) -> FEModel:
+def _assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
     lam = material.E * material.nu / (1 + material.nu) / (1 - 2 * material.nu)
     mu = material.E / 2 / (1 + material.nu)
     count = len(mesh.cells)
@@ -198,13 +127,14 @@ def _assemble_solid(mesh: MeshRecord, material: Material) -> FEModel:
         N, _, dx = solid_quadrature(mesh, MASS_ORDER, cells)
         Me[cells] = material.rho * np.matmul(N * dx[:, None], N.T)
     dofs = (3 * mesh.cells[:, :, None] + np.arange(3)).reshape(count, 30)
-    K = _scatter(Ke.reshape(count, 30, 30), dofs, 3 * len(mesh.nodes))
-    M = sparse.kron(_scatter(Me, mesh.cells, len(mesh.nodes)), sparse.eye(3), format="csr")
+    K = scatter(Ke.reshape(count, 30, 30), dofs, 3 * len(mesh.nodes))
+    M = sparse.kron(scatter(Me, mesh.cells, len(mesh.nodes)), sparse.eye(3), format="csr")
     properties = mass_properties(mesh, material.rho)
-    return FEModel(K, M, mesh.nodes, np.eye(3), properties, solid_twists(properties), np.zeros(K.shape[0], bool))
+    twists, held = solid_twists(properties), np.zeros(K.shape[0], bool)
+    return FEModel(K, M, mesh, np.eye(3), np.zeros((3, 3)), properties, twists, held)
 
 
-def _assemble_bar(mesh: MeshRecord, material: Material) -> FEModel:
+def _assemble_bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
     area = next(iter(mesh.surfaces.values())).shape["area"]
     N, dN, W = _reference("line3", 4)
     x = mesh.nodes[mesh.cells]
@@ -215,17 +145,37 @@ def _assemble_bar(mesh: MeshRecord, material: Material) -> FEModel:
     Ke = material.E * area * np.einsum("eaq,ebq,eq,q->eab", grad, grad, J, W)
     Me = material.rho * area * np.einsum("aq,bq,eq,q->eab", N, N, J, W)
     count = len(mesh.nodes)
-    K, M = _scatter(Ke, mesh.cells, count), _scatter(Me, mesh.cells, count)
+    K, M = scatter(Ke, mesh.cells, count), scatter(Me, mesh.cells, count)
     mass = float(M.sum())
     weights = np.asarray(M.sum(axis=0)).ravel()
     centre = weights @ mesh.nodes / mass
     second = weights @ ((mesh.nodes - centre) @ axis) ** 2
     inertia = second * (np.eye(3) - np.outer(axis, axis))
     twist = np.concatenate([axis / np.sqrt(mass), np.zeros(3)])[None]
-    return FEModel(K, M, mesh.nodes, axis[None], MassProperties(mass, centre, inertia), twist, np.zeros(count, bool))
+    properties = MassProperties(mass, centre, inertia)
+    return FEModel(K, M, mesh, axis[None], np.zeros((1, 3)), properties, twist, np.zeros(count, bool))
 
 
-ASSEMBLERS = {"tetra10": _assemble_solid, "line3": _assemble_bar}
+def _rigid_body(mesh: MeshRecord, geometry: BaseModel | None) -> FEModel:
+    """Return a body of mass without elasticity: K and M are empty, its rigid motions are all there is."""
+    if not isinstance(geometry, Rigid):
+        raise TypeError("a mesh of type vertex needs its Rigid geometry")
+    nothing, size = sparse.csr_matrix((3 * len(mesh.nodes), 3 * len(mesh.nodes))), 3 * len(mesh.nodes)
+    moments = np.array(geometry.inertia)
+    turning = np.flatnonzero(moments)
+    twists = np.zeros((3 + len(turning), 6))
+    twists[:3, :3] = np.eye(3) / np.sqrt(geometry.mass)
+    twists[3 + np.arange(len(turning)), 3 + turning] = 1 / np.sqrt(moments[turning])
+    properties = MassProperties(geometry.mass, np.zeros(3), np.diag(moments))
+    return FEModel(nothing, nothing, mesh, np.eye(3), np.zeros((3, 3)), properties, twists, np.zeros(size, bool))
+
+
+ASSEMBLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], FEModel]] = {
+    "tetra10": _assemble_solid,
+    "line3": _assemble_bar,
+    "beam2": assemble_beam,
+    "beam3": assemble_beam,
+}
 
 
 def _reference(cell_type: str, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -237,13 +187,3 @@ def _reference(cell_type: str, order: int) -> tuple[np.ndarray, np.ndarray, np.n
     X, W = get_quadrature(type(element).refdom, order)
     basis = [element.lbasis(X, a) for a in range(len(element.doflocs))]
     return np.array([b[0] for b in basis]), np.array([b[1] for b in basis]), W
-
-
-def _scatter(blocks: np.ndarray, dofs: np.ndarray, size: int) -> sparse.csr_matrix:
-    """Add element matrices (e, a, a) at their dofs (e, a)."""
-    width = dofs.shape[1]
-    rows = np.repeat(dofs, width, axis=1).ravel().astype(np.int32)
-    columns = np.tile(dofs, (1, width)).ravel().astype(np.int32)
-    matrix = sparse.csr_matrix((blocks.ravel(), (rows, columns)), shape=(size, size))
-    matrix.sort_indices()
-    return sparse.csr_matrix(0.5 * (matrix + matrix.T))

@@ -87,6 +87,8 @@ def reuse(
         surfaces: The surface of each interface; those of contact points matter.
         rho: Density [kg/m^3].
     """
+    if 0 < len(modal.rigid_twists) < 6:
+        raise InputError(f"{movement.source}: the supports leave a part of the rigid motions, take rung 'recompute'")
     nodes = move_nodes(mesh, movement)
     shape = mesh.surfaces[movement.surface].shape
     points = {}

@@ -68,7 +68,7 @@ def nodal_problem(job: Job) -> NodalProblem:
             raise InputError(f"{job.path}: report.nodal: contact.{name} needs surface_stiffness, nodes need a spring")
     slave = _part(job, slaves.pop())
     master = _part(job, over.pop()) if over else None
-    loads = [_gas(job, name, slave) for name in scene.force]
+    loads = [_gas(job, name, slave) for name in scene.given()]
     if any(scene.run.gravity):
         loads.append(gravity(slave.model, np.asarray(scene.run.gravity)))
     spin = np.cross(np.asarray(slave.settings.angular_velocity), slave.model.nodes - slave.model.properties.centre)
@@ -94,7 +94,12 @@ def _part(job: Job, name: str) -> _Part:
     base = job.store.get(job.components()[component_name]["base-mesh"].key, "mesh")
     movement = movement_of(component, job.folder, component_name)
     mesh = base if movement is None else moved_mesh(base, movement)
-    model = build_model(mesh, component.material, component.supports, f"component.{component_name}")
+    where = f"component.{component_name}"
+    if mesh.cell_type not in ("tetra10", "line3"):
+        raise InputError(
+            f"{job.path}: report.nodal: is for solids and bars, {where}.geometry is '{component.geometry.kind}'"
+        )
+    model = build_model(mesh, component.material, component.supports, where, component.geometry)
     return _Part(name, mesh, model, component, job.scene.body[name])
 
 

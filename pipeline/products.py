@@ -4,6 +4,7 @@ Keys hold inputs, parameters, the schema version and the versions of the librari
 of linear solver changes nothing beyond round-off and stays out.
 """
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -17,7 +18,7 @@ from pipeline.component import Component, Profile
 from pipeline.errors import InputError
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
-CODE_VERSIONS = {"mesh": 1, "modes": 1, "morph": 1, "solve": 4, "plot": 2, "nodal": 2}
+CODE_VERSIONS = {"mesh": 2, "modes": 2, "morph": 1, "solve": 4, "plot": 2, "nodal": 2}
 """Raised whenever a stage's code changes what it makes of the same inputs."""
 LIBRARIES = {
     "mesh": ("gmsh", "meshio", "numpy"),
@@ -61,9 +62,10 @@ def component_products(name: str, component: Component, folder: Path) -> dict[st
         "modes", name, "modes",
         {
             "mesh": mesh.key,
-            "material": component.material.model_dump(mode="json"),
+            "material": component.material.model_dump(mode="json") if component.material is not None else None,
             "interface": {key: item.model_dump(mode="json") for key, item in component.interface.items()},
-            "supports": sorted(set(component.supports)),
+            "supports": _supports(component),
+            "gauge": {key: item.model_dump(mode="json") for key, item in component.gauge.items()},
             "modes": component.modes.model_dump(mode="json"),
         },
     )  # fmt: skip
@@ -147,6 +149,12 @@ def _product(stage: str, name: str, kind: str, parameters: dict[str, Any]) -> Pr
         "libraries": _versions(stage),
     }
     return Product(stage, name, kind, content_key(inputs), inputs)
+
+
+def _supports(component: Component) -> list[Any]:
+    """Return what holds a component, in an order and once each, whatever the scene's order is."""
+    entries = {json.dumps(item.as_inputs(), sort_keys=True): item.as_inputs() for item in component.supports}
+    return [entries[key] for key in sorted(entries)]
 
 
 def _geometry(component: Component, folder: Path, name: str) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """The modes stage: mesh and component in, ModalRecord out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg, sparse
@@ -8,12 +8,17 @@ from scipy import linalg, sparse
 from modaldb.schema import InertiaCouplings, InterfaceModes, LoadModes, MeshRecord, ModalRecord, TractionModes
 from pipeline.component import Component
 from pipeline.errors import InputError
+from pipeline.gauge import gauge_modes, gauge_row
+from pipeline.geometry.beam import Beam
 from pipeline.interface import ContactPoints, contact_points, surface_coordinates
 from pipeline.loads import LoadRows, load_rows
 from pipeline.model import FEModel, build_model
 from pipeline.modes.normal import largest_count
 from pipeline.modes.static import pressure_fields
+from pipeline.patch import patch_point, patch_row
 from pipeline.recipes import RECIPES, ContactRows, Reduction
+from pipeline.recipes.reduction import reference_reaction
+from pipeline.supports import surface_nodes
 from pipeline.traction import TractionSpace, refuse_too_many, traction_space
 
 
@@ -52,14 +57,15 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     """
     where = f"component.{name}"
     touched = _contacts(mesh, component, where)
-    model = build_model(mesh, component.material, component.supports, where)
+    model = build_model(mesh, component.material, component.supports, where, component.geometry)
     if component.modes.recipe != "rigid" and component.modes.normal_count > (most := largest_count(model)):
         raise InputError(
             f"{where}.modes.normal_count: {component.modes.normal_count} given, its mesh has {most} at most;"
             " refine it or ask for fewer"
         )
     _gather(touched, mesh, component, model, where)
-    reduction = RECIPES[component.modes.recipe](model, touched.all_rows(model.K.shape[0]), component.modes)
+    contact = touched.all_rows(model.K.shape[0])
+    reduction = _reduced(model, contact, component, where)
     at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
     return ModalRecord(
         mesh_key=mesh_key,
@@ -79,7 +85,7 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         residual_flexibility=reduction.residual_flexibility,
         shapes=model.nodal(reduction.Phi),
         inertia_couplings=_couplings(model, reduction),
-        quality=reduction.quality,
+        quality=reduction.quality | {"rigid_motions": len(model.rigid_twists)},
         tractions={
             key: TractionModes(s.chart, s.start, s.spacing, s.counts, at_rows[key], s.resultant)
             for key, s in touched.tractions.items()
@@ -87,7 +93,32 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         loads={
             key: LoadModes(at_rows[key], load.resultant, load.point, load.unit) for key, load in touched.loads.items()
         },
+        gauges=gauge_modes(_gauges(mesh, component), model, contact.B, reduction),
     )
+
+
+def _reduced(model: FEModel, contact: ContactRows, component: Component, where: str) -> Reduction:
+    """Run the recipe; measure the reaction at the reference where one is named."""
+    settings = component.modes
+    reference = None
+    if settings.reference is not None:
+        reference = surface_nodes(model.mesh, settings.reference, f"{where}.modes.reference")
+    try:
+        reduction = RECIPES[settings.recipe](model, contact, settings)
+    except InputError as error:
+        raise InputError(f"{where}.{error}") from None
+    if reference is None or not len(reduction.angular_frequencies):
+        return reduction
+    share = reference_reaction(model, reduction, reference)
+    return replace(reduction, quality=reduction.quality | {"reference_reaction": share})
+
+
+def _gauges(mesh: MeshRecord, component: Component) -> dict[str, np.ndarray]:
+    """Return the rows of the gauges over the dofs; only beams have gauges."""
+    beam, material = component.geometry, component.material
+    if not isinstance(beam, Beam) or material is None:
+        return {}
+    return {key: gauge_row(mesh, beam, material, gauge) for key, gauge in sorted(component.gauge.items())}
 
 
 def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:
@@ -98,6 +129,8 @@ def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:
             points[key] = contact_points(mesh, interface, f"{where}.interface.{key}")
         elif interface.kind == "traction":
             tractions[key] = traction_space(mesh, interface, f"{where}.interface.{key}")
+        elif interface.kind == "patch":
+            points[key] = patch_point(mesh, interface, f"{where}.interface.{key}")
     refuse_too_many(tractions, f"{where}.interface")
     return _Touched(points, tractions, {}, {}, {})
 
@@ -108,7 +141,14 @@ def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FE
     for key, interface in sorted(component.interface.items()):
         if key in points:
             at = points[key]
-            touched.rows[key] = model.rows(at.nodes, at.normals)
+            patch = interface.kind == "patch"
+            rows = patch_row(mesh, model, interface, where) if patch else model.rows(at.nodes, at.normals)
+            if model.rotations.any() and not np.abs(rows.data).max(initial=0.0) > 0:
+                raise InputError(
+                    f"{where}.interface.{key}.surface: '{interface.surface}' given, the beam does not move along its"
+                    f" normal; take {interface.surface}-top or {interface.surface}-bottom"
+                )
+            touched.rows[key] = rows
             coordinates = surface_coordinates(at.points, mesh.surfaces[interface.surface].shape)
             touched.fields[key] = pressure_fields(coordinates, at.areas, count)
         elif key in tractions:
@@ -123,9 +163,9 @@ def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FE
 def _couplings(model: FEModel, reduction: Reduction) -> InertiaCouplings | None:
     """Constant tensors of the nodal floating frame: ũᵀ M Φ with u = x + Σ qₖ φₖ.
 
-    None for a bar, and for a held body: its frame does not float.
+    None for a line mesh, and for a body that is held or cannot turn: its frame does not float.
     """
-    if len(model.directions) != 3 or model.held.any():
+    if len(model.directions) != 3 or len(model.rigid_twists) < 6:
         return None
     arm = model.nodes - model.properties.centre
     momentum = (model.M @ reduction.Phi).reshape(len(arm), 3, -1)

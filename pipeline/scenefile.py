@@ -151,7 +151,7 @@ def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[s
             continue
         keys.append(str(part))
         allowed = list(node.get("properties", {}))
-        below = node.get("properties", {}).get(part, node.get("additionalProperties"))
+        below = node.get("properties", {}).get(part, node.get("additionalProperties", node.get("items")))
         node = below if isinstance(below, dict) else {}
     return keys, allowed
 

@@ -1,20 +1,97 @@
-"""How a component is reduced."""
+"""How a component is held, how it is reduced, and where stress is read of it."""
 
-from typing import Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
+
+STRICT = ConfigDict(extra="forbid", frozen=True)
 
 
 class ModesSettings(BaseModel):
     """How a component is reduced."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    recipe: Literal["macneal", "normal+static", "rigid"] = Field(
+    model_config = STRICT
+    recipe: Literal["macneal", "normal+static", "craig-bampton", "fixed-reference", "ritz", "rigid"] = Field(
         default="macneal",
         description="macneal: what the kept shapes lack stays as massless residual flexibility R; normal+static: it is"
-        " dropped, contact then needs method 'penalty'; rigid: no elastic coordinates at all",
+        " dropped, contact then needs method 'penalty'; craig-bampton, fixed-reference, ritz: other kept shapes than"
+        " normal modes of the free body, with R; rigid: no elastic coordinates at all",
     )
-    normal_count: int = Field(default=30, ge=1, description="Elastic normal modes; recipe 'rigid' has none")
+    normal_count: int = Field(
+        default=30,
+        ge=0,
+        description="Elastic normal modes or Ritz vectors; 0 is all that recipe 'craig-bampton' makes; recipe 'rigid'"
+        " has none",
+    )
     static_count: int = Field(
         default=0, ge=0, description="Static correction shapes of each interface of kind 'points' or 'traction'"
     )
+    substructures: int = Field(
+        default=1, ge=1, description="Parts of a body along its longest axis; for recipe 'craig-bampton'"
+    )
+    fixed_count: int = Field(
+        default=10, ge=0, description="Fixed-interface modes of each substructure; for recipe 'craig-bampton'"
+    )
+    reference: str | None = Field(
+        default=None,
+        validate_default=True,
+        description="Surface that recipe 'fixed-reference' clamps; with any recipe, where the reaction is measured",
+    )
+    ritz_count: int | None = Field(
+        default=None,
+        validate_default=True,
+        ge=1,
+        description="Load-dependent vectors that recipe 'ritz' generates; twice normal_count by default",
+    )
+
+    @field_validator("normal_count")
+    @classmethod
+    def _at_least_one(cls, value: int, info: ValidationInfo) -> int:
+        if value == 0 and (recipe := info.data.get("recipe", "macneal")) != "craig-bampton":
+            raise ValueError(f"0 given, recipe '{recipe}' needs 1 or more; only 'craig-bampton' takes 0, for all")
+        return value
+
+    @field_validator("reference")
+    @classmethod
+    def _is_named(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if value is None and info.data.get("recipe") == "fixed-reference":
+            raise ValueError("is missing; recipe 'fixed-reference' needs the name of a surface")
+        return value
+
+    @field_validator("ritz_count")
+    @classmethod
+    def _enough(cls, value: int | None, info: ValidationInfo) -> int | None:
+        least = info.data.get("normal_count", 1)
+        if value is not None and value < least:
+            raise ValueError(f"{value} given, at least normal_count = {least} vectors are needed")
+        return value
+
+
+class Support(BaseModel):
+    """A surface whose nodes are held."""
+
+    model_config = STRICT
+    surface: str = Field(description="Name of a surface of the mesh")
+    hold: tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...] | None = Field(
+        default=None, min_length=1, description="Directions and turns that are held; all that there are by default"
+    )
+
+    def as_inputs(self) -> str | dict[str, Any]:
+        """Return what identifies it in a key: the plain name where all is held."""
+        return self.surface if self.hold is None else {"surface": self.surface, "hold": sorted(set(self.hold))}
+
+
+def _as_table(value: Any) -> Any:
+    return {"surface": value} if isinstance(value, str) else value
+
+
+SupportEntry = Annotated[Support, BeforeValidator(_as_table)]
+"""As a scene writes it: a surface's name, or a table."""
+
+
+class Gauge(BaseModel):
+    """Bending stress at the outermost fibre of a beam, positive in tension."""
+
+    model_config = STRICT
+    station: str = Field(description="Name of a station of the beam, or one of its ends left and right")
+    fibre: Literal["top", "bottom"] = Field(description="Side of the beam on which it sits")

@@ -11,6 +11,9 @@ from modaldb.schema import MeshRecord, ModalRecord, MorphRecord, Trajectory
 from pipeline.deformation import displacement
 from pipeline.errors import InputError, StageError
 
+LINES = {"beam2": "line", "beam3": "line3"}
+"""Beams by the names that meshio has for their cells; the others are its own."""
+
 
 def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord, count: int | None) -> None:
     """Write the mesh with each mode shape as a point vector `mode_001_1234.5Hz`.
@@ -91,7 +94,8 @@ def _contact_pressure(count: int, modal: ModalRecord, trajectory: Trajectory, bo
 def _write_grid(path: Path, mesh: MeshRecord, nodes: np.ndarray, fields: dict[str, np.ndarray]) -> None:
     import meshio
 
-    grid = meshio.Mesh(nodes, [(mesh.cell_type, mesh.cells)], point_data={**fields})
+    cell_type = LINES.get(mesh.cell_type, mesh.cell_type)
+    grid = meshio.Mesh(nodes, [(cell_type, mesh.cells)], point_data={**fields})
     with _whole_file(path) as scratch:
         meshio.write(scratch, grid, file_format="vtu")
 

@@ -5,10 +5,12 @@ from typing import Annotated
 from pydantic import BaseModel, Field
 
 from pipeline.geometry.bar import Bar
+from pipeline.geometry.beam import Beam
 from pipeline.geometry.box import Box
 from pipeline.geometry.file import MeshFile
 from pipeline.geometry.liner import Liner
 from pipeline.geometry.piston import Piston
+from pipeline.geometry.rigid import Rigid
 from pipeline.geometry.skirt import Skirt
 
 GEOMETRIES: dict[str, type[BaseModel]] = {
@@ -17,9 +19,11 @@ GEOMETRIES: dict[str, type[BaseModel]] = {
     "liner": Liner,
     "box": Box,
     "bar": Bar,
+    "beam": Beam,
+    "rigid": Rigid,
     "file": MeshFile,
 }
 """Members by the `kind` that a scene names."""
 
-Geometry = Annotated[Skirt | Piston | Liner | Box | Bar | MeshFile, Field(discriminator="kind")]
+Geometry = Annotated[Skirt | Piston | Liner | Box | Bar | Beam | Rigid | MeshFile, Field(discriminator="kind")]
 """Any member, told apart by its `kind`."""

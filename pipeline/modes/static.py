@@ -16,8 +16,8 @@ from numpy.polynomial import legendre
 from scipy import linalg, sparse
 
 from pipeline.errors import StageError
+from pipeline.femodel import FEModel
 from pipeline.linalg import factorise
-from pipeline.model import FEModel
 from pipeline.modes.normal import NormalModes
 
 BLOCK = 96
@@ -54,20 +54,48 @@ class StaticShapes:
     """Nearly dependent directions that the rank test dropped."""
 
 
-def residual_shapes(model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray) -> Residual:
+class Flexibility:
+    """G of a model: its elastic displacement under forces, with inertia relief where rigid motions are left."""
+
+    def __init__(self, model: FEModel) -> None:
+        self.rigid = model.rigid_modes
+        self.M_rigid = model.M @ self.rigid
+        self.dofs = np.setdiff1d(model.free, _statically_determinate(self.rigid))
+        """Those that neither a support nor the grounding of the rigid motions holds."""
+        self.factor = factorise(model.K[self.dofs][:, self.dofs])
+
+    def solve(self, forces: np.ndarray) -> np.ndarray:
+        """Return G·forces, (dofs, k)."""
+        balanced = forces - self.M_rigid @ (self.rigid.T @ forces)
+        answer = np.zeros(forces.shape)
+        answer[self.dofs] = self.factor.solve(balanced[self.dofs])
+        return answer - self.rigid @ (self.M_rigid.T @ answer)
+
+    def free(self) -> None:
+        """Give the factor's memory back."""
+        self.factor.free()
+
+
+def residual_shapes(
+    model: FEModel,
+    B: sparse.csr_matrix,
+    normal: NormalModes,
+    pressures: np.ndarray,
+    flexibility: Flexibility | None = None,
+) -> Residual:
     """Return what the normal modes lack under unit forces on the rows of B and under pressure fields.
 
     Args:
         B: Displacement conjugate to each force, (c, dofs).
+        normal: Normal modes, or Ritz vectors: then W is K-orthogonal to them, but not M-orthogonal.
         pressures: Forces of each field, (c, k).
+        flexibility: Of the model, where it is factorised already.
 
     Raises:
         StageError: R is not symmetric.
     """
-    rigid = model.rigid_modes
-    M_rigid = model.M @ rigid
-    free = np.setdiff1d(model.free, _statically_determinate(rigid))
-    factor = factorise(model.K[free][:, free])
+    own = flexibility or Flexibility(model)
+    rigid, M_rigid, free, factor = own.rigid, own.M_rigid, own.dofs, own.factor
     B_free, B_rigid, M_rigid_free = sparse.csr_matrix(B[:, free]), B @ rigid, M_rigid[free]
     touched = np.unique(B_free.indices)
     B_touched = sparse.csr_matrix(B_free[:, touched])
@@ -82,7 +110,8 @@ def residual_shapes(model: FEModel, B: sparse.csr_matrix, normal: NormalModes, p
         fields[free] += X @ pressures[rows]
     fields -= rigid @ (M_rigid.T @ fields)
     fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
-    factor.free()
+    if flexibility is None:
+        own.free()
     whole = R.diagonal() + (kept**2).sum(axis=1)
     scale = np.sqrt(np.where(whole > 0, whole, 1.0))
     asymmetry = np.abs((R - R.T) / np.outer(scale, scale)).max(initial=0.0)

@@ -3,15 +3,21 @@ line here."""
 
 from collections.abc import Callable
 
-from pipeline.model import FEModel
+from pipeline.femodel import FEModel
+from pipeline.recipes.craig_bampton import craig_bampton
+from pipeline.recipes.fixed_reference import fixed_reference
 from pipeline.recipes.macneal import macneal
 from pipeline.recipes.normal_static import normal_static
 from pipeline.recipes.reduction import ContactRows, Reduction
 from pipeline.recipes.rigid import rigid
+from pipeline.recipes.ritz import ritz
 from pipeline.settings import ModesSettings
 
 RECIPES: dict[str, Callable[[FEModel, ContactRows, ModesSettings], Reduction]] = {
     "macneal": macneal,
     "normal+static": normal_static,
+    "craig-bampton": craig_bampton,
+    "fixed-reference": fixed_reference,
+    "ritz": ritz,
     "rigid": rigid,
 }

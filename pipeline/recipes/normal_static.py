@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from pipeline.model import FEModel
+from pipeline.femodel import FEModel
 from pipeline.recipes.macneal import macneal
 from pipeline.recipes.reduction import ContactRows, Reduction
 from pipeline.settings import ModesSettings

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.model import FEModel
+from pipeline.femodel import FEModel
 from pipeline.recipes.reduction import ContactRows, Reduction
 from pipeline.settings import ModesSettings
 

@@ -1,0 +1,146 @@
+"""Cross-sections of beams: area, second moment about the axis of bending, height, and shear coefficient.
+
+The shear coefficient κ = I² / (A ∫ Q²/b dz) equates the strain energy of the parabolic shear stress Q V / (I b) with
+that of the mean one, V² / (2 κ G A); Q is the first moment of the part beyond z, b the width there (Gere & Timoshenko,
+Mechanics of Materials, form factor for shear): 5/6 for a rectangle, 9/10 for a circle.
+"""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Coefficient = Annotated[float, Field(gt=0, le=1)]
+STRICT = ConfigDict(extra="forbid", frozen=True)
+SHEAR = Field(default=None, description="Shear coefficient κ; by the energy of the shear stress where left out")
+
+
+class Rectangle(BaseModel):
+    """Full rectangle."""
+
+    model_config = STRICT
+    kind: Literal["rectangle"]
+    width: Positive = Field(description="Across the plane of bending [m]")
+    height: Positive = Field(description="In the plane of bending [m]")
+    shear_coefficient: Coefficient | None = SHEAR
+
+    @property
+    def area(self) -> float:
+        """[m^2]"""
+        return self.width * self.height
+
+    @property
+    def second_moment(self) -> float:
+        """[m^4]"""
+        return self.width * self.height**3 / 12
+
+    @property
+    def shear_form(self) -> float:
+        """κ by the energy of the shear stress."""
+        return 5 / 6
+
+
+class Circle(BaseModel):
+    """Full circle."""
+
+    model_config = STRICT
+    kind: Literal["circle"]
+    radius: Positive = Field(description="[m]")
+    shear_coefficient: Coefficient | None = SHEAR
+
+    @property
+    def height(self) -> float:
+        """[m]"""
+        return 2 * self.radius
+
+    @property
+    def area(self) -> float:
+        """[m^2]"""
+        return np.pi * self.radius**2
+
+    @property
+    def second_moment(self) -> float:
+        """[m^4]"""
+        return np.pi * self.radius**4 / 4
+
+    @property
+    def shear_form(self) -> float:
+        """κ by the energy of the shear stress."""
+        return 9 / 10
+
+
+class IBeam(BaseModel):
+    """Two equal flanges and a web between them, without fillets."""
+
+    model_config = STRICT
+    kind: Literal["i-beam"]
+    height: Positive = Field(description="Over all [m]")
+    width: Positive = Field(description="Of the flanges [m]")
+    flange: Positive = Field(description="Thickness of each flange [m]")
+    web: Positive = Field(description="Thickness of the web [m]")
+    shear_coefficient: Coefficient | None = SHEAR
+
+    @field_validator("flange")
+    @classmethod
+    def _leaves_a_web(cls, value: float, info: ValidationInfo) -> float:
+        height = info.data.get("height")
+        if height is not None and 2 * value >= height:
+            raise ValueError(f"{value} given, two flanges must be lower than the height {height} m")
+        return value
+
+    @field_validator("web")
+    @classmethod
+    def _within_the_flanges(cls, value: float, info: ValidationInfo) -> float:
+        width = info.data.get("width")
+        if width is not None and value > width:
+            raise ValueError(f"{value} given, the web is at most as thick as the flanges are wide, {width} m")
+        return value
+
+    @property
+    def _clear(self) -> float:
+        return self.height - 2 * self.flange
+
+    @property
+    def area(self) -> float:
+        """[m^2]"""
+        return 2 * self.width * self.flange + self.web * self._clear
+
+    @property
+    def second_moment(self) -> float:
+        """[m^4]"""
+        return (self.width * self.height**3 - (self.width - self.web) * self._clear**3) / 12
+
+    @property
+    def shear_form(self) -> float:
+        """κ by the energy of the shear stress."""
+        x, w = np.polynomial.legendre.leggauss(3)
+        half, clear = self.height / 2, self._clear / 2
+        z = clear / 2 * (x + 1)
+        Q = self.width * (half**2 - clear**2) / 2 + self.web * (clear**2 - z**2) / 2
+        energy = clear / 2 * (w @ Q**2) / self.web
+        z = clear + (half - clear) / 2 * (x + 1)
+        energy += (half - clear) / 2 * (w @ (half**2 - z**2) ** 2) * self.width / 4
+        return float(self.second_moment**2 / (self.area * 2 * energy))
+
+
+class General(BaseModel):
+    """Any section of known figures, with its fibres at ± height / 2."""
+
+    model_config = STRICT
+    kind: Literal["general"]
+    area: Positive = Field(description="[m^2]")
+    second_moment: Positive = Field(description="About the axis of bending [m^4]")
+    height: Positive = Field(description="[m]")
+    shear_coefficient: Coefficient | None = Field(
+        default=None, description="Shear coefficient κ; theory 'timoshenko' needs it"
+    )
+
+    @property
+    def shear_form(self) -> None:
+        """Unknown."""
+        return None
+
+
+Section = Annotated[Rectangle | Circle | IBeam | General, Field(discriminator="kind")]
+"""Any section, told apart by its `kind`."""
