@@ -171,7 +171,7 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         (f"{THRUST}.sector_deg=[nan, 45]", f"{THRUST}.sector_deg"),
         (f"{THRUST}.kind=traction", f"{THRUST}: kind 'traction' needs spacing [m]"),
         (f"{THRUST}.kind=mean", f"{THRUST}: sector_deg is for kinds 'points' and 'traction', 'mean' takes the whole"),
-        (f"{THRUST}.kind=point", f"{THRUST}.kind: 'point' given; input should be 'points', 'traction', 'mean' or"),
+        (f"{THRUST}.kind=point", f"{THRUST}.kind: 'point' given; input should be 'points', 'traction', 'mean', 'p"),
         (f"{THRUST}.spacing=0.01", f"{THRUST}: spacing is for kind 'traction', the kind is 'points'"),
         (f"{THRUST}.spacing=[0.01, 0.0]", f"{THRUST}.spacing.1: 0.0 given; input should be greater than 0"),
         (f"{THRUST}.spacing=wide", f"{THRUST}.spacing: 'wide' given; input should be a valid tuple"),

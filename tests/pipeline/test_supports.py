@@ -1,5 +1,8 @@
 """Held bodies: modes and statics against dense algebra on the free dofs, and the closed form of a clamped bar."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy import linalg, sparse
@@ -14,7 +17,12 @@ from pipeline.material import Material
 from pipeline.model import FEModel, build_model
 from pipeline.modes.normal import normal_modes
 from pipeline.modes.static import pressure_fields, residual_shapes, static_shapes
+from pipeline.morph import Movement, reuse
+from pipeline.products import component_products
+from pipeline.profile import UniformProfile
 from pipeline.reduce import reduce_component
+from pipeline.settings import Support
+from pipeline.supports import hold
 
 MATERIAL = Material(E=72e9, nu=0.33, rho=2700.0)
 GEOMETRY = {"kind": "skirt", "outer_radius": 0.043, "wall": 0.012, "height": 0.04, "crown": 0.012}
@@ -125,13 +133,93 @@ def test_clamped_bar() -> None:
     assert residual.scale[0] ** 2 == pytest.approx(1.0 / (2e11 * 1e-4), rel=1e-9)
 
 
-def test_supports_that_hold_nothing_are_refused(mesh: MeshRecord) -> None:
-    with pytest.raises(InputError, match=r"component\.cup\.supports: the mesh has no surface 'foot', it has crown"):
-        build_model(mesh, MATERIAL, ["foot"], "component.cup")
+def test_hinged_solid_turns_about_its_edge(mesh: MeshRecord) -> None:
     crown = mesh.surfaces["crown"].facets
     middle = mesh.nodes[crown[:, :2]].mean(axis=1)
     straight = crown[np.linalg.norm(mesh.nodes[crown[:, 3]] - middle, axis=1) < 1e-9][0, [0, 3, 1]]
     edge = Surface(np.resize(straight, (1, 6)), {})
     lined = MeshRecord(mesh.nodes, mesh.cells, mesh.cell_type, mesh.surfaces | {"edge": edge})
-    with pytest.raises(InputError, match="the 3 nodes of edge leave a rigid motion free"):
-        build_model(lined, MATERIAL, ["edge"], "component.cup")
+    model = build_model(lined, MATERIAL, ["edge"], "component.cup")
+    assert model.rigid_twists.shape == (1, 6)
+    along = np.ptp(mesh.nodes[straight], axis=0) / np.linalg.norm(np.ptp(mesh.nodes[straight], axis=0))
+    turn = model.rigid_twists[0, 3:]
+    assert np.abs(np.abs(turn / np.linalg.norm(turn)) - along).max() < 1e-9
+    assert np.abs(model.rigid_modes[model.held]).max() == 0
+    assert np.abs(model.K @ model.rigid_modes).max() < 1e-9 * abs(model.K).max() * np.abs(model.rigid_modes).max()
+
+
+def test_smooth_floor_leaves_sliding_and_turning(mesh: MeshRecord) -> None:
+    model = build_model(
+        mesh, MATERIAL, [Support(surface="open_end", hold=("z",)), Support(surface="crown", hold=("z",))]
+    )
+    mass, inertia = model.properties.mass, model.properties.inertia
+    expected = np.zeros((3, 6))
+    expected[0, 0] = expected[1, 1] = 1 / np.sqrt(mass)
+    expected[2, 5] = 1 / np.sqrt(inertia[2, 2])
+    np.testing.assert_allclose(
+        model.rigid_twists.T @ model.rigid_twists, expected.T @ expected, atol=1e-6 * (expected**2).max()
+    )
+    rigid = model.rigid_modes
+    np.testing.assert_allclose(rigid.T @ (model.M @ rigid), np.eye(3), atol=1e-9)
+
+
+def test_modes_of_a_body_that_supports_hold_in_part_equal_dense_ones(mesh: MeshRecord) -> None:
+    model = build_model(mesh, MATERIAL, [Support(surface="open_end", hold=("z",))])
+    modes = normal_modes(model, COUNT)
+    K, M = model.free_matrices()
+    values = linalg.eigh(K.toarray(), M.toarray(), eigvals_only=True)
+    assert np.abs(values[:3]).max() < 1e-6 * values[3]
+    np.testing.assert_allclose(modes.angular_frequencies**2, values[3 : 3 + COUNT], rtol=1e-9)
+    assert np.all(modes.Phi[model.held] == 0)
+    assert np.abs(model.rigid_modes.T @ (model.M @ modes.Phi)).max() < 1e-9
+
+
+def test_record_says_how_many_rigid_motions_are_left(mesh: MeshRecord) -> None:
+    component = Component.model_validate(
+        {
+            "geometry": GEOMETRY,
+            "material": MATERIAL.model_dump(),
+            "supports": ["crown", {"surface": "open_end", "hold": ["z", "x"]}],
+            "modes": {"normal_count": 4},
+        }
+    )
+    assert reduce_component(mesh, "ab" * 32, component, "cup").quality["rigid_motions"] == 0
+    sliding = component.model_copy(update={"supports": component.supports[1:]})
+    record = reduce_component(mesh, "ab" * 32, sliding, "cup")
+    assert record.quality["rigid_motions"] == 1
+    assert record.rigid_twists.shape == (1, 6)
+    assert record.inertia_couplings is None
+    movement = Movement("skirt", UniformProfile(1e-5), "component.cup.change.profile")
+    with pytest.raises(InputError, match=r"component\.cup\.change\.profile\.offset: .* take rung 'recompute'"):
+        reuse(mesh, ("ab" * 32, "cd" * 32), record, {}, movement, 2700.0)
+
+
+def test_order_and_repetition_of_supports_do_not_make_another_product(tmp_path: Path) -> None:
+    first = {"surface": "open_end", "hold": ["z", "x"]}
+    same = {"surface": "open_end", "hold": ["x", "z", "x"]}
+
+    def key(*supports: object) -> str:
+        tables = {"geometry": GEOMETRY, "material": MATERIAL.model_dump(), "mesh": {"size": 0.02}}
+        component = Component.model_validate(tables | {"supports": supports})
+        return component_products("cup", component, tmp_path)["modes"].key
+
+    assert key("crown", first) == key(same, "crown", "crown")
+    assert len({key("crown"), key("open_end"), key("crown", first), key(first), key({**first, "hold": ["x"]})}) == 5
+
+
+def test_supports_that_do_not_fit_are_refused(mesh: MeshRecord) -> None:
+    with pytest.raises(InputError, match=r"component\.cup\.supports: the mesh has no surface 'foot', it has crown"):
+        build_model(mesh, MATERIAL, ["foot"], "component.cup")
+    with pytest.raises(InputError, match=r"component\.cup\.supports: 'rx' given in hold of 'crown'; .* has x, y, z$"):
+        build_model(mesh, MATERIAL, [Support(surface="crown", hold=("rx",))], "component.cup")
+
+
+def test_nodes_almost_on_one_line_are_refused(mesh: MeshRecord) -> None:
+    """A turn about the line is held by an arm 1e-8 of the body's size: neither free nor held."""
+    nodes = mesh.nodes.copy()
+    chosen = np.unique(mesh.surfaces["crown"].facets)[:6]
+    nodes[chosen] = np.outer(np.linspace(0, 0.02, 6), [1.0, 0, 0]) + np.outer(1e-10 * np.arange(6) ** 2, [0, 1.0, 0])
+    model = build_model(mesh, MATERIAL)
+    line = replace(mesh, nodes=nodes, surfaces={"edge": Surface(chosen[None], {})})
+    with pytest.raises(InputError, match="supports: the nodes of edge hold a rigid motion by a share of"):
+        hold(replace(model, mesh=line), ["edge"], "component.cup.supports")
