@@ -27,6 +27,7 @@ from pipeline.nodal import (
     gravity,
     static_start,
 )
+from pipeline.patch import patch_point, patch_row
 from pipeline.stages import Job, basic_surface, free_twists, obstacle_of
 from pipeline.traction import traction_space
 
@@ -100,6 +101,8 @@ def _part(job: Job, name: str) -> _Part:
             f"{job.path}: report.nodal: is for solids and bars, {where}.geometry is '{component.geometry.kind}'"
         )
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
+    if model.held.any() and len(model.rigid_twists):
+        raise InputError(f"{job.path}: report.nodal: is for bodies free or held, {where}.supports hold it in part")
     return _Part(name, mesh, model, component, job.scene.body[name])
 
 
@@ -116,7 +119,13 @@ def _held_body(part: _Part) -> NodalBody:
 
 def _contact(job: Job, name: str, slave: _Part, master: _Part | None) -> NodalContact:
     contact = job.scene.contact[name]
-    points = contact_points(slave.mesh, slave.component.interface[contact.interface], f"contact.{name}.interface")
+    interface, where = slave.component.interface[contact.interface], f"contact.{name}.interface"
+    if interface.kind == "patch":
+        points = patch_point(slave.mesh, interface, where)
+        rows = patch_row(slave.mesh, slave.model, interface, where)
+    else:
+        points = contact_points(slave.mesh, interface, where)
+        rows = slave.model.rows(points.nodes, points.normals)
     placed = points.points + slave.position
     if name in job.scene.masters():
         assert master is not None
@@ -126,7 +135,7 @@ def _contact(job: Job, name: str, slave: _Part, master: _Part | None) -> NodalCo
         surface, obstacle = None, obstacle_of(contact.against.model_dump())
     directions = obstacle.direction(placed)
     return NodalContact(
-        sparse.csr_matrix(-slave.model.rows(points.nodes, points.normals)),
+        sparse.csr_matrix(-rows),
         obstacle.gap(placed),
         contact.surface_stiffness * points.areas,
         directions,

@@ -24,7 +24,9 @@ class ModesSettings(BaseModel):
         " has none",
     )
     static_count: int = Field(
-        default=0, ge=0, description="Static correction shapes of each interface of kind 'points' or 'traction'"
+        default=0,
+        ge=0,
+        description="Static correction shapes of each interface of kind 'points', 'traction' or 'patch'",
     )
     substructures: int = Field(
         default=1, ge=1, description="Parts of a body along its longest axis; for recipe 'craig-bampton'"
@@ -73,8 +75,15 @@ class Support(BaseModel):
     model_config = STRICT
     surface: str = Field(description="Name of a surface of the mesh")
     hold: tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...] | None = Field(
-        default=None, min_length=1, description="Directions and turns that are held; all that there are by default"
+        default=None, description="Directions and turns that are held; all that there are by default"
     )
+
+    @field_validator("hold")
+    @classmethod
+    def _holds_something(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        if value == ():
+            raise ValueError("[] given, name at least one of x, y, z, rx, ry, rz, or leave the key out to hold all")
+        return value
 
     def as_inputs(self) -> str | dict[str, Any]:
         """Return what identifies it in a key: the plain name where all is held."""
@@ -82,6 +91,8 @@ class Support(BaseModel):
 
 
 def _as_table(value: Any) -> Any:
+    if not isinstance(value, str | dict | Support):
+        raise ValueError(f"{value!r} given, a support is the name of a surface or a table of surface and hold")
     return {"surface": value} if isinstance(value, str) else value
 
 

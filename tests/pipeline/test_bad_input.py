@@ -24,6 +24,8 @@ MOVED = "component.skirt.change.profile.surface"
 THRUST = "component.skirt.interface.thrust"
 SLIDE = "component.skirt.interface.slide"
 SUPPORTS = "component.skirt.supports"
+MODES = "component.skirt.modes"
+SKIRT = "component.skirt"
 GEOMETRY = re.compile(r"^geometry = .*$", re.MULTILINE)
 PATIENCE = 60.0
 """Seconds after which a child that does not end counts as hung."""
@@ -176,6 +178,20 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         (f"{THRUST}.spacing=[0.01, 0.0]", f"{THRUST}.spacing.1: 0.0 given; input should be greater than 0"),
         (f"{THRUST}.spacing=wide", f"{THRUST}.spacing: 'wide' given; input should be a valid tuple"),
         ("component.skirt.change.profile.offset=nan", "component.skirt.change.profile.offset: nan given; input should"),
+        (
+            f"{SUPPORTS}=[3]",
+            f"{SUPPORTS}.0: 3 given, a support is the name of a surface or a table of surface and hold",
+        ),
+        (
+            f'{SUPPORTS}=[{{surface="crown", hold=[]}}]',
+            f"{SUPPORTS}.0.hold: [] given, name at least one of x, y, z, rx",
+        ),
+        (f'{SUPPORTS}=[{{surface="crown", hold=["q"]}}]', f"{SUPPORTS}.0.hold.0: 'q' given; input should be 'x', 'y'"),
+        (f'{SUPPORTS}=[{{surface="crown", hld=["x"]}}]', f"{SUPPORTS}.0.hld: unknown key; did you mean 'hold'? "),
+        (f"{MODES}.normal_count=0", f"{MODES}.normal_count: 0 given, recipe 'macneal' needs 1 or more"),
+        (f"{MODES}.recipe=fixed-reference", f"{MODES}.reference: is missing; recipe 'fixed-reference' needs"),
+        (f"{MODES}.ritz_count=7", f"{MODES}.ritz_count: 7 given, at least normal_count = 8 vectors are needed"),
+        (f'{SKIRT}.gauge.g={{station="mid", fibre="top"}}', f"{SKIRT}.gauge: g given, gauges are for geometry 'beam'"),
         ("component.skirt.supports=crown", "component.skirt.supports: 'crown' given; input should be a valid tuple"),
         ("body.skirt.component=piston", "body.skirt.component: no component 'piston', there is skirt"),
         ("body.skirt.velocity=[0, 1]", "body.skirt.velocity"),
