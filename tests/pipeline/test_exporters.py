@@ -15,18 +15,35 @@ from modaldb.schema import ContactHistory, InterfaceModes, MeshRecord, ModalReco
 from pipeline.deformation import displacement
 from pipeline.errors import InputError, StageError
 from pipeline.exporters import EXPORTERS, Exporter, vtu
-from pipeline.geometry import Bar
+from pipeline.geometry import Bar, Beam, Rigid
 
 MODES, FRAMES = 3, 5
 ROUND_OFF = 1e-13
 """Both sides are the same sums of the same numbers."""
 
-TWISTS = {"tetra10": np.diag([2.0, 3, 5, 7, 11, 13]), "line3": np.array([[2.0, 0, 0, 0, 0, 0]])}
+SECTION = {"kind": "circle", "radius": 0.01}
+BEAM = {"kind": "beam", "length": 1.0, "section": SECTION}
+LINES = {
+    "line3": Bar(kind="bar", length=1.0, area=1e-4),
+    "beam2": Beam.model_validate(BEAM),
+    "beam3": Beam.model_validate(BEAM | {"theory": "timoshenko"}),
+    "vertex": Rigid.model_validate(
+        {"kind": "rigid", "mass": 1.0, "points": {"tip": {"at": [0, 0, 1], "normal": [0, 0, 1]}}}
+    ),
+}
+BENDING = np.array([[0, 0, 2.0, 0, 0, 0], [0, 0, 0, 0, 3.0, 0]])
+TWISTS = {
+    "tetra10": np.diag([2.0, 3, 5, 7, 11, 13]),
+    "line3": np.array([[2.0, 0, 0, 0, 0, 0]]),
+    "beam2": BENDING,
+    "beam3": BENDING,
+    "vertex": np.eye(3, 6),
+}
 
 
-@pytest.fixture(params=["tetra10", "line3"])
+@pytest.fixture(params=TWISTS)
 def mesh(request: pytest.FixtureRequest, skirt_mesh: MeshRecord) -> MeshRecord:
-    return skirt_mesh if request.param == "tetra10" else Bar(kind="bar", length=1.0, area=1e-4).build(0.1)
+    return skirt_mesh if request.param == "tetra10" else LINES[request.param].build(0.1)
 
 
 @pytest.fixture
@@ -146,7 +163,8 @@ def test_modes_come_back(mesh: MeshRecord, modal: ModalRecord, tmp_path: Path) -
     vtu.write_modes(path, mesh, modal, 2)
     back = meshio.read(path)
     np.testing.assert_array_equal(back.points, mesh.nodes)
-    assert [(block.type, block.data.tolist()) for block in back.cells] == [(mesh.cell_type, mesh.cells.tolist())]
+    written = vtu.LINES.get(mesh.cell_type, mesh.cell_type)
+    assert [(block.type, block.data.tolist()) for block in back.cells] == [(written, mesh.cells.tolist())]
     assert list(back.point_data) == ["mode_001_100.0Hz", "mode_002_1234.5Hz"]
     assert modal.shapes is not None
     np.testing.assert_array_equal(back.point_data["mode_002_1234.5Hz"], modal.shapes[:, :, 1])
