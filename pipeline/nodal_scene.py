@@ -159,7 +159,7 @@ def _surface(
 
 
 def _gas(job: Job, name: str, slave: _Part) -> NodalLoad:
-    force = job.scene.force[name]
+    force = job.scene.given()[name]
     joint = job.scene.joint[force.joint]
     rows = load_rows(slave.mesh, slave.model, slave.component.interface[force.interface], f"force.{name}.interface")
 

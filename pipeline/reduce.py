@@ -58,11 +58,6 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     where = f"component.{name}"
     touched = _contacts(mesh, component, where)
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
-    if component.modes.recipe != "rigid" and component.modes.normal_count > (most := largest_count(model)):
-        raise InputError(
-            f"{where}.modes.normal_count: {component.modes.normal_count} given, its mesh has {most} at most;"
-            " refine it or ask for fewer"
-        )
     _gather(touched, mesh, component, model, where)
     contact = touched.all_rows(model.K.shape[0])
     reduction = _reduced(model, contact, component, where)
@@ -100,6 +95,11 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
 def _reduced(model: FEModel, contact: ContactRows, component: Component, where: str) -> Reduction:
     """Run the recipe; measure the reaction at the reference where one is named."""
     settings = component.modes
+    if settings.recipe != "rigid" and settings.normal_count > (most := largest_count(model)):
+        raise InputError(
+            f"{where}.modes.normal_count: {settings.normal_count} given, its mesh has {most} at most;"
+            " refine it or ask for fewer"
+        )
     reference = None
     if settings.reference is not None:
         reference = surface_nodes(model.mesh, settings.reference, f"{where}.modes.reference")
