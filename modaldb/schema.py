@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-SCHEMA_VERSION = 2
-READABLE_VERSIONS = (1, 2)
+SCHEMA_VERSION = 3
+READABLE_VERSIONS = (1, 2, 3)
 """A field that an older version lacks takes its default."""
 
 Array = np.ndarray
@@ -23,7 +23,7 @@ class Surface:
     """A named part of a mesh's boundary."""
 
     facets: Array
-    """Node numbers of each facet, corners first, (facets, 6) on tet10, (facets, 1) on a line."""
+    """Node numbers of each facet, corners first, (facets, 6) on tet10, (facets, 1) on a line or a rigid body."""
     shape: Json = field(default_factory=dict)
     """The true surface, `{"kind": "cylinder", "radius", "axis", "origin"}` or `{}` where the nodes are all there is."""
 
@@ -35,9 +35,9 @@ class MeshRecord:
     nodes: Array
     """Nodal positions [m], (n, 3)."""
     cells: Array
-    """Node numbers of each cell in meshio's order, (e, 10) or (e, 3)."""
+    """Node numbers of each cell in meshio's order, (e, 10), (e, 3), (e, 2) or (e, 1)."""
     cell_type: str
-    """`tetra10` or `line3`."""
+    """`tetra10`; `line3`, a bar; `beam2` and `beam3`, a beam; `vertex`, a rigid body without mesh."""
     surfaces: dict[str, Surface]
 
 
@@ -97,6 +97,18 @@ class LoadModes:
 
 
 @dataclass(frozen=True)
+class GaugeModes:
+    """A place where stress or strain is read: value = rows q + residual λ, k values."""
+
+    rows: Array
+    """Value per unit of each elastic coordinate, (k, m)."""
+    residual: Array
+    """Quasi-static value per unit force of each row of R, what the kept coordinates lack, (k, C)."""
+    unit: str
+    """Of the value, such as `Pa`."""
+
+
+@dataclass(frozen=True)
 class InertiaCouplings:
     """Constant tensors of the nodal floating frame from the consistent mass (Zwölfer & Gerstmayr 2020)."""
 
@@ -141,6 +153,7 @@ class ModalRecord:
     """Traction spaces by interface; their rows in R stand in `interface_rows`."""
     loads: dict[str, LoadModes] = field(default_factory=dict)
     """Loads by interface; their rows in R stand in `interface_rows`."""
+    gauges: dict[str, GaugeModes] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -228,6 +241,11 @@ class Trajectory:
     motion: dict[str, Array] = field(default_factory=dict)
     """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass
     since the start [m, rad], their rates [m/s, rad/s], (s, 12)."""
+    episodes: dict[str, Array] = field(default_factory=dict)
+    """Contact by contact, each blow: first and last time [s], impulse [N s], largest force [N], its time [s], closing
+    speed at the first time and opening speed at the last [m/s], (b, 7); empty where the integrator locates none."""
+    gauges: dict[str, Array] = field(default_factory=dict)
+    """`body.gauge` → value at the end of each sample interval, (s, k)."""
 
 
 @dataclass(frozen=True)

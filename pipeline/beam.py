@@ -1,4 +1,4 @@
-"""Beam elements: deflection w along z and rotation θ about y at each node, so that a rigid turn has w′ = −θ.
+"""Beam elements: deflection w along z and rotation θ about z × axis at each node, so that a rigid turn has w′ = −θ.
 
 Euler-Bernoulli: cubic Hermite, consistent mass of w alone (Przemieniecki 1968). Timoshenko: three nodes, θ quadratic,
 w quadratic plus the cubic ξ − ξ³ that takes the quadratic part out of the shear strain γ = w′ + θ. It neither locks
@@ -14,15 +14,14 @@ from pipeline.geometry.beam import Beam
 from pipeline.material import Material
 
 DIRECTIONS = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
-ROTATIONS = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+Z = np.array([0.0, 0.0, 1.0])
 
 
 def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
-    """Assemble a beam; the inertia about x is unknown to it, and zero."""
+    """Assemble a beam; the inertia about its own axis is unknown to it, and zero."""
     if not isinstance(geometry, Beam):
         raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
-    ends = mesh.nodes[mesh.cells[:, :2], 0]
-    h = ends[:, 1] - ends[:, 0]
+    axis, h = geometry.axis, _lengths(mesh)
     blocks = (_timoshenko if mesh.cell_type == "beam3" else _euler_bernoulli)(h, material, geometry)
     dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(len(h), -1)
     K, M = (scatter(block, dofs, 2 * len(mesh.nodes)) for block in blocks)
@@ -30,12 +29,19 @@ def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | No
     if mesh.cell_type == "beam3":
         rotary = material.rho * geometry.section.second_moment * geometry.length
     second = mass * geometry.length**2 / 12
-    properties = MassProperties(
-        mass, np.array([geometry.length / 2, 0.0, 0.0]), np.diag([0.0, second + rotary, second])
-    )
+    turn = np.cross(Z, axis)
+    inertia = (second + rotary) * np.outer(turn, turn) + second * np.outer(Z, Z)
+    properties = MassProperties(mass, geometry.length / 2 * axis, inertia)
     twists = np.zeros((2, 6))
-    twists[0, 2], twists[1, 4] = 1 / np.sqrt(mass), 1 / np.sqrt(second + rotary)
-    return FEModel(K, M, mesh, DIRECTIONS, ROTATIONS, properties, twists, np.zeros(K.shape[0], bool))
+    twists[0, 2], twists[1, 3:] = 1 / np.sqrt(mass), turn / np.sqrt(second + rotary)
+    rotations = np.array([np.zeros(3), turn])
+    return FEModel(K, M, mesh, DIRECTIONS, rotations, properties, twists, np.zeros(K.shape[0], bool))
+
+
+def _lengths(mesh: MeshRecord) -> np.ndarray:
+    """Return the length of each element [m], (e,)."""
+    ends = mesh.nodes[mesh.cells[:, :2]]
+    return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
 
 def turn_gradient(mesh: MeshRecord, node: int) -> np.ndarray:
@@ -46,7 +52,7 @@ def turn_gradient(mesh: MeshRecord, node: int) -> np.ndarray:
     row = np.zeros(2 * len(mesh.nodes))
     touching = [(cell, int(np.flatnonzero(cell == node)[0])) for cell in mesh.cells if node in cell]
     for cell, place in touching:
-        h = mesh.nodes[cell[1], 0] - mesh.nodes[cell[0], 0]
+        h = float(np.linalg.norm(mesh.nodes[cell[1]] - mesh.nodes[cell[0]]))
         dofs = (2 * cell[:, None] + np.arange(2)).ravel()
         if mesh.cell_type == "beam3":
             _, dN = _quadratic(np.array([(-1.0, 1.0, 0.0)[place]]))

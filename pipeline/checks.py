@@ -16,6 +16,12 @@ if TYPE_CHECKING:
     from pipeline.stages import SceneFile
 
 
+POINTS = ("points", "patch")
+"""Kinds of interface that contacts act on."""
+UNRESOLVED = ("bar", "beam", "rigid")
+"""Geometries without local compliance of their own."""
+
+
 def checked(path: Path, tables: Mapping[str, Any], model: "type[SceneFile]") -> "SceneFile":
     """Return the scene that tables describe.
 
@@ -41,26 +47,54 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
     for body in scene.body:
         if (name := scene.component_of(body)) not in scene.component:
             lines.append(f"body.{body}.component: no component '{name}', there is {', '.join(scene.component)}")
-    wanted = [(f"contact.{n}.interface", c.body, c.interface, "points") for n, c in scene.contact.items()]
-    wanted += [(f"contact.{n}.against.interface", m.body, m.interface, "traction") for n, m in scene.masters().items()]
-    wanted += [(f"joint.{n}.interface", j.body, j.interface, "mean") for n, j in scene.joint.items()]
-    wanted += [(f"force.{n}.interface", f.body, f.interface, "pressure") for n, f in scene.force.items()]
-    for where, body, interface, kind in wanted:
+    sliding = scene.masters()
+    wanted = [(f"contact.{n}.interface", c.body, c.interface, POINTS) for n, c in scene.contact.items()]
+    wanted += [
+        (f"contact.{n}.against.interface", o.body, o.interface, ("traction",) if n in sliding else POINTS)
+        for n, o in scene.others().items()
+    ]
+    wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.joint.items()]
+    wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.given().items()]
+    for where, body, interface, kinds in wanted:
         component = scene.component.get(scene.component_of(body))
         if component is None:
             continue
         if interface not in component.interface:
             have = ", ".join(component.interface) or "none"
             lines.append(f"{where}: no interface '{interface}', the component has {have}")
-        elif (got := component.interface[interface].kind) != kind:
-            lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind '{kind}' is needed")
+        elif (got := component.interface[interface].kind) not in kinds:
+            needed = " or ".join(f"'{kind}'" for kind in kinds)
+            lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
+    return lines + _counted_twice(scene)
+
+
+def _counted_twice(scene: "SceneFile") -> list[str]:
+    """List laws of local compliance on meshes that resolve it themselves."""
+    lines = []
+    for name, contact in scene.contact.items():
+        if contact.law is None or contact.method != "residual":
+            continue
+        other = scene.others().get(name)
+        for body in (contact.body, *([other.body] if other is not None else [])):
+            component = scene.component.get(scene.component_of(body))
+            if component is not None and component.geometry.kind not in UNRESOLVED:
+                lines.append(
+                    f"contact.{name}.law: '{contact.law.kind}' and R of the solid '{scene.component_of(body)}' count"
+                    " the local compliance twice; take method 'penalty', or leave the law out"
+                )
     return lines
+
+
+def law_notes(scene: "SceneFile") -> list[str]:
+    """Return a line for each contact law that is used outside its validity."""
+    warned = ((name, contact.law.warning()) for name, contact in scene.contact.items() if contact.law is not None)
+    return [f"contact.{name}.law: {text}" for name, text in warned if text is not None]
 
 
 def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
     """Read the tables that forces name, so that the solver's part of the scene holds their values."""
-    forces = {}
-    for name, force in scene.force.items():
+    forces: dict[str, Any] = dict(scene.springs())
+    for name, force in scene.given().items():
         if force.table is not None:
             values = read_cycle(find_file(force.table, folder, f"force.{name}.table"))
             force = force.model_copy(update={"values": values})

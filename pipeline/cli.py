@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+import re
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -31,6 +32,10 @@ STAGE_HELP = {
     "plot": "draw the pictures (all before it first, if stale)",
     "run": "all stages: mesh, modes, morph, solve, plot",
 }
+
+
+PER_BLOW = re.compile(r"\.blow\d+\.")
+"""Quantities of single blows: all stand in summary.json, those with a reference are printed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -134,6 +139,16 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _quantity_line(name: str, entry: dict[str, Any]) -> str:
+    line = f"{name:28} {entry['value']:14.6g} {entry['unit']:6}"
+    if (reference := entry["reference"]) is not None:
+        error = (
+            f"error {entry['error']:+.2g}" if entry["error"] is not None else f"by {entry['value'] - reference:+.2g}"
+        )
+        line += f"  reference {reference:.6g}, {error}"
+    return line.rstrip()
+
+
 def _print_run(report: Any) -> None:
     for name, stage in report.stages.items():
         print(f"{name:6} {stage.state:6} {stage.seconds:8.2f} s   {stage.key[:12]}")
@@ -141,10 +156,9 @@ def _print_run(report: Any) -> None:
         return
     print()
     for name, entry in report.quantities.items():
-        line = f"{name:28} {entry['value']:14.6g} {entry['unit']:6}"
-        if entry["reference"] is not None:
-            line += f"  reference {entry['reference']:.6g}, error {entry['error']:+.3%}"
-        print(line.rstrip())
+        if entry["reference"] is None and PER_BLOW.search(name):
+            continue
+        print(_quantity_line(name, entry))
     print(f"{'energy drift':28} {report.energy_drift:14.2g}")
     print(f"{'momentum residual':28} {report.momentum_residual:14.2g}")
     files = ["summary.json", "trajectory.h5", *(Path(picture).name for picture in report.pictures)]

@@ -14,6 +14,7 @@ from pipeline.errors import InputError
 
 Model = TypeVar("Model", bound=BaseModel)
 SCENE_FILE = "scene.toml"
+UNSET = "unset"
 KEY = re.compile(r"(component|body|contact|joint|force|report|run)\.")
 
 
@@ -116,9 +117,11 @@ def parse_override(text: str) -> dict[str, Any]:
 
 
 def merge(tables: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Put `changes` into nested `tables`, in place."""
+    """Put `changes` into nested `tables`, in place; the value `"unset"` takes a key away."""
     for name, value in changes.items():
-        if isinstance(value, Mapping) and isinstance(tables.get(name), dict):
+        if value == UNSET:
+            tables.pop(name, None)
+        elif isinstance(value, Mapping) and isinstance(tables.get(name), dict):
             merge(tables[name], value)
         else:
             tables[name] = dict(value) if isinstance(value, Mapping) else value

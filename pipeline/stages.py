@@ -14,7 +14,7 @@ import modaldb
 from modaldb.keys import content_key, file_digest
 from modaldb.schema import MorphRecord
 from modaldb.store import FolderStore
-from pipeline.checks import checked
+from pipeline.checks import checked, law_notes
 from pipeline.component import Component
 from pipeline.errors import InputError
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
@@ -212,7 +212,7 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
     if "plot" in wanted and outcome is not Result.DIVERGED:
         stages["plot"], pictures, notes = _plot_stage(job, tell)
     remember(job, wanted)
-    notes += _edge_notes(job, summary["quantities"])
+    notes += law_notes(job.scene) + _edge_notes(job, summary["quantities"])
     return RunReport(
         job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
         summary["momentum_residual"], str(job.out), pictures, notes,
@@ -317,6 +317,7 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
     modal = job.store.get(keys[1], "modes", only=needed)
     if movement is None or component.change.rung == "recompute":
         return morph.own_modes(*keys, modal, "none" if movement is None else "recompute")
+    assert component.material is not None
     surfaces = {key: item.surface for key, item in component.interface.items()}
     return morph.reuse(base, keys, modal, surfaces, movement, component.material.rho)
 

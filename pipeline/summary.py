@@ -59,6 +59,14 @@ def reference_values(report: Report, folder: Path) -> dict[str, float]:
     path = find_file(report.reference, folder, "report.reference")
     try:
         expected = json.loads(path.read_text())["expected"]
-        return {name: float(expected[source]["value"]) for name, source in report.quantities.items()}
-    except (ValueError, KeyError, TypeError) as error:
+        return {name: _entry(expected, source) for name, source in report.quantities.items()}
+    except (ValueError, LookupError, TypeError) as error:
         raise InputError(f"{path}: not a reference file with these quantities ({error})") from error
+
+
+def _entry(expected: Any, source: str) -> float:
+    """Return a number of a reference file by its path, names and list places parted by slashes."""
+    found = expected
+    for part in source.split("/"):
+        found = found[int(part)] if isinstance(found, list) else found[part]
+    return float(found["value"] if isinstance(found, dict) else found)

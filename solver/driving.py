@@ -9,8 +9,9 @@ import numpy as np
 from solver.body import FlexibleBody
 from solver.contacts import ContactRows
 from solver.errors import SceneError
-from solver.forces import Force
+from solver.forces.gas import GasPressure
 from solver.joints import Joint
+from solver.methods import METHODS
 from solver.scene import Scene
 
 
@@ -30,7 +31,7 @@ class GivenLoad:
     """A force given over time."""
 
     name: str
-    force: Force
+    force: GasPressure
     joint: Joint
     body: str
 
@@ -151,7 +152,7 @@ def compile_driving(
         for axis in (lateral, along):
             rows.append(_over_all(body, offsets, axis @ body.wrench_rows(load.resultant), axis @ load.rows, size))
             owners.append((joint.body, joint.interface, axis))
-    for name, force in scene.force.items():
+    for name, force in scene.given().items():
         body = bodies[force.body]
         load = body.load(force.interface, f"force.{name}.interface")
         if len(load.rows) != 1:
@@ -167,7 +168,7 @@ def compile_driving(
     to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(rows)))
     for contact in contacts:
         for a, (body, interface, mix) in enumerate(owners):
-            if body == contact.body and scene.contact[contact.name].method == "residual":
+            if body == contact.body and METHODS[scene.contact[contact.name].method].flexible:
                 to_gap[contact.rows, a] = -bodies[body].residual(contact.interface, interface) @ mix
     gravity = np.zeros(size)
     for name, body in bodies.items():

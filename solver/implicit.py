@@ -7,6 +7,7 @@ from solver.compliance import Compliance
 from solver.flight import flight
 from solver.groups import Books, Loads, Masters, Modes, Points
 from solver.outcome import Outcome
+from solver.result import Result
 from solver.system import System
 
 REFRESH = 0.2
@@ -15,6 +16,8 @@ REFRESH = 0.2
 
 class Trapezoid:
     """A run of the implicit integrator."""
+
+    failure = Result.DEPENDENT_ROWS
 
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._dt = system, dt
@@ -33,6 +36,7 @@ class Trapezoid:
         energies: np.ndarray,
         loads: np.ndarray,
         snapshots: np.ndarray,
+        gauges: np.ndarray,
     ) -> bool:
         """Advance `len(forces)` samples of `stride` steps; False where contact rows are dependent.
 
@@ -42,6 +46,7 @@ class Trapezoid:
             energies: Out, (samples, 5).
             loads: Out: mean of each load row, (samples, L).
             snapshots: Out: rigid coordinates, their rates, joints' length errors, (samples, 2 r + j).
+            gauges: Left as they are.
         """
         start = self._dt * np.arange(first, first + len(forces) * stride)
         driving = self._system.driving

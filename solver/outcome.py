@@ -1,6 +1,6 @@
 """Where a run stands: what every integrator tells of itself."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,3 +25,13 @@ class Outcome:
     """On the functions [N s], (F,)."""
     drag_impulse: np.ndarray
     """Along the way of each contact [N s], (k,)."""
+    episodes: list[np.ndarray] = field(default_factory=list)
+    """Blows of each contact as in `Trajectory.episodes`, (b, 7) each; none where the integrator locates none."""
+    drags: np.ndarray = field(default_factory=lambda: np.empty(0))
+    """Friction's impulse on each row [N s], (c,)."""
+    slips: list[list[tuple[float, bool]]] = field(default_factory=list)
+    """Of each contact, times at which a point begins to slip, True, or sticks, False [s]."""
+    springs: np.ndarray = field(default_factory=lambda: np.empty(0))
+    """Impulse of each spring, positive where it pulls [N s], (b,)."""
+    work: dict[str, int] = field(default_factory=dict)
+    """What the integrator counts of its own."""

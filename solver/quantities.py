@@ -7,6 +7,17 @@ from solver.contacts import ContactRows
 from solver.outcome import Outcome
 from solver.system import System
 
+LOCATED = ("event", "collocation", "discrete-gradient")
+"""Integrators that tell blows apart."""
+PER_BLOW = (
+    ("start", "s"), ("end", "s"), ("impulse", "N s"), ("force", "N"), ("force_time", "s"), ("closing", "m/s"),
+    ("opening", "m/s"),
+)  # fmt: skip
+SLIPS = 3
+"""Changes between sliding and sticking that have quantities of their own."""
+SHOWN = 10
+"""Blows that have quantities of their own."""
+
 
 def quantities(
     system: System, end: Outcome, dt: float, interval: float, forces: np.ndarray, multipliers: np.ndarray
@@ -27,29 +38,145 @@ def quantities(
         pressed = float(end.impulses[contact.rows].sum())
         if contact.edge.any() and pressed > 0:
             values["edge_share"] = (float(end.impulses[contact.rows][contact.edge].sum()) / pressed, "1")
+        blows = end.episodes[number] if number < len(end.episodes) else np.empty((0, 7))
         if size > 0:
             along = impulse / size
-            history = forces[:, number] @ along
-            touching = np.flatnonzero(np.abs(forces[:, number]).sum(axis=1))
-            values["force_peak"] = (float(history.max()), "N")
-            if len(system.contacts) == 1:
-                first, last = end.extreme[4], end.extreme[5]
-                values["start"] = (float(first), "s")
-                values["duration"] = (float(last - first + dt), "s")
+            if len(end.episodes):
+                values |= _of_blows(merged(blows, system.resolution))
+                if blows[:, 3].max() > 0 and system.resolution > 0:
+                    values |= _smoothed_peak(forces[:, number] @ along, interval, system.resolution)
             else:
-                values["start"] = (float(touching[0] * interval), "s")
-                values["duration"] = (float((touching[-1] - touching[0] + 1) * interval), "s")
+                values |= _of_samples(system, end, dt, interval, forces[:, number], along)
             values |= _rebound(system, end, contact, along)
+        if number < len(end.slips):
+            values |= _of_slips(end.slips[number])
         if contact.areas is not None and multipliers.size:
             pressure = multipliers[:, contact.rows] / contact.areas
             values["pressure_peak"] = (float(pressure.max()), "Pa")
         found |= {f"{contact.name}.{name}": {"value": v, "unit": u} for name, (v, u) in values.items()}
+    return found | _leaving(system, end)
+
+
+def _leaving(system: System, end: Outcome) -> Json:
+    """Return the velocity with which each body's centre of mass leaves, along what it can move."""
+    found: Json = {}
+    for name, body in system.bodies.items():
+        if not body.rigid_count or system.scene.integrator not in LOCATED:
+            continue
+        columns = slice(system.offsets[name], system.offsets[name] + body.rigid_count)
+        motion, start = body.centre_motion(end.v[columns]), body.centre_motion(system.velocity[columns])
+        shift = body.centre_motion(end.q[columns] - system.position[columns])
+        for axis in np.flatnonzero(_noticeable(motion) | _noticeable(start) | _noticeable(shift)):
+            turns, letter = axis >= 3, "xyz"[axis % 3]
+            entries = (
+                (("spin", motion, "rad/s"), ("turn", shift, "rad"))
+                if turns
+                else (("velocity", motion, "m/s"), ("shift", shift, "m"))
+            )
+            found |= {f"{name}.{key}_{letter}": {"value": float(v[axis]), "unit": unit} for key, v, unit in entries}
     return found
 
 
+def _of_samples(
+    system: System, end: Outcome, dt: float, interval: float, forces: np.ndarray, along: np.ndarray
+) -> dict[str, tuple[float, str]]:
+    """Return what a history of resultants (s, 3) tells of a contact that pushes `along`."""
+    touching = np.flatnonzero(np.abs(forces).sum(axis=1))
+    first, last = end.extreme[4], end.extreme[5]
+    if len(system.contacts) > 1:
+        first, last = touching[0] * interval, (touching[-1] + 1) * interval - dt
+    return {
+        "force_peak": (float((forces @ along).max()), "N"),
+        "start": (float(first), "s"),
+        "duration": (float(last - first + dt), "s"),
+    }
+
+
+def _of_blows(blows: np.ndarray) -> dict[str, tuple[float, str]]:
+    """Return what located blows (b, 7) tell of a contact."""
+    first, highest = blows[0], blows[blows[:, 3].argmax()]
+    values = {
+        "force_peak": (float(highest[3]), "N"),
+        "blows": (float(len(blows)), "1"),
+        "start": (float(first[0]), "s"),
+        "end": (float(blows[:, 1].max()), "s"),
+        "duration": (float(blows[:, 1].max() - first[0]), "s"),
+        "first_duration": (float(first[1] - first[0]), "s"),
+        "first_impulse": (float(first[2]), "N s"),
+    }
+    if highest[3] == 0:
+        del values["force_peak"]
+    else:
+        values |= {"largest_force": (float(highest[3]), "N"), "peak_time": (float(highest[4]), "s")}
+        values |= {"first_peak": (float(first[3]), "N")}
+    for number, blow in enumerate(blows[:SHOWN] if len(blows) > 1 else [], 1):
+        for place, (key, unit) in enumerate(PER_BLOW):
+            if key.startswith("force") and blow[3] == 0:
+                continue
+            values[f"blow{number}.{key}"] = (float(blow[place]), unit)
+    return values
+
+
+def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, tuple[float, str]]:
+    """Return when points begin to slip and when they stick again, the first few, and the last period."""
+    values = {}
+    for name, kind in (("slip", True), ("stick", False)):
+        times = [time for time, begins in changes if begins is kind]
+        values |= {f"{name}{number}": (time, "s") for number, time in enumerate(times[:SLIPS], 1)}
+        if name == "slip" and len(times) > 1:
+            values["slip_period"] = (times[-1] - times[-2], "s")
+    return values
+
+
+def _noticeable(motion: np.ndarray) -> np.ndarray:
+    """Tell which components of a motion (6,) are more than round-off of the others of their kind."""
+    sizes = np.abs(motion).reshape(2, 3)
+    return (sizes > 1e-12 * sizes.max(axis=1, keepdims=True)).ravel()
+
+
+def merged(blows: np.ndarray, resolution: float) -> np.ndarray:
+    """Return blows with those joined that part for less than what the kept frequencies resolve.
+
+    Args:
+        blows: (b, 7), in order of time, see `Trajectory.episodes`.
+        resolution: Period of the highest kept frequency [s].
+    """
+    found: list[np.ndarray] = []
+    for blow in blows:
+        if found and blow[0] - found[-1][1] < resolution:
+            last = found[-1]
+            last[1], last[6] = blow[1], blow[6]
+            last[2] += blow[2]
+            if blow[3] > last[3]:
+                last[3:5] = blow[3:5]
+        else:
+            found.append(blow.copy())
+    return np.array(found).reshape(-1, 7)
+
+
+def _smoothed_peak(history: np.ndarray, interval: float, resolution: float) -> dict[str, tuple[float, str]]:
+    """Return the largest mean force over one period of the highest kept frequency, and that period.
+
+    What stands within a shorter time rings at the cut-off and does not converge.
+
+    Args:
+        history: Mean force over each sample interval [N], (s,).
+    """
+    width = max(1, round(resolution / interval))
+    if width > len(history):
+        return {}
+    mean = np.convolve(history, np.full(width, 1.0 / width), mode="valid")
+    return {"force_peak": (float(mean.max()), "N"), "force_window": (width * interval, "s")}
+
+
 def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarray) -> dict[str, tuple[float, str]]:
+    """Return how the body's centre leaves, seen from the other body's where there is one."""
     before, after = (_velocity(system, contact.body, v) @ along for v in (system.velocity, end.v))
     values = {"rebound_velocity": (float(after), "m/s")}
+    if contact.other is not None:
+        far = [float(_velocity(system, contact.other.body, v) @ along) for v in (system.velocity, end.v)]
+        values["rebound_velocity_other"] = (far[1], "m/s")
+        before, after = before - far[0], after - far[1]
     if before < 0:
         values["restitution"] = (float(-after / before), "1")
     return values
@@ -73,33 +200,54 @@ def momentum_residual(system: System, end: Outcome, loads: np.ndarray, duration:
     """
     worst = 0.0
     for name, body in system.bodies.items():
+        if not body.rigid_count:
+            continue
         first = system.offsets[name]
         columns = slice(first, first + body.rigid_count)
-        gained, centre = np.zeros(6), body.morph.centre
-        change = body.centre_motion(end.v[columns] - system.velocity[columns])
-        gained[:3], gained[3:] = body.morph.mass * change[:3], body.morph.inertia @ change[3:]
         given, size, radius = _driven(system, name, loads, duration)
         for number, contact in enumerate(system.contacts):
-            if contact.body == name:
-                impulses = end.impulses[contact.rows, None] * contact.directions
-                arm = contact.points - centre
-                radius = max(radius, float(np.linalg.norm(arm, axis=1).max()))
-                given[:3] += impulses.sum(axis=0)
-                given[3:] += np.cross(arm, impulses).sum(axis=0)
-                size += float(np.linalg.norm(impulses.sum(axis=0)))
-            if (over := contact.master) is not None:
-                sign = (contact.body == name) - (over.body == name)
-                given[:3] += sign * end.drag_impulse[number] * over.direction
-                if over.body == name:
-                    wrench = -end.master_impulses[contact.functions] @ over.resultant
-                    given[:3] += wrench[:3]
-                    given[3:] += wrench[3:] - np.cross(centre, wrench[:3])
-                    size += float(np.linalg.norm(wrench[:3]))
-        if size > 0 and body.rigid_count:
-            free = np.abs(body.twists).max(axis=0) > 0
-            error = np.abs(gained - given) / size * np.repeat([1.0, 1.0 / (radius or 1.0)], 3)
-            worst = max(worst, float(error[free].max()))
+            pushed, arm, length = _pressed(system, end, contact, number, name)
+            given, size, radius = given + pushed, size + arm, max(radius, length)
+        pulled = system.springs.rows[:, columns].T @ end.springs if len(end.springs) else 0.0
+        if len(end.springs):
+            size += float(np.abs(end.springs[np.any(system.springs.rows[:, columns], axis=1)]).sum())
+        if size > 0:
+            # Coordinates' own momentum against twist times wrench; what supports hold takes no part.
+            error = np.abs(end.v[columns] - system.velocity[columns] + pulled - body.twists @ given)
+            scale = np.linalg.norm(body.twists[:, :3], axis=1) + (radius or 1.0) * np.linalg.norm(
+                body.twists[:, 3:], axis=1
+            )
+            worst = max(worst, float((error / scale).max()) / size)
     return worst
+
+
+def _pressed(
+    system: System, end: Outcome, contact: ContactRows, number: int, name: str
+) -> tuple[np.ndarray, float, float]:
+    """Return impulse and moment about its centre that a contact gives a body, their size, and their largest arm [m]."""
+    given, size, radius, centre = np.zeros(6), 0.0, 0.0, system.bodies[name].morph.centre
+    impulses = end.impulses[contact.rows, None] * contact.directions
+    friction = system.scene.contact[contact.name].friction
+    if friction is not None and len(end.drags):
+        line = np.asarray(friction.direction, float)
+        impulses = impulses + end.drags[contact.rows, None] * line / np.linalg.norm(line)
+    sides = [(contact.body, contact.points, 1.0)]
+    if contact.other is not None:
+        sides.append((contact.other.body, contact.other.points, -1.0))
+    for owner, points, sign in sides:
+        if owner == name:
+            arm = points - centre
+            radius = max(radius, float(np.linalg.norm(arm, axis=1).max()))
+            given += sign * np.concatenate([impulses.sum(axis=0), np.cross(arm, impulses).sum(axis=0)])
+            size += float(np.linalg.norm(impulses.sum(axis=0)))
+    if (over := contact.master) is not None:
+        sign = (contact.body == name) - (over.body == name)
+        given[:3] += sign * end.drag_impulse[number] * over.direction
+        if over.body == name:
+            wrench = -end.master_impulses[contact.functions] @ over.resultant
+            given += np.concatenate([wrench[:3], wrench[3:] - np.cross(centre, wrench[:3])])
+            size += float(np.linalg.norm(wrench[:3]))
+    return given, size, radius
 
 
 def _driven(system: System, name: str, loads: np.ndarray, duration: float) -> tuple[np.ndarray, float, float]:

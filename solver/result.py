@@ -9,6 +9,11 @@ class Result(Enum):
     FINISHED = "finished"
     DIVERGED = "the motion left the range of numbers; the scene's data are inconsistent"
     DEPENDENT_ROWS = "two contact points are the same to round-off, so their forces are not determined; add a surface layer (contact.NAME.surface_stiffness) or coarsen the interface"  # noqa: E501
+    CHATTER = "contacts close and open for ever without time passing; use method 'residual', which needs no blow"
+    NOT_CONVERGED = (
+        "the contact force could not be found within a step; the law's stiffness or exponent is out of range"
+    )
+    INACCURATE = "the energy drift stays above run.accuracy at any step tried; state a larger accuracy, or leave it out"
     ENERGY = "contact made energy from nothing; take a smaller step"
 
     @property

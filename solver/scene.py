@@ -5,13 +5,18 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from solver.forces import Force
+from solver.forces.gas import GasPressure
+from solver.forces.spring import Spring
 from solver.joints import Joint
+from solver.laws import Law
+from solver.methods import METHODS
 from solver.obstacles import Bore, Plane
-from solver.obstacles.vectors import Vector
+from solver.obstacles.vectors import Direction, Vector
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Freedom = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_FREE: tuple[Freedom, ...] = ("x", "y", "z", "rx", "ry", "rz")
+Integrator = Literal["event", "collocation", "discrete-gradient", "kick", "trapezoid"]
 STRICT = ConfigDict(extra="forbid", frozen=True)
 
 
@@ -51,20 +56,58 @@ class MasterSurface(BaseModel):
     interface: str = Field(description="Interface of kind 'traction'")
 
 
+class OtherBody(BaseModel):
+    """An interface of another body, point against point."""
+
+    model_config = STRICT
+    shape: Literal["body"]
+    body: str
+    interface: str = Field(description="Interface of kind 'points' or 'patch' with as many points")
+
+
+class Friction(BaseModel):
+    """Coulomb friction along one line."""
+
+    model_config = STRICT
+    static: Annotated[float, Field(ge=0, allow_inf_nan=False, description="Coefficient that holds")]
+    kinetic: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
+        default=None, description="Coefficient while sliding; the static one by default"
+    )
+    direction: Direction = Field(description="Line along which the point slides, any length")
+
+    @property
+    def sliding(self) -> float:
+        """Kinetic coefficient."""
+        return self.static if self.kinetic is None else self.kinetic
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Friction":
+        if self.sliding > self.static:
+            raise ValueError(f"kinetic {self.sliding} is above static {self.static}; it must not be")
+        return self
+
+
 class Contact(BaseModel):
     """An interface of a body against a rigid obstacle or against another body."""
 
     model_config = STRICT
     body: str
     interface: str
-    against: Annotated[Bore | Plane | MasterSurface, Field(discriminator="shape")]
-    method: Literal["residual", "penalty"] = Field(
+    against: Annotated[Bore | Plane | MasterSurface | OtherBody, Field(discriminator="shape")]
+    method: Literal["residual", "penalty", "constraint", "impact"] = Field(
         default="residual",
-        description="residual: gap = g₀ + BΦq + Rλ, no stiffness to tune; penalty: a spring at each point",
+        description="residual: gap = g₀ + BΦq + Rλ, no stiffness to tune; penalty: a spring or a law at each point;"
+        " constraint: the gap is held at zero from touch until its force would pull (addition-deletion);"
+        " impact: Newton's restitution at each blow",
     )
     surface_stiffness: Positive | None = Field(
         default=None, description="Stiffness of a surface layer per area [N/m^3]: asperities, or the penalty's springs"
     )
+    law: Law | None = Field(default=None, description="Force of one point over indentation, instead of a layer")
+    restitution: Annotated[float, Field(ge=0, le=1)] | None = Field(
+        default=None, description="Separation speed over approach speed, for method 'impact'; 0 sticks until pulled"
+    )
+    friction: Friction | None = Field(default=None, description="For rigid contact of rigid bodies")
     dashpot: Literal["none", "wave-guide"] = Field(
         default="none",
         description="wave-guide: impedance of the truncated modes beside R; for single-point contacts on bars only",
@@ -72,11 +115,14 @@ class Contact(BaseModel):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Contact":
-        if self.method == "penalty" and self.surface_stiffness is None:
-            raise ValueError("method 'penalty' needs surface_stiffness [N/m^3]")
-        if self.method == "penalty" and self.dashpot != "none":
-            raise ValueError("dashpot 'wave-guide' stands beside R, so it needs method 'residual'")
+        if (wrong := METHODS[self.method].refuses(self)) is not None:
+            raise ValueError(wrong)
         return self
+
+    @property
+    def smooth_law(self) -> bool:
+        """Whether its force is a nonlinear function of indentation."""
+        return self.law is not None and self.law.kind != "linear"
 
 
 class Run(BaseModel):
@@ -85,12 +131,21 @@ class Run(BaseModel):
     model_config = STRICT
     duration: Positive = Field(description="[s]")
     step: Positive | None = Field(
-        default=None, description="[s]; automatic (0.2/ω_c) if left out, and divided into substeps if larger than that"
+        default=None,
+        description="[s]; automatic if left out: 0.2/ω_c, or what the accuracy asks for; a larger one is divided into"
+        " substeps; integrator 'event' has none",
     )
-    integrator: Literal["auto", "kick", "trapezoid"] = Field(
+    accuracy: Annotated[float, Field(gt=0, le=0.1)] | None = Field(
+        default=None,
+        description="Relative error that the step is chosen for: of the force where a law is integrated (1e-8 by"
+        " default), of the energy balance elsewhere; event location needs none",
+    )
+    integrator: Literal["auto", "event", "collocation", "discrete-gradient", "kick", "trapezoid"] = Field(
         default="auto",
-        description="kick: explicit contact, step 0.2/ω_c; trapezoid: implicit contact, for damping, joints, loads and"
-        " sliding pairs; auto takes the first that can",
+        description="event: exact motion between located events, for linear and rigid contact of a few points;"
+        " collocation: high order, for contact laws; discrete-gradient: energy to round-off at any step; kick: explicit"
+        " contact, step 0.2/ω_c; trapezoid: implicit contact, for damping, joints, loads and sliding pairs; auto takes"
+        " what the scene's contacts ask for",
     )
     gravity: Vector = Field(default=(0.0, 0.0, 0.0), description="[m/s^2]")
     samples: int = Field(default=4000, ge=10, le=1_000_000, description="Points of the force and energy histories")
@@ -110,39 +165,106 @@ class Scene(BaseModel):
     @model_validator(mode="after")
     def _names(self) -> "Scene":
         named = [(f"contact.{name}.body", contact.body) for name, contact in self.contact.items()]
-        named += [(f"contact.{name}.against.body", master.body) for name, master in self.masters().items()]
+        named += [(f"contact.{name}.against.body", other.body) for name, other in self.others().items()]
         named += [(f"joint.{name}.body", joint.body) for name, joint in self.joint.items()]
         named += [(f"force.{name}.body", force.body) for name, force in self.force.items()]
+        named += [(f"force.{n}.against", spring.against) for n, spring in self.springs().items() if spring.against]
         for where, body in named:
             if body not in self.body:
                 raise ValueError(f"{where}: no body '{body}', the scene has {', '.join(self.body)}")
-        for name, force in self.force.items():
+        for name, force in self.given().items():
             if force.joint not in self.joint:
                 have = ", ".join(self.joint) or "none"
                 raise ValueError(f"force.{name}.joint: no joint '{force.joint}', the scene has {have}")
-        needs = self.needs_trapezoid()
-        if self.run.integrator == "kick" and needs:
-            raise ValueError(f"run.integrator: 'kick' cannot carry {needs[0]}; take 'auto' or 'trapezoid'")
+        for name, other in self.others().items():
+            if other.body == self.contact[name].body:
+                raise ValueError(f"contact.{name}.against.body: a contact needs two bodies")
+        choose(self)
         return self
 
     def masters(self) -> dict[str, MasterSurface]:
         """Return the master surface of each contact that has one."""
         return {n: c.against for n, c in self.contact.items() if isinstance(c.against, MasterSurface)}
 
-    def needs_trapezoid(self) -> list[str]:
-        """List what only the implicit integrator can carry."""
-        needs = [f"damping of body.{name}" for name, body in self.body.items() if body.damping is not None]
-        needs += [f"joint.{name}" for name in self.joint] + [f"force.{name}" for name in self.force]
-        needs += [f"the sliding pair contact.{name}" for name in self.masters()]
-        return needs + (["run.gravity"] if any(self.run.gravity) else [])
+    def others(self) -> dict[str, MasterSurface | OtherBody]:
+        """Return the other body of each contact between two bodies."""
+        return {n: c.against for n, c in self.contact.items() if isinstance(c.against, MasterSurface | OtherBody)}
+
+    def given(self) -> dict[str, GasPressure]:
+        """Return the forces that are given over time."""
+        return {n: f for n, f in self.force.items() if isinstance(f, GasPressure)}
+
+    def springs(self) -> dict[str, Spring]:
+        """Return the springs."""
+        return {n: f for n, f in self.force.items() if isinstance(f, Spring)}
 
     @property
-    def integrator(self) -> Literal["kick", "trapezoid"]:
+    def integrator(self) -> Integrator:
         """The integrator that runs this scene."""
-        if self.run.integrator != "auto":
-            return self.run.integrator
-        return "trapezoid" if self.needs_trapezoid() else "kick"
+        return choose(self)
 
     def component_of(self, body: str) -> str:
         """Return the component that a body is made of."""
         return self.body[body].component or body
+
+
+IMPLICIT: tuple[str, ...] = ("trapezoid",)
+SMOOTH: tuple[str, ...] = ("collocation", "discrete-gradient")
+PREFERRED: tuple[Integrator, ...] = ("kick", "trapezoid", "event", "collocation", "discrete-gradient")
+
+
+def choose(scene: Scene) -> Integrator:
+    """Return the integrator of a scene.
+
+    Raises:
+        ValueError: the one that it names cannot carry what it has, or nothing can carry all that it has.
+    """
+    demands, named = _demands(scene), scene.run.integrator
+    able: list[Integrator] = [name for name in PREFERRED if not _unable(demands, name)]
+    if named == "auto":
+        if able:
+            return able[0]
+        least = min((_unable(demands, name) for name in PREFERRED), key=len)
+        raise ValueError(f"run.integrator: none carries {least[0]} beside what else the scene has")
+    if lacking := _unable(demands, named):
+        advice = f"take {' or '.join(map(repr, ('auto', *able)))}" if able else "none carries the whole scene"
+        raise ValueError(f"run.integrator: '{named}' cannot carry {lacking[0]}; {advice}")
+    if named == "event" and scene.run.step is not None:
+        raise ValueError("run.step: integrator 'event' locates events on exact motion and has no step; leave it out")
+    return named
+
+
+def _unable(demands: dict[str, tuple[str, ...]], name: str) -> list[str]:
+    return [what for what, able in demands.items() if name not in able]
+
+
+def _demands(scene: Scene) -> dict[str, tuple[str, ...]]:
+    """Return what a scene has that not every integrator can carry, with those that can."""
+    found: dict[str, tuple[str, ...]] = {}
+    for name, contact in scene.contact.items():
+        where = f"contact.{name}"
+        method = METHODS[contact.method]
+        if method.rigid:
+            found[f"the rigid contact {where} (method '{contact.method}')"] = method.integrators
+        elif contact.smooth_law:
+            found[f"the law of {where}"] = SMOOTH
+        elif contact.law is not None:
+            found[f"the linear law of {where}"] = ("event", *SMOOTH)
+        else:
+            found[f"method '{contact.method}' of {where} without a law"] = method.integrators
+        if contact.dashpot != "none":
+            found[f"the dashpot of {where}"] = ("event", "kick")
+    for name in scene.masters():
+        found[f"the sliding pair contact.{name}"] = IMPLICIT
+    for name, body in scene.body.items():
+        if body.damping is not None:
+            found[f"damping of body.{name}"] = IMPLICIT
+    for name in [*(f"joint.{n}" for n in scene.joint), *(f"force.{n}" for n in scene.given())]:
+        found[name] = IMPLICIT
+    for name, spring in scene.springs().items():
+        found[f"force.{name}"] = ("event", *SMOOTH)
+        if spring.damping > 0:
+            found[f"damping of force.{name}"] = ("event",)
+    if any(scene.run.gravity):
+        found["run.gravity"] = ("event", *SMOOTH, "trapezoid")
+    return found

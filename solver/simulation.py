@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from modaldb.schema import ContactHistory, JointHistory, Json, Trajectory
-from solver.implicit import Trapezoid
-from solver.kick import Kick
+from solver.integrators import make
 from solver.outcome import Outcome
 from solver.quantities import momentum_residual, quantities
 from solver.result import Result
@@ -16,6 +15,12 @@ from solver.system import STEP_FACTOR, System
 
 CREATED_ENERGY = 0.5
 """Energy error over energy exchanged above which a run is not an answer."""
+SAMPLED = ("event", "collocation")
+"""Integrators that choose their own steps between samples."""
+READS_GAUGES = (*SAMPLED, "discrete-gradient")
+"""Integrators that read gauges at every sample."""
+MOST_HALVINGS = 8
+"""Of the step, before a stated accuracy is given up."""
 IMPLICIT_FACTOR = 4.0
 """dt·ω_c that the implicit integrator takes by itself."""
 
@@ -62,8 +67,17 @@ def plan_steps(
     return Schedule(dt, substeps, stride, per_frame, math.ceil(count / (stride * per_frame)))
 
 
+def sample_plan(duration: float, samples: int, frames: int) -> Schedule:
+    """Return the sample intervals of a run whose integrator chooses its own steps."""
+    per_frame = max(1, math.ceil(samples / frames))
+    return Schedule(duration / (frames * per_frame), 1, 1, per_frame, frames)
+
+
 def simulate(system: System, progress: Callable[[float], None] | None = None) -> Trajectory:
     """Integrate a system over its scene's duration.
+
+    Where the scene states an accuracy and its integrator has a step, runs are repeated with half the step until the
+    energy drift is below it.
 
     Args:
         progress: Told the share done after every frame; an exception that it raises ends the run.
@@ -74,10 +88,35 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     Raises:
         SolverError: the contact's compliance is singular.
     """
-    run, implicit = system.scene.run, system.scene.integrator == "trapezoid"
-    critical = system.critical_frequency()
-    plan = plan_steps(run.duration, run.step, run.samples, run.frames, critical, implicit)
-    integrator = (Trapezoid if implicit else Kick)(system, plan.dt)
+    run, name = system.scene.run, system.scene.integrator
+    critical = 0.0 if name in SAMPLED else system.critical_frequency()
+    if name in SAMPLED:
+        plan = sample_plan(run.duration, run.samples, run.frames)
+    else:
+        plan = plan_steps(run.duration, run.step, run.samples, run.frames, critical, name != "kick")
+    found = _march(system, plan, critical, progress)
+    if name in SAMPLED or run.accuracy is None or run.step is not None:
+        return found
+    for halvings in range(1, MOST_HALVINGS + 1):
+        if name != "discrete-gradient" and found.energy_drift <= run.accuracy and found.result != Result.ENERGY.name:
+            return found
+        finer = replace(plan, stride=plan.stride * 2**halvings, dt=plan.dt / 2**halvings)
+        before, found = found, _march(system, finer, critical, progress)
+        if name == "discrete-gradient" and _difference(before, found) <= run.accuracy:
+            return found
+    return replace(found, result=Result.INACCURATE.name)
+
+
+def _difference(one: Trajectory, other: Trajectory) -> float:
+    """Return the largest relative difference of a contact's impulse."""
+    keys = [key for key in other.quantities if key.endswith(".impulse")]
+    values = [(one.quantities[key]["value"], other.quantities[key]["value"]) for key in keys if key in one.quantities]
+    return max((abs(a - b) / abs(b) for a, b in values if b), default=0.0)
+
+
+def _march(system: System, plan: Schedule, critical: float, progress: Callable[[float], None] | None) -> Trajectory:
+    """Integrate with given steps."""
+    integrator = make(system.scene.integrator, system, plan.dt)
     histories = _Histories.empty(system, plan)
     result, done = Result.FINISHED, 0
     for frame in range(plan.frames):
@@ -85,7 +124,7 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
         outputs = (getattr(histories, name)[here] for name in _Histories.SAMPLED)
         sound = integrator.advance(here.start * plan.stride, plan.stride, *outputs)
         if not sound or not np.isfinite(histories.energies[here]).all():
-            result = Result.DEPENDENT_ROWS if not sound else Result.DIVERGED
+            result = integrator.failure if not sound else Result.DIVERGED
             break
         now = integrator.outcome()
         histories.frames[frame], histories.velocities[frame] = now.q, now.v
@@ -109,7 +148,7 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
         "coordinates": len(end.q),
         "contact_rows": len(system.gap),
         "functions": len(system.functions),
-    }
+    } | end.work
     return _trajectory(system, plan, end, histories.cut(done, plan), result, drift, counts)
 
 
@@ -119,12 +158,13 @@ class _Histories:
     energies: np.ndarray
     loads: np.ndarray
     snapshots: np.ndarray
+    gauges: np.ndarray
     frames: np.ndarray
     velocities: np.ndarray
     multipliers: np.ndarray
     masters: np.ndarray
 
-    SAMPLED = ("forces", "energies", "loads", "snapshots")
+    SAMPLED = ("forces", "energies", "loads", "snapshots", "gauges")
 
     @classmethod
     def empty(cls, system: System, plan: Schedule) -> "_Histories":
@@ -135,6 +175,7 @@ class _Histories:
             np.zeros((samples, 5)),
             np.zeros((samples, len(system.driving.rows))),
             np.zeros((samples, 2 * len(system.rigid) + joints)),
+            np.zeros((samples, len(system.gauges) if system.scene.integrator in READS_GAUGES else 0)),
             np.zeros((plan.frames, size)),
             np.zeros((plan.frames, size)),
             np.zeros((plan.frames, len(system.gap))),
@@ -158,7 +199,7 @@ def _trajectory(
     drift: float,
     counts: Json,
 ) -> Trajectory:
-    interval = plan.dt * plan.stride
+    interval, located = plan.dt * plan.stride, system.scene.integrator in SAMPLED
     times = interval * np.arange(1, len(found.forces) + 1)
     contacts = {
         contact.name: ContactHistory(
@@ -178,12 +219,14 @@ def _trajectory(
         frame_times=interval * plan.samples_per_frame * np.arange(1, len(found.frames) + 1),
         frames=found.frames,
         velocities=found.velocities,
-        quantities=quantities(system, end, plan.dt, interval, found.forces, found.multipliers),
+        quantities=quantities(system, end, 0.0 if located else plan.dt, interval, found.forces, found.multipliers),
         energy_drift=drift,
-        momentum_residual=momentum_residual(system, end, interval * found.loads.sum(axis=0), float(times[-1])),
+        momentum_residual=momentum_residual(system, end, interval * found.loads.sum(axis=0), interval * len(times)),
         counts=counts,
         joints=_joints(system, times, found),
-        motion=_motion(system, found.snapshots) if system.scene.integrator == "trapezoid" else {},
+        motion={} if system.scene.integrator == "kick" else _motion(system, found.snapshots),
+        episodes={c.name: blows for c, blows in zip(system.contacts, end.episodes, strict=False)},
+        gauges=dict(zip(system.gauges, found.gauges.T.copy(), strict=False)),
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import linalg
@@ -17,6 +18,20 @@ from solver.terms import Term, fields_read, scene_terms
 
 STEP_FACTOR = 0.2
 """Largest dt·ω_c: at 0.2 the energy drift of the skirt is 1e-4, at 2 energy grows without bound."""
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Springs between bodies and to the ground, b of them."""
+
+    rows: np.ndarray
+    """Elongation per coordinate, (b, m)."""
+    stiffness: np.ndarray
+    """[N/m], (b,)"""
+    damping: np.ndarray
+    """[N s/m], (b,)"""
+    stretch: np.ndarray
+    """Elongation at q = 0 [m], (b,)."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +62,23 @@ class System:
     """Inward displacement of traction spaces, ∂e/∂q, (F, m)."""
     function_residual: np.ndarray
     """R of the traction spaces [m/N], (F, F)."""
+    restitution: np.ndarray
+    """Of rigid contact; −1 where contact is compliant, (c,)."""
+    law: np.ndarray
+    """K, n, χ, c of the law at each row, (c, 4)."""
+    tangents: np.ndarray
+    """Displacement along the line of friction, (c, m)."""
+    friction: np.ndarray
+    """Static and kinetic coefficient, (c, 2)."""
+    belt: np.ndarray
+    """Velocity of the obstacle along the line [m/s], (c,)."""
+    springs: "Springs"
+    gauges: list[str]
+    """`body.gauge` of each gauge value."""
+    gauge_rows: np.ndarray
+    """(G, m)"""
+    gauge_residual: np.ndarray
+    """Quasi-static value per contact force, (G, c)."""
     driving: Driving
     loads: np.ndarray
     """Loads and joint forces at the start, (L,)."""
@@ -55,6 +87,17 @@ class System:
     velocity: np.ndarray
     """Initial velocities [m kg^½/s], (m,)."""
     terms: list[Term]
+
+    @property
+    def resolution(self) -> float:
+        """Period of the highest kept frequency [s]; 0 where nothing is elastic."""
+        top = float(self.stiffness.max(initial=0.0))
+        return 2 * np.pi / np.sqrt(top) if top > 0 else 0.0
+
+    @property
+    def rigid_contact(self) -> np.ndarray:
+        """Which rows have no compliance at all, (c,)."""
+        return self.restitution >= 0
 
     @property
     def compliance(self) -> np.ndarray:
@@ -66,13 +109,30 @@ class System:
         """Whether a contact force at one point closes or opens another through R."""
         return bool(np.any(self.residual - np.diag(self.residual.diagonal())))
 
+    def _yielding(self) -> np.ndarray:
+        """Return the compliance of each nonlinear law at the deepest that its start's energy can press it [m/N], (c,).
+
+        Gravity aside: the kinetic energy of a mass that a row sees, at the greatest speed that it can have.
+        """
+        found = np.zeros(len(self.gap))
+        for row in np.flatnonzero(self.law[:, 1] > 1):
+            stiffness, exponent = self.law[row, :2]
+            square = float(self.rows[row] @ self.rows[row])
+            speed = float(np.linalg.norm(self.velocity)) * np.sqrt(square)
+            fall = 2 * float(np.abs(self.rows[row]) @ np.abs(self.driving.gravity)) * max(float(self.gap[row]), 0.0)
+            energy = 0.5 * (speed**2 + fall) / square
+            deepest = ((exponent + 1) * energy / stiffness) ** (1 / (exponent + 1))
+            found[row] = 1 / (exponent * stiffness * deepest ** (exponent - 1)) if deepest > 0 else np.inf
+        return found
+
     def critical_frequency(self) -> float:
         """Return ω_c [rad/s]: ω_c² = λmax(Λ + rowsᵀ C⁻¹ rows), all contacts closed, other bodies' surfaces rigid.
 
         Raises:
             SolverError: C is singular.
         """
-        matrix = np.diag(self.stiffness)
+        springs = self.springs
+        matrix = np.diag(self.stiffness) + springs.rows.T @ (springs.rows * springs.stiffness[:, None])
         if len(self.gap):
             compliance = self.compliance
             if self.coupled:
@@ -83,7 +143,7 @@ class System:
                         f"contact {', '.join(self.scene.contact)}: {Result.DEPENDENT_ROWS.value}"
                     ) from None
             else:
-                matrix = matrix + self.rows.T @ (self.rows / compliance.diagonal()[:, None])
+                matrix = matrix + self.rows.T @ (self.rows / (compliance.diagonal() + self._yielding())[:, None])
         top = len(matrix) - 1
         return float(np.sqrt(linalg.eigvalsh(matrix, subset_by_index=[top, top])[0]))
 
@@ -114,8 +174,9 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     _check_travel(contacts, driving)
     return System(
         scene=scene, bodies=bodies, offsets=offsets, contacts=contacts, stiffness=stiffness, damping=damping,
-        rigid=rigid.astype(int), driving=driving, loads=loads, position=position, velocity=velocity, terms=terms,
-        **arrays,
+        rigid=rigid.astype(int), driving=driving, springs=_springs(scene, bodies, offsets, size),
+        loads=loads, position=position, velocity=velocity, terms=terms, **arrays,
+        **_gauges(bodies, offsets, contacts, size),
     )  # fmt: skip
 
 
@@ -152,9 +213,9 @@ def _contacts(
     scene: Scene, bodies: dict[str, FlexibleBody], offsets: dict[str, int], size: int
 ) -> tuple[list[ContactRows], dict[str, np.ndarray]]:
     """Put all contacts' blocks into arrays over all coordinates."""
-    masters = scene.masters()
+    masters, others = scene.masters(), scene.others()
     blocks = [
-        contact_block(scene, name, bodies[contact.body], bodies[masters[name].body] if name in masters else None)
+        contact_block(scene, name, bodies[contact.body], bodies[others[name].body] if name in others else None)
         for name, contact in scene.contact.items()
     ]
     slides = [
@@ -163,6 +224,7 @@ def _contacts(
     ends = np.cumsum([0, *(len(block.gap) for block in blocks)])
     ends_f = np.cumsum([0, *(len(slide.rows) if slide else 0 for slide in slides)])
     rows, residual = np.zeros((ends[-1], size)), np.zeros((ends[-1], ends[-1]))
+    tangents = np.zeros((ends[-1], size))
     functions, function_residual = np.zeros((ends_f[-1], size)), np.zeros((ends_f[-1], ends_f[-1]))
     contacts = []
     for number, (block, slide) in enumerate(zip(blocks, slides, strict=True)):
@@ -171,6 +233,10 @@ def _contacts(
             slice(int(ends_f[number]), int(ends_f[number + 1])),
         )
         _put(rows, here, offsets[block.body], block.rows)
+        _put(tangents, here, offsets[block.body], block.surface.tangents)
+        if (other := block.other) is not None:
+            _put(rows, here, offsets[other.body], other.rows)
+            _put(tangents, here, offsets[other.body], other.tangents)
         residual[here, here] = block.residual
         if slide is not None:
             _put(functions, there, offsets[slide.body], slide.rows)
@@ -178,17 +244,21 @@ def _contacts(
         contacts.append(
             ContactRows(
                 block.name, block.body, block.interface, here, block.points, block.directions, block.areas, block.edge,
-                slide, there,
+                slide, block.other, there,
             )
         )  # fmt: skip
     _couple(scene, bodies, contacts, residual, function_residual)
     joined = {name: np.concatenate([np.empty(0), *(getattr(block, name) for block in blocks)]) for name in _PER_ROW}
+    for name, empty in _PER_SURFACE.items():
+        joined[name] = np.concatenate([empty, *(getattr(block.surface, name) for block in blocks)])
     return contacts, joined | {
-        "rows": rows, "residual": residual, "functions": functions, "function_residual": function_residual
+        "rows": rows, "residual": residual, "functions": functions, "function_residual": function_residual,
+        "tangents": tangents,
     }  # fmt: skip
 
 
 _PER_ROW = ("gap", "layer", "dashpot")
+_PER_SURFACE = {"restitution": np.empty(0), "law": np.empty((0, 4)), "friction": np.empty((0, 2)), "belt": np.empty(0)}
 
 
 def _put(target: np.ndarray, rows: slice, first: int, block: np.ndarray) -> None:
@@ -208,9 +278,70 @@ def _couple(
             both = {scene.contact[one.name].method, scene.contact[other.name].method}
             if one is other or both != {"residual"}:
                 continue
-            if one.body == other.body:
-                residual[one.rows, other.rows] = bodies[one.body].residual(one.interface, other.interface)
+            for body, interface, order in _sides(one):
+                for same, at, places in _sides(other):
+                    if body == same:
+                        block = bodies[body].residual(interface, at)
+                        residual[one.rows, other.rows] += block[np.ix_(order, places)]
             if one.master is not None and other.master is not None and one.master.body == other.master.body:
                 block = bodies[one.master.body].residual(one.master.interface, other.master.interface)
                 ordered = block[np.ix_(one.master.order, other.master.order)]
                 function_residual[one.functions, other.functions] = ordered
+
+
+def _gauges(
+    bodies: dict[str, FlexibleBody], offsets: dict[str, int], contacts: list[ContactRows], size: int
+) -> dict[str, Any]:
+    """Return what gauges read of coordinates and contact forces."""
+    names, rows, residual = [], [np.empty((0, size))], [np.empty((0, sum(len(item.points) for item in contacts)))]
+    for name, body in bodies.items():
+        for key, gauge in body.modal.gauges.items():
+            k = len(gauge.rows)
+            names += [f"{name}.{key}" if k == 1 else f"{name}.{key}.{number}" for number in range(k)]
+            over, pressed = np.zeros((k, size)), np.zeros((k, residual[0].shape[1]))
+            first = offsets[name] + body.rigid_count
+            over[:, first : first + gauge.rows.shape[1]] = gauge.rows
+            for contact in contacts:
+                for owner, interface, order in _sides(contact):
+                    if owner == name and gauge.residual.shape[1]:
+                        begin, end = body.modal.interface_rows[interface]
+                        # A contact pushes against the outward normal, along which R's rows count.
+                        pressed[:, contact.rows] -= gauge.residual[:, begin:end][:, order]
+            rows.append(over)
+            residual.append(pressed)
+    return {"gauges": names, "gauge_rows": np.vstack(rows), "gauge_residual": np.vstack(residual)}
+
+
+def _sides(contact: ContactRows) -> list[tuple[str, str, np.ndarray]]:
+    """Return body, interface and order of points on each side of a contact."""
+    sides = [(contact.body, contact.interface, np.arange(len(contact.points)))]
+    if contact.other is not None:
+        sides.append((contact.other.body, contact.other.interface, contact.other.order))
+    return sides
+
+
+def _springs(scene: Scene, bodies: dict[str, FlexibleBody], offsets: dict[str, int], size: int) -> Springs:
+    """Build the springs.
+
+    Raises:
+        SceneError: a spring on an elastic body, or one that cannot stretch.
+    """
+    springs = scene.springs()
+    rows = np.zeros((len(springs), size))
+    for number, (name, spring) in enumerate(springs.items()):
+        line = np.asarray(spring.direction, float)
+        line /= np.linalg.norm(line)
+        place = np.asarray(scene.body[spring.body].position) + spring.at
+        for owner, sign in ((spring.body, 1.0), (spring.against, -1.0)):
+            if owner is None:
+                continue
+            body = bodies[owner]
+            if len(body.modal.angular_frequencies):
+                raise SceneError(f"force.{name}: body '{owner}' is elastic; a spring acts on a rigid body")
+            point = place - np.asarray(scene.body[owner].position)
+            _put(rows, slice(number, number + 1), offsets[owner], sign * body.rigid_rows(point[None], line[None]))
+        if not np.any(rows[number]):
+            raise SceneError(f"force.{name}.direction: the body cannot move along it")
+    values = [(spring.stiffness, spring.damping, spring.stretch) for spring in springs.values()]
+    stiffness, damping, stretch = np.array(values).reshape(-1, 3).T
+    return Springs(rows, stiffness, damping, stretch)

@@ -6,7 +6,8 @@ the time loop.
 
 from dataclasses import dataclass
 
-from solver.scene import Scene
+from solver.methods import METHODS
+from solver.scene import Contact, Scene
 
 
 @dataclass(frozen=True)
@@ -39,11 +40,20 @@ def scene_terms(scene: Scene) -> list[Term]:
                 path = f"modes:tractions/{over.interface}"
                 reason = f"contact {name} slides over it"
                 terms.append(Term(f"traction space {over.interface}", body, True, reason, (path,)))
+        for name, other in scene.others().items():
+            if other.body == body and name not in scene.masters():
+                path = f"modes:interfaces/{other.interface}"
+                fields = (f"{path}/rows", f"{path}/normals", f"morph:points/{other.interface}")
+                terms.append(Term(f"contact {name}", body, True, "faces another body", fields))
+        terms.append(Term("gauges", body, True, "read where the component has them", ("modes:gauges",)))
         for name, joint in scene.joint.items():
             if joint.body == body:
                 path = f"modes:loads/{joint.interface}"
                 terms.append(Term(f"joint {name}", body, True, f"a {joint.kind} holds {joint.interface}", (path,)))
-        for name, force in scene.force.items():
+        for name, spring in scene.springs().items():
+            if body in (spring.body, spring.against):
+                terms.append(Term(f"spring {name}", body, True, "acts on rigid motion", ()))
+        for name, force in scene.given().items():
             if force.body == body:
                 terms.append(
                     Term(
@@ -58,8 +68,8 @@ def scene_terms(scene: Scene) -> list[Term]:
         terms.append(Term("damping", body, damped, f"body.{body}.damping {'is' if damped else 'is not'} given", ()))
         pulled = any(scene.run.gravity)
         terms.append(Term("gravity", body, pulled, f"run.gravity is {'not ' if pulled else ''}zero", ()))
-        residual = any(scene.contact[name].method == "residual" for name in _touching(scene, body))
-        held = any(item.body == body for item in [*scene.joint.values(), *scene.force.values()])
+        residual = any(METHODS[scene.contact[name].method].flexible for name in _touching(scene, body))
+        held = any(item.body == body for item in [*scene.joint.values(), *scene.given().values()])
         reason = "a contact uses method 'residual'" if residual else "no contact uses method 'residual'"
         if held and not residual:
             residual, reason = True, "a joint or load acts on it"
@@ -82,11 +92,11 @@ def fields_read(terms: list[Term], body: str, record: str) -> list[str]:
 
 def _touching(scene: Scene, body: str) -> list[str]:
     """Name the contacts that a body has a part in."""
-    masters = scene.masters()
+    others = scene.others()
     return [
         name
         for name, contact in scene.contact.items()
-        if contact.body == body or (name in masters and masters[name].body == body)
+        if contact.body == body or (name in others and others[name].body == body)
     ]
 
 
@@ -100,9 +110,16 @@ def _contact_terms(scene: Scene, name: str) -> list[Term]:
             f"contact {name}", body, True, f"against a {contact.against.shape}",
             (f"{path}/rows", f"{path}/normals", f"{path}/edge", f"morph:points/{contact.interface}"),
         ),
+        Term(f"law of {name}", body, contact.law is not None, _law_reason(contact), ()),
+        Term(f"friction of {name}", body, contact.friction is not None,
+             f"friction {'is' if contact.friction is not None else 'is not'} given", ()),
         Term(f"surface layer of {name}", body, layer, areas, (f"{path}/areas",)),
         Term(f"dashpot of {name}", body, contact.dashpot != "none", f"dashpot is '{contact.dashpot}'", ()),
     ]  # fmt: skip
+
+
+def _law_reason(contact: Contact) -> str:
+    return f"law '{contact.law.kind}'" if contact.law is not None else "no law is given"
 
 
 def _left_out(body: str) -> list[Term]:

@@ -1,4 +1,4 @@
-"""A straight beam along x on a line mesh, bending in the x-z plane: no solid, no gmsh."""
+"""A straight beam along x or y on a line mesh, bending towards z: no solid, no gmsh."""
 
 from itertools import pairwise
 from typing import Annotated, Literal
@@ -18,7 +18,7 @@ SIDES = {"top": 1.0, "bottom": -1.0}
 
 
 class Beam(BaseModel):
-    """Beam of constant section from x = 0 (`left`) to x = `length` (`right`)."""
+    """Beam of constant section from the origin (`left`) to `length` (`right`) along its axis."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: Literal["beam"]
@@ -29,7 +29,8 @@ class Beam(BaseModel):
         default="euler-bernoulli",
         description="euler-bernoulli: slender, neither shear nor rotary inertia; timoshenko: both",
     )
-    stations: dict[str, float] = Field(default={}, description="Places x by name where nodes stand [m]")
+    along: Literal["x", "y"] = Field(default="x", description="Its axis")
+    stations: dict[str, float] = Field(default={}, description="Places along the axis by name where nodes stand [m]")
 
     @field_validator("theory")
     @classmethod
@@ -61,8 +62,13 @@ class Beam(BaseModel):
         assert kappa is not None
         return kappa
 
+    @property
+    def axis(self) -> np.ndarray:
+        """Unit vector from left to right, (3,)."""
+        return np.eye(3)["xy".index(self.along)]
+
     def places(self) -> dict[str, float]:
-        """Return x of every end and station [m]."""
+        """Return where every end and station is along the axis [m]."""
         return {"left": 0.0, **self.stations, "right": self.length}
 
     def build(self, size: float) -> MeshRecord:
@@ -76,20 +82,21 @@ class Beam(BaseModel):
         x = np.insert(corners, np.arange(1, len(corners)), (corners[1:] + corners[:-1]) / 2) if quadratic else corners
         first = np.arange(len(corners) - 1)
         cells = np.column_stack([2 * first, 2 * first + 2, 2 * first + 1] if quadratic else [first, first + 1])
-        nodes = np.zeros((len(x), 3))
-        nodes[:, 0] = x
+        nodes = x[:, None] * self.axis
         surfaces = {}
         for name, place in self.places().items():
             facets = np.array([[int(np.abs(x - place).argmin())]])
             along = {"left": -1.0, "right": 1.0}.get(name, 0.0)
-            surfaces[name] = self._point(facets, [along, 0.0, 0.0 if along else 1.0], [place, 0.0, 0.0])
+            up = np.array([0.0, 0.0, 1.0])
+            surfaces[name] = self._point(facets, along * self.axis if along else up, place * self.axis)
             for side, sign in SIDES.items():
-                at = [place, 0.0, sign * self.section.height / 2]
-                surfaces[f"{name}-{side}"] = self._point(facets, [0.0, 0.0, sign], at)
+                at = place * self.axis + sign * self.section.height / 2 * up
+                surfaces[f"{name}-{side}"] = self._point(facets, sign * up, at)
         return MeshRecord(nodes, cells, "beam3" if quadratic else "beam2", surfaces)
 
-    def _point(self, facets: np.ndarray, normal: list[float], origin: list[float]) -> Surface:
-        return Surface(facets, {"kind": "point", "normal": normal, "area": self.section.area, "origin": origin})
+    def _point(self, facets: np.ndarray, normal: np.ndarray, origin: np.ndarray) -> Surface:
+        shape = {"kind": "point", "normal": normal.tolist(), "area": self.section.area, "origin": origin.tolist()}
+        return Surface(facets, shape)
 
 
 def _divided(start: float, end: float, size: float) -> np.ndarray:

@@ -103,15 +103,38 @@ def completed(
     if orthogonality > ORTHOGONALITY_TOLERANCE:
         raise StageError(f"modes: static shapes are orthogonal to {orthogonality:.2g} only")
     R = static.residual_flexibility
-    least = float(np.linalg.eigvalsh(R / np.outer(residual.scale, residual.scale))[0]) if len(R) else 0.0
-    if least < -DEFINITENESS_TOLERANCE:
-        raise StageError(f"modes: residual flexibility has a scaled eigenvalue {least:.2g}, it must not be negative")
+    R, least = _definite(R, residual.scale, _noise(model, frequencies))
     quality = kept.quality | {
         "basis_orthogonality": orthogonality,
         "static_dropped": static.dropped,
         "residual_lowest_eigenvalue": least,
     }
     return Reduction(frequencies, Phi, len(kept.angular_frequencies), R, quality)
+
+
+def _noise(model: FEModel, frequencies: np.ndarray) -> float:
+    """Return what round-off may make of R's scaled eigenvalues: fine meshes of beams are badly conditioned."""
+    if not len(frequencies):
+        return DEFINITENESS_TOLERANCE
+    free = model.free
+    top = float((model.K.diagonal()[free] / model.M.diagonal()[free]).max())
+    return max(DEFINITENESS_TOLERANCE, np.finfo(float).eps * top / float(frequencies.min()) ** 2)
+
+
+def _definite(R: np.ndarray, scale: np.ndarray, noise: float) -> tuple[np.ndarray, float]:
+    """Return R without the negative eigenvalues that round-off leaves, and the least of those, scaled.
+
+    Raises:
+        StageError: one is larger than that.
+    """
+    if not len(R):
+        return R, 0.0
+    values, vectors = np.linalg.eigh(R / np.outer(scale, scale))
+    if values[0] < -noise:
+        raise StageError(f"modes: residual flexibility has a scaled eigenvalue {values[0]:.2g}, it must not be negative")
+    if values[0] < 0:
+        R = (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(scale, scale)
+    return R, float(values[0])
 
 
 def reference_reaction(model: FEModel, reduction: Reduction, nodes: np.ndarray) -> float:

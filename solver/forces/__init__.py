@@ -1,7 +1,12 @@
-"""Given loads: each is a generalised force over time. A new one is a file and a line here."""
+"""Force elements. A new one is a file and a line here."""
+
+from typing import Annotated
+
+from pydantic import Field
 
 from solver.forces.gas import GasPressure
+from solver.forces.spring import Spring
 
-FORCES = {"gas": GasPressure}
+FORCES = {"gas": GasPressure, "spring": Spring}
 
-Force = GasPressure
+Force = Annotated[GasPressure | Spring, Field(discriminator="kind")]

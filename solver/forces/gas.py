@@ -1,11 +1,11 @@
 """Gas pressure on a surface, given over the angle of a crank."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+from solver.obstacles.vectors import Finite
 
 
 class GasPressure(BaseModel):

@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from solver.obstacles.vectors import Direction, Vector
 
@@ -15,6 +15,16 @@ class Plane(BaseModel):
     shape: Literal["plane"]
     point: Annotated[Vector, Field(description="A point of the plane [m]")]
     normal: Annotated[Direction, Field(description="Out of the obstacle, any length")]
+    velocity: Annotated[Vector, Field(description="Of the obstacle's surface along itself, for friction [m/s]")] = (
+        0.0, 0.0, 0.0,
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _along(self) -> "Plane":
+        normal, speed = np.asarray(self.normal, float), np.asarray(self.velocity, float)
+        if abs(normal @ speed) > 1e-9 * np.linalg.norm(normal) * np.linalg.norm(speed):
+            raise ValueError("velocity must lie in the plane; a plane that moves along its normal is a body")
+        return self
 
     def gap(self, points: np.ndarray) -> np.ndarray:
         """Return the gaps [m], (c,), of points (c, 3)."""

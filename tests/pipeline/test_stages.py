@@ -151,5 +151,7 @@ def test_contact_touches_only_through_the_stored_points(folder: Path, made: tupl
 
 
 def test_scenes_that_are_shipped_are_sound() -> None:
-    for scene in sorted(Path("data").iterdir()):
-        assert open_job(scene).components()
+    scenes = sorted(Path("data").glob("*/scene.toml"))
+    assert len(scenes) >= 3
+    for scene in scenes:
+        assert open_job(scene.parent).components()

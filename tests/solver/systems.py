@@ -89,6 +89,37 @@ def plate_records(
     return modal, MorphRecord("mesh", "modes", "none", {}, 3.0, centre, inertia, twists, None, {})
 
 
+def rigid_records(
+    mass: float,
+    points: dict[str, tuple[Any, Any]],
+    inertia: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    *,
+    axes: tuple[int, ...] = (0, 1, 2),
+) -> tuple[ModalRecord, MorphRecord]:
+    """A rigid body with its centre at the origin; it turns about axes with inertia alone.
+
+    Args:
+        mass: [kg]
+        points: Place [m] and outward normal of each interface, (3,) each, or (c, 3) each for c points.
+        inertia: Principal moments [kg m²].
+        axes: Along which it moves.
+    """
+    twists = [np.eye(6)[axis] / np.sqrt(mass) for axis in axes]
+    twists += [np.eye(6)[3 + axis] / np.sqrt(moment) for axis, moment in enumerate(inertia) if moment > 0]
+    interfaces, rows, count = {}, {}, 0
+    for name, (place, normal) in points.items():
+        at = np.atleast_2d(np.asarray(place, float))
+        normals, c = np.broadcast_to(np.asarray(normal, float), at.shape).copy(), len(at)
+        interfaces[name] = InterfaceModes(np.arange(c), at, normals, np.ones(c), np.zeros(c, bool), np.zeros((c, 0)))
+        rows[name], count = [count, count + c], count + c
+    centre, moments, moves = np.zeros(3), np.diag(inertia), np.array(twists)
+    modal = ModalRecord(
+        "mesh", "rigid", 0, 0, np.zeros(0), mass, centre, moments, moves, interfaces, rows, None, None, None, {}
+    )
+    places = {name: item.points for name, item in interfaces.items()}
+    return modal, MorphRecord("mesh", "modes", "none", places, mass, centre, moments, moves, None, {})
+
+
 def piston_records(mode_count: int = 0) -> tuple[ModalRecord, MorphRecord]:
     """A piston, crown towards +z: guided at x = ±RADIUS, held at a pin off its centre, pressed on its crown.
 
@@ -155,7 +186,7 @@ def march(system: System, dt: float, steps: int) -> March:
     widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints)
     forces, energies = np.zeros((steps, max(1, len(system.contacts)), 3)), np.zeros((steps, 5))
     loads, snapshots = (np.zeros((steps, width)) for width in widths)
-    assert run.advance(0, 1, forces, energies, loads, snapshots)
+    assert run.advance(0, 1, forces, energies, loads, snapshots, np.zeros((steps, 0)))
     return March(run, dt * np.arange(1, steps + 1), forces, energies, loads, snapshots)
 
 

@@ -55,11 +55,18 @@ def test_kick_is_refused_what_it_cannot_carry(name: str) -> None:
         assert chosen.integrator == "trapezoid"
 
 
-def test_everything_that_needs_the_implicit_integrator_is_listed() -> None:
-    scene = Scene.model_validate(merged(driven_pair(), {"run": {"gravity": [0, 0, -9.81]}}))
-    assert scene.needs_trapezoid() == [
-        "damping of body.plate", "joint.rod", "force.gas", "the sliding pair contact.right", "run.gravity"
-    ]  # fmt: skip
+def test_first_of_what_it_cannot_carry_is_named_with_those_that_can() -> None:
+    pulled = merged(driven_pair(), {"run": {"gravity": [0, 0, -9.81]}})
+    for name, first in {"kick": "the sliding pair contact.right", "event": "the sliding pair contact.right"}.items():
+        with pytest.raises(ValidationError) as error:
+            Scene.model_validate(merged(pulled, {"run": {"integrator": name}}))
+        assert f"run.integrator: '{name}' cannot carry {first}; take 'auto' or 'trapezoid'" in str(error.value)
+    both = merged(
+        pulled, {"contact": {"left": {"law": {"kind": "hertz", "stiffness": 1e9}, "surface_stiffness": None}}}
+    )
+    with pytest.raises(ValidationError) as error:
+        Scene.model_validate(both)
+    assert "run.integrator: none carries the law of contact.left beside what else the scene has" in str(error.value)
 
 
 def test_plain_impact_keeps_the_explicit_integrator() -> None:
@@ -143,8 +150,9 @@ def test_terms_of_a_driven_pair() -> None:
         ("part", "surface layer of right"), ("part", "surface layer of left"), ("part", "joint rod"),
         ("part", "load gas"), ("part", "residual flexibility"),
         ("plate", "rigid motion"), ("plate", "elastic flight"), ("plate", "traction space top"), ("plate", "damping"),
-        ("plate", "residual flexibility"),
+        ("plate", "residual flexibility"), ("part", "gauges"), ("plate", "gauges"),
     }  # fmt: skip
+    assert {("part", f"{what} of {side}") for what in ("law", "friction") for side in ("right", "left")} <= absent
     assert {("part", "damping"), ("part", "gravity"), ("plate", "gravity"), ("part", "mode shapes")} <= absent
     assert ("part", "dashpot of right") in absent
     reasons = {(term.body, term.name): term.reason for term in terms}
@@ -160,11 +168,11 @@ def test_fields_of_a_driven_pair() -> None:
     contact = [
         f"interfaces/{side}/{name}" for side in ("right", "left") for name in ("rows", "normals", "edge", "areas")
     ]
-    own = {"angular_frequencies", "loads/pin", "loads/crown", "residual_flexibility"}
+    own = {"angular_frequencies", "loads/pin", "loads/crown", "residual_flexibility", "gauges"}
     assert set(fields_read(terms, "part", "modes")) == own | set(contact)
     points = {"points/right", "points/left"}
     assert set(fields_read(terms, "part", "morph")) == {"centre", "inertia", "rigid_twists"} | points
-    expected = {"angular_frequencies", "tractions/top", "residual_flexibility"}
+    expected = {"angular_frequencies", "tractions/top", "residual_flexibility", "gauges"}
     assert set(fields_read(terms, "plate", "modes")) == expected
     assert set(fields_read(terms, "plate", "morph")) == {"centre", "inertia", "rigid_twists"}
 

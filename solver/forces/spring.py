@@ -1,0 +1,27 @@
+"""A spring between a point of a body and the ground, or a point of another body."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from solver.obstacles.vectors import Direction, Finite, Vector
+
+
+class Spring(BaseModel):
+    """Linear spring along one direction, relaxed at the start; it acts on rigid motion."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["spring"]
+    body: str
+    against: str | None = Field(default=None, description="Other body; the ground by default")
+    direction: Direction = Field(description="Any length")
+    at: Vector = Field(default=(0.0, 0.0, 0.0), description="Point of the body from its component's origin [m]")
+    stiffness: Annotated[float, Field(gt=0, allow_inf_nan=False)] = Field(description="[N/m]")
+    damping: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(default=0.0, description="[N s/m]")
+    stretch: Finite = Field(default=0.0, description="Elongation at the start [m]")
+
+    @model_validator(mode="after")
+    def _two(self) -> "Spring":
+        if self.against == self.body:
+            raise ValueError("a spring needs two bodies, or one and the ground")
+        return self

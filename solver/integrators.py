@@ -1,0 +1,47 @@
+"""The family of integrators. A new one is a class and a line here.
+
+Each is made of a system and a step, or sample interval, and has
+
+    advance(first, stride, forces, energies, loads, snapshots, gauges) -> bool   fills samples; False where it failed
+    outcome() -> Outcome                                                        where the run stands
+    failure                                                                     the reason for False
+"""
+
+from importlib import import_module
+from typing import Protocol
+
+import numpy as np
+
+from solver.outcome import Outcome
+from solver.result import Result
+from solver.system import System
+
+
+class Marching(Protocol):
+    """What an integrator can do."""
+
+    failure: Result
+
+    def advance(self, first: int, stride: int, *outputs: np.ndarray) -> bool:
+        """Fill samples; False where it failed."""
+        ...
+
+    def outcome(self) -> Outcome:
+        """Return where the run stands."""
+        ...
+
+
+INTEGRATORS = {
+    "kick": "solver.kick:Kick",
+    "trapezoid": "solver.implicit:Trapezoid",
+    "event": "solver.events.integrator:Event",
+    "collocation": "solver.smooth.collocation:Collocation",
+    "discrete-gradient": "solver.smooth.gradient:DiscreteGradient",
+}
+"""Where each stands; imported when it runs, so that exact motion does not wait for a compiler."""
+
+
+def make(name: str, system: System, dt: float) -> Marching:
+    """Return an integrator at the start of a run."""
+    module, _, member = INTEGRATORS[name].partition(":")
+    return getattr(import_module(module), member)(system, dt)

@@ -1,0 +1,12 @@
+"""Newton's restitution at each blow; blows that follow ever faster end in a constraint, as with restitution 0."""
+
+from solver.methods.method import Method, Settings, rigid_refuses
+
+
+def _refuses(settings: Settings) -> str | None:
+    if settings.restitution is None:
+        return "restitution goes with method 'impact', and method 'impact' needs it"
+    return rigid_refuses("impact", settings)
+
+
+IMPACT = Method(True, False, ("event",), _refuses)

@@ -1,0 +1,13 @@
+"""g = g₀ + B Φ q + R λ: what the kept modes lack yields without mass, and nothing is to be tuned (Monjaraz-Tec, Gross &
+Krack 2022)."""
+
+from solver.methods.method import Method, Settings, no_blows
+
+
+def _refuses(settings: Settings) -> str | None:
+    if settings.surface_stiffness is not None and settings.law is not None:
+        return "surface_stiffness and law both stand for the surface; give one of them"
+    return no_blows(settings)
+
+
+RESIDUAL = Method(False, True, ("event", "discrete-gradient", "kick", "trapezoid"), _refuses)

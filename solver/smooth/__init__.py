@@ -1,0 +1,1 @@
+"""Integrators of contact laws, smooth functions of indentation: exact modal motion under forces to be found."""
