@@ -152,6 +152,20 @@ def check_trajectory_2(record: Any) -> None:
     assert np.array_equal(record.motion["skirt"], ramp(4, 12, start=6.0))
 
 
+def check_modes_3(record: Any) -> None:
+    check_modes_2(record)
+    crown = record.gauges["crown"]
+    assert (np.array_equal(crown.rows, ramp(2, 3, start=19.0)), crown.unit) == (True, "Pa")
+    assert np.array_equal(crown.residual, ramp(2, 43, start=20.0))
+
+
+def check_trajectory_3(record: Any) -> None:
+    check_trajectory_2(record)
+    assert np.array_equal(record.episodes["knock"], ramp(2, 7, start=7.0))
+    assert record.episodes["back"].shape == (0, 7)
+    assert np.array_equal(record.gauges["skirt.crown"], ramp(4, start=8.0))
+
+
 CHECKS: dict[str, Callable[[Any], None]] = {
     "mesh": check_mesh,
     "modes": check_modes,
@@ -163,6 +177,7 @@ CHECKS: dict[str, Callable[[Any], None]] = {
 OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v1": {"modes": check_modes_1, "nodal": check_nodal_1, "trajectory": check_trajectory_1},
     "v2": {"modes": check_modes_2, "nodal": check_nodal_2, "trajectory": check_trajectory_2},
+    "v3": {"modes": check_modes_3, "nodal": check_nodal_2, "trajectory": check_trajectory_3},
 }
 """What those of one version hold, or lack."""
 

@@ -8,6 +8,7 @@ import numpy as np
 from modaldb.schema import (
     KINDS,
     ContactHistory,
+    GaugeModes,
     InertiaCouplings,
     InterfaceModes,
     JointHistory,
@@ -101,6 +102,7 @@ def modes() -> ModalRecord:
             "pin": LoadModes(ramp(3, 3, start=13.0), ramp(3, 6, start=14.0), ramp(3, start=15.0), "N"),
             "gas": LoadModes(ramp(1, 3, start=16.0), ramp(1, 6, start=17.0), ramp(3, start=18.0), "Pa"),
         },
+        gauges={"crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 43, start=20.0), "Pa")},
     )
 
 
@@ -172,6 +174,8 @@ def trajectory() -> Trajectory:
         counts={"steps": 400, "step": 7.5e-7},
         joints={"rod": JointHistory("skirt", "pin", ramp(4), ramp(4, 3, start=1.0), ramp(4, start=2.0))},
         motion={"skirt": ramp(4, 12, start=6.0)},
+        episodes={"knock": ramp(2, 7, start=7.0), "back": ramp(0, 7)},
+        gauges={"skirt.crown": ramp(4, start=8.0)},
     )
 
 
