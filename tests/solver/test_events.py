@@ -368,7 +368,7 @@ def test_steps_converge_to_located_events(name: str, error: float, tmp_path: Pat
 
 @pytest.mark.parametrize("method", ["constraint", "impact"])
 def test_rigid_points_of_an_elastic_body(method: str, tmp_path: Path) -> None:
-    settings = {"method": method} | ({"restitution": 0.5} if method == "impact" else {})
+    settings: dict[str, Any] = {"method": method} | ({"restitution": 0.5} if method == "impact" else {})
     found = run(tmp_path, {"part": block_records(3)}, block_scene(**settings))
     assert found.energies[-1, 3] > 0
     assert (np.diff(found.energies[:, 3]) >= -1e-12).all()
