@@ -1,0 +1,51 @@
+"""The scenes under `data/`, solved as they are shipped or with a few keys changed, and their reference values."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import modaldb
+from modaldb.schema import Trajectory
+from pipeline.stages import RunReport, run
+
+DATA = Path(__file__).parents[2] / "data"
+
+
+@dataclass(frozen=True)
+class Solved:
+    """One run of a scene."""
+
+    report: RunReport
+    history: Trajectory
+
+    def __getitem__(self, quantity: str) -> float:
+        return float(self.report.quantities[quantity]["value"])
+
+    def __contains__(self, quantity: str) -> bool:
+        return quantity in self.report.quantities
+
+    def blows(self, contact: str) -> np.ndarray:
+        """Return the blows of a contact as in `Trajectory.episodes`, (b, 7)."""
+        return self.history.episodes[contact]
+
+    @property
+    def energy(self) -> np.ndarray:
+        """Kinetic, strain and contact energy together at the end of each sample interval [J], (s,)."""
+        return self.history.energies[:, :3].sum(axis=1)
+
+
+def solve(scene: str, folder: Path, changes: Mapping[str, Any] | None = None) -> Solved:
+    """Solve a scene of `data/`, given as its folder or its file within it; products go to `folder`."""
+    report = run(DATA / scene, set=dict(changes or {}), db=folder / "db", out=folder / "out", until="solve")
+    history = modaldb.open(folder / "db").get(report.stages["solve"].key, "trajectory")
+    assert report.result == "FINISHED", report.reason
+    return Solved(report, history)
+
+
+def reference(path: str) -> dict[str, Any]:
+    """Return the expected values of a reference file under `data/`."""
+    return json.loads((DATA / path).read_text())["expected"]
