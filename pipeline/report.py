@@ -3,11 +3,12 @@
 import csv
 import io
 import json
+import math
 import os
 import platform
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -52,7 +53,8 @@ def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
         rows.append(_model_row(name, variant(job, changes), reference, finest, repeat))
     document = {
         "scene": job.name,
-        "reference": reference.source if reference else None,
+        "reference": reference.source if reference else job.scene.report.reference,
+        "force": reference is not None,
         "window": job.scene.report.window,
         "until": job.scene.report.until,
         "reproducible": reproducible(job, nodal) if finest is not None else None,
@@ -62,7 +64,7 @@ def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
     }
     write_text(job.out / "report.json", json.dumps(document, indent=1))
     write_text(job.out / "report.csv", _csv(document["rows"]))
-    if reference is not None:
+    if reference is not None or any(row["errors"] for row in document["rows"]):
         from pipeline.plots.work_precision import draw
 
         draw(document, job.out / "report.png")
@@ -77,13 +79,7 @@ def table_text(document: dict[str, Any]) -> str:
         f"Reference: {document['reference']}; {document['machine']['cpu']}, {document['machine']['cores']} cores",
         *_until(document),
         "",
-        f"| model | coordinates | impulse error | force error (L2{window}) | energy drift | steps | CPU time |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    lines += [
-        f"| {row['model']} | {row['coordinates']:,} | {row['impulse_error']:+.2%} | {row['force_error']:.2%} |"
-        f" {row['energy_drift']:.0e} | {row['steps']:,} | {row['cpu_seconds']:.3g} s |"
-        for row in document["rows"]
+        *(_force_table(document, window) if document["force"] else _quantity_table(document)),
     ]
     lines += _cycle_table(document["rows"])
     if document["changes"]:
@@ -113,6 +109,39 @@ def _until(document: dict[str, Any]) -> list[str]:
             " later depends on the last digits of any model."
         )
     return lines
+
+
+def _force_table(document: dict[str, Any], window: str) -> list[str]:
+    """Return the rows of a report whose reference has a force history."""
+    return [
+        f"| model | coordinates | impulse error | force error (L2{window}) | energy drift | steps | CPU time |",
+        "|---|---|---|---|---|---|---|",
+        *(
+            f"| {row['model']} | {row['coordinates']:,} | {row['impulse_error']:+.2%} | {row['force_error']:.2%} |"
+            f" {row['energy_drift']:.0e} | {row['steps']:,} | {row['cpu_seconds']:.3g} s |"
+            for row in document["rows"]
+        ),
+    ]
+
+
+def _quantity_table(document: dict[str, Any]) -> list[str]:
+    """Return the rows of a report whose reference gives quantities only: the largest error of each model."""
+    return [
+        "| model | coordinates | largest error | of | energy drift | steps | CPU time |",
+        "|---|---|---|---|---|---|---|",
+        *(
+            f"| {row['model']} | {row['coordinates']:,} | {largest_error(row)[1]:.2g} | {largest_error(row)[0]} |"
+            f" {row['energy_drift']:.0e} | {row['steps']:,} | {row['cpu_seconds']:.3g} s |"
+            for row in document["rows"]
+        ),
+    ]
+
+
+def largest_error(row: dict[str, Any]) -> tuple[str, float]:
+    """Return the quantity of a row that is farthest from its reference, and how far, relative."""
+    return max(
+        ((name, abs(error)) for name, error in row["errors"].items()), key=lambda e: e[1], default=("–", math.nan)
+    )
 
 
 def _cycle_table(rows: list[dict[str, Any]]) -> list[str]:
@@ -161,9 +190,18 @@ def _model_row(
     return WorkPrecision(
         name, len(system.velocity), trajectory.counts["step"], trajectory.counts["steps"], impulse, force,
         trajectory.energy_drift, min(walls), min(cpus),
-        {key: trajectory.quantities[key]["value"] / value - 1 for key, value in expected.items()}
+        _quantity_errors(trajectory, expected)
         | (cycle_errors(job, trajectory, finest) if finest is not None else {}),
     )  # fmt: skip
+
+
+def _quantity_errors(trajectory: Trajectory, expected: Mapping[str, float]) -> dict[str, float]:
+    """Return relative errors, absolute ones where the reference is zero; a quantity that a run lacks is all wrong."""
+    errors = {}
+    for key, value in expected.items():
+        found = trajectory.quantities.get(key, {"value": math.inf})["value"]
+        errors[key] = found / value - 1 if value else found
+    return errors
 
 
 def _short(job: Job) -> Any:

@@ -134,6 +134,13 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
         near = difflib.get_close_matches(keys[-1], allowed, 1)
         hint = f"did you mean '{near[0]}'? " if near else ""
         return f"{where}: unknown key; {hint}allowed here: {', '.join(allowed)}"
+    if entry["type"] == "union_tag_invalid":
+        key, tags = entry["ctx"]["discriminator"].strip("'"), entry["ctx"]["expected_tags"]
+        near = difflib.get_close_matches(entry["ctx"]["tag"], re.findall(r"'([^']*)'", tags), 1)
+        hint = f"did you mean '{near[0]}'? " if near else ""
+        return f"{where}.{key}: '{entry['ctx']['tag']}' given; {hint}input should be one of {tags}"
+    if entry["type"] == "union_tag_not_found":
+        return f"{where}.{entry['ctx']['discriminator'].strip(chr(39))}: is missing"
     if entry["type"] == "missing":
         return f"{where}: is missing"
     message = entry["msg"].removeprefix("Value error, ")

@@ -7,8 +7,8 @@ from solver.contacts import ContactRows
 from solver.outcome import Outcome
 from solver.system import System
 
-LOCATED = ("event", "collocation", "discrete-gradient")
-"""Integrators that tell blows apart."""
+LOCATED = ("event", "collocation", "discrete-gradient", "kick")
+"""Integrators of scenes whose bodies fly on when it is over."""
 PER_BLOW = (
     ("start", "s"), ("end", "s"), ("impulse", "N s"), ("force", "N"), ("force_time", "s"), ("closing", "m/s"),
     ("opening", "m/s"),

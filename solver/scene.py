@@ -241,6 +241,13 @@ def _unable(demands: dict[str, tuple[str, ...]], name: str) -> list[str]:
 def _demands(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Return what a scene has that not every integrator can carry, with those that can."""
     found: dict[str, tuple[str, ...]] = {}
+    for name, body in scene.body.items():
+        if body.damping is not None:
+            found[f"damping of body.{name}"] = IMPLICIT
+    for name in [*(f"joint.{n}" for n in scene.joint), *(f"force.{n}" for n in scene.given())]:
+        found[name] = IMPLICIT
+    for name in scene.masters():
+        found[f"the sliding pair contact.{name}"] = IMPLICIT
     for name, contact in scene.contact.items():
         where = f"contact.{name}"
         method = METHODS[contact.method]
@@ -254,13 +261,6 @@ def _demands(scene: Scene) -> dict[str, tuple[str, ...]]:
             found[f"method '{contact.method}' of {where} without a law"] = method.integrators
         if contact.dashpot != "none":
             found[f"the dashpot of {where}"] = ("event", "kick")
-    for name in scene.masters():
-        found[f"the sliding pair contact.{name}"] = IMPLICIT
-    for name, body in scene.body.items():
-        if body.damping is not None:
-            found[f"damping of body.{name}"] = IMPLICIT
-    for name in [*(f"joint.{n}" for n in scene.joint), *(f"force.{n}" for n in scene.given())]:
-        found[name] = IMPLICIT
     for name, spring in scene.springs().items():
         found[f"force.{name}"] = ("event", *SMOOTH)
         if spring.damping > 0:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from pipeline.plots.style import BLUE, FAINT, GREY, INK, ORANGE, new_figure, save, styled
 
-LEAST = 1e-6
+LEAST = 1e-10
 """Errors are drawn no lower than this."""
 ITSELF = 1e-9
 """Force error of the reference against itself, which is left out."""
@@ -24,12 +24,18 @@ def draw(document: dict[str, Any], path: Path) -> None:
     with styled():
         figure = new_figure(f"{document['scene']}: error against run time", f"reference: {document['reference']}")
         width = f", Hann {document['window'] * 1e6:g} µs" if document["window"] else ""
-        panels = ((f"force error, L2{width}", "force_error"), ("impulse error", "impulse_error"))
-        rows = [row for row in document["rows"] if row["force_error"] > ITSELF]
+        rows = document["rows"]
+        if document.get("force", True):
+            panels = ((f"force error, L2{width}", "force_error"), ("impulse error", "impulse_error"))
+            rows = [row for row in rows if row["force_error"] > ITSELF]
+        else:
+            panels = (("largest error of a quantity", "largest_error"),)
+            rows = [row | {"largest_error": max(map(abs, row["errors"].values()), default=0.0)} for row in rows]
+        height = 0.79 if len(panels) == 1 else 0.36
         for number, (label, name) in enumerate(panels):
-            axes = figure.add_axes((0.09, 0.52 - 0.43 * number, 0.55, 0.36))
+            axes = figure.add_axes((0.09, 0.88 - height - 0.43 * number, 0.55, height))
             _panel(axes, rows, name, label)
-            if number == 1:
+            if number == len(panels) - 1:
                 axes.set_xlabel("run time of the integration [s]")
         legend = figure.add_axes((0.67, 0.07, 0.32, 0.81))
         legend.axis("off")

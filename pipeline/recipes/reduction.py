@@ -127,14 +127,18 @@ def _definite(R: np.ndarray, scale: np.ndarray, noise: float) -> tuple[np.ndarra
     Raises:
         StageError: one is larger than that.
     """
-    if not len(R):
+    felt = np.flatnonzero(R.any(axis=1))
+    if not len(felt):
         return R, 0.0
-    values, vectors = np.linalg.eigh(R / np.outer(scale, scale))
-    if values[0] < -noise:
-        raise StageError(f"modes: residual flexibility has a scaled eigenvalue {values[0]:.2g}, it must not be negative")
-    if values[0] < 0:
-        R = (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(scale, scale)
-    return R, float(values[0])
+    block, size = np.ix_(felt, felt), scale[felt]
+    values, vectors = np.linalg.eigh(R[block] / np.outer(size, size))
+    least = float(values[0])
+    if least < -noise:
+        raise StageError(f"modes: residual flexibility has a scaled eigenvalue {least:.2g}, it must not be negative")
+    if least < 0:
+        R = R.copy()
+        R[block] -= (vectors * np.minimum(values, 0.0)) @ vectors.T * np.outer(size, size)
+    return R, least
 
 
 def reference_reaction(model: FEModel, reduction: Reduction, nodes: np.ndarray) -> float:

@@ -198,7 +198,10 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ("body.skirt.velocity=[0, 1, nan]", "body.skirt.velocity"),
         ("contact.knock.body=piston", "contact.knock.body: no body 'piston', the scene has skirt"),
         ("contact.knock.interface=thrst", "contact.knock.interface: no interface 'thrst', the component has thrust"),
-        ("contact.knock.method=penality", "contact.knock.method: 'penality' given; input should be 'residual' or"),
+        (
+            "contact.knock.method=penality",
+            "contact.knock.method: 'penality' given; input should be 'residual', 'penalty'",
+        ),
         ("contact.knock.surface_stiffness=0", "contact.knock.surface_stiffness: 0 given; input should be greater"),
         ("contact.knock.against.shape=boar", "contact.knock.against: "),
         ("contact.knock.against.axis=[0, 0, 0]", "contact.knock.against"),
@@ -223,7 +226,7 @@ def test_plane_without_direction(axis: str, cold: Case, capsys: Capture) -> None
 def test_penalty_without_stiffness(cold: Case, capsys: Capture) -> None:
     cold.edit("surface_stiffness = 1e14", 'method = "penalty"')
     (line,) = refused(cold, capsys, cold.command("run"))
-    assert line == "contact.knock: method 'penalty' needs surface_stiffness [N/m^3]"
+    assert line == "contact.knock: method 'penalty' needs surface_stiffness [N/m^3] or a law, one of them"
 
 
 def test_all_mistakes_are_listed_at_once(cold: Case, capsys: Capture) -> None:

@@ -189,7 +189,7 @@ def test_liner_that_is_too_short(
         ("joint.rod.speed=0", "joint.rod.speed: 0 given; input should be greater than 0"),
         ("joint.rod.crank_radius=nan", "joint.rod.crank_radius: nan given; input should be "),
         ("joint.rod.kind=crank", "joint.rod.kind: 'crank' given; input should be 'slider-crank'"),
-        ("force.gas.kind=spring", "force.gas.kind: 'spring' given; input should be 'gas'"),
+        ("force.gas.kind=sail", "force.gas.kind: 'sail' given"),
         ("force.gas.ambient=inf", "force.gas.ambient: inf given; input should be a finite number"),
         ("body.piston.damping.ratio=1", "body.piston.damping.ratio: 1 given; input should be less than 1"),
         ("body.piston.freedom=['x', 'w']", "body.piston.freedom.1: 'w' given; input should be 'x', 'y', 'z', 'rx'"),
@@ -234,11 +234,11 @@ PARTS = "thrust, anti, pin, crown"
         ("force.gas.interface=top", f"force.gas.interface: no interface 'top', the component has {PARTS}"),
         (
             "contact.thrust.interface=pin",
-            "contact.thrust.interface: interface 'pin' is of kind 'mean', kind 'points' is needed",
+            "contact.thrust.interface: interface 'pin' is of kind 'mean', kind 'points' or 'patch' is needed",
         ),
         (
             "contact.thrust.against.body=piston",
-            "contact.thrust.against.interface: interface 'thrust' is of kind 'points', kind 'traction' is needed",
+            "contact.thrust.against.body: a contact needs two bodies",
         ),
         (
             "joint.rod.interface=crown",
