@@ -18,6 +18,8 @@ class Status(IntEnum):
     CLOSED = 1
     SLACK = 2
     """The surface is still pressed in, but its dashpot lets nothing push."""
+    IMPLIED = 3
+    """Rigid and touching, held in place by other rows alone: a box on four feet needs three."""
 
 
 class Watch(IntEnum):
@@ -154,7 +156,7 @@ class Equations:
                 rate = system.dashpot[row] * system.rows[row]
                 found.append((Watch.CLOSES, row, (stiffness * gap[0], stiffness * gap[1], rate)))
                 found.append((Watch.LEAVES, row, (-gap[0], -gap[1], gap[2])))
-            else:
+            elif status == Status.CLOSED:
                 normal = tuple(part[row] for part in vars(forces).values())
                 found.append((Watch.OPENS, row, normal))  # type: ignore[arg-type]
                 if self.frictional[row]:

@@ -5,8 +5,8 @@ import numpy as np
 from solver.errors import SceneError, SolverError
 from solver.events import basis
 from solver.events.books import Books
-from solver.events.conditions import Conditions, Equations, Status, Watch, starting
-from solver.events.jumps import collide, settle
+from solver.events.conditions import Equations, Regime, Status, Watch, acceleration, starting
+from solver.events.jumps import RESTING, collide, force_scale, settle, settle_slip, struck
 from solver.events.motion import Motion
 from solver.events.search import first_crossing
 from solver.events.segment import Segment
@@ -39,6 +39,7 @@ class Event:
         self._bases: dict[bytes, basis.Basis] = {}
         self._patient: set[tuple[Watch, int]] = set()
         self._reclosed = False
+        self._struck: set[int] = set()
         self._events = self._stall = self._regimes = 0
         self._books = Books(system)
         self.failure = Result.DIVERGED
@@ -109,11 +110,14 @@ class Event:
         """Change conditions, and velocities where rigid contact closes."""
         now, system, books = self._now, self._system, self._books
         if kind is Watch.CLOSES and system.rigid_contact[row]:
-            books.touches(row, time, -float(system.rows[row] @ self._v))
+            rows = struck(self._equations, now, row, self._p, self._v)
+            for one in rows:
+                books.touches(int(one), time, -float(system.rows[one] @ self._v))
             self._reclosed = False
-            blow = collide(self._equations, now, row, self._v, self._fastest)
+            blow = collide(self._equations, now, rows, self._v, self._fastest)
             settle(self._equations, now, self._p, self._v)
             books.blow(blow, time, self._v, now)
+            self._struck = {int(one) for one in rows}
             if system.resolution > 0 and now.status[row] == Status.CLOSED:
                 self._patient.add((Watch.OPENS, row))
         elif kind is Watch.CLOSES:
@@ -169,14 +173,22 @@ class Event:
                 course.a[number] = 0.0
         guarded = [number for number, event in enumerate(regime.events) if event in self._patient]
         course = course.averaged(guarded, self._system.resolution)
-        found = first_crossing(course, self._last - start)
+        found = first_crossing(course, self._last - start, self._floor(regime))
         if found is None:
             return Segment(start, motion, regime, self._last, None)
         return Segment(start, motion, regime, start + found[0], regime.events[found[1]])
 
+    def _floor(self, regime: Regime) -> np.ndarray:
+        """Return how far forces of rigid rows may fall below zero by round-off, where nothing presses."""
+        scale = force_scale(acceleration(regime.linear), np.zeros_like(self._p), self._v, self._system.rows)
+        hard = [kind is Watch.OPENS and bool(self._system.rigid_contact[row]) for kind, row in regime.events]
+        rows = [row for _, row in regime.events]
+        return np.where(hard, RESTING * scale[rows], 0.0) if rows else np.empty(0)
+
     def _zero(self, after: tuple[Watch, int] | None) -> tuple[frozenset[int], frozenset[tuple[Watch, int]]]:
         """Return what stands at zero after an event, whatever round-off says: gaps by row, and watched functions."""
-        gaps, functions = set(self._books.at_zero), set[tuple[Watch, int]]()
+        gaps, functions = set(self._books.at_zero) | self._struck, set[tuple[Watch, int]]()
+        self._struck = set()
         if after is not None:
             kind, row = after
             soft = not self._system.rigid_contact[row]
@@ -214,11 +226,3 @@ class Event:
             if now.status[row] == Status.CLOSED:
                 self._books.touches(row, 0.0, -float(speeds[row]))
         self._books.at_zero = {int(row) for row in touching}
-
-
-def settle_slip(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray, row: int) -> None:
-    """Hold a row that has come to rest, or let it slide on where friction cannot hold it; changes `now` in place."""
-    regime, still = equations.regime(now, p), np.zeros_like(p)
-    drag, force = regime.tangential(still, v)[row], regime.forces(still, v)[row]
-    if abs(drag) > equations.system.friction[row, 0] * force * (1 + 1e-12):
-        now.slip[row] = -int(np.sign(drag))

@@ -26,18 +26,20 @@ class _Block:
     values: np.ndarray
     slopes: np.ndarray
     noise: np.ndarray
+    floor: np.ndarray
+    """(k,)"""
     bend: np.ndarray
     """Bound of the fourth derivative, (k,)."""
 
 
-def first_crossing(course: Course, end: float, peaks: np.ndarray | None = None) -> tuple[float, int] | None:
+def first_crossing(course: Course, end: float, floor: np.ndarray | None = None) -> tuple[float, int] | None:
     """Find where a function first falls below zero within [0, end].
 
     Args:
         course: k functions, none of them below zero at 0 by more than round-off. They may begin at zero; one that
             begins there and falls crosses at 0.
         end: [s]
-        peaks: In and out: largest value of each function met on the way, and its time, (2, k).
+        floor: Depth below zero of each function that counts as none, beside round-off of what moves, (k,).
 
     Returns:
         Time and number of the function, or None.
@@ -46,36 +48,25 @@ def first_crossing(course: Course, end: float, peaks: np.ndarray | None = None) 
         return None
     fastest = float(np.abs(course.exponents).max()) if len(course.exponents) else 0.0
     step = min(1.0 / (PER_RADIAN * fastest), end) if fastest > 0 else end
-    start = 0.0
+    start, floor = 0.0, np.zeros(len(course.a)) if floor is None else floor
     while start < end:
-        if peaks is None:
-            start = _safe(course, start, end)
-            if start >= end:
-                return None
+        start = _safe(course, start, end)
+        if start >= end:
+            return None
         count = min(BLOCK, int(np.ceil((end - start) / step)))
-        block = _sample(course, np.minimum(start + step * np.arange(count + 1), end))
+        block = _sample(course, np.minimum(start + step * np.arange(count + 1), end), floor)
         found = _in_block(course, block)
-        if peaks is not None:
-            _note_peaks(peaks, block, found)
         if found is not None:
             return found
         start = float(block.time[-1])
     return None
 
 
-def _sample(course: Course, time: np.ndarray) -> _Block:
+def _sample(course: Course, time: np.ndarray, floor: np.ndarray) -> _Block:
     late = time[:, None]
     moved = np.minimum(late * course.speed, late * np.abs(course.b) + 2 * course.swing) + late**2 * np.abs(course.c)
-    noise, bend = NOISE * (np.abs(course.a) + moved), np.abs(course.A) @ np.abs(course.exponents) ** 4
-    return _Block(time, course.values(time), course.rate.values(time), noise, bend)
-
-
-def _note_peaks(peaks: np.ndarray, block: _Block, found: tuple[float, int] | None) -> None:
-    inside = block.values[block.time <= found[0]] if found is not None else block.values
-    if len(inside):
-        at, every = inside.argmax(axis=0), np.arange(inside.shape[1])
-        higher = inside[at, every] > peaks[0]
-        peaks[0, higher], peaks[1, higher] = inside[at, every][higher], block.time[at][higher]
+    noise, bend = NOISE * (np.abs(course.a) + moved) + floor, np.abs(course.A) @ np.abs(course.exponents) ** 4
+    return _Block(time, course.values(time), course.rate.values(time), noise, floor, bend)
 
 
 def _safe(course: Course, start: float, end: float) -> float:
@@ -132,7 +123,7 @@ def _root(one: Course, block: _Block, row: int, k: int) -> float | None:
     if block.values[row, k] <= block.noise[row, k]:
         # It stands at zero: it falls at once, or rises first and comes back.
         early = low + (high - low) * 0.5 ** np.arange(48.0, -1.0, -1.0)
-        sample = _sample(one, early)
+        sample = _sample(one, early, block.floor[k : k + 1])
         rising = np.flatnonzero(sample.values[:, 0] > sample.noise[:, 0])
         falling = np.flatnonzero(sample.values[:, 0] < -sample.noise[:, 0])
         if not len(falling):

@@ -128,14 +128,3 @@ def test_a_far_crossing_is_found_without_sampling_the_way() -> None:
     assert found is not None
     assert found[0] == pytest.approx(1000.0, abs=2.1e-3)
     assert (functions.values(np.linspace(998.0, found[0] * (1 - 1e-15), 100_000)) > -1e-13).all()
-
-
-def test_peaks_on_the_way_are_noted() -> None:
-    functions = course([1.0, 5.0], waves=np.array([[-2j], [1.0 + 0j]]), omega=np.array([1.0]))  # 1 + 2 sin, 4 + cos
-    peaks = np.array([[-np.inf, -np.inf], [0.0, 0.0]])
-    found = first_crossing(functions, 10.0, peaks)
-    assert found == (pytest.approx(7 * np.pi / 6, rel=1e-14), 0)
-    # At samples: cos of half a step below the peak.
-    assert peaks[0, 0] == pytest.approx(3.0, abs=2 * (1 - np.cos(0.5 / PER_RADIAN)))
-    assert peaks[1, 0] == pytest.approx(np.pi / 2, abs=0.5 / PER_RADIAN)
-    assert tuple(peaks[:, 1]) == (5.0, 0.0)
