@@ -44,9 +44,13 @@ def checked(path: Path, tables: Mapping[str, Any], model: "type[SceneFile]") -> 
 
 def _wrong_names(scene: "SceneFile") -> list[str]:
     lines = []
-    for body in scene.body:
+    for body, settings in scene.body.items():
         if (name := scene.component_of(body)) not in scene.component:
             lines.append(f"body.{body}.component: no component '{name}', there is {', '.join(scene.component)}")
+            continue
+        have = scene.component[name].gauge
+        unknown = [gauge for gauge in settings.gauges if gauge not in have]
+        lines += [f"body.{body}.gauges: no gauge '{g}', the component has {', '.join(have) or 'none'}" for g in unknown]
     sliding = scene.masters()
     wanted = [(f"contact.{n}.interface", c.body, c.interface, POINTS) for n, c in scene.contact.items()]
     wanted += [

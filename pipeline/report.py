@@ -79,7 +79,7 @@ def table_text(document: dict[str, Any]) -> str:
         f"Reference: {document['reference']}; {document['machine']['cpu']}, {document['machine']['cores']} cores",
         *_until(document),
         "",
-        *(_force_table(document, window) if document["force"] else _quantity_table(document)),
+        *(_force_table(document, window) if document.get("force", True) else _quantity_table(document)),
     ]
     lines += _cycle_table(document["rows"])
     if document["changes"]:

@@ -45,6 +45,7 @@ class Body(BaseModel):
     angular_velocity: Vector = Field(default=(0.0, 0.0, 0.0), description="At the start [rad/s]")
     freedom: tuple[Freedom, ...] = Field(default=ALL_FREE, description="Rigid motions that it may make; all by default")
     damping: Damping | None = None
+    gauges: tuple[str, ...] = Field(default=(), description="Gauges of its component to read over time")
 
 
 class MasterSurface(BaseModel):
@@ -244,6 +245,8 @@ def _demands(scene: Scene) -> dict[str, tuple[str, ...]]:
     for name, body in scene.body.items():
         if body.damping is not None:
             found[f"damping of body.{name}"] = IMPLICIT
+        if body.gauges:
+            found[f"body.{name}.gauges"] = ("event", *SMOOTH)
     for name in [*(f"joint.{n}" for n in scene.joint), *(f"force.{n}" for n in scene.given())]:
         found[name] = IMPLICIT
     for name in scene.masters():

@@ -45,7 +45,9 @@ def scene_terms(scene: Scene) -> list[Term]:
                 path = f"modes:interfaces/{other.interface}"
                 fields = (f"{path}/rows", f"{path}/normals", f"morph:points/{other.interface}")
                 terms.append(Term(f"contact {name}", body, True, "faces another body", fields))
-        terms.append(Term("gauges", body, True, "read where the component has them", ("modes:gauges",)))
+        gauges = scene.body[body].gauges
+        reason = f"body.{body}.gauges names {', '.join(gauges) or 'none'}"
+        terms.append(Term("gauges", body, bool(gauges), reason, tuple(f"modes:gauges/{name}" for name in gauges)))
         for name, joint in scene.joint.items():
             if joint.body == body:
                 path = f"modes:loads/{joint.interface}"

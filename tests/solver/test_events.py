@@ -644,6 +644,7 @@ def test_gauges_are_read_at_every_sample(tmp_path: Path) -> None:
     modal = replace(modal, gauges={"strain": GaugeModes(values[None], np.array([[3e-9]]), "1")})
     scene = rod_scene(method="residual")
     scene["run"]["integrator"] = "event"
+    scene["body"]["part"]["gauges"] = ["strain"]
     found = run(tmp_path, {"part": (modal, morph)}, scene, samples=20, frames=20)
     expected = found.frames[:, 1:] @ values - 3e-9 * found.contacts["wall"].multipliers[:, 0]
     np.testing.assert_allclose(found.gauges["part.strain"], expected, rtol=1e-12, atol=1e-18)
