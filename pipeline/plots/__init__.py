@@ -20,6 +20,8 @@ PLOTS: dict[str, dict[str, str]] = {
     "flat": {
         "force": "pipeline.plots.curves:draw_force",
         "energy": "pipeline.plots.curves:draw_energy",
+        "blows": "pipeline.plots.blows:draw_blows",
+        "gauges": "pipeline.plots.gauges:draw_gauges",
         "pressure": "pipeline.plots.pressure:draw_pressure",
         "waves": "pipeline.plots.waves:draw_waves",
     },
@@ -34,6 +36,7 @@ DRIVEN: dict[str, dict[str, str]] = {
     "flat": {
         "force": "pipeline.plots.cycle_curves:draw_cycle_force",
         "energy": "pipeline.plots.cycle_curves:draw_cycle_energy",
+        "gauges": "pipeline.plots.gauges:draw_gauges",
         "pressure": "pipeline.plots.pressure:draw_pressure",
         "cycle": "pipeline.plots.cycle:draw_cycle",
     },
@@ -44,7 +47,10 @@ DRIVEN: dict[str, dict[str, str]] = {
 }
 """The same for a scene that a joint drives."""
 
-FILES = ("force.png", "energy.png", "pressure.png", "cycle.png", "deformation.png", "impact.mp4", "cycle.mp4")
+FILES = (
+    "force.png", "energy.png", "blows.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png", "impact.mp4",
+    "cycle.mp4",
+)  # fmt: skip
 """Names that belong to the pictures; with more than one body or map, its name stands before the dot. A driven scene
 has a cycle instead of an impact."""
 

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pipeline.plots import style
-from pipeline.plots.curves import WINDOW
 from pipeline.plots.drawing import Drawing
 from pipeline.plots.drive import Cycle, crank_axis, cycles, gas_pressure, shown_angle
+from pipeline.plots.load import WINDOW
 
 STYLES = (
     (style.BLUE, "-"),

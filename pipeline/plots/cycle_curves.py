@@ -8,10 +8,11 @@ from matplotlib.axes import Axes
 from modaldb.schema import Trajectory
 from pipeline.filters import hann_filter
 from pipeline.plots import style
-from pipeline.plots.curves import WINDOW, powers
+from pipeline.plots.curves import powers
 from pipeline.plots.cycle import span_of
 from pipeline.plots.drawing import Drawing
 from pipeline.plots.drive import Cycle, Drive, crank_axis, cycles, hardest_first, shown_angle
+from pipeline.plots.load import WINDOW
 
 LEFT, WIDTH, LOW, HIGH = 0.1, 0.865, 0.088, 0.85
 """Borders of the panels."""

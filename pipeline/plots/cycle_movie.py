@@ -16,11 +16,11 @@ from PIL import Image, ImageDraw, ImageFont
 
 from pipeline.plots import style, view
 from pipeline.plots.assembly import Assembly, arrows, assemble, meshes, place
-from pipeline.plots.curves import WINDOW
 from pipeline.plots.cycle import PANELS, draw_gas, draw_panel, span_of, stacked
 from pipeline.plots.deformation import add_colour_bar
 from pipeline.plots.drawing import Drawing
 from pipeline.plots.drive import Cycle, cycles, drive_of, frame_degrees, shown_angle
+from pipeline.plots.load import WINDOW
 
 SIZE = (1280, 720)
 """Of the movie [px]."""

@@ -46,7 +46,7 @@ class Moment:
 
 def draw_deformation(drawing: Drawing) -> None:
     """Draw one picture for each solid body that was touched."""
-    count = len(drawing.touched("tetra10")) + len(drawing.touched("line3"))
+    count = len(drawing.touched("tetra10")) + len(drawing.struck_lines())
     for name, body in drawable(drawing):
         with style.styled(), drawing.file(drawing.file_name("deformation", ".png", name, count)) as path:
             style.save(_picture(drawing, strongest_moment(drawing, body, TRIANGLES)), path)

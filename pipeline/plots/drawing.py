@@ -15,6 +15,9 @@ from modaldb.store import FolderStore
 from pipeline.deformation import displacement
 from pipeline.stages import twists_from
 
+LINES = ("line3", "beam2", "beam3")
+"""Kinds of cells of bars and beams."""
+
 
 @dataclass(frozen=True)
 class BodyMotion:
@@ -107,6 +110,20 @@ class Drawing:
         """Return the contacts of a body."""
         return {name: item for name, item in self.trajectory.contacts.items() if item.body == body}
 
+    def contacts_on(self, body: str) -> dict[str, ContactHistory]:
+        """Return the contacts of a body and those of others against it."""
+        against = {name: item["against"].get("body") for name, item in self.scene.get("contact", {}).items()}
+        contacts = self.trajectory.contacts.items()
+        return {name: item for name, item in contacts if body in (item.body, against.get(name))}
+
+    def struck_lines(self) -> list[str]:
+        """Return the bars and beams on which a contact, their own or another's, ever acts."""
+        return [
+            body
+            for body in self.trajectory.bodies
+            if any(contact.force.any() for contact in self.contacts_on(body).values()) and self.cell_type(body) in LINES
+        ]
+
     def touched(self, cell_type: str) -> list[str]:
         """Return the bodies of a kind of cells that some contact presses in some frame."""
         return [
@@ -122,9 +139,13 @@ class Drawing:
         return np.sum(forces, axis=0)
 
     def unseen(self) -> list[str]:
-        """Return the contacts that were closed, but in no frame."""
-        contacts = self.trajectory.contacts.items()
-        return [name for name, contact in contacts if contact.force.any() and not contact.multipliers.any()]
+        """Return the contacts that were closed, but in no frame, other than those whose blows are located."""
+        trajectory = self.trajectory
+        return [
+            name
+            for name, contact in trajectory.contacts.items()
+            if contact.force.any() and not contact.multipliers.any() and name not in trajectory.episodes
+        ]
 
     def file_name(self, stem: str, suffix: str, part: str, parts: int) -> str:
         """Return `stem.suffix`, with the part's name in it where there is more than one."""

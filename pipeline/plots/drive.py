@@ -10,8 +10,8 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from modaldb.schema import ContactHistory, Trajectory
 from pipeline.filters import hann_filter
-from pipeline.plots.curves import WINDOW
 from pipeline.plots.drawing import Drawing
+from pipeline.plots.load import WINDOW
 
 TICK = 90.0
 """Between labelled crank angles [deg], or a multiple of it."""

@@ -16,9 +16,9 @@ from PIL import Image, ImageDraw, ImageFont
 
 from pipeline.filters import hann_filter
 from pipeline.plots import style, view
-from pipeline.plots.curves import WINDOW
 from pipeline.plots.deformation import Moment, add_colour_bar, drawable, elevation, strongest_moment
 from pipeline.plots.drawing import Drawing
+from pipeline.plots.load import WINDOW
 from pipeline.plots.surface import make_skin
 
 SIZE = (960, 720)

@@ -42,7 +42,9 @@ SETTINGS: Any = {
     "legend.fontsize": 9,
 }
 
-PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
+PREFIXES = (
+    (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"), (1e-15, "f"),
+)  # fmt: skip
 
 
 def new_figure(title: str, subtitle: str, *, height: int = HEIGHT) -> Figure:
@@ -84,7 +86,8 @@ def digits(value: float) -> str:
     """Return a value with three significant digits, never in exponents between 0.001 and 999."""
     if value == 0 or not np.isfinite(value):
         return f"{value:g}"
-    decimals = max(0, 2 - int(np.floor(np.log10(abs(value)) + 1e-9)))
+    # Rounded first: what rounds up to a power of ten has a digit more before the point.
+    decimals = max(0, 2 - int(np.floor(np.log10(abs(float(f"{value:.2e}"))) + 1e-9)))
     return f"{value:.{decimals}f}"
 
 
