@@ -141,9 +141,10 @@ def _stems(axes: Axes, blows: np.ndarray, span: tuple[float, float]) -> None:
     for number in spaced(blows[:, 0], span):
         if impulses[number] < LOW * impulses.max():
             continue
+        first = at[number] <= span[0] * shown
         axes.annotate(
-            style.digits(float(impulses[number])), (at[number], impulses[number]), xytext=(0, 6),
-            textcoords="offset points", ha="left" if at[number] <= span[0] * shown else "center",
+            style.digits(float(impulses[number])), (at[number], impulses[number]), xytext=(5 if first else 0, 6),
+            textcoords="offset points", ha="left" if first else "center",
             fontsize=8.5, color=style.RED,
         )  # fmt: skip
     axes.set_ylim(0, 1.2 * float(impulses.max()) or 1.0)
