@@ -18,6 +18,7 @@ class Trapezoid:
     """A run of the implicit integrator."""
 
     failure = Result.DEPENDENT_ROWS
+    order = 2
 
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._dt = system, dt

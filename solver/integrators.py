@@ -5,6 +5,7 @@ Each is made of a system and a step, or sample interval, and has
     advance(first, stride, forces, energies, loads, snapshots, gauges) -> bool   fills samples; False where it failed
     outcome() -> Outcome                                                        where the run stands
     failure                                                                     the reason for False
+    order                                                                       of its error in the step, inf if exact
 """
 
 from importlib import import_module
@@ -21,6 +22,7 @@ class Marching(Protocol):
     """What an integrator can do."""
 
     failure: Result
+    order: float
 
     def advance(self, first: int, stride: int, *outputs: np.ndarray) -> bool:
         """Fill samples; False where it failed."""

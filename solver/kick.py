@@ -15,6 +15,7 @@ class Kick:
     """A run of the explicit integrator."""
 
     failure = Result.DEPENDENT_ROWS
+    order = 2
 
     def __init__(self, system: System, dt: float) -> None:
         self._system = system

@@ -1,5 +1,7 @@
 """The event integrator: exact motion from event to event, whatever the samples."""
 
+import math
+
 import numpy as np
 
 from solver.errors import SceneError, SolverError
@@ -24,6 +26,8 @@ CACHED = 64
 
 class Event:
     """A run of the event integrator; `dt` is the interval at which it is sampled."""
+
+    order = math.inf
 
     def __init__(self, system: System, dt: float) -> None:
         if np.any(system.dashpot) and system.coupled:

@@ -31,6 +31,7 @@ class Collocation:
     """A run; `dt` is the interval at which it is sampled."""
 
     failure = Result.NOT_CONVERGED
+    order = 4
 
     def __init__(self, system: System, dt: float) -> None:
         run, c, n = system.scene.run, *system.rows.shape
@@ -163,7 +164,7 @@ class Collocation:
         fixed = 0 if self._fixed else -1
         code, count = steps.march(
             self._tables, self._contacts, self._motion, self._track, self._omega**2, self._constant, self._start,
-            min(end, self._last), self._tolerance, fixed, SLOWEST,
+            end, self._tolerance, fixed, SLOWEST,
         )  # fmt: skip
         if count:
             track = self._track

@@ -20,6 +20,7 @@ class DiscreteGradient:
     """A run of steps `dt`."""
 
     failure = Result.NOT_CONVERGED
+    order = 2
 
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._place = system, uncoupled(system)
