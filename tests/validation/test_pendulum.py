@@ -41,15 +41,15 @@ def test_soft_stop(folder: Path) -> None:
 
 
 def test_hard_stop_strikes_ten_times_reliably(hard: Solved) -> None:
-    """G2: the ten contacts on which the reference's own discretisations agree. Its rates: 1 % in force."""
+    """G2: the ten contacts on which the reference's own discretisations agree."""
     blows = hard.blows("stop")[: HARD["contacts_reliable"]]
     assert len(hard.blows("stop")) == pytest.approx(HARD["contacts_within_observation"], abs=2)
     for blow, episode in zip(blows, HARD["episodes"], strict=True):
-        assert blow[0] == pytest.approx(episode["t_start"], rel=2e-3, abs=1e-12)
-        assert blow[1] == pytest.approx(episode["t_end"], rel=2e-3)
-        # The ninth carries a fiftieth of its neighbours' impulse: in parts of a typical one.
-        assert blow[2] == pytest.approx(episode["impulse"], rel=0.02, abs=5e-5)
-        assert blow[3] == pytest.approx(episode["Fmax"], rel=0.03, abs=3.0)
+        assert blow[0] == pytest.approx(episode["t_start"], rel=1e-3, abs=1e-12)
+        assert blow[1] == pytest.approx(episode["t_end"], rel=1e-3)
+        # The worst is the ninth, which carries a fiftieth of its neighbours' impulse: 0.3 % and 0.6 %.
+        assert blow[2] == pytest.approx(episode["impulse"], rel=0.01)
+        assert blow[3] == pytest.approx(episode["Fmax"], rel=0.015)
     assert blows[0, 1] == pytest.approx(HARD["first_contact_end"]["value"], rel=1e-3)
     assert blows[0, 2] == pytest.approx(HARD["first_contact_impulse"]["value"], rel=1e-4)
     assert blows[0, 3] == pytest.approx(HARD["first_contact_Fmax"]["value"], rel=5e-3)
@@ -67,7 +67,8 @@ def test_fixed_and_free_reference_conditions(folder: Path) -> None:
     """Equivalent rigid rate after the blow with 20 modes of the pinned beam, and of the beam clamped at the pin."""
     free = solve("pendulum", folder, {"component.beam.modes.normal_count": 20})
     fixed = solve("pendulum", folder, FIXED | {"component.beam.modes.normal_count": 20})
-    assert fixed["beam.spin_y"] == pytest.approx(free["beam.spin_y"], rel=1e-3)
+    # 1e-3 is asked; with R both come within 2e-8 of each other.
+    assert fixed["beam.spin_y"] == pytest.approx(free["beam.spin_y"], rel=1e-6)
     assert fixed["beam.spin_y"] == pytest.approx(SOFT["omega_rigid_after"]["value"], rel=1e-3)
 
 
