@@ -122,7 +122,8 @@ REQUIREMENTS := import tomllib; project = tomllib.load(open("pyproject.toml", "r
     extras = project["project"]["optional-dependencies"]; \
     base = project["build-system"]["requires"] + project["project"]["dependencies"]
 REQUIREMENTS_ALL := $(REQUIREMENTS); \
-    print(*base, *(line for extra in extras.values() for line in extra if not line.startswith("gudgeon")), sep="\n")
+    print(*base, *(line for name, extra in extras.items() if name != "peers" for line in extra \
+    if not line.startswith("gudgeon")), sep="\n")
 REQUIREMENTS_SOLVER := $(REQUIREMENTS); \
     print(*base, *(line for line in extras["dev"] if line.startswith("pytest>")), sep="\n")
 COMPILE = $(BIN)/pip-compile -q --generate-hashes --allow-unsafe --strip-extras --no-emit-options --no-header \

@@ -16,6 +16,8 @@ from solver.scene import Contact, MasterSurface, OtherBody, Scene
 
 TOUCHING = 1e-9
 """Depth, relative to what the points' coordinates measure, that counts as touching and not as penetration."""
+ROUND_OFF = 1e-8
+"""Share of R in a point's whole flexibility below which it is round-off."""
 FACING = 0.99
 """Cosine between a surface's normal and the line to its obstacle, below which rows along the normal mislead."""
 
@@ -157,7 +159,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         layer = 1.0 / (contact.surface_stiffness * interface.areas)
     elif contact.law is not None and contact.law.kind == "linear":
         layer = np.full(len(gap), 1.0 / contact.law.stiffness)
-    _check_yielding(scene, name, (body, master), residual.diagonal() + layer)
+    _check_yielding(scene, name, (body, master), _noticed(residual.diagonal(), interface, body) + layer)
     surface = _surface(scene, name, body, points, rows.shape[1])
     if other is not None and master is not None and contact.friction is not None:
         far = _surface(scene, name, master, other.points, other.rows.shape[1])
@@ -167,6 +169,14 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         _dashpot(contact, name, (body, master), residual + np.diag(layer)), points, directions, areas, interface.edge,
         other, surface,
     )  # fmt: skip
+
+
+def _noticed(residual: np.ndarray, interface: InterfaceModes, body: FlexibleBody) -> np.ndarray:
+    """Return R's diagonal with what is round-off of the whole flexibility taken for nothing [m/N], (c,)."""
+    whole = residual.copy()
+    if len(body.modal.angular_frequencies):
+        whole = whole + (interface.rows**2 / body.modal.angular_frequencies**2).sum(axis=1)
+    return np.where(residual > ROUND_OFF * whole, residual, 0.0)
 
 
 def _check_yielding(

@@ -64,9 +64,12 @@ def _leaving(system: System, end: Outcome) -> Json:
         if not body.rigid_count or system.scene.integrator not in LOCATED:
             continue
         columns = slice(system.offsets[name], system.offsets[name] + body.rigid_count)
-        motion, start = body.centre_motion(end.v[columns]), body.centre_motion(system.velocity[columns])
-        shift = body.centre_motion(end.q[columns] - system.position[columns])
-        for axis in np.flatnonzero(_noticeable(motion) | _noticeable(start) | _noticeable(shift)):
+        rates = [end.v[columns], end.q[columns] - system.position[columns], system.velocity[columns]]
+        motion, shift, _ = moved = body.centre_motion(np.array(rates))
+        # What is more than round-off of the others of its kind.
+        sizes = np.abs(moved).reshape(3, 2, 3)
+        noticed = (sizes > 1e-12 * sizes.max(axis=2, keepdims=True)).reshape(3, 6).any(axis=0)
+        for axis in np.flatnonzero(noticed):
             turns, letter = axis >= 3, "xyz"[axis % 3]
             entries = (
                 (("spin", motion, "rad/s"), ("turn", shift, "rad"))
@@ -126,12 +129,6 @@ def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, tuple[float, str]]
         if name == "slip" and len(times) > 1:
             values["slip_period"] = (times[-1] - times[-2], "s")
     return values
-
-
-def _noticeable(motion: np.ndarray) -> np.ndarray:
-    """Tell which components of a motion (6,) are more than round-off of the others of their kind."""
-    sizes = np.abs(motion).reshape(2, 3)
-    return (sizes > 1e-12 * sizes.max(axis=1, keepdims=True)).ravel()
 
 
 def merged(blows: np.ndarray, resolution: float) -> np.ndarray:
@@ -221,6 +218,14 @@ def momentum_residual(system: System, end: Outcome, loads: np.ndarray, duration:
     return worst
 
 
+def _moment(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Return Σ arm × force of (c, 3) each, (3,)."""
+    product = arm.T @ force
+    return np.array(
+        [product[1, 2] - product[2, 1], product[2, 0] - product[0, 2], product[0, 1] - product[1, 0]]
+    )  # fmt: skip
+
+
 def _pressed(
     system: System, end: Outcome, contact: ContactRows, number: int, name: str
 ) -> tuple[np.ndarray, float, float]:
@@ -237,8 +242,8 @@ def _pressed(
     for owner, points, sign in sides:
         if owner == name:
             arm = points - centre
-            radius = max(radius, float(np.linalg.norm(arm, axis=1).max()))
-            given += sign * np.concatenate([impulses.sum(axis=0), np.cross(arm, impulses).sum(axis=0)])
+            radius = max(radius, float(np.sqrt((arm * arm).sum(axis=1).max())))
+            given += sign * np.concatenate([impulses.sum(axis=0), _moment(arm, impulses)])
             size += float(np.linalg.norm(impulses.sum(axis=0)))
     if (over := contact.master) is not None:
         sign = (contact.body == name) - (over.body == name)

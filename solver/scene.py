@@ -1,5 +1,6 @@
 """The solver's part of a scene: bodies, contacts, and how long to run. SI units."""
 
+from functools import cached_property
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -199,7 +200,7 @@ class Scene(BaseModel):
         """Return the springs."""
         return {n: f for n, f in self.force.items() if isinstance(f, Spring)}
 
-    @property
+    @cached_property
     def integrator(self) -> Integrator:
         """The integrator that runs this scene."""
         return choose(self)

@@ -132,6 +132,8 @@ class System:
             SolverError: C is singular.
         """
         springs = self.springs
+        if len(self.gap) == 1 and not len(springs.stiffness):
+            return _single(self.stiffness, self.rows[0], self.compliance[0, 0] + self._yielding()[0])
         matrix = np.diag(self.stiffness) + springs.rows.T @ (springs.rows * springs.stiffness[:, None])
         if len(self.gap):
             compliance = self.compliance
@@ -146,6 +148,31 @@ class System:
                 matrix = matrix + self.rows.T @ (self.rows / (compliance.diagonal() + self._yielding())[:, None])
         top = len(matrix) - 1
         return float(np.sqrt(linalg.eigvalsh(matrix, subset_by_index=[top, top])[0]))
+
+
+def _single(stiffness: np.ndarray, row: np.ndarray, compliance: float) -> float:
+    """Return the root of the largest eigenvalue of Λ + row rowᵀ/C by its secular equation 1 = Σ rowᵢ²/C/(x − λᵢ).
+
+    Newton on the inverse of the sum converges from above without overshoot.
+
+    Raises:
+        SolverError: C is not positive.
+    """
+    if not compliance > 0:
+        raise SolverError(f"contact: {Result.DEPENDENT_ROWS.value}")
+    weight = row**2 / compliance
+    weight, poles, still = weight[weight > 0], stiffness[weight > 0], float(stiffness.max(initial=0.0))
+    if not len(weight):
+        return float(np.sqrt(still))
+    x = float(poles.max() + weight.sum())
+    for _ in range(100):
+        apart = x - poles
+        total, slope = float((weight / apart).sum()), float((weight / apart**2).sum())
+        step = total * (total - 1) / slope
+        x += step
+        if abs(step) <= 1e-15 * x:
+            break
+    return float(np.sqrt(max(x, still)))
 
 
 def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> System:

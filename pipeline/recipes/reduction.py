@@ -21,6 +21,9 @@ ORTHOGONALITY_TOLERANCE = 1e-8
 DEFINITENESS_TOLERANCE = 1e-9
 """Negative eigenvalues that round-off may leave in R, each row scaled by the root of its whole flexibility."""
 
+ROUND_OFFS = 10.0
+"""How often the model's round-off floor may come into R."""
+
 
 @dataclass(frozen=True)
 class ContactRows:
@@ -118,7 +121,7 @@ def _noise(model: FEModel, frequencies: np.ndarray) -> float:
         return DEFINITENESS_TOLERANCE
     free = model.free
     top = float((model.K.diagonal()[free] / model.M.diagonal()[free]).max())
-    return max(DEFINITENESS_TOLERANCE, np.finfo(float).eps * top / float(frequencies.min()) ** 2)
+    return max(DEFINITENESS_TOLERANCE, ROUND_OFFS * np.finfo(float).eps * top / float(frequencies.min()) ** 2)
 
 
 def _definite(R: np.ndarray, scale: np.ndarray, noise: float) -> tuple[np.ndarray, float]:

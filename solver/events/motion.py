@@ -70,16 +70,14 @@ class Course:
         return np.abs(self.b) + np.abs(self.A) @ np.abs(self.exponents)
 
     def averaged(self, chosen: list[int], width: float) -> "Course":
-        """Return the same with chosen functions replaced by their means over the time `width` before each moment."""
+        """Return the same with chosen functions replaced by their means over the time `width` around each moment."""
         if not chosen or width <= 0:
             return self
-        a, b, A = self.a.copy(), self.b.copy(), self.A.copy()
-        phase = width * self.exponents
-        A[chosen] *= -np.expm1(-phase) / phase
-        middle = self.middle[chosen] - self.b[chosen] * width / 2 + self.c[chosen] * width**2 / 3
-        a[chosen] = middle + np.real(A[chosen]).sum(axis=1)
-        b[chosen] -= self.c[chosen] * width
-        return Course(a, b, self.c, A, self.exponents)
+        a, A = self.a.copy(), self.A.copy()
+        phase = 0.5 * width * self.exponents
+        A[chosen] *= np.sinh(phase) / phase
+        a[chosen] = self.middle[chosen] + self.c[chosen] * width**2 / 12 + A[chosen].real.sum(axis=1)
+        return Course(a, self.b, self.c, A, self.exponents)
 
     def integral(self, time: np.ndarray) -> np.ndarray:
         """Return the integral from 0 to times (t,), (t, k)."""
