@@ -74,7 +74,10 @@ def reference_of(job: Job, nodal: list[NodalRecord]) -> ForceReference | None:
         height, duration = (float(expected[n]["value"]) for n in (report.pulse.height, report.pulse.duration))
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: not a reference file with the values of report.pulse ({error})") from error
-    against = next(iter(job.scene.contact.values())).against.model_dump()
+    name, contact = next(iter(job.scene.contact.items()))
+    if contact.against.shape not in ("plane", "bore"):
+        raise InputError(f"{job.path}: report.pulse: contact '{name}' is against another body, it needs an obstacle")
+    against = contact.against.model_dump()
     direction = obstacle_of(against).direction(np.zeros((1, 3)))[0]
     exact = np.outer(np.full(2, height) * [1, 0], direction)
     means = resample_mean(np.array([0.0, duration, max(grid[-1], duration * (1 + 1e-9))]), exact, grid)

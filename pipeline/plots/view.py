@@ -145,9 +145,9 @@ def pixel(plotter: pv.Plotter, point: np.ndarray) -> np.ndarray:
 
 
 def obstacle_at(drawing: Drawing, contact: str) -> Obstacle | None:
-    """Return what a contact's body meets, undeformed, or None where the record does not say."""
+    """Return what a contact's body meets, undeformed; None for points of another body, and where nothing is said."""
     scene_contact = drawing.scene.get("contact", {}).get(contact)
-    if scene_contact is None:
+    if scene_contact is None or scene_contact["against"]["shape"] == "body":
         return None
     against = scene_contact["against"]
     if against["shape"] != "surface":
