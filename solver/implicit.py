@@ -6,7 +6,7 @@ from solver import trapezoid
 from solver.compliance import Compliance
 from solver.flight import flight
 from solver.groups import Books, Loads, Masters, Modes, Points
-from solver.outcome import Outcome
+from solver.outcome import Outcome, Samples
 from solver.result import Result
 from solver.system import System
 
@@ -29,32 +29,19 @@ class Trapezoid:
         self.matrix = _matrix(system, self.modes, self.points, self.masters)
         self.books = _books(system, self.modes, self.loads)
 
-    def advance(
-        self,
-        first: int,
-        stride: int,
-        forces: np.ndarray,
-        energies: np.ndarray,
-        loads: np.ndarray,
-        snapshots: np.ndarray,
-        gauges: np.ndarray,
-    ) -> bool:
-        """Advance `len(forces)` samples of `stride` steps; False where contact rows are dependent.
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` steps; False where contact rows are dependent.
 
         Args:
             first: Number of the first step.
-            forces: Out, (samples, k, 3).
-            energies: Out, (samples, 5).
-            loads: Out: mean of each load row, (samples, L).
-            snapshots: Out: rigid coordinates, their rates, joints' length errors, (samples, 2 r + j).
-            gauges: Left as they are.
+            out: Filled, but for the gauges.
         """
-        start = self._dt * np.arange(first, first + len(forces) * stride)
+        start = self._dt * np.arange(first, first + len(out.forces) * stride)
         driving = self._system.driving
         given, crank = driving.loads(start, self._dt), driving.crank(start + self._dt)
         return trapezoid.march(
             self._dt, self.modes, self.points, self.masters, self.matrix, self.loads, self.books, first, given, crank,
-            self._directions, forces, loads, energies, snapshots, stride,
+            self._directions, out.forces, out.loads, out.energies, out.snapshots, stride,
         )  # fmt: skip
 
     def outcome(self) -> Outcome:

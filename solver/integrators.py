@@ -2,18 +2,16 @@
 
 Each is made of a system and a step, or sample interval, and has
 
-    advance(first, stride, forces, energies, loads, snapshots, gauges) -> bool   fills samples; False where it failed
-    outcome() -> Outcome                                                        where the run stands
-    failure                                                                     the reason for False
-    order                                                                       of its error in the step, inf if exact
+    advance(first, stride, out) -> bool     fills samples; False where it failed
+    outcome() -> Outcome                    where the run stands
+    failure                                 the reason for False
+    order                                   of its error in the step, inf if exact
 """
 
 from importlib import import_module
 from typing import Protocol
 
-import numpy as np
-
-from solver.outcome import Outcome
+from solver.outcome import Outcome, Samples
 from solver.result import Result
 from solver.system import System
 
@@ -24,7 +22,7 @@ class Marching(Protocol):
     failure: Result
     order: float
 
-    def advance(self, first: int, stride: int, *outputs: np.ndarray) -> bool:
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Fill samples; False where it failed."""
         ...
 

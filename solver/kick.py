@@ -6,7 +6,7 @@ from solver import kernel
 from solver.compliance import fixed
 from solver.flight import undamped
 from solver.kernel_one import march_one
-from solver.outcome import Outcome
+from solver.outcome import Outcome, Samples
 from solver.result import Result
 from solver.system import System
 
@@ -22,19 +22,17 @@ class Kick:
         self._law = _law(system, dt)
         self._state = _state(system, dt)
 
-    def advance(self, first: int, stride: int, forces: np.ndarray, energies: np.ndarray, *rest: np.ndarray) -> bool:
-        """Advance `len(forces)` samples of `stride` steps; False where contact rows are dependent.
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` steps; False where contact rows are dependent.
 
         Args:
             first: Number of the first step.
-            forces: Out, (samples, k, 3).
-            energies: Out, (samples, 5).
-            rest: Nothing drives a scene of this integrator; left as they are.
+            out: Its forces and energies are filled; nothing drives a scene of this integrator.
         """
-        found = np.zeros((len(forces), 4))
+        found = np.zeros((len(out.forces), 4))
         march = march_one if len(self._system.gap) == 1 else kernel.march
-        sound = march(self._law, self._state, self._system.rigid, first, forces, found, stride)
-        energies[:, :4] = found
+        sound = march(self._law, self._state, self._system.rigid, first, out.forces, found, stride)
+        out.energies[:, :4] = found
         return sound
 
     def outcome(self) -> Outcome:

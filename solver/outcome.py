@@ -1,8 +1,24 @@
 """Where a run stands: what every integrator tells of itself."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
+
+
+class Samples(NamedTuple):
+    """What an integrator fills, one row a sample. Shapes: s samples, k contacts, L loads, r rigid coordinates."""
+
+    forces: np.ndarray
+    """Mean resultant on the body of each contact [N], (s, k, 3)."""
+    energies: np.ndarray
+    """As in `Trajectory`, at the end [J], (s, 5)."""
+    loads: np.ndarray
+    """Mean of each load row, (s, L)."""
+    snapshots: np.ndarray
+    """Rigid coordinates, their rates, length errors of the joints, at the end, (s, 2 r + j)."""
+    gauges: np.ndarray
+    """At the end, (s, G); no columns where the integrator reads none."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from modaldb.schema import ContactHistory, JointHistory, Json, Trajectory
 from solver.integrators import make
-from solver.outcome import Outcome
+from solver.outcome import Outcome, Samples
 from solver.quantities import momentum_residual, quantities
 from solver.result import Result
 from solver.system import STEP_FACTOR, System
@@ -121,8 +121,7 @@ def _march(system: System, plan: Schedule, critical: float, progress: Callable[[
     result, done = Result.FINISHED, 0
     for frame in range(plan.frames):
         here = slice(frame * plan.samples_per_frame, (frame + 1) * plan.samples_per_frame)
-        outputs = (getattr(histories, name)[here] for name in _Histories.SAMPLED)
-        sound = integrator.advance(here.start * plan.stride, plan.stride, *outputs)
+        sound = integrator.advance(here.start * plan.stride, plan.stride, histories.samples(here))
         if not sound or not np.isfinite(histories.energies[here]).all():
             result = integrator.failure if not sound else Result.DIVERGED
             break
@@ -164,8 +163,6 @@ class _Histories:
     multipliers: np.ndarray
     masters: np.ndarray
 
-    SAMPLED = ("forces", "energies", "loads", "snapshots", "gauges")
-
     @classmethod
     def empty(cls, system: System, plan: Schedule) -> "_Histories":
         samples, size = plan.frames * plan.samples_per_frame, len(system.velocity)
@@ -182,11 +179,15 @@ class _Histories:
             np.zeros((plan.frames, len(system.functions))),
         )
 
+    def samples(self, here: slice) -> Samples:
+        """Return the rows of one frame's samples."""
+        return Samples(*(getattr(self, name)[here] for name in Samples._fields))
+
     def cut(self, frames: int, plan: Schedule) -> "_Histories":
         """Keep what was finished."""
         samples = frames * plan.samples_per_frame
         return _Histories(
-            *(getattr(self, f.name)[: samples if f.name in self.SAMPLED else frames] for f in fields(self))
+            *(getattr(self, f.name)[: samples if f.name in Samples._fields else frames] for f in fields(self))
         )
 
 

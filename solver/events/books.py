@@ -10,7 +10,7 @@ from solver.events.jumps import Blow
 from solver.events.motion import Course, Probe
 from solver.events.search import PER_RADIAN
 from solver.events.segment import Segment
-from solver.outcome import Outcome
+from solver.outcome import Outcome, Samples
 from solver.system import System
 
 PANELS = 2000
@@ -56,15 +56,12 @@ class Books:
 
     # Histories
 
-    def open(
-        self, ends: np.ndarray, interval: float, forces: np.ndarray, energies: np.ndarray, snapshots: np.ndarray,
-        gauges: np.ndarray,
-    ) -> None:  # fmt: skip
+    def open(self, ends: np.ndarray, interval: float, out: Samples) -> None:
         """Take the arrays that the samples of a frame go to."""
-        self._ends, self._interval, self._outs = ends, interval, (forces, energies, snapshots, gauges)
-        forces[:] = 0.0
+        self._ends, self._interval, self._out = ends, interval, out
+        out.forces[:] = 0.0
         for share in self._pending:
-            np.add.at(forces[0], self._contact_of, share / interval)
+            np.add.at(out.forces[0], self._contact_of, share / interval)
         self._pending = []
         self._done, self._from = 0, float(ends[0]) - interval
 
@@ -102,7 +99,7 @@ class Books:
             given, drag: Normal and tangential between them [N s], (t, c).
             to_blows: Whether running blows take them, too.
         """
-        forces = self._outs[0]
+        forces = self._out.forces
         self._impulses += given.sum(axis=0)
         self._drags += drag.sum(axis=0)
         number = np.searchsorted(self._ends, edges[1:] - 1e-12 * self._interval)
@@ -188,7 +185,7 @@ class Books:
             driven: Work that moving obstacles have done so far through friction [J], (t,).
             balanced: Whether the energy balance is kept elsewhere, closer than at samples.
         """
-        _, energies, snapshots, gauges = self._outs
+        _, energies, _, snapshots, gauges = self._out
         here = slice(self._done, self._done + len(p))
         parts = self._energies(p, v)
         parts[:, 2], parts[:, 3] = contact, lost
@@ -265,7 +262,7 @@ class Books:
         share = blow.impulses[:, None] * self._directions + blow.tangential[:, None] * self._lines
         if time > 0:
             number = min(int(np.searchsorted(self._ends, time * (1 - 1e-15))), len(self._ends) - 1)
-            np.add.at(self._outs[0][number], self._contact_of, share / self._interval)
+            np.add.at(self._out.forces[number], self._contact_of, share / self._interval)
         else:
             self._pending.append(share)
         for row in np.flatnonzero(blow.impulses):

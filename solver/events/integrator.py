@@ -12,7 +12,7 @@ from solver.events.jumps import RESTING, collide, force_scale, settle, settle_sl
 from solver.events.motion import Motion
 from solver.events.search import first_crossing
 from solver.events.segment import Segment
-from solver.outcome import Outcome
+from solver.outcome import Outcome, Samples
 from solver.result import Result
 from solver.system import System
 
@@ -53,25 +53,15 @@ class Event:
         except np.linalg.LinAlgError:
             raise SolverError(f"contact {', '.join(system.scene.contact)}: {Result.DEPENDENT_ROWS.value}") from None
 
-    def advance(
-        self,
-        first: int,
-        stride: int,
-        forces: np.ndarray,
-        energies: np.ndarray,
-        loads: np.ndarray,
-        snapshots: np.ndarray,
-        gauges: np.ndarray,
-    ) -> bool:
-        """Advance `len(forces)` samples of `stride` intervals; False where no motion could be found.
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` intervals; False where no motion could be found.
 
         Args:
             first: Number of the first interval.
-            forces, energies, snapshots, gauges: Out, one row a sample.
-            loads: Nothing drives a scene of this integrator; left as they are.
+            out: Filled, but for what this integrator has none of.
         """
-        ends = (first + stride * np.arange(1, len(forces) + 1)) * self._dt
-        self._books.open(ends, stride * self._dt, forces, energies, snapshots, gauges)
+        ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
+        self._books.open(ends, stride * self._dt, out)
         while True:
             segment = self._segment
             until = min(segment.end, float(ends[-1]))

@@ -76,7 +76,7 @@ class Course:
         a, A = self.a.copy(), self.A.copy()
         phase = 0.5 * width * self.exponents
         A[chosen] *= np.sinh(phase) / phase
-        a[chosen] = self.middle[chosen] + self.c[chosen] * width**2 / 12 + A[chosen].real.sum(axis=1)
+        a[chosen] = self.middle[chosen] + self.c[chosen] * width**2 / 12 + np.real(A[chosen]).sum(axis=1)
         return Course(a, self.b, self.c, A, self.exponents)
 
     def integral(self, time: np.ndarray) -> np.ndarray:

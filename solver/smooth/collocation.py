@@ -10,7 +10,7 @@ from solver.events.conditions import Equations, starting
 from solver.events.motion import Motion
 from solver.events.search import first_crossing
 from solver.events.segment import Segment
-from solver.outcome import Outcome
+from solver.outcome import Outcome, Samples
 from solver.result import Result
 from solver.smooth import steps
 from solver.smooth.coordinates import uncoupled
@@ -56,26 +56,16 @@ class Collocation:
         self._recorded = 0.0
         self._flight: Segment | None = self._fly(0.0)
 
-    def advance(
-        self,
-        first: int,
-        stride: int,
-        forces: np.ndarray,
-        energies: np.ndarray,
-        loads: np.ndarray,
-        snapshots: np.ndarray,
-        gauges: np.ndarray,
-    ) -> bool:
-        """Advance `len(forces)` samples of `stride` intervals; False where a force could not be found.
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` intervals; False where a force could not be found.
 
         Args:
             first: Number of the first interval.
-            forces, energies, snapshots, gauges: Out, one row a sample.
-            loads: Left as they are.
+            out: Filled, but for what this integrator has none of.
         """
-        ends = (first + stride * np.arange(1, len(forces) + 1)) * self._dt
+        ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
         last = float(ends[-1])
-        self._books.open(ends, stride * self._dt, forces, energies, snapshots, gauges)
+        self._books.open(ends, stride * self._dt, out)
         if self._pending is not None:
             self._record(self._pending, last)
         while self._reached() < last:
@@ -90,7 +80,7 @@ class Collocation:
         if self._flight is not None and self._flight.start <= last:
             self._books.record(self._flight, min(self._flight.end, last))
             self._p, self._v = self._flight.motion.state(last - self._flight.start)
-        return bool(np.isfinite(energies).all())
+        return bool(np.isfinite(out.energies).all())
 
     def _reached(self) -> float:
         """Return the time up to which the motion is known as steps; a flight is known from its start."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from solver.errors import SceneError
-from solver.outcome import Outcome
+from solver.outcome import Outcome, Samples
 from solver.result import Result
 from solver.smooth import gradient_steps
 from solver.smooth.coordinates import uncoupled
@@ -43,35 +43,25 @@ class DiscreteGradient:
         )  # fmt: skip
         self._time = 0.0
 
-    def advance(
-        self,
-        first: int,
-        stride: int,
-        forces: np.ndarray,
-        energies: np.ndarray,
-        loads: np.ndarray,
-        snapshots: np.ndarray,
-        gauges: np.ndarray,
-    ) -> bool:
-        """Advance `len(forces)` samples of `stride` steps; False where a force could not be found.
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` steps; False where a force could not be found.
 
         Args:
             first: Number of the first step.
-            forces, energies, snapshots, gauges: Out, one row a sample.
-            loads: Left as they are.
+            out: Filled, but for what this integrator has none of.
         """
         system, modes, n = self._system, self._place.modes, len(self._state.y)
-        pressed, y, v = np.zeros((len(forces), len(system.gap))), *np.zeros((2, len(forces), n))
+        pressed, y, v = np.zeros((len(out.forces), len(system.gap))), *np.zeros((2, len(out.forces), n))
         sound = gradient_steps.march(
-            self._step, self._state, self._place.omega**2, self._start, first, stride, pressed, energies, y, v
+            self._step, self._state, self._place.omega**2, self._start, first, stride, pressed, out.energies, y, v
         )
         for number, item in enumerate(system.contacts):
-            forces[:, number] = pressed[:, item.rows] @ item.directions
+            out.forces[:, number] = pressed[:, item.rows] @ item.directions
         p, speed, r = y @ modes.T, v @ modes.T, len(system.rigid)
-        snapshots[:, :r], snapshots[:, r : 2 * r] = p[:, system.rigid], speed[:, system.rigid]
-        if gauges.shape[1]:
-            gauges[:] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
-        self._time = (first + stride * len(forces)) * self._step.dt
+        out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = p[:, system.rigid], speed[:, system.rigid]
+        if out.gauges.shape[1]:
+            out.gauges[:] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
+        self._time = (first + stride * len(out.forces)) * self._step.dt
         return bool(sound)
 
     def outcome(self) -> Outcome:

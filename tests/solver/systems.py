@@ -9,6 +9,7 @@ import numpy as np
 import modaldb
 from modaldb.schema import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
 from solver.implicit import Trapezoid
+from solver.outcome import Samples
 from solver.scene import Scene
 from solver.system import System, compile_system
 
@@ -186,7 +187,7 @@ def march(system: System, dt: float, steps: int) -> March:
     widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints)
     forces, energies = np.zeros((steps, max(1, len(system.contacts)), 3)), np.zeros((steps, 5))
     loads, snapshots = (np.zeros((steps, width)) for width in widths)
-    assert run.advance(0, 1, forces, energies, loads, snapshots, np.zeros((steps, 0)))
+    assert run.advance(0, 1, Samples(forces, energies, loads, snapshots, np.zeros((steps, 0))))
     return March(run, dt * np.arange(1, steps + 1), forces, energies, loads, snapshots)
 
 
