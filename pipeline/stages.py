@@ -212,7 +212,7 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
     if "plot" in wanted and outcome is not Result.DIVERGED:
         stages["plot"], pictures, notes = _plot_stage(job, tell)
     remember(job, wanted)
-    notes += law_notes(job.scene) + _edge_notes(job, summary["quantities"])
+    notes += law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     return RunReport(
         job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
         summary["momentum_residual"], str(job.out), pictures, notes,
@@ -372,6 +372,14 @@ def _plot_stage(job: Job, tell: Progress) -> tuple[StageReport, list[str], list[
         write_text(job.out / "pictures.json", json.dumps({"key": key, "files": digests}, indent=1))
     tell("plot", 1.0)
     return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes
+
+
+def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:
+    """Say where a given step was too large for explicit contact and was divided."""
+    parts = int(counts.get("substeps", 1))
+    if parts < 2:
+        return []
+    return [f"run.step: {job.scene.run.step:g} s is above 0.2/ω_c, each step was taken in {parts} parts"]
 
 
 def _edge_notes(job: Job, quantities: dict[str, Any]) -> list[str]:

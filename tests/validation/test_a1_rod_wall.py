@@ -107,3 +107,24 @@ print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "mat
         "modes:interfaces/tip/edge",
         "modes:residual_flexibility",
     }  # fmt: skip
+
+
+def test_a_step_that_is_too_large_is_divided_and_said_so(folder: Path) -> None:
+    found = run(SCENE, set={"run.step": 1e-6}, db=folder / "db", out=folder / "divided", until="solve")
+    assert found.notes == ["run.step: 1e-06 s is above 0.2/ω_c, each step was taken in 10 parts"]
+
+
+def test_a_stated_accuracy_chooses_the_step(folder: Path) -> None:
+    """The step is halved until the energy drift is below it; too small an accuracy for any step is a failure."""
+    drifts = []
+    for number, accuracy in enumerate((1e-4, 1e-6)):
+        out = folder / f"accurate-{number}"
+        found = run(SCENE, set={"run.accuracy": accuracy}, db=folder / "db", out=out, until="solve")
+        assert found.reason is None and found.energy_drift is not None
+        drifts.append(found.energy_drift)
+        assert found.energy_drift <= accuracy
+    assert drifts[1] < drifts[0]
+    refused = run(
+        SCENE, set={"run.accuracy": 1e-15, "run.duration": 4.2e-4}, db=folder / "db", out=folder / "no", until="solve"
+    )
+    assert refused.result == "INACCURATE" and "run.accuracy" in str(refused.reason)
