@@ -110,6 +110,9 @@ def residual_shapes(
         fields[free] += X @ pressures[rows]
     fields -= rigid @ (M_rigid.T @ fields)
     fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
+    if "ritz_dropped" not in normal.quality:
+        # Of a slender body nearly all of G Bᵀ cancels here: round-off that is left lies in the low kept modes.
+        fields -= normal.Phi @ (normal.Phi.T @ (model.M @ fields))
     if flexibility is None:
         own.free()
     whole = R.diagonal() + (kept**2).sum(axis=1)
@@ -133,7 +136,7 @@ def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual, pres
     R = residual.flexibility
     if pressures.shape[1] == 0:
         return StaticShapes(np.empty(0), np.empty((B.shape[1], 0)), R, 0)
-    flexibility = pressures.T @ R @ pressures
+    flexibility = residual.fields.T @ (model.K @ residual.fields)
     scale = 1 / np.sqrt(flexibility.diagonal())
     strength, directions = linalg.eigh(flexibility * scale * scale[:, None])
     kept = strength > RANK_TOLERANCE * strength[-1]
