@@ -37,7 +37,7 @@ class _Touched:
     def all_rows(self, dofs: int) -> ContactRows:
         """Return all rows as one matrix."""
         B = sparse.vstack([sparse.csr_matrix((0, dofs)), *self.rows.values()], format="csr")
-        return ContactRows(B, linalg.block_diag(np.empty((0, 0)), *self.fields.values()))
+        return ContactRows(B, linalg.block_diag(np.empty((0, 0)), *self.fields.values()), self.spans())
 
     def spans(self) -> dict[str, list[int]]:
         """Return first and last + 1 row of each interface."""

@@ -2,8 +2,9 @@
 1968).
 
 The mesh is cut along its longest axis into groups of whole cells. The boundary b is every dof that two groups share,
-and every dof that a row of B touches; the rest of each group is its interior i, which the assembled matrices couple
-with the boundary only. So Ψ = −K_ii⁻¹ K_ib group by group, and with u_i = Φ_f q_f + Ψ u_b
+that a row of B touches, or that lies on a surface which `boundary` names; the rest of each group is its interior i,
+which the assembled matrices couple with the boundary only. So Ψ = −K_ii⁻¹ K_ib group by group, and with
+u_i = Φ_f q_f + Ψ u_b
 
   K_bb + Σ K_bi Ψ,  M_bb + Σ (M_bi Ψ + Ψᵀ M_ib + Ψᵀ M_ii Ψ),  K_ff = Λ_f,  M_ff = I,  M_bf = (M_bi + Ψᵀ M_ii) Φ_f.
 
@@ -11,6 +12,7 @@ A boundary that leaves the body rigid motions (no row, or one point) is joined b
 K_ii is regular; they are counted in `boundary_added`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +24,7 @@ from pipeline.linalg import factorise
 from pipeline.modes.normal import NormalModes, normal_modes
 from pipeline.recipes.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
 from pipeline.settings import ModesSettings
+from pipeline.supports import surface_nodes
 
 LARGEST_BOUNDARY = 3000
 """Boundary dofs: their dense eigenproblem takes about a minute."""
@@ -49,6 +52,22 @@ class _Group:
     """Fixed-interface modes, Phi (i, f)."""
 
 
+@dataclass(frozen=True)
+class Parts:
+    """A body cut into substructures and condensed to its boundary."""
+
+    boundary: np.ndarray
+    """Boundary dofs, (b,)."""
+    added: int
+    """How many of them only hold rigid motions."""
+    groups: list[_Group]
+    K: np.ndarray
+    """Over boundary dofs, then the fixed-interface modes of each group, (b + f, b + f)."""
+    M: np.ndarray
+    starts: list[int]
+    """Where each group's modes begin."""
+
+
 def craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
     """Reduce a body, free or held.
 
@@ -57,8 +76,18 @@ def craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings) ->
             `modes`.
         StageError: a shape fails its own check.
     """
+    return synthesised(model, rows, settings, cut(model, rows, settings))
+
+
+def cut(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Parts:
+    """Cut a body into its substructures and condense each to the boundary.
+
+    Raises:
+        InputError: more parts, modes or boundary dofs than the mesh has or than is sensible.
+        StageError: a substructure is not held by the boundary.
+    """
     part = substructures(model, settings.substructures)
-    boundary, added = _boundary(model, rows, part)
+    boundary, added = _boundary(model, rows, part, settings.boundary)
     if len(boundary) > LARGEST_BOUNDARY:
         raise InputError(
             f"modes.substructures: {settings.substructures} given, they and the interfaces have {len(boundary)}"
@@ -68,9 +97,23 @@ def craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings) ->
         _group(model, np.setdiff1d(np.flatnonzero(part == number), boundary), boundary, settings, number)
         for number in range(settings.substructures)
     ]
-    basis = _synthesised(model, boundary, groups, settings.normal_count)
-    modes = ritz_modes(model, basis)
-    quality = modes.quality | {"boundary_dofs": len(boundary), "boundary_added": added}
+    return Parts(boundary, added, groups, *_assembled(model, boundary, groups))
+
+
+def synthesised(
+    model: FEModel, rows: ContactRows, settings: ModesSettings, parts: Parts, W: np.ndarray | None = None
+) -> Reduction:
+    """Put the parts together and make them diagonal.
+
+    Args:
+        W: Columns to which the boundary dofs are reduced, (b, k), the rigid motions in their span; all dofs by default.
+
+    Raises:
+        InputError: more modes are asked for than the parts have coordinates.
+        StageError: a shape fails its own check.
+    """
+    modes = ritz_modes(model, _lowest_shapes(model, parts, W, settings.normal_count))
+    quality = modes.quality | {"boundary_dofs": len(parts.boundary), "boundary_added": parts.added}
     count = settings.normal_count or len(modes.angular_frequencies)
     return completed(model, rows, lowest(replace(modes, quality=quality), count))
 
@@ -95,22 +138,41 @@ def substructures(model: FEModel, count: int) -> np.ndarray:
     return part
 
 
-def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray) -> tuple[np.ndarray, int]:
+def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray, surfaces: Sequence[str]) -> tuple[np.ndarray, int]:
     """Return the boundary dofs in order, and how many of them only hold rigid motions."""
     B = sparse.csr_matrix(rows.B, copy=True)
     B.eliminate_zeros()
     chosen = part == -1
     chosen[np.unique(B.indices)] = True
+    for name in surfaces:
+        chosen[surface_dofs(model, name, "modes.boundary")] = True
     chosen &= ~model.held
     rigid = model.rigid_modes
     if not rigid.shape[1]:
         return np.flatnonzero(chosen), 0
-    _, strength, motions = np.linalg.svd(rigid[chosen], full_matrices=True)
-    strength = np.concatenate([strength, np.zeros(rigid.shape[1] - len(strength))])
-    loose = motions[strength <= EMPTY * np.abs(rigid).max()]
+    loose = loose_motions(rigid, chosen)
     if len(loose):
         chosen[linalg.qr((rigid @ loose.T).T, mode="economic", pivoting=True)[2][: len(loose)]] = True
     return np.flatnonzero(chosen), len(loose)
+
+
+def loose_motions(rigid: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Return the combinations of rigid motions (dofs, r) that do not move the chosen dofs, (l, r)."""
+    if not rigid.shape[1]:
+        return np.empty((0, 0))
+    _, strength, motions = np.linalg.svd(rigid[held], full_matrices=True)
+    strength = np.concatenate([strength, np.zeros(rigid.shape[1] - len(strength))])
+    return motions[strength <= EMPTY * np.abs(rigid).max()]
+
+
+def surface_dofs(model: FEModel, name: str, where: str) -> np.ndarray:
+    """Return the dofs of a surface's nodes, (k,).
+
+    Raises:
+        InputError: the mesh has no such surface.
+    """
+    d = len(model.directions)
+    return (d * surface_nodes(model.mesh, name, where)[:, None] + np.arange(d)).ravel()
 
 
 def _group(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, settings: ModesSettings, number: int) -> _Group:
@@ -152,15 +214,19 @@ def _fixed_modes(model: FEModel, dofs: np.ndarray, count: int) -> NormalModes:
     return replace(modes, Phi=modes.Phi[dofs])
 
 
-def _synthesised(model: FEModel, boundary: np.ndarray, groups: list[_Group], wanted: int) -> np.ndarray:
+def _lowest_shapes(model: FEModel, parts: Parts, W: np.ndarray | None, wanted: int) -> np.ndarray:
     """Return the lowest `wanted` elastic Ritz vectors of the assembled parts, or all for 0, (dofs, m)."""
-    K, M, starts = _assembled(model, boundary, groups)
+    K, M, border = parts.K, parts.M, len(parts.boundary)
+    if W is not None:
+        T = linalg.block_diag(W, np.eye(len(K) - border))
+        K, M = T.T @ K @ T, T.T @ M @ T
+        K, M = 0.5 * (K + K.T), 0.5 * (M + M.T)
     rigid = len(model.rigid_twists)
     most = len(K) - rigid
     if most < max(wanted, 1):
         raise InputError(
             f"modes.normal_count: {wanted} given, the substructures have {max(most, 0)} coordinates beside the rigid"
-            " motions; raise fixed_count or substructures, or refine the mesh"
+            " motions; raise fixed_count, interface_count or substructures, or refine the mesh"
         )
     scale = 1 / np.sqrt(M.diagonal())
     last = rigid + (wanted or most) - 1
@@ -168,11 +234,13 @@ def _synthesised(model: FEModel, boundary: np.ndarray, groups: list[_Group], wan
     if rigid and np.abs(values[:rigid]).max() > RIGID_SHARE * values[rigid]:
         raise StageError(f"modes: rigid motions have the eigenvalue {values[rigid - 1]:.2g} in the parts' basis")
     vectors = scale[:, None] * vectors[:, rigid:]
+    if W is not None:
+        vectors = np.concatenate([W @ vectors[: W.shape[1]], vectors[W.shape[1] :]])
     basis = np.zeros((len(model.held), vectors.shape[1]))
-    basis[boundary] = vectors[: len(boundary)]
-    for group, start in zip(groups, starts, strict=True):
+    basis[parts.boundary] = vectors[:border]
+    for group, start in zip(parts.groups, parts.starts, strict=True):
         own = vectors[start : start + group.fixed.Phi.shape[1]]
-        basis[group.dofs] = group.fixed.Phi @ own + group.Psi @ vectors[: len(boundary)][group.touching]
+        basis[group.dofs] = group.fixed.Phi @ own + group.Psi @ vectors[:border][group.touching]
     return basis
 
 

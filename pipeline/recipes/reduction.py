@@ -5,7 +5,8 @@ projection onto their span. What they lack in statics is therefore R = B (G − 
 whether they are normal modes or not.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from scipy import linalg, sparse
 from pipeline.errors import StageError
 from pipeline.femodel import FEModel
 from pipeline.modes.normal import NormalModes
-from pipeline.modes.static import RANK_TOLERANCE, Flexibility, residual_shapes, static_shapes
+from pipeline.modes.static import RANK_TOLERANCE, Flexibility, Residual, residual_shapes, static_shapes
 
 ORTHOGONALITY_TOLERANCE = 1e-8
 """Of static shapes against normal modes: they come through one more factorisation."""
@@ -33,6 +34,8 @@ class ContactRows:
     """Displacement conjugate to each force: along the outward normal at a point, and so on, (c, dofs)."""
     pressures: np.ndarray
     """Contact forces [N] of the pressure fields that ask for a static shape, (c, k); none on loads."""
+    spans: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    """First and last + 1 row of each interface, by its name."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,9 @@ def completed(
         StageError: a shape fails its own check.
     """
     residual = residual_shapes(model, rows.B, kept, rows.pressures, flexibility)
-    static = static_shapes(model, rows.B, residual, rows.pressures)
+    lacking = _lacking(rows, kept, residual)
+    residual = replace(residual, fields=residual.fields[:, lacking])
+    static = static_shapes(model, rows.B, residual, rows.pressures[:, lacking])
     Phi = np.column_stack([kept.Phi, static.Phi])
     frequencies = np.concatenate([kept.angular_frequencies, static.angular_frequencies])
     if "ritz_dropped" in kept.quality and static.Phi.shape[1]:
@@ -109,10 +114,17 @@ def completed(
     R, least = _definite(R, residual.scale, _noise(model, frequencies))
     quality = kept.quality | {
         "basis_orthogonality": orthogonality,
-        "static_dropped": static.dropped,
+        "static_dropped": static.dropped + rows.pressures.shape[1] - len(lacking),
         "residual_lowest_eigenvalue": least,
     }
     return Reduction(frequencies, Phi, len(kept.angular_frequencies), R, quality)
+
+
+def _lacking(rows: ContactRows, kept: NormalModes, residual: Residual) -> np.ndarray:
+    """Return the pressure fields whose static answer the kept shapes lack by more than round-off, (k,)."""
+    own = (rows.pressures.T @ (rows.B @ kept.Phi)) / kept.angular_frequencies
+    rest = np.einsum("ck,cd,dk->k", rows.pressures, residual.flexibility, rows.pressures, optimize=True)
+    return np.flatnonzero(rest > DEFINITENESS_TOLERANCE * (rest + (own**2).sum(axis=1)))
 
 
 def _noise(model: FEModel, frequencies: np.ndarray) -> float:

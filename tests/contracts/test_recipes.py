@@ -25,9 +25,11 @@ ROUND_OFF = 1e-8
 NORMAL, STATIC = 6, 4
 DROPS_STATICS = {"normal+static", "rigid"}
 """Recipes without R; with all others Φ and R together give every contact load its exact static answer."""
-NORMAL_MODES = {"macneal", "normal+static"}
+NORMAL_MODES = {"macneal", "normal+static", "rubin"}
 """Recipes whose first shapes are the normal modes themselves; the others' are Ritz vectors."""
 WITHOUT_MODES = {"rigid"}
+NOTHING_LEFT = {"rubin", "attachment"}
+"""Recipes whose shapes carry every row's statics: R is round-off."""
 
 
 def held() -> tuple[FEModel, ContactRows]:
@@ -95,9 +97,16 @@ def elastic(case: tuple[FEModel, ContactRows]) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.fixture(scope="module", params=sorted(RECIPES))
 def reduced(request: pytest.FixtureRequest, case: tuple[FEModel, ContactRows]) -> tuple[str, Reduction]:
-    reference = "crown" if "crown" in case[0].mesh.surfaces else "left"
+    reference, kept = ("crown", "crown") if "crown" in case[0].mesh.surfaces else ("left", "right")
     settings = ModesSettings(
-        recipe=request.param, normal_count=NORMAL, static_count=STATIC, substructures=2, reference=reference
+        recipe=request.param,
+        normal_count=0 if request.param == "attachment" else NORMAL,
+        static_count=STATIC,
+        substructures=2,
+        reference=reference,
+        boundary=(kept,),
+        kept=(kept,),
+        interface_count=2,
     )
     return request.param, RECIPES[request.param](*case, settings)
 
@@ -121,8 +130,14 @@ def test_shapes_are_zero_where_the_body_is_held(
 def test_counts(case: tuple[FEModel, ContactRows], reduced: tuple[str, Reduction]) -> None:
     name, reduction = reduced
     assert reduction.Phi.shape == (case[0].K.shape[0], len(reduction.angular_frequencies))
+    rows = case[1].B.shape[0]
+    if name == "attachment":
+        assert reduction.normal_count == rows - reduction.quality["ritz_dropped"] > 0
+        return
     assert reduction.normal_count == (0 if name in WITHOUT_MODES else NORMAL)
     static = min(STATIC, case[1].pressures.shape[1])
+    if name == "rubin":
+        static = rows - reduction.quality["static_dropped"]
     assert len(reduction.angular_frequencies) == (0 if name in WITHOUT_MODES else NORMAL + static)
 
 
@@ -158,6 +173,8 @@ def test_statics_are_exact_where_the_recipe_promises_it(
     np.testing.assert_allclose(ours, exact, atol=1e-9 * np.abs(exact).max())
     R = reduction.residual_flexibility
     assert linalg.eigvalsh(R)[0] >= -1e-9 * np.abs(exact).max()
+    if name in NOTHING_LEFT:
+        np.testing.assert_allclose(R, 0, atol=1e-8 * np.abs(exact).max())
 
 
 def test_reference_reaction_is_zero_for_normal_modes_only(
