@@ -165,6 +165,9 @@ def true_surface(points: np.ndarray, outward: np.ndarray, shape: dict[str, Any])
         normal = np.asarray(shape["normal"], float) / np.linalg.norm(shape["normal"])
         moved = points - np.outer((points - origin) @ normal, normal)
         normals = np.broadcast_to(normal, points.shape).copy()
+    elif shape["kind"] == "sphere":
+        normals = (points - origin) / np.linalg.norm(points - origin, axis=1, keepdims=True)
+        moved = origin + shape["radius"] * normals
     else:
         radial = radial_directions(points, shape)
         radius, _, _ = cylindrical(points, shape)

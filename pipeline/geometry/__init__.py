@@ -10,14 +10,18 @@ from pipeline.geometry.box import Box
 from pipeline.geometry.file import MeshFile
 from pipeline.geometry.liner import Liner
 from pipeline.geometry.piston import Piston
+from pipeline.geometry.plate import Plate
 from pipeline.geometry.rigid import Rigid
 from pipeline.geometry.skirt import Skirt
+from pipeline.geometry.sphere import Sphere
 
 GEOMETRIES: dict[str, type[BaseModel]] = {
     "skirt": Skirt,
     "piston": Piston,
     "liner": Liner,
     "box": Box,
+    "plate": Plate,
+    "sphere": Sphere,
     "bar": Bar,
     "beam": Beam,
     "rigid": Rigid,
@@ -25,5 +29,7 @@ GEOMETRIES: dict[str, type[BaseModel]] = {
 }
 """Members by the `kind` that a scene names."""
 
-Geometry = Annotated[Skirt | Piston | Liner | Box | Bar | Beam | Rigid | MeshFile, Field(discriminator="kind")]
+Geometry = Annotated[
+    Skirt | Piston | Liner | Box | Plate | Sphere | Bar | Beam | Rigid | MeshFile, Field(discriminator="kind")
+]
 """Any member, told apart by its `kind`."""

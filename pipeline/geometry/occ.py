@@ -88,6 +88,11 @@ def cylinder(radius: float, axis: Sequence[float] = (0, 0, 1), origin: Sequence[
     }
 
 
+def sphere(radius: float, origin: Sequence[float] = (0, 0, 0)) -> SurfaceRule:
+    """Return the shape of a sphere of `radius` [m] about `origin` [m]."""
+    return {"kind": "sphere", "radius": radius, "origin": [float(x) for x in origin]}
+
+
 def plane(normal: Sequence[float], origin: Sequence[float]) -> SurfaceRule:
     """Return the shape of the plane through `origin` [m] with the outward unit `normal`."""
     return {"kind": "plane", "normal": [float(a) for a in normal], "origin": [float(x) for x in origin]}
@@ -160,6 +165,7 @@ def _lies_on(points: np.ndarray, shape: SurfaceRule) -> bool:
     from_origin = points - np.asarray(shape["origin"])
     if shape["kind"] == "plane":
         return bool(np.abs(from_origin @ np.asarray(shape["normal"])).max() < ON_SURFACE * np.ptp(points, axis=0).max())
-    axis = np.asarray(shape["axis"])
-    radial = np.linalg.norm(from_origin - np.outer(from_origin @ axis, axis), axis=1)
-    return bool(np.abs(radial / shape["radius"] - 1).max() < ON_SURFACE)
+    if shape["kind"] == "cylinder":
+        axis = np.asarray(shape["axis"])
+        from_origin = from_origin - np.outer(from_origin @ axis, axis)
+    return bool(np.abs(np.linalg.norm(from_origin, axis=1) / shape["radius"] - 1).max() < ON_SURFACE)

@@ -1,4 +1,4 @@
-"""Piston, liner and box: volumes and areas against closed forms, sound elements, outward faces, refusals.
+"""Solids drawn in gmsh: volumes and areas against closed forms, sound elements, outward faces, refusals.
 
 The piston's boss, rib and pin bore are integrated over x by Gauss's rule on the exact sections, without gmsh.
 """
@@ -12,7 +12,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from modaldb.schema import MeshRecord
 from pipeline.errors import InputError
-from pipeline.geometry import GEOMETRIES, Box, Geometry, Liner, Piston
+from pipeline.geometry import GEOMETRIES, Box, Geometry, Liner, Piston, Plate, Sphere
 from pipeline.geometry.occ import build_solid
 from pipeline.interface import Interface, contact_points, cylindrical
 from pipeline.model import mass_properties, nodal_jacobians
@@ -49,7 +49,7 @@ STRAIGHT = 1e-12
 class Case:
     """A geometry, its coarse mesh, and what is known of it."""
 
-    geometry: Piston | Liner | Box
+    geometry: Piston | Liner | Box | Plate | Sphere
     mesh: MeshRecord
     volume: float
     """[m^3]"""
@@ -114,7 +114,19 @@ def box_case() -> Case:
     return Case(box, box.build(0.01), 24e-6, areas, STRAIGHT, STRAIGHT)
 
 
-@pytest.fixture(scope="module", params=[piston_case, liner_case, box_case])
+def plate_case() -> Case:
+    plate = Plate(kind="plate", lx=0.04, ly=0.03, thickness=0.012, layers=2)
+    areas = {"left": 36e-5, "right": 36e-5, "front": 48e-5, "back": 48e-5, "bottom": 12e-4, "top": 12e-4}
+    return Case(plate, plate.build(0.01), 144e-7, areas, STRAIGHT, STRAIGHT)
+
+
+def sphere_case() -> Case:
+    ball = Sphere(kind="sphere", radius=0.02)
+    volume, area = 4 / 3 * np.pi * 0.02**3, 4 * np.pi * 0.02**2
+    return Case(ball, ball.build(0.005), volume, {"surface": area}, VOLUME_CURVED, AREA_CURVED)
+
+
+@pytest.fixture(scope="module", params=[piston_case, liner_case, box_case, plate_case, sphere_case])
 def case(request: pytest.FixtureRequest) -> Case:
     return request.param()
 
@@ -159,15 +171,15 @@ def test_faces_point_outward(case: Case) -> None:
             assert (vectors @ np.array(shape["normal"])).min() > 0, name
             continue
         middles = case.mesh.nodes[case.mesh.surfaces[name].facets[:, :3]].mean(axis=1)
-        axis = np.array(shape["axis"])
-        arm = middles - np.array(shape["origin"])
-        radial = arm - np.outer(arm @ axis, axis)
+        radial = middles - np.array(shape["origin"])
+        if shape["kind"] == "cylinder":
+            radial -= np.outer(radial @ shape["axis"], shape["axis"])
         sign = -1 if name in ("bore", "inner", "pin_bore") else 1
         assert (sign * np.einsum("fi,fi->f", vectors, radial)).min() > 0, name
 
 
 def test_same_mesh_twice(case: Case) -> None:
-    sizes = {"piston": 0.012, "liner": 0.016, "box": 0.01}
+    sizes = {"piston": 0.012, "liner": 0.016, "box": 0.01, "plate": 0.01, "sphere": 0.005}
     again = case.geometry.build(sizes[case.geometry.kind])
     np.testing.assert_array_equal(again.nodes, case.mesh.nodes)
     np.testing.assert_array_equal(again.cells, case.mesh.cells)
