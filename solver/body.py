@@ -98,7 +98,12 @@ def free_twists(morph: MorphRecord, settings: Body, name: str) -> np.ndarray:
     if tuple(settings.freedom) == ALL_FREE or len(morph.rigid_twists) == 0:
         return morph.rigid_twists
     if len(morph.rigid_twists) < 6:
-        raise SceneError(f"body.{name}.freedom: a body on a line mesh moves along its axis only; leave the key out")
+        held = [number for number, one in enumerate(ALL_FREE) if one not in settings.freedom]
+        _, values, right = np.linalg.svd(morph.rigid_twists[:, held].T)
+        left = right[int((values > 1e-9 * values.max(initial=1.0)).sum()) :]
+        if not len(left) and settings.freedom:
+            raise SceneError(f"body.{name}.freedom: {list(settings.freedom)} given, its component cannot move so alone")
+        return left @ morph.rigid_twists
     chosen = np.eye(6)[[ALL_FREE.index(one) for one in settings.freedom]].reshape(-1, 6)
     mass = np.zeros((6, 6))
     mass[:3, :3], mass[3:, 3:] = morph.mass * np.eye(3), morph.inertia

@@ -18,6 +18,8 @@ TOUCHING = 1e-9
 """Depth, relative to what the points' coordinates measure, that counts as touching and not as penetration."""
 ROUND_OFF = 1e-8
 """Share of R in a point's whole flexibility below which it is round-off."""
+ASIDE = 0.02
+"""How far two points may stand beside each other's normal, relative to their gap and to the size of the bodies."""
 FACING = 0.99
 """Cosine between a surface's normal and the line to its obstacle, below which rows along the normal mislead."""
 
@@ -139,7 +141,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     if isinstance(obstacle, OtherBody):
         assert master is not None
         directions = -interface.normals
-        other, gap = _pair(scene, name, master, placed, interface.normals)
+        other, gap = _pair(scene, name, (body, master), placed, interface.normals)
     else:
         if isinstance(obstacle, MasterSurface):
             assert master is not None
@@ -212,17 +214,22 @@ def _outside(gap: np.ndarray, placed: np.ndarray, name: str, body: str) -> np.nd
     return np.maximum(gap, 0.0)
 
 
+def _reach(body: FlexibleBody, points: np.ndarray) -> float:
+    """Return the largest distance of points from a body's centre of mass [m]."""
+    return float(np.linalg.norm(points - body.morph.centre, axis=1).max())
+
+
 def _pair(
-    scene: Scene, name: str, master: FlexibleBody, placed: np.ndarray, normals: np.ndarray
+    scene: Scene, name: str, sides: tuple[FlexibleBody, FlexibleBody], placed: np.ndarray, normals: np.ndarray
 ) -> tuple[OtherBlock, np.ndarray]:
     """Find the point of the other body that faces each point, and the gap between them.
 
     Raises:
         SceneError: the interfaces do not pair, or do not face each other.
     """
-    against = scene.contact[name].against
+    against, (body, master) = scene.contact[name].against, sides
     assert isinstance(against, OtherBody)
-    where = f"contact.{name}.against"
+    where, at = f"contact.{name}.against", np.asarray(scene.body[body.name].position)
     interface = _points(against.interface, f"{where}.interface", master)
     points = master.morph.points[against.interface]
     there = points + np.asarray(scene.body[master.name].position)
@@ -238,6 +245,13 @@ def _pair(
         raise SceneError(f"{where}: interface '{against.interface}' does not face '{scene.contact[name].interface}'")
     rows = np.column_stack([master.rigid_rows(points[order], normals), -interface.rows[order]])
     gap = np.take_along_axis(along, order[:, None], axis=1)[:, 0]
+    beside = np.take_along_axis(aside, order[:, None], axis=1)[:, 0]
+    near = ASIDE * max(float(np.abs(gap).max()), _reach(body, placed - at), _reach(master, points))
+    if beside.max() > near + TOUCHING * float(np.abs(placed).max()):
+        raise SceneError(
+            f"{where}: the points pass each other {beside.max():.3g} m aside; a contact of two bodies acts along the"
+            " line through its points, move the bodies or their interfaces"
+        )
     return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), points[order], order), gap
 
 

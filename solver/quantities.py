@@ -43,7 +43,7 @@ def quantities(
             along = impulse / size
             if len(end.episodes):
                 values |= _of_blows(merged(blows, system.resolution))
-                if blows[:, 3].max() > 0 and system.resolution > 0:
+                if blows[:, 3].max() > 0 and system.resolution >= interval:
                     values |= _smoothed_peak(forces[:, number] @ along, interval, system.resolution)
             else:
                 values |= _of_samples(system, end, dt, interval, forces[:, number], along)
@@ -174,7 +174,8 @@ def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarr
         far = [float(_velocity(system, contact.other.body, v) @ along) for v in (system.velocity, end.v)]
         values["rebound_velocity_other"] = (far[1], "m/s")
         before, after = before - far[0], after - far[1]
-    if before < 0:
+    alone = len(system.contacts) == 1 and not any(system.scene.run.gravity) and not system.scene.force
+    if before < 0 and alone:
         values["restitution"] = (float(-after / before), "1")
     return values
 

@@ -8,13 +8,17 @@ class Result(Enum):
 
     FINISHED = "finished"
     DIVERGED = "the motion left the range of numbers; the scene's data are inconsistent"
-    DEPENDENT_ROWS = "two contact points are the same to round-off, so their forces are not determined; add a surface layer (contact.NAME.surface_stiffness) or coarsen the interface"  # noqa: E501
+    DEPENDENT_ROWS = (
+        "contact points are the same to round-off, or more than can be told apart, so their forces are not determined;"
+        " take fewer points, coarsen the interface, or let a surface layer yield (contact.NAME.surface_stiffness)"
+    )
     CHATTER = "contacts close and open for ever without time passing; use method 'residual', which needs no blow"
     NOT_CONVERGED = (
         "the contact force could not be found within a step; the law's stiffness or exponent is out of range"
     )
     INACCURATE = "the energy drift stays above run.accuracy at any step tried; state a larger accuracy, or leave it out"
-    ENERGY = "contact made energy from nothing; take a smaller step"
+    ENERGY = "contact made energy from nothing; take a smaller step where the integrator has one, or state run.accuracy"
+    RESTITUTION = "a blow would make energy: Newton's restitution with so much friction; lower contact.NAME.restitution"
 
     @property
     def ok(self) -> bool:

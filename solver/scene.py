@@ -1,6 +1,5 @@
 """The solver's part of a scene: bodies, contacts, and how long to run. SI units."""
 
-from functools import cached_property
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -137,7 +136,7 @@ class Run(BaseModel):
         description="[s]; automatic if left out: 0.2/ω_c, or what the accuracy asks for; a larger one is divided into"
         " substeps; integrator 'event' has none",
     )
-    accuracy: Annotated[float, Field(gt=0, le=0.1)] | None = Field(
+    accuracy: Annotated[float, Field(ge=1e-12, le=0.1)] | None = Field(
         default=None,
         description="Relative error that the step is chosen for: of the force where a law is integrated (1e-8 by"
         " default), of the energy balance elsewhere; event location needs none",
@@ -200,7 +199,7 @@ class Scene(BaseModel):
         """Return the springs."""
         return {n: f for n, f in self.force.items() if isinstance(f, Spring)}
 
-    @cached_property
+    @property
     def integrator(self) -> Integrator:
         """The integrator that runs this scene."""
         return choose(self)
@@ -227,13 +226,20 @@ def choose(scene: Scene) -> Integrator:
         if able:
             return able[0]
         least = min((_unable(demands, name) for name in PREFERRED), key=len)
-        raise ValueError(f"run.integrator: none carries {least[0]} beside what else the scene has")
+        others = " and ".join(what for what in demands if what not in least)
+        raise ValueError(f"run.integrator: none carries {least[0]} beside {others}; leave one of them out")
     if lacking := _unable(demands, named):
         advice = f"take {' or '.join(map(repr, ('auto', *able)))}" if able else "none carries the whole scene"
         raise ValueError(f"run.integrator: '{named}' cannot carry {lacking[0]}; {advice}")
     if named == "event" and scene.run.step is not None:
         raise ValueError("run.step: integrator 'event' locates events on exact motion and has no step; leave it out")
     return named
+
+
+def carriers(scene: Scene) -> list[Integrator]:
+    """Return the integrators that can carry a scene."""
+    demands = _demands(scene)
+    return [name for name in PREFERRED if not _unable(demands, name)]
 
 
 def _unable(demands: dict[str, tuple[str, ...]], name: str) -> list[str]:

@@ -13,6 +13,8 @@ from solver.events.segment import Segment
 from solver.outcome import Outcome, Samples
 from solver.system import System
 
+NOTHING = 1e-9
+"""Share of the energies that counts as exchanged even where no contact exchanges any."""
 PANELS = 2000
 """Integrated at once."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
@@ -224,13 +226,18 @@ class Books:
         rigid = gained[:, system.rigid]
         elastic = gained.sum(axis=1) - rigid.sum(axis=1) + parts[:, 1]
         swing = 0.5 * (np.abs(rigid).sum(axis=1) + np.abs(elastic) + parts[:, 2])
-        extreme[2] = max(extreme[2], float(swing.max()))
+        # Where nothing is exchanged, round-off of all that there is would be compared with itself.
+        least = NOTHING * np.abs(parts).sum(axis=1)
+        extreme[2] = max(extreme[2], float(swing.max()), float(least.max()))
 
     # Blows
 
     def touches(self, row: int, time: float, closing: float) -> None:
         """Begin a blow at a closing speed [m/s], unless one runs."""
         if row not in self._running:
+            # What its closing brings, whether a sample falls into the contact or not.
+            square = float(self._system.rows[row] @ self._system.rows[row])
+            self._extreme[2] = max(self._extreme[2], 0.25 * closing**2 / square if square > 0 else 0.0)
             self._running[row] = [time, time, 0.0, 0.0, time, closing, 0.0]
         if self._extreme[4] < 0:
             self._extreme[4] = time

@@ -18,6 +18,8 @@ from solver.system import System
 
 MOST_EVENTS = 2_000_000
 """In one run: more are no answer in any time that a user waits."""
+GAIN = 1e-9
+"""Energy that a blow may make by round-off, relative to what it takes in compression."""
 STALLED = 200
 """Events in a row without any time between them."""
 CACHED = 64
@@ -30,6 +32,7 @@ class Event:
     order = math.inf
 
     def __init__(self, system: System, dt: float) -> None:
+        _refuse_shared_friction(system)
         if np.any(system.dashpot) and system.coupled:
             where = next(item.name for item in system.contacts if np.any(system.dashpot[item.rows]))
             raise SceneError(
@@ -44,6 +47,7 @@ class Event:
         self._patient: set[tuple[Watch, int]] = set()
         self._reclosed = False
         self._struck: set[int] = set()
+        self._gained = False
         self._events = self._stall = self._regimes = 0
         self._books = Books(system)
         self.failure = Result.DIVERGED
@@ -98,7 +102,9 @@ class Event:
         except np.linalg.LinAlgError:
             self.failure = Result.DEPENDENT_ROWS
             return False
-        return bool(np.isfinite(self._p).all())
+        if self._gained:
+            self.failure = Result.RESTITUTION
+        return bool(np.isfinite(self._p).all()) and not self._gained
 
     def _react(self, kind: Watch, row: int, time: float) -> None:
         """Change conditions, and velocities where rigid contact closes."""
@@ -111,6 +117,7 @@ class Event:
             blow = collide(self._equations, now, rows, self._v, self._fastest)
             settle(self._equations, now, self._p, self._v)
             books.blow(blow, time, self._v, now)
+            self._gained = self._gained or blow.lost < -GAIN * (abs(blow.lost) + blow.compressed)
             self._struck = {int(one) for one in rows}
             if system.resolution > 0 and now.status[row] == Status.CLOSED:
                 self._patient.add((Watch.OPENS, row))
@@ -220,3 +227,21 @@ class Event:
             if now.status[row] == Status.CLOSED:
                 self._books.touches(row, 0.0, -float(speeds[row]))
         self._books.at_zero = {int(row) for row in touching}
+
+
+def _refuse_shared_friction(system: System) -> None:
+    """Refuse friction at a point of a body that others touch too: their blows are solved without it.
+
+    Raises:
+        SceneError: there is one.
+    """
+    names = [item.name for item in system.contacts for _ in item.points]
+    moved = system.rows != 0
+    for row in np.flatnonzero(system.friction[:, 0] > 0):
+        others = [other for other in range(len(names)) if other != row and np.any(moved[row] & moved[other])]
+        if others:
+            what = f"'{names[others[0]]}' touches" if names[others[0]] != names[row] else "its other points touch"
+            raise SceneError(
+                f"contact.{names[row]}.friction: acts where one point alone touches a body, {what} it too; leave"
+                " friction out, or model one point"
+            )

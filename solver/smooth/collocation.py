@@ -126,17 +126,21 @@ class Collocation:
         p, v = flight.motion.state(flight.end - flight.start)
         motion.y[:], motion.v[:] = self._modes.T @ p, self._modes.T @ v
         speed = -float(system.rows[row] @ v)
-        motion.clock[3] = max(motion.clock[3], speed)
+        stiffness, exponent, _, damping = system.law[row]
+        mass = 1.0 / float(system.rows[row] @ system.rows[row])
+        # What presses at rest falls by its static indentation: the least speed that means anything.
+        pull = abs(float(self._contacts.rows[row] @ (self._constant - self._omega**2 * motion.y)))
+        settling = float(np.sqrt(pull * (mass * pull / stiffness) ** (1 / exponent)))
+        motion.clock[3] = max(motion.clock[3], speed, settling)
         motion.approach[:] = 0.0
-        motion.approach[row] = max(speed, SLOWEST * motion.clock[3])
+        motion.approach[row] = max(speed, SLOWEST * motion.clock[3], np.finfo(float).tiny)
         motion.clock[0], motion.clock[1] = flight.end, 0.0
         motion.force[:] = 0.0
-        stiffness, exponent, _, damping = system.law[row]
         motion.force[row] = damping * speed
-        mass = 1.0 / float(system.rows[row] @ system.rows[row])
         deepest = (0.5 * (exponent + 1) * mass * motion.approach[row] ** 2 / stiffness) ** (1 / (exponent + 1))
-        motion.clock[2] = max(motion.clock[2], stiffness * deepest**exponent, damping * speed)
-        begin = (START * self._tolerance * motion.clock[2] / stiffness) ** (1 / exponent) / motion.approach[row]
+        motion.clock[2] = max(motion.clock[2], stiffness * deepest**exponent, damping * speed, mass * pull)
+        shallow = (START * self._tolerance * motion.clock[2] / stiffness) ** (1 / exponent)
+        begin = min(shallow / motion.approach[row], float(np.sqrt(2 * shallow / pull)) if pull > 0 else np.inf)
         longest = self._tables.length[0]
         motion.level[0] = 0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / begin)), 0, steps.LEVELS - 1))
         motion.books[0] = self._books.lost

@@ -98,13 +98,13 @@ def _laws(system: System) -> np.ndarray:
     series = system.residual.diagonal()
     for item in system.contacts:
         rows = np.arange(item.rows.start, item.rows.stop)
-        nonlinear = rows[laws[rows, 1] > 1]
+        nonlinear = rows[(laws[rows, 0] > 0) & (system.layer[rows] == 0)]
         if len(nonlinear) and series[nonlinear].any():
             raise SceneError(
                 f"contact.{item.name}.law: 'discrete-gradient' takes a law without R; use method 'penalty', or"
                 " integrator 'collocation'"
             )
-        linear = rows[laws[rows, 1] <= 1]
+        linear = np.setdiff1d(rows, nonlinear)
         compliance = system.compliance.diagonal()[linear]
         laws[linear, 0], laws[linear, 1] = 1 / compliance, 1.0
     return laws

@@ -105,8 +105,10 @@ def march(step, state, stiffness, start, first, stride, forces, energies, y_out,
 @njit(cache=True, fastmath=FAST)
 def _forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
     """Find all forces of a step, contact by contact until none changes."""
-    c = len(loose)
+    c, least = len(loose), 0.0
     for i in range(c):
+        if loose[i] < 0.0 or state.depth[i] > 0.0:
+            least += _least(step.law[i], state.depth[i], loose[i])
         depth[i] = -loose[i]
         for j in range(c):
             depth[i] -= step.reach[i, j] * state.force[j]
@@ -128,9 +130,15 @@ def _forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
             largest = max(largest, force)
             state.force[i] = force
             depth[i] = -others - step.reach[i, i] * force
-        if c == 1 or change <= 1e-15 * largest:
+        if c == 1 or change <= max(1e-15 * largest, 2.0 * least):
             return True
     return False
+
+
+@njit(cache=True, fastmath=FAST)
+def _least(law, before, loose):  # type: ignore[no-untyped-def]
+    """Round-off of what the spring would bear at the depths of a step: below it a force is as good as any."""
+    return 1e-15 * law_force(law, max(abs(before), abs(loose)), 0.0, 1.0)[0]
 
 
 @njit(cache=True, fastmath=FAST)
@@ -143,6 +151,7 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
     if high <= 0.0:
         return 0.0
     force = min(state.force[i], high)
+    least = _least(law, before, loose)
     for _iteration in range(HALVINGS):
         state.tally[1] += 1
         found = _mean(law, before, loose - reach * force, state.approach[i], step.dt)
@@ -156,7 +165,7 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
         new = force - wrong / slope
         if not (low < new < high):
             new = 0.5 * (low + high)
-        if abs(new - force) <= 4e-16 * max(new, force) or wrong == 0.0:
+        if abs(new - force) <= 4e-16 * max(new, force) or abs(wrong) <= least:
             return new
         force = new
         if high - low <= 4e-16 * high:

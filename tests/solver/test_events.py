@@ -592,7 +592,7 @@ def test_damper_beside_a_law_is_refused() -> None:
     """Contact laws are integrated on undamped motion."""
     scene = block_scene(method="penalty", law={"kind": "hertz", "stiffness": 1e9})
     spring = {"kind": "spring", "body": "part", "direction": X, "stiffness": 100.0, "damping": 2.0}
-    with pytest.raises(ValidationError, match=r"none carries the law of contact\.wall beside what else"):
+    with pytest.raises(ValidationError, match=r"none carries the law of contact\.wall beside force\.spring"):
         Scene.model_validate(scene | {"force": {"spring": spring}})
     assert Scene.model_validate(scene | {"force": {"spring": spring | {"damping": 0.0}}}).integrator == "collocation"
 

@@ -88,6 +88,6 @@ def test_no_freedom_holds_a_body(tmp_path: Path) -> None:
 
 def test_rod_has_no_choice(tmp_path: Path) -> None:
     along = rod_scene()
-    along["body"]["part"]["freedom"] = ["x"]
-    with pytest.raises(SceneError, match=r"^body\.part\.freedom: a body on a line mesh moves along its axis only"):
+    along["body"]["part"]["freedom"] = ["y"]
+    with pytest.raises(SceneError, match=r"^body\.part\.freedom: \['y'\] given, its component cannot move so alone"):
         build(tmp_path, rod_records(4), along)

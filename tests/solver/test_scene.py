@@ -66,7 +66,7 @@ def test_first_of_what_it_cannot_carry_is_named_with_those_that_can() -> None:
     )
     with pytest.raises(ValidationError) as error:
         Scene.model_validate(both)
-    assert "run.integrator: none carries the law of contact.left beside what else the scene has" in str(error.value)
+    assert "run.integrator: none carries the law of contact.left beside damping of body.plate" in str(error.value)
 
 
 def test_plain_impact_keeps_the_explicit_integrator() -> None:
