@@ -39,7 +39,7 @@ RIGID_SHARE = 1e-6
 
 
 @dataclass(frozen=True)
-class _Group:
+class Substructure:
     """One substructure's interior."""
 
     dofs: np.ndarray
@@ -60,7 +60,7 @@ class Parts:
     """Boundary dofs, (b,)."""
     added: int
     """How many of them only hold rigid motions."""
-    groups: list[_Group]
+    groups: list[Substructure]
     K: np.ndarray
     """Over boundary dofs, then the fixed-interface modes of each group, (b + f, b + f)."""
     M: np.ndarray
@@ -94,7 +94,7 @@ def cut(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Parts:
             f" boundary dofs, at most {LARGEST_BOUNDARY}; coarsen the mesh, or take fewer parts or smaller interfaces"
         )
     groups = [
-        _group(model, np.setdiff1d(np.flatnonzero(part == number), boundary), boundary, settings, number)
+        condensed(model, np.setdiff1d(np.flatnonzero(part == number), boundary), boundary, settings.fixed_count, number)
         for number in range(settings.substructures)
     ]
     return Parts(boundary, added, groups, *_assembled(model, boundary, groups))
@@ -175,11 +175,21 @@ def surface_dofs(model: FEModel, name: str, where: str) -> np.ndarray:
     return (d * surface_nodes(model.mesh, name, where)[:, None] + np.arange(d)).ravel()
 
 
-def _group(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, settings: ModesSettings, number: int) -> _Group:
-    """Return constraint and fixed-interface modes of one interior."""
-    if settings.fixed_count > len(dofs):
+def condensed(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, fixed_count: int, number: int) -> Substructure:
+    """Return constraint and fixed-interface modes of one interior.
+
+    Args:
+        dofs: Interior dofs, (i,).
+        boundary: All boundary dofs, (b,).
+        number: Of the substructure, for messages.
+
+    Raises:
+        InputError: it has fewer dofs than modes are asked for.
+        StageError: the boundary does not hold it.
+    """
+    if fixed_count > len(dofs):
         raise InputError(
-            f"modes.fixed_count: {settings.fixed_count} given, substructure {number} has {len(dofs)} interior dofs;"
+            f"modes.fixed_count: {fixed_count} given, substructure {number} has {len(dofs)} interior dofs;"
             " refine the mesh or ask for fewer"
         )
     K_ib = sparse.csc_matrix(model.K[dofs][:, boundary])
@@ -197,7 +207,7 @@ def _group(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, settings: Mod
             raise StageError(
                 f"modes: the boundary does not hold substructure {number} (residual {rest:.2g}); take fewer parts"
             )
-    return _Group(dofs, touching, Psi, _fixed_modes(model, dofs, settings.fixed_count))
+    return Substructure(dofs, touching, Psi, _fixed_modes(model, dofs, fixed_count))
 
 
 def _fixed_modes(model: FEModel, dofs: np.ndarray, count: int) -> NormalModes:
@@ -244,7 +254,9 @@ def _lowest_shapes(model: FEModel, parts: Parts, W: np.ndarray | None, wanted: i
     return basis
 
 
-def _assembled(model: FEModel, boundary: np.ndarray, groups: list[_Group]) -> tuple[np.ndarray, np.ndarray, list[int]]:
+def _assembled(
+    model: FEModel, boundary: np.ndarray, groups: list[Substructure]
+) -> tuple[np.ndarray, np.ndarray, list[int]]:
     """Return stiffness and mass over boundary dofs, then fixed-interface modes, and where each group's begin."""
     ends = np.cumsum([len(boundary), *(group.fixed.Phi.shape[1] for group in groups)])
     K, M = np.zeros((2, ends[-1], ends[-1]))

@@ -1,0 +1,104 @@
+"""Modes of a tuned wheel, one harmonic at a time: v_{j+1} = e^{iθ} v_j, θ = 2πn/N.
+
+  K(θ) = C₀ᵀKC₀ + C₁ᵀKC₁ + e^{iθ} S + e^{−iθ} Sᵀ,  S = C₀ᵀKC₁,
+
+Hermitian, real for n = 0 and n = N/2. Each frequency of 0 < n < N/2 belongs to the harmonic N − n too, with the
+conjugate shape: a pair of the wheel.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
+from pipeline.cyclic.sector import Sector
+from pipeline.errors import InputError
+
+FITS = 1e-9
+"""Rigid motions of the sector that miss the condition of a harmonic by less than this share fulfil it."""
+
+
+@dataclass(frozen=True)
+class HarmonicModes:
+    """Elastic modes of one harmonic."""
+
+    harmonic: int
+    multiplicity: int
+    angular_frequencies: np.ndarray
+    """[rad/s], (count,), ascending."""
+    shapes: np.ndarray
+    """On the sector's dofs, complex for pairs; real and imaginary part are the two shapes, (dofs, count)."""
+    rigid: int
+    """Rigid motions of this harmonic; the wheel has each `multiplicity` times."""
+    residual: float
+
+
+def harmonic_problem(sector: Sector, harmonic: int) -> Problem:
+    """Return the reduced problem of one harmonic.
+
+    Raises:
+        InputError: the wheel has no such harmonic.
+    """
+    symmetry = sector.symmetry
+    if harmonic not in symmetry.harmonics():
+        most = symmetry.sectors // 2
+        raise InputError(f"cyclic.harmonic: {harmonic} given, {symmetry.sectors} sectors have 0 to {most}")
+    theta = harmonic * symmetry.angle
+    K, M = (_at_phase(sector, matrix, theta) for matrix in (sector.model.K, sector.model.M))
+    return Problem(K, M, orthonormal(_rigid(sector, theta), M))
+
+
+def harmonic_modes(sector: Sector, harmonic: int, count: int) -> HarmonicModes:
+    """Extract the lowest `count` elastic modes of one harmonic.
+
+    Raises:
+        InputError: the wheel has no such harmonic.
+        StageError: there are fewer modes, one was missed, or one is not exact enough.
+    """
+    problem = harmonic_problem(sector, harmonic)
+    pairs = lowest_pairs(problem, count)
+    phase = _phase(harmonic * sector.symmetry.angle)
+    shapes = (sector.own + phase * sector.next) @ pairs.vectors
+    multiplicity = sector.symmetry.multiplicity(harmonic)
+    frequencies = np.sqrt(pairs.values)
+    return HarmonicModes(harmonic, multiplicity, frequencies, shapes, problem.rigid.shape[1], pairs.residual)
+
+
+def tuned_modes(sector: Sector, count: int) -> list[HarmonicModes]:
+    """Extract the lowest `count` elastic modes of every harmonic 0…N/2."""
+    return [harmonic_modes(sector, harmonic, count) for harmonic in sector.symmetry.harmonics()]
+
+
+def tuned_frequencies(modes: list[HarmonicModes]) -> np.ndarray:
+    """Return the wheel's lowest frequencies [rad/s], pairs twice, as far as all harmonics together reach, (f,)."""
+    complete = min(one.angular_frequencies[-1] for one in modes)
+    every = np.sort(np.concatenate([np.repeat(one.angular_frequencies, one.multiplicity) for one in modes]))
+    return every[every <= complete]
+
+
+def _phase(theta: float) -> complex | float:
+    """Return e^{iθ}, real where θ is 0 or π."""
+    if abs(np.sin(theta)) < 16 * np.finfo(float).eps:
+        return float(np.sign(np.cos(theta)))
+    return np.exp(1j * theta)
+
+
+def _at_phase(sector: Sector, matrix: sparse.csr_matrix, theta: float) -> sparse.csr_matrix:
+    own, following, phase = sector.own, sector.next, _phase(theta)
+    diagonal = own.T @ matrix @ own + following.T @ matrix @ following
+    across = phase * (own.T @ matrix @ following)
+    whole = sparse.csr_matrix(diagonal + across + across.conj().T)
+    return sparse.csr_matrix(0.5 * (whole + whole.conj().T))
+
+
+def _rigid(sector: Sector, theta: float) -> np.ndarray:
+    """Return the sector's rigid motions that fulfil the condition of the harmonic, (m, r)."""
+    rigid, phase = sector.model.rigid_modes, _phase(theta)
+    own = sector.own.T @ rigid
+    if not rigid.shape[1]:
+        return own
+    missing = (rigid - phase * (sector.next @ own))[sector.high_dofs]
+    _, strength, motions = np.linalg.svd(missing, full_matrices=True)
+    strength = np.concatenate([strength, np.zeros(rigid.shape[1] - len(strength))])
+    return own @ motions[strength <= FITS * np.abs(rigid).max()].conj().T

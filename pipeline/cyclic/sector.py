@@ -1,0 +1,149 @@
+"""One sector of a wheel, and how its high face hangs together with the low face of the next sector.
+
+Each sector has axes that turn with it. With v_j the dofs of sector j that are neither held nor on its high face,
+
+  u_j = C₀ v_j + C₁ v_{j+1},
+
+where C₁ puts the low face of the next sector on the high one of this, turned by the rotation R through 2π/N.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from pipeline.errors import InputError
+from pipeline.femodel import FEModel
+from pipeline.supports import surface_nodes
+
+MATCH_TOLERANCE = 1e-6
+"""Largest distance between a node of the high face and its image of the low one, over the size of the face: far above
+what a mesher's periodic copy leaves, far below any element."""
+INVARIANCE_TOLERANCE = 1e-9
+"""Of a node's directions, and of what is held, under the rotation."""
+
+
+class CyclicSymmetry(BaseModel):
+    """How a sector makes a wheel."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    sectors: int = Field(ge=2, description="Number of equal sectors of the wheel")
+    low: str = Field(default="low", description="Surface on which the sector before begins")
+    high: str = Field(default="high", description="The low surface, turned about the axis by one sector")
+    axis: tuple[float, float, float] = Field(default=(0.0, 0.0, 1.0), description="Axis of the wheel, right-handed")
+    origin: tuple[float, float, float] = Field(default=(0.0, 0.0, 0.0), description="A point of the axis [m]")
+
+    @field_validator("axis")
+    @classmethod
+    def _is_a_direction(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if not 0 < np.linalg.norm(value) < np.inf:
+            raise ValueError(f"{list(value)} given, it must have a finite length above 0")
+        return value
+
+    @property
+    def angle(self) -> float:
+        """Of one sector [rad]."""
+        return 2 * np.pi / self.sectors
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """R, from one sector to the next, (3, 3)."""
+        x, y, z = np.array(self.axis) / np.linalg.norm(self.axis)
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        return np.eye(3) + np.sin(self.angle) * cross + (1 - np.cos(self.angle)) * (cross @ cross)
+
+    def harmonics(self) -> range:
+        """Return the harmonics 0…N/2."""
+        return range(self.sectors // 2 + 1)
+
+    def multiplicity(self, harmonic: int) -> int:
+        """Return how often the wheel has each frequency of a harmonic: n and N − n are two."""
+        return 1 if (2 * harmonic) % self.sectors == 0 else 2
+
+
+@dataclass(frozen=True)
+class Sector:
+    """A sector with its own dofs v, (m,), numbered without the held ones and the high face."""
+
+    model: FEModel
+    symmetry: CyclicSymmetry
+    own: sparse.csr_matrix
+    """C₀, (dofs, m)."""
+    next: sparse.csr_matrix
+    """C₁, (dofs, m)."""
+    face: np.ndarray
+    """Places of the low face's dofs in v, (k,)."""
+    face_dofs: np.ndarray
+    """The same in the model, (k,)."""
+    high_dofs: np.ndarray
+    """The high face's dofs in the model that are not held, (k,)."""
+
+
+def cyclic_sector(model: FEModel, symmetry: CyclicSymmetry, where: str = "cyclic") -> Sector:
+    """Match the nodes of the two faces and tie them.
+
+    Args:
+        where: Key of the symmetry in the scene, for messages.
+
+    Raises:
+        InputError: a surface is missing, the faces do not match, they meet on the axis, or a support or a direction
+            of motion does not turn into that of the next sector.
+    """
+    low, high = _pairs(model, symmetry, where)
+    d, size = len(model.directions), len(model.held)
+    R = symmetry.rotation
+    turn = model.directions @ R @ model.directions.T + model.rotations @ R @ model.rotations.T
+    if np.abs(turn @ turn.T - np.eye(d)).max() > INVARIANCE_TOLERANCE:
+        raise InputError(f"{where}: the directions of a node's dofs do not turn into those of the next sector")
+    low_dofs, high_dofs = ((d * nodes[:, None] + np.arange(d)).ravel() for nodes in (low, high))
+    tie = sparse.csr_matrix(sparse.kron(sparse.eye(len(low)), turn))
+    held_low, held_high = model.held[low_dofs], model.held[high_dofs]
+    mixed = [np.abs(tie[a][:, b]).max() if a.any() and b.any() else 0.0
+             for a, b in ((held_high, ~held_low), (~held_high, held_low))]  # fmt: skip
+    if max(mixed) > INVARIANCE_TOLERANCE:
+        raise InputError(
+            f"{where}: what supports hold on '{symmetry.low}' does not turn into what they hold on '{symmetry.high}'"
+        )
+    keep = ~model.held
+    keep[high_dofs] = False
+    places = np.flatnonzero(keep)
+    own = sparse.csr_matrix((np.ones(len(places)), (places, np.arange(len(places)))), shape=(size, len(places)))
+    face_dofs, high_free = low_dofs[~held_low], high_dofs[~held_high]
+    face = np.searchsorted(places, face_dofs)
+    block = sparse.coo_matrix(tie[~held_high][:, ~held_low])
+    shape = (size, len(places))
+    following = sparse.csr_matrix((block.data, (high_free[block.row], face[block.col])), shape=shape)
+    return Sector(model, symmetry, own, following, face, face_dofs, high_free)
+
+
+def _pairs(model: FEModel, symmetry: CyclicSymmetry, where: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes of the low face and, in the same order, their images on the high one."""
+    low = surface_nodes(model.mesh, symmetry.low, f"{where}.low")
+    high = surface_nodes(model.mesh, symmetry.high, f"{where}.high")
+    if len(low) != len(high):
+        raise InputError(
+            f"{where}: '{symmetry.low}' has {len(low)} nodes, '{symmetry.high}' {len(high)}; the faces must be meshed"
+            " alike"
+        )
+    if len(shared := np.intersect1d(low, high)):
+        raise InputError(
+            f"{where}: node {shared[0]} lies on '{symmetry.low}' and '{symmetry.high}'; a sector that reaches the axis"
+            " is not supported, give it a bore"
+        )
+    origin = np.array(symmetry.origin)
+    images = (model.nodes[low] - origin) @ symmetry.rotation.T + origin
+    distance, partner = cKDTree(model.nodes[high]).query(images)
+    size = float(np.linalg.norm(np.ptp(images, axis=0))) or float(np.abs(images - origin).max())
+    worst = int(np.argmax(distance))
+    if distance[worst] > MATCH_TOLERANCE * size:
+        place = ", ".join(f"{x:.6g}" for x in images[worst])
+        raise InputError(
+            f"{where}: node {low[worst]} of '{symmetry.low}', turned by 2π/{symmetry.sectors} to ({place}), is"
+            f" {distance[worst]:.3g} m away from the nearest node of '{symmetry.high}', at most"
+            f" {MATCH_TOLERANCE * size:.3g} m are allowed; the faces must be meshed alike"
+        )
+    if len(np.unique(partner)) != len(high):
+        raise InputError(f"{where}: two nodes of '{symmetry.low}' fall on one of '{symmetry.high}'")
+    return low, high[partner]
