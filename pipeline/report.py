@@ -76,7 +76,7 @@ def table_text(document: dict[str, Any]) -> str:
     """Return a report as a Markdown table."""
     window = f", Hann {document['window'] * 1e6:g} µs" if document["window"] else ""
     lines = [
-        f"Reference: {document['reference']}; {document['machine']['cpu']}, {document['machine']['cores']} cores",
+        f"{_source(document)}; {document['machine']['cpu']}, {document['machine']['cores']} cores",
         *_until(document),
         "",
         *(_force_table(document, window) if document.get("force", True) else _quantity_table(document)),
@@ -109,6 +109,12 @@ def _until(document: dict[str, Any]) -> list[str]:
             " later depends on the last digits of any model."
         )
     return lines
+
+
+def _source(document: dict[str, Any]) -> str:
+    if document["reference"] is None:
+        return "No reference: name one in report.reference, or steps in report.nodal"
+    return f"Reference: {document['reference']}"
 
 
 def _force_table(document: dict[str, Any], window: str) -> list[str]:

@@ -14,7 +14,8 @@ class Result(Enum):
     )
     CHATTER = "contacts close and open for ever without time passing; use method 'residual', which needs no blow"
     NOT_CONVERGED = (
-        "the contact force could not be found within a step; the law's stiffness or exponent is out of range"
+        "the contact force could not be found within a step; take a smaller step where the scene gives one, or a law"
+        " whose stiffness and exponent are in range"
     )
     INACCURATE = "the energy drift stays above run.accuracy at any step tried; state a larger accuracy, or leave it out"
     ENERGY = "contact made energy from nothing; take a smaller step where the integrator has one, or state run.accuracy"

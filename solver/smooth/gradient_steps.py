@@ -151,7 +151,7 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
     if high <= 0.0:
         return 0.0
     force = min(state.force[i], high)
-    least = _least(law, before, loose)
+    least, wrong = _least(law, before, loose), 0.0
     for _iteration in range(HALVINGS):
         state.tally[1] += 1
         found = _mean(law, before, loose - reach * force, state.approach[i], step.dt)
@@ -170,7 +170,8 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
         force = new
         if high - low <= 4e-16 * high:
             return force
-    return -1.0
+    # Round-off of the depths can keep a grazing force from settling further.
+    return force if high - low <= 1e-6 * high or abs(wrong) <= 1e-6 * high else -1.0
 
 
 @njit(cache=True, fastmath=FAST)

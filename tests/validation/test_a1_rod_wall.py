@@ -126,7 +126,7 @@ def test_a_stated_accuracy_chooses_the_step(folder: Path) -> None:
         assert found.energy_drift <= accuracy
     assert drifts[1] < drifts[0]
     refused = run(
-        SCENE, set={"run.accuracy": 1e-15, "run.duration": 4.2e-4}, db=folder / "db", out=folder / "no", until="solve"
+        SCENE, set={"run.accuracy": 1e-12, "run.duration": 4.2e-4}, db=folder / "db", out=folder / "no", until="solve"
     )
     assert refused.result == "INACCURATE"
     assert "run.accuracy" in str(refused.reason)
