@@ -1,9 +1,11 @@
 """Cyclic symmetry: a wheel of N equal sectors from one of them, and what mistuning does to it.
 
 `cyclic_sector` finds the pairs of nodes; `harmonic_modes` and `tuned_modes` solve one harmonic or all of them;
-`wheel_problem` assembles the whole wheel, blades mistuned or not; `SectorParts` reduces it by synthesis of sectors.
+`wheel_problem` assembles the whole wheel, blades mistuned or not; `synthesise` reduces it by synthesis of sectors;
+`engine_order_response` gives the blades' amplitudes of either.
 """
 
+from pipeline.cyclic.forced import blades_of_synthesis, blades_of_wheel, engine_order_response, magnification
 from pipeline.cyclic.harmonic import HarmonicModes, harmonic_modes, tuned_frequencies, tuned_modes
 from pipeline.cyclic.sector import CyclicSymmetry, Sector, cyclic_sector
 from pipeline.cyclic.synthesis import (
@@ -24,9 +26,13 @@ __all__ = [
     "Sector",
     "SectorParts",
     "Synthesis",
+    "blades_of_synthesis",
+    "blades_of_wheel",
     "compare_interfaces",
     "cyclic_sector",
+    "engine_order_response",
     "harmonic_modes",
+    "magnification",
     "part_stiffness",
     "sector_parts",
     "synthesise",

@@ -52,6 +52,8 @@ class Synthesis:
 
     angular_frequencies: np.ndarray
     """Elastic ones [rad/s], (count,), ascending."""
+    shapes: np.ndarray
+    """Mass-orthonormal, over all faces, then all fixed-interface modes, (N (k + f), count)."""
     size: int
     """Coordinates of the reduced wheel."""
     kept: int
@@ -59,7 +61,7 @@ class Synthesis:
     interface_modes: int
     """Columns of the wheel's faces beside those kept."""
     seconds: float
-    """Of wall time for the interface basis, the projection and the eigenvalues."""
+    """Of wall time for the interface basis, the projection and the eigenproblem."""
 
 
 def sector_parts(sector: Sector, fixed_count: int) -> SectorParts:
@@ -115,11 +117,13 @@ def synthesise(parts: SectorParts, choice: InterfaceChoice, count: int, mistunin
     K, M = T.T @ (T.T @ K).T, T.T @ (T.T @ parts.M).T
     scale = 1 / np.sqrt(M.diagonal())
     size = np.outer(scale, scale)
-    values = linalg.eigh(
-        0.5 * (K + K.T) * size, 0.5 * (M + M.T) * size, eigvals_only=True, subset_by_index=(0, rigid + count - 1)
+    values, vectors = linalg.eigh(
+        0.5 * (K + K.T) * size, 0.5 * (M + M.T) * size, subset_by_index=(0, rigid + count - 1)
     )
+    shapes = T @ (scale[:, None] * vectors[:, rigid:])
     kept = int(choice.kept.sum())
-    return Synthesis(np.sqrt(values[rigid:]), T.shape[1], kept, W.shape[1] - sectors * kept, perf_counter() - start)
+    faces = W.shape[1] - sectors * kept
+    return Synthesis(np.sqrt(values[rigid:]), shapes, T.shape[1], kept, faces, perf_counter() - start)
 
 
 def compare_interfaces(

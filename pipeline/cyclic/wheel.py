@@ -55,8 +55,7 @@ def wheel_problem(sector: Sector, mistuning: Mistuning | None = None) -> Problem
     Raises:
         InputError: there are not as many blades as sectors, or a factor is not positive.
     """
-    sectors = sector.symmetry.sectors
-    T = sparse.csr_matrix(sparse.kron(sparse.eye(sectors), sector.own) + sparse.kron(shift(sectors), sector.next))
+    sectors, T = sector.symmetry.sectors, _tied(sector)
     K = sparse.kron(sparse.eye(sectors), sector.model.K)
     if mistuning is not None:
         K = K + sparse.kron(sparse.diags(changes(mistuning, sectors)), mistuning.part)
@@ -82,6 +81,18 @@ def changes(mistuning: Mistuning, sectors: int) -> np.ndarray:
 def wheel_frequencies(sector: Sector, count: int, mistuning: Mistuning | None = None) -> np.ndarray:
     """Return the lowest elastic frequencies of the whole wheel [rad/s], (count,)."""
     return np.sqrt(lowest_pairs(wheel_problem(sector, mistuning), count).values)
+
+
+def wheel_motion(sector: Sector, rows: np.ndarray) -> sparse.csr_matrix:
+    """Return rows over a sector's dofs (c, dofs) as rows over the wheel's, sector after sector, (N c, N m)."""
+    blocks = sparse.kron(sparse.eye(sector.symmetry.sectors), sparse.csr_matrix(rows), format="csr")
+    return sparse.csr_matrix(blocks @ _tied(sector))
+
+
+def _tied(sector: Sector) -> sparse.csr_matrix:
+    """Return T, (N dofs, N m)."""
+    sectors = sector.symmetry.sectors
+    return sparse.csr_matrix(sparse.kron(sparse.eye(sectors), sector.own) + sparse.kron(shift(sectors), sector.next))
 
 
 def _rigid(sector: Sector, M: sparse.csr_matrix) -> np.ndarray:

@@ -21,10 +21,14 @@ from pipeline.cyclic import (
     InterfaceChoice,
     Mistuning,
     Sector,
+    blades_of_synthesis,
+    blades_of_wheel,
     compare_interfaces,
     cyclic_sector,
+    engine_order_response,
     harmonic_modes,
     hermitian,
+    magnification,
     part_stiffness,
     sector_parts,
     synthesise,
@@ -114,6 +118,13 @@ def whole_wheel(*supports: str) -> FEModel:
     whole = MeshRecord(nodes=copies[kept], cells=number[cells], cell_type="tetra10",
                        surfaces={"bore": Surface(bore[:, None], {})})  # fmt: skip
     return build_model(whole, STEEL, supports)
+
+
+def tip_row(sector: Sector) -> np.ndarray:
+    """The axial displacement of the outermost node."""
+    row = np.zeros(len(sector.model.held))
+    row[3 * int(np.linalg.norm(sector.model.nodes[:, :2], axis=1).argmax()) + 2] = 1.0
+    return row
 
 
 @pytest.fixture(scope="module", params=[(), ("bore",)], ids=["free", "held"])
@@ -329,3 +340,58 @@ def test_hermitian_pairs_of_a_random_matrix() -> None:
     pairs = hermitian.lowest_pairs(hermitian.Problem(K, M, np.empty((size, 0))), 8)
     expected = linalg.eigh(K.toarray(), M.toarray(), eigvals_only=True)[:8]
     np.testing.assert_allclose(pairs.values, expected, rtol=1e-10)
+
+
+def test_engine_order_of_f5_against_a_direct_solution() -> None:
+    sector, mistuning = chain()
+    problem, N, order, loss = wheel_problem(sector, mistuning), 12, 3, 1e-3
+    pairs = hermitian.lowest_pairs(problem, 24)
+    row = np.array([0.0, 1, 0])
+    at = 2 * np.pi * np.array([100.0, 450.2, 616.3, 700.0])
+    ours = engine_order_response(blades_of_wheel(sector, pairs, row), np.sqrt(pairs.values), order, loss, at)
+    K, M = problem.K.toarray(), problem.M.toarray()
+    blade = np.arange(N) * 2 + 1
+    load = np.zeros(2 * N, complex)
+    load[blade] = np.exp(2j * np.pi * order * np.arange(N) / N)
+    for one, omega in zip(ours, at, strict=True):
+        np.testing.assert_allclose(one, np.linalg.solve(K * (1 + 1j * loss) - omega**2 * M, load)[blade], rtol=1e-9)
+
+
+def test_a_tuned_wheel_answers_an_engine_order_with_one_harmonic() -> None:
+    """All blades move alike then, and only the frequencies of that harmonic resonate."""
+    sector, _ = bladed("bore")
+    pairs = hermitian.lowest_pairs(wheel_problem(sector), 12)
+    row = tip_row(sector)
+    own = harmonic_modes(sector, 2, 1).angular_frequencies[0]
+    at = own * np.array([0.98, 1.0, 1.02])
+    response = engine_order_response(blades_of_wheel(sector, pairs, row), np.sqrt(pairs.values), 2, 1e-3, at)
+    np.testing.assert_allclose(np.abs(response), np.abs(response[:, :1]) * np.ones(SECTORS), rtol=1e-6)
+    assert np.abs(response[1]).max() > 5 * np.abs(response[[0, 2]]).max()
+
+
+def test_magnification_by_synthesis() -> None:
+    """Partial interface modes give the full wheel's magnification; it is above 1 and below a generous Whitehead."""
+    sector, mistuning = bladed("bore")
+    row, loss = tip_row(sector), 2e-3
+    own = harmonic_modes(sector, 2, 1).angular_frequencies[0]
+    at = own * np.linspace(0.95, 1.05, 401)
+    parts = sector_parts(sector, 12)
+    rim = np.isin(sector.face_dofs // 3, sector.model.mesh.surfaces["rim"].facets)
+    factors = {"full": [], "reduced": []}
+    for blades in (mistuning, None):
+        pairs = hermitian.lowest_pairs(wheel_problem(sector, blades), 18)
+        one = synthesise(parts, InterfaceChoice(rim, 6), 18, blades)
+        sides = {
+            "full": (blades_of_wheel(sector, pairs, row), np.sqrt(pairs.values)),
+            "reduced": (blades_of_synthesis(parts, one, row), one.angular_frequencies),
+        }
+        for name, (motion, frequencies) in sides.items():
+            factors[name].append(engine_order_response(motion, frequencies, 2, loss, at))
+    full, reduced = (magnification(*factors[name]) for name in ("full", "reduced"))
+    assert 1 < full < (1 + np.sqrt(SECTORS)) / 2 * 1.1
+    np.testing.assert_allclose(reduced, full, rtol=1e-2)
+
+
+def test_response_without_damping_is_refused() -> None:
+    with pytest.raises(InputError, match=r"cyclic\.loss_factor: 0\.0 given, it must be above 0"):
+        engine_order_response(np.ones((2, 1)), np.ones(1), 1, 0.0, np.ones(1))

@@ -1,0 +1,57 @@
+"""What mistuning does to the blades' amplitudes: the response to an engine order, and its magnification.
+
+Every blade feels the same unit force along a row c, of phase e^{2πi r j/N} on blade j for engine order r. With
+structural damping η the blades' displacements along c are
+
+  a_j(ω) = Σ_k b_jk (Σ_l b_lk e^{2πi r l/N}) / (ω_k² (1 + iη) − ω²),  b_jk = c φ_jk,
+
+over the modes of the whole wheel, full or reduced. Whitehead (1966): the magnification, largest mistuned over largest
+tuned amplitude, is at most (1 + √N)/2 where each sector has one mode.
+"""
+
+import numpy as np
+
+from pipeline.cyclic.hermitian import Pairs
+from pipeline.cyclic.sector import Sector
+from pipeline.cyclic.synthesis import SectorParts, Synthesis
+from pipeline.cyclic.wheel import wheel_motion
+from pipeline.errors import InputError
+
+
+def blades_of_wheel(sector: Sector, pairs: Pairs, row: np.ndarray) -> np.ndarray:
+    """Return what each mode of the full wheel moves along a row of the sector's dofs, blade by blade, (N, modes)."""
+    return wheel_motion(sector, row[None]) @ pairs.vectors
+
+
+def blades_of_synthesis(parts: SectorParts, synthesis: Synthesis, row: np.ndarray) -> np.ndarray:
+    """Return what each mode of the reduced wheel moves along a row of the sector's dofs, blade by blade, (N, modes)."""
+    each = (parts.spread @ synthesis.shapes).reshape(parts.sector.symmetry.sectors, parts.basis.shape[1], -1)
+    return np.einsum("c,ncm->nm", row @ parts.basis, each)
+
+
+def engine_order_response(
+    blades: np.ndarray, frequencies: np.ndarray, order: int, loss_factor: float, at: np.ndarray
+) -> np.ndarray:
+    """Return the blades' complex amplitudes per unit force [m/N], (at, N).
+
+    Args:
+        blades: Motion of each blade in each mode, (N, modes).
+        frequencies: Of the modes [rad/s], (modes,).
+        order: Engine order r.
+        loss_factor: η.
+        at: Frequencies of the excitation [rad/s], (at,).
+
+    Raises:
+        InputError: the loss factor is not positive.
+    """
+    if not loss_factor > 0:
+        raise InputError(f"cyclic.loss_factor: {loss_factor} given, it must be above 0 for a finite amplitude")
+    sectors = len(blades)
+    phase = np.exp(2j * np.pi * order * np.arange(sectors) / sectors)
+    stiffness = frequencies**2 * (1 + 1j * loss_factor) - at[:, None] ** 2
+    return (phase @ blades / stiffness) @ blades.T
+
+
+def magnification(mistuned: np.ndarray, tuned: np.ndarray) -> float:
+    """Return the largest amplitude of any blade at any frequency over that of the tuned wheel."""
+    return float(np.abs(mistuned).max() / np.abs(tuned).max())
