@@ -16,6 +16,8 @@ from solver.result import Result
 from solver.scene import Scene, carriers
 from solver.terms import Term, fields_read, scene_terms
 
+DEPENDENT = 1e-13
+"""Pivot of a point's compliance, relative to it, at which the point depends on others."""
 FEW_POINTS = 8
 """Contact points up to which `auto` takes located events where it can."""
 STEP_FACTOR = 0.2
@@ -141,7 +143,7 @@ class System:
             compliance = self.compliance
             if self.coupled:
                 try:
-                    matrix = matrix + self.rows.T @ linalg.cho_solve(linalg.cho_factor(compliance), self.rows)
+                    matrix = matrix + self.rows.T @ linalg.cho_solve((_factored(compliance), True), self.rows)
                 except linalg.LinAlgError:
                     raise SolverError(
                         f"contact {', '.join(self.scene.contact)}: {Result.DEPENDENT_ROWS.value}"
@@ -150,6 +152,18 @@ class System:
                 matrix = matrix + self.rows.T @ (self.rows / (compliance.diagonal() + self._yielding())[:, None])
         top = len(matrix) - 1
         return float(np.sqrt(linalg.eigvalsh(matrix, subset_by_index=[top, top])[0]))
+
+
+def _factored(compliance: np.ndarray) -> np.ndarray:
+    """Return the Cholesky factor of C, lower.
+
+    Raises:
+        LinAlgError: C is singular, or so near to it that its pivots are round-off.
+    """
+    lower = linalg.cholesky(compliance, lower=True)
+    if (np.diag(lower) ** 2 < DEPENDENT * np.diag(compliance)).any():
+        raise linalg.LinAlgError("pivots are round-off")
+    return lower
 
 
 def _single(stiffness: np.ndarray, row: np.ndarray, compliance: float) -> float:
