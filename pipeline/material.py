@@ -1,6 +1,9 @@
 """What a component is made of."""
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+WAVE_SPEEDS = (0.5, 1e6)
+"""√(E/ρ) [m/s]: soft gels have 1, diamond has 2e4. Moduli in GPa and densities in t/mm³ lie outside."""
 
 
 class Material(BaseModel):
@@ -10,3 +13,13 @@ class Material(BaseModel):
     E: float = Field(gt=0, allow_inf_nan=False, description="Young's modulus [Pa]")
     nu: float = Field(gt=-1, lt=0.5, description="Poisson's ratio")
     rho: float = Field(gt=0, allow_inf_nan=False, description="Density [kg/m^3]")
+
+    @model_validator(mode="after")
+    def _units_agree(self) -> "Material":
+        speed, (low, high) = (self.E / self.rho) ** 0.5, WAVE_SPEEDS
+        if not low <= speed <= high:
+            raise ValueError(
+                f"E = {self.E:g} Pa and rho = {self.rho:g} kg/m^3 make waves of {speed:.3g} m/s, allowed: {low:g} to"
+                f" {high:g}; check the units, which are SI"
+            )
+        return self

@@ -16,6 +16,7 @@ from pipeline.beam import assemble_beam
 from pipeline.errors import InputError
 from pipeline.femodel import FEModel, MassProperties, scatter
 from pipeline.geometry.rigid import Rigid
+from pipeline.geometry.soundness import refuse_degenerate, refuse_pieces
 from pipeline.material import Material
 from pipeline.settings import Support
 from pipeline.supports import hold
@@ -44,14 +45,19 @@ def build_model(
         geometry: What the mesh was made of; a beam and a rigid body need it, for the section or the mass.
 
     Raises:
-        InputError: the mesh has an inverted element or no such surface, or a support does not fit it.
+        InputError: the mesh is not of one piece, has an element without volume or no such surface, or a support does
+            not fit it.
     """
     if mesh.cell_type == "vertex":
         model = _rigid_body(mesh, geometry)
     else:
         if material is None:
             raise InputError(f"{where}.material: is missing; a body that deforms needs E, nu and rho")
-        model = ASSEMBLERS[mesh.cell_type](mesh, material, geometry)
+        refuse_pieces(mesh, where)
+        try:
+            model = ASSEMBLERS[mesh.cell_type](mesh, material, geometry)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
     return hold(model, supports, f"{where}.supports") if supports else model
 
 
@@ -61,9 +67,7 @@ def solid_quadrature(mesh: MeshRecord, order: int, cells: slice) -> tuple[np.nda
     x = mesh.nodes[mesh.cells[cells]]
     J = np.einsum("eai,akq->eqik", x, dN)
     det = np.linalg.det(J)
-    if det.min() <= 0:
-        worst = int(np.argmin(det.min(axis=1)))
-        raise InputError(f"mesh: element {worst + (cells.start or 0)} is inverted (Jacobian {det.min():.3g})")
+    refuse_degenerate(x, det, cells.start or 0)
     grad = np.einsum("akq,eqki->eaiq", dN, np.linalg.inv(J), optimize=True)
     return N, grad, det * W
 

@@ -7,7 +7,7 @@ from scipy import linalg, sparse
 
 from modaldb.schema import InertiaCouplings, InterfaceModes, LoadModes, MeshRecord, ModalRecord, TractionModes
 from pipeline.component import Component
-from pipeline.errors import InputError
+from pipeline.errors import InputError, StageError
 from pipeline.gauge import gauge_modes, gauge_row
 from pipeline.geometry.beam import Beam
 from pipeline.interface import ContactPoints, contact_points, surface_coordinates
@@ -19,7 +19,7 @@ from pipeline.patch import patch_point, patch_row
 from pipeline.recipes import RECIPES, ContactRows, Reduction
 from pipeline.recipes.reduction import reference_reaction
 from pipeline.supports import surface_nodes
-from pipeline.traction import TractionSpace, refuse_too_many, traction_space
+from pipeline.traction import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,8 @@ def _reduced(model: FEModel, contact: ContactRows, component: Component, where: 
         reduction = RECIPES[settings.recipe](model, contact, settings)
     except InputError as error:
         raise InputError(f"{where}.{error}") from None
+    except StageError as error:
+        raise StageError(f"{where}: {error}") from error
     if reference is None or not len(reduction.angular_frequencies):
         return reduction
     share = reference_reaction(model, reduction, reference)
@@ -132,6 +134,7 @@ def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:
         elif interface.kind == "patch":
             points[key] = patch_point(mesh, interface, f"{where}.interface.{key}")
     refuse_too_many(tractions, f"{where}.interface")
+    refuse_unresolved(tractions, f"{where}.interface")
     return _Touched(points, tractions, {}, {}, {})
 
 

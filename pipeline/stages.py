@@ -16,7 +16,7 @@ from modaldb.schema import MorphRecord
 from modaldb.store import FolderStore
 from pipeline.checks import checked, law_notes
 from pipeline.component import Component
-from pipeline.errors import InputError
+from pipeline.errors import InputError, StageError
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
 from pipeline.reporting import Plot, Report
 from pipeline.scenefile import merge, named, read_tables, scene_path
@@ -284,7 +284,7 @@ def _component_stage(job: Job, stage: str, tell: Progress) -> StageReport:
             if job.store.has(product.key):
                 continue
             tell(stage, 0.0)
-            with named(job.path, InputError):
+            with named(job.path, InputError, StageError):
                 record = _make(job, name, step, steps)
             job.store.put(product.key, product.kind, record, product.inputs)
             ran = True

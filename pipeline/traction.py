@@ -114,6 +114,24 @@ def refuse_too_many(spaces: dict[str, TractionSpace], where: str) -> None:
         )
 
 
+def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
+    """Check that a mesh has at least as many nodes under each traction space as this has functions.
+
+    Args:
+        where: The component's key in the scene, for messages.
+
+    Raises:
+        InputError: a space has more.
+    """
+    for name, space in spaces.items():
+        nodes = len(np.unique(space.weights.indices // 3))
+        if len(space.areas) > nodes:
+            raise InputError(
+                f"{where}.{name}: {len(space.areas)} traction functions on {nodes} nodes, which cannot tell them apart;"
+                " take a larger spacing or a finer mesh"
+            )
+
+
 def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> _Grid:
     if mesh.cell_type != "tetra10" or surface.shape.get("kind") not in ("cylinder", "plane"):
         raise InputError(f"{where}: a traction space needs a cylinder or a plane, '{interface.surface}' is none")

@@ -17,6 +17,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from modaldb.schema import MeshRecord, Surface
 from pipeline.errors import InputError
 from pipeline.geometry.occ import SurfaceRule
+from pipeline.geometry.soundness import refuse_pieces
 from pipeline.interface import cylindrical, true_surface
 
 ON_SHAPE = 1e-5
@@ -126,7 +127,9 @@ class MeshFile(BaseModel):
         if straight:
             _lift(nodes, facets, shapes)
         surfaces = {name: Surface(facets[name], shapes.get(name, {})) for name in facets}
-        return MeshRecord(nodes=nodes, cells=cells, cell_type="tetra10", surfaces=surfaces)
+        mesh = MeshRecord(nodes=nodes, cells=cells, cell_type="tetra10", surfaces=surfaces)
+        refuse_pieces(mesh, self.path)
+        return mesh
 
     def _on_shape(
         self, name: str, shape: SurfaceRule, corners: np.ndarray, members: dict[str, np.ndarray]
@@ -215,20 +218,11 @@ def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
 
 def _skin(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
     """Return cell and face number (f, 2) of each boundary facet and its nodes (f, 3) or (f, 6), outward."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     faces = cells[:, FACES if cells.shape[1] == 10 else FACES[:, :3]]
     key = np.sort(faces[:, :, :3].reshape(-1, 3), axis=1)
     _, inverse, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     if count.max() > 2:
         raise InputError(f"{path}: {int((count > 2).sum())} faces belong to more than two tetrahedra; allowed: two")
-    ends = cells[:, EDGES].reshape(-1, 2).T
-    links = coo_matrix((np.ones(ends.shape[1]), ends), shape=(cells.max() + 1,) * 2)
-    corners = np.unique(cells[:, :4])
-    pieces = len(np.unique(connected_components(links, directed=False)[1][corners]))
-    if pieces > 1:
-        raise InputError(f"{path}: the mesh falls into {pieces} pieces that share no node; allowed: one solid")
     skin = np.argwhere(count[inverse.reshape(-1, 4)] == 1)
     return skin, faces[skin[:, 0], skin[:, 1]]
 

@@ -4,6 +4,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from pipeline.errors import StageError
+
 
 class SuperLUFactor:
     """LU with diagonal pivots, so that the signs of U's diagonal give the inertia.
@@ -11,15 +13,21 @@ class SuperLUFactor:
     Args:
         matrix: The whole symmetric matrix, (n, n).
         definite: Whether it is positive definite; makes no difference here.
+
+    Raises:
+        StageError: it is singular to the last digit.
     """
 
     def __init__(self, matrix: sparse.csr_matrix, definite: bool = False) -> None:
-        self._lu = splu(
-            sparse.csc_matrix(matrix),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True, "Equil": False},
-        )
+        try:
+            self._lu = splu(
+                sparse.csc_matrix(matrix),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True, "Equil": False},
+            )
+        except RuntimeError as error:
+            raise StageError(f"linear solver: {error} ({matrix.shape[0]} unknowns)") from error
 
     def solve(self, loads: np.ndarray) -> np.ndarray:
         """Return A⁻¹ loads, (n,) or (n, k)."""

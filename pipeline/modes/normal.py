@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg, sparse
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from pipeline.errors import StageError
 from pipeline.femodel import FEModel
@@ -75,17 +75,21 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
     start = np.random.default_rng(0).standard_normal(K.shape[0])
     start -= rigid @ (M_rigid.T @ start)
     # Two more than wanted, so that the inertia count has a gap above the last wanted one to stand in.
-    values, vectors = eigsh(
-        K, count + 2, M=M, sigma=shift, v0=start, OPinv=LinearOperator(K.shape, invert, dtype=float)
-    )
-    factor.free()
+    try:
+        values, vectors = eigsh(
+            K, count + 2, M=M, sigma=shift, v0=start, OPinv=LinearOperator(K.shape, invert, dtype=float)
+        )
+    except ArpackError as error:
+        raise StageError(f"modes: Lanczos gave up with shift {shift:.3g} rad²/s² ({error})") from error
+    finally:
+        factor.free()
     order = np.argsort(values)
     values, vectors = values[order], vectors[:, order]
     if floor > MIXING_LIMIT * values[0]:
         raise StageError(
             f"modes: {'rigid and elastic modes' if rigid.shape[1] else 'the lowest modes and round-off'} cannot be told"
-            f" apart (round-off floor {floor:.2g}, first eigenvalue {values[0]:.2g} rad²/s²); the mesh has slivers or"
-            " extreme contrast"
+            f" apart (round-off floor {floor:.2g}, first eigenvalue {values[0]:.2g} rad²/s²); the mesh has slivers,"
+            " extreme contrast, ν next to 0.5, or parts that hang together by an edge only"
         )
     missed = _count_below(problem, values, count) - count
     if missed:

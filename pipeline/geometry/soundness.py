@@ -1,0 +1,76 @@
+"""What a mesh must be before anything is made of it: one piece, of elements that have a volume."""
+
+import numpy as np
+
+from modaldb.schema import MeshRecord
+from pipeline.errors import InputError
+
+FLAT = 1e-9
+"""Least Jacobian of an element by its longest extent cubed; slivers of aspect 1:1000 are at 1e-6."""
+
+
+def refuse_pieces(mesh: MeshRecord, where: str) -> None:
+    """Stop where a part falls apart: what is loose has rigid motions of its own, which nobody asked for.
+
+    Args:
+        where: The mesh's file, or the component's key in the scene.
+
+    Raises:
+        InputError: a node has no position or no element, or the elements fall into pieces that share no node.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    cells, count = mesh.cells, len(mesh.nodes)
+    finite = np.isfinite(mesh.nodes).all(axis=1)
+    if not finite.all():
+        raise InputError(f"{where}: node {int(np.argmin(finite))} of the mesh has no finite position")
+    first = np.repeat(cells[:, 0], cells.shape[1])
+    links = coo_matrix((np.ones(cells.size, bool), (first, cells.ravel())), shape=(count, count))
+    pieces, piece_of = connected_components(links, directed=False)
+    if pieces == 1:
+        return
+    used = np.zeros(count, bool)
+    used[cells] = True
+    if not used.all():
+        raise InputError(
+            f"{where}: {int((~used).sum())} of {count} nodes of the mesh belong to no element, the first is number"
+            f" {int(np.argmin(used))} (from 0)"
+        )
+    sizes = np.bincount(piece_of[cells[:, 0]], minlength=pieces)
+    smallest = int(sizes.argmin())
+    on = [name for name, s in sorted(mesh.surfaces.items()) if (piece_of[s.facets] == smallest).any()]
+    place = mesh.nodes[piece_of == smallest].mean(axis=0)
+    surfaces = f"surface {', '.join(on)}" if on else "no named surface"
+    raise InputError(
+        f"{where}: the mesh falls into {pieces} pieces that share no node; the smallest, {sizes[smallest]} of"
+        f" {len(cells)} elements about {_text(place)}, has {surfaces}; allowed: one solid"
+    )
+
+
+def refuse_degenerate(x: np.ndarray, det: np.ndarray, first: int) -> None:
+    """Stop at an element without volume, or inside out.
+
+    Args:
+        x: Nodes of the elements [m], (e, a, 3).
+        det: det(∂x/∂ξ) at their quadrature points, (e, q).
+        first: Number of the first one in its mesh.
+
+    Raises:
+        InputError: there is one; its number, where it is and its Jacobian.
+    """
+    share = det.min(axis=1) / np.ptp(x, axis=1).max(axis=1) ** 3
+    sound = share > FLAT
+    if sound.all():
+        return
+    worst = int(np.argmin(share))
+    what = "is inverted" if share[worst] < -FLAT else "has no volume"
+    raise InputError(
+        f"mesh: element {worst + first} {what}, about {_text(x[worst].mean(axis=0))}; its least Jacobian is"
+        f" {share[worst]:.2g} of its extent cubed, allowed: above {FLAT:g}"
+    )
+
+
+def _text(place: np.ndarray) -> str:
+    """Return a place as text."""
+    return f"({', '.join(f'{value:.4g}' for value in place)}) m"
