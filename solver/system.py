@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import linalg
@@ -12,6 +11,7 @@ from solver.body import FlexibleBody, load_body
 from solver.contacts import ContactRows, contact_block, sliding_block
 from solver.driving import Driving, compile_driving
 from solver.errors import SceneError, SolverError
+from solver.fittings import Springs, compile_gauges, compile_springs, sides_of
 from solver.result import Result
 from solver.scene import Scene, carriers
 from solver.terms import Term, fields_read, scene_terms
@@ -22,20 +22,6 @@ FEW_POINTS = 8
 """Contact points up to which `auto` takes located events where it can."""
 STEP_FACTOR = 0.2
 """Largest dt·ω_c: at 0.2 the energy drift of the skirt is 1e-4, at 2 energy grows without bound."""
-
-
-@dataclass(frozen=True)
-class Springs:
-    """Springs between bodies and to the ground, b of them."""
-
-    rows: np.ndarray
-    """Elongation per coordinate, (b, m)."""
-    stiffness: np.ndarray
-    """[N/m], (b,)"""
-    damping: np.ndarray
-    """[N s/m], (b,)"""
-    stretch: np.ndarray
-    """Elongation at q = 0 [m], (b,)."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +62,7 @@ class System:
     """Static and kinetic coefficient, (c, 2)."""
     belt: np.ndarray
     """Velocity of the obstacle along the line [m/s], (c,)."""
-    springs: "Springs"
+    springs: Springs
     gauges: list[str]
     """`body.gauge` of each gauge value."""
     gauge_rows: np.ndarray
@@ -220,9 +206,9 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     _check_travel(contacts, driving)
     return System(
         scene=scene, bodies=bodies, offsets=offsets, contacts=contacts, stiffness=stiffness, damping=damping,
-        rigid=rigid.astype(int), driving=driving, springs=_springs(scene, bodies, offsets, size),
+        rigid=rigid.astype(int), driving=driving, springs=compile_springs(scene, bodies, offsets, size),
         loads=loads, position=position, velocity=velocity, terms=terms, **arrays,
-        **_gauges(bodies, offsets, contacts, size),
+        **compile_gauges(bodies, offsets, contacts, size),
     )  # fmt: skip
 
 
@@ -342,8 +328,8 @@ def _couple(
             both = {scene.contact[one.name].method, scene.contact[other.name].method}
             if one is other or both != {"residual"}:
                 continue
-            for body, interface, order in _sides(one):
-                for same, at, places in _sides(other):
+            for body, interface, order in sides_of(one):
+                for same, at, places in sides_of(other):
                     if body == same:
                         block = bodies[body].residual(interface, at)
                         residual[one.rows, other.rows] += block[np.ix_(order, places)]
@@ -351,61 +337,3 @@ def _couple(
                 block = bodies[one.master.body].residual(one.master.interface, other.master.interface)
                 ordered = block[np.ix_(one.master.order, other.master.order)]
                 function_residual[one.functions, other.functions] = ordered
-
-
-def _gauges(
-    bodies: dict[str, FlexibleBody], offsets: dict[str, int], contacts: list[ContactRows], size: int
-) -> dict[str, Any]:
-    """Return what gauges read of coordinates and contact forces."""
-    names, rows, residual = [], [np.empty((0, size))], [np.empty((0, sum(len(item.points) for item in contacts)))]
-    for name, body in bodies.items():
-        for key, gauge in body.modal.gauges.items():
-            k = len(gauge.rows)
-            names += [f"{name}.{key}" if k == 1 else f"{name}.{key}.{number}" for number in range(k)]
-            over, pressed = np.zeros((k, size)), np.zeros((k, residual[0].shape[1]))
-            first = offsets[name] + body.rigid_count
-            over[:, first : first + gauge.rows.shape[1]] = gauge.rows
-            for contact in contacts:
-                for owner, interface, order in _sides(contact):
-                    if owner == name and gauge.residual.shape[1]:
-                        begin, end = body.modal.interface_rows[interface]
-                        # A contact pushes against the outward normal, along which R's rows count.
-                        pressed[:, contact.rows] -= gauge.residual[:, begin:end][:, order]
-            rows.append(over)
-            residual.append(pressed)
-    return {"gauges": names, "gauge_rows": np.vstack(rows), "gauge_residual": np.vstack(residual)}
-
-
-def _sides(contact: ContactRows) -> list[tuple[str, str, np.ndarray]]:
-    """Return body, interface and order of points on each side of a contact."""
-    sides = [(contact.body, contact.interface, np.arange(len(contact.points)))]
-    if contact.other is not None:
-        sides.append((contact.other.body, contact.other.interface, contact.other.order))
-    return sides
-
-
-def _springs(scene: Scene, bodies: dict[str, FlexibleBody], offsets: dict[str, int], size: int) -> Springs:
-    """Build the springs.
-
-    Raises:
-        SceneError: a spring on an elastic body, or one that cannot stretch.
-    """
-    springs = scene.springs()
-    rows = np.zeros((len(springs), size))
-    for number, (name, spring) in enumerate(springs.items()):
-        line = np.asarray(spring.direction, float)
-        line /= np.linalg.norm(line)
-        place = np.asarray(scene.body[spring.body].position) + spring.at
-        for owner, sign in ((spring.body, 1.0), (spring.against, -1.0)):
-            if owner is None:
-                continue
-            body = bodies[owner]
-            if len(body.modal.angular_frequencies):
-                raise SceneError(f"force.{name}: body '{owner}' is elastic; a spring acts on a rigid body")
-            point = place - np.asarray(scene.body[owner].position)
-            _put(rows, slice(number, number + 1), offsets[owner], sign * body.rigid_rows(point[None], line[None]))
-        if not np.any(rows[number]):
-            raise SceneError(f"force.{name}.direction: the body cannot move along it")
-    values = [(spring.stiffness, spring.damping, spring.stretch) for spring in springs.values()]
-    stiffness, damping, stretch = np.array(values).reshape(-1, 3).T
-    return Springs(rows, stiffness, damping, stretch)
