@@ -212,6 +212,7 @@ def _at_origin(model: FEModel) -> np.ndarray:
 
 
 def component(theory: str, recipe: str, supports: list[Any], **modes: Any) -> Component:
+    count = 2 if recipe == "attachment" else 3  # Two rows have two attachment modes.
     return Component.model_validate(
         {
             "geometry": TABLE | {"theory": theory},
@@ -224,7 +225,8 @@ def component(theory: str, recipe: str, supports: list[Any], **modes: Any) -> Co
                 "root": {"station": "left", "fibre": "top"},
                 "middle": {"station": "mid", "fibre": "top"},
             },
-            "modes": {"recipe": recipe, "normal_count": 3, "reference": "left"} | modes,
+            "modes": {"recipe": recipe, "normal_count": 2 if recipe == "attachment" else 3, "reference": "left"}
+            | modes,
         }
     )
 
