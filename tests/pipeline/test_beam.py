@@ -225,8 +225,7 @@ def component(theory: str, recipe: str, supports: list[Any], **modes: Any) -> Co
                 "root": {"station": "left", "fibre": "top"},
                 "middle": {"station": "mid", "fibre": "top"},
             },
-            "modes": {"recipe": recipe, "normal_count": 2 if recipe == "attachment" else 3, "reference": "left"}
-            | modes,
+            "modes": {"recipe": recipe, "normal_count": count, "reference": "left"} | modes,
         }
     )
 
