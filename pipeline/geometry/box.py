@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from modaldb.schema import MeshRecord, Surface
-from pipeline.geometry.occ import SurfaceRule, build_solid, plane
+from pipeline.geometry.occ import SurfaceRule, box_faces, build_solid
 
 Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -34,15 +34,7 @@ class Box(BaseModel):
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
         """Return the named surfaces with the true shape of each."""
-        x, y = self.lx / 2, self.ly / 2
-        return {
-            "left": plane((-1, 0, 0), (-x, 0, 0)),
-            "right": plane((1, 0, 0), (x, 0, 0)),
-            "front": plane((0, -1, 0), (0, -y, 0)),
-            "back": plane((0, 1, 0), (0, y, 0)),
-            "bottom": plane((0, 0, -1), (0, 0, 0)),
-            "top": plane((0, 0, 1), (0, 0, self.lz)),
-        }
+        return box_faces(self.lx, self.ly, self.lz)
 
     def build(self, size: float) -> MeshRecord:
         """Mesh the block with tet10 of edge length `size` [m]."""

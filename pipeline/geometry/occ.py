@@ -98,6 +98,19 @@ def plane(normal: Sequence[float], origin: Sequence[float]) -> SurfaceRule:
     return {"kind": "plane", "normal": [float(a) for a in normal], "origin": [float(x) for x in origin]}
 
 
+def box_faces(lx: float, ly: float, lz: float) -> dict[str, SurfaceRule]:
+    """Return the faces of a block centred in x and y, from z = 0 up to z = lz [m]."""
+    x, y = lx / 2, ly / 2
+    return {
+        "left": plane((-1, 0, 0), (-x, 0, 0)),
+        "right": plane((1, 0, 0), (x, 0, 0)),
+        "front": plane((0, -1, 0), (0, -y, 0)),
+        "back": plane((0, 1, 0), (0, y, 0)),
+        "bottom": plane((0, 0, -1), (0, 0, 0)),
+        "top": plane((0, 0, 1), (0, 0, lz)),
+    }
+
+
 def revolve(occ: Any, section: Sequence[tuple[float, float]]) -> list[tuple[int, int]]:
     """Turn a polygon of radii and heights [m] about the z axis and return the solid, as gmsh's (dimension, tag).
 

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from modaldb.schema import MeshRecord, Surface
-from pipeline.geometry.occ import SurfaceRule, build_solid, plane
+from pipeline.geometry.occ import SurfaceRule, box_faces, build_solid
 
 MIRRORED = [0, 2, 1, 5, 4, 3]
 """A six-node facet the other way round."""
@@ -30,15 +30,7 @@ class Plate(BaseModel):
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
         """Return the named surfaces with the true shape of each."""
-        x, y = self.lx / 2, self.ly / 2
-        return {
-            "left": plane((-1, 0, 0), (-x, 0, 0)),
-            "right": plane((1, 0, 0), (x, 0, 0)),
-            "front": plane((0, -1, 0), (0, -y, 0)),
-            "back": plane((0, 1, 0), (0, y, 0)),
-            "bottom": plane((0, 0, -1), (0, 0, 0)),
-            "top": plane((0, 0, 1), (0, 0, self.thickness)),
-        }
+        return box_faces(self.lx, self.ly, self.thickness)
 
     def build(self, size: float) -> MeshRecord:
         """Mesh the plate with tet10 of edge length `size` [m] along it."""

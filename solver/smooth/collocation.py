@@ -13,7 +13,7 @@ from solver.events.segment import Segment
 from solver.outcome import Outcome, Samples
 from solver.result import Result
 from solver.smooth import steps
-from solver.smooth.coordinates import uncoupled
+from solver.smooth.coordinates import SLOWEST, uncoupled
 from solver.smooth.respond import free, responses
 from solver.system import System
 
@@ -21,8 +21,6 @@ ACCURACY = 1e-8
 """Of the forces, where the scene states none."""
 CHUNK = 512
 """Steps between two looks at them."""
-SLOWEST = 1e-6
-"""Least approach speed of a contact, relative to the largest so far: what grazes loses as if it came at that."""
 START = 100.0
 """Force after the first step of a contact over the error allowed."""
 
@@ -105,8 +103,8 @@ class Collocation:
 
     # Flight
 
-    def _fly(self, time: float, row: int | None = None) -> Segment | None:
-        """Start a flight at a time, from the present state; `row` has just parted."""
+    def _fly(self, time: float) -> Segment:
+        """Start a flight at a time, from the present state."""
         motion = self._motion
         p, v = self._modes @ motion.y, self._modes @ motion.v
         regime = self._equations.regime(self._open, p)

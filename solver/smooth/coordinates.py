@@ -9,6 +9,9 @@ from solver.events import basis
 from solver.events.conditions import Equations, starting
 from solver.system import System
 
+SLOWEST = 1e-6
+"""Least approach speed of a contact, relative to the largest so far: what grazes loses as if it came at that."""
+
 
 @dataclass(frozen=True)
 class Coordinates:

@@ -6,12 +6,10 @@ from solver.errors import SceneError
 from solver.outcome import Outcome, Samples
 from solver.result import Result
 from solver.smooth import gradient_steps
-from solver.smooth.coordinates import uncoupled
+from solver.smooth.coordinates import SLOWEST, uncoupled
 from solver.smooth.respond import free, responses
 from solver.system import System
 
-SLOWEST = 1e-6
-"""Least approach speed of a contact, relative to the largest so far."""
 MOST_BLOWS = 100_000
 """Kept; what comes after is counted only."""
 
