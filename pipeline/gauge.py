@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from modaldb.schema import GaugeModes, MeshRecord
-from pipeline.beam import turn_gradient
+from pipeline.elements.beam import turn_gradient
 from pipeline.femodel import FEModel
 from pipeline.geometry.beam import SIDES, Beam
 from pipeline.material import Material

@@ -11,8 +11,8 @@ import numpy as np
 from scipy import sparse
 
 from modaldb.schema import MeshRecord, Surface
+from pipeline.femodel import FEModel
 from pipeline.interface import Interface, facet_points, named_surface
-from pipeline.model import FEModel
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from modaldb.schema import MeshRecord, ModalRecord, MorphRecord, Surface
+from pipeline.elements.solid import mass_properties, nodal_jacobians, solid_twists
 from pipeline.errors import InputError
 from pipeline.interface import cylindrical, radial_directions
-from pipeline.model import mass_properties, nodal_jacobians, solid_twists
 from pipeline.profile import ProfileTable, UniformProfile
 
 NEIGHBOURS = 4

@@ -10,10 +10,11 @@ from modaldb.schema import MeshRecord, TractionModes
 from modaldb.traction import along_direction, chart_coordinates
 from pipeline.component import Component
 from pipeline.errors import InputError
+from pipeline.femodel import FEModel
 from pipeline.interface import contact_points
 from pipeline.loads import load_rows
 from pipeline.mesh import movement_of
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.morph import moved_mesh
 from pipeline.nodal import (
     NodalBody,

@@ -8,11 +8,12 @@ from scipy import linalg, sparse
 from modaldb.schema import InertiaCouplings, InterfaceModes, LoadModes, MeshRecord, ModalRecord, TractionModes
 from pipeline.component import Component
 from pipeline.errors import InputError, StageError
+from pipeline.femodel import FEModel
 from pipeline.gauge import gauge_modes, gauge_row
 from pipeline.geometry.beam import Beam
 from pipeline.interface import ContactPoints, contact_points, surface_coordinates
 from pipeline.loads import LoadRows, load_rows
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.modes.normal import largest_count
 from pipeline.modes.static import pressure_fields
 from pipeline.patch import patch_point, patch_row

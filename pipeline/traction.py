@@ -14,8 +14,8 @@ from scipy import sparse
 from modaldb.schema import Json, MeshRecord, Surface
 from modaldb.traction import chart_coordinates, cubic_weights
 from pipeline.errors import InputError
+from pipeline.femodel import FEModel
 from pipeline.interface import Interface, facet_points, named_surface
-from pipeline.model import FEModel
 
 MOST_FUNCTIONS = 1000
 """Of one component: R has a row for each, and each costs a solve."""

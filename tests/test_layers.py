@@ -26,7 +26,7 @@ FUNCTION_CAP = 60
 HOMES: dict[str, tuple[str, ...]] = {
     "h5py": ("modaldb/*",),
     "gmsh": ("pipeline/geometry/*", "pipeline/mesh.py"),
-    "skfem": ("pipeline/mesh.py", "pipeline/model.py", "pipeline/interface.py"),
+    "skfem": ("pipeline/mesh.py", "pipeline/elements/*", "pipeline/interface.py"),
     "meshio": ("pipeline/geometry/file.py", "pipeline/exporters/*"),
     "pyvista": ("pipeline/plots/*",),
     "vtk": ("pipeline/plots/*",),

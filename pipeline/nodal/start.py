@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import qr
 
+from pipeline.femodel import FEModel
 from pipeline.linalg import factorise
-from pipeline.model import FEModel
 from pipeline.nodal.problem import NodalBody, NodalLoad, NodalProblem, NodalRod
 
 LENGTH_STEPS = 4

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from scipy import linalg, sparse
 
+from pipeline.femodel import FEModel
 from pipeline.geometry.bar import Bar
 from pipeline.geometry.beam import Beam
 from pipeline.geometry.skirt import Skirt
 from pipeline.interface import Interface, contact_points, surface_coordinates
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.modes import normal, static
 from pipeline.modes.static import pressure_fields
 from pipeline.recipes import RECIPES, ContactRows, Reduction

@@ -6,8 +6,9 @@ import numpy as np
 from scipy import sparse
 
 from modaldb.schema import MeshRecord
+from pipeline.femodel import FEModel
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.nodal import NodalBody
 
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))

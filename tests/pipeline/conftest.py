@@ -3,9 +3,10 @@
 import pytest
 
 from modaldb.schema import MeshRecord
+from pipeline.femodel import FEModel
 from pipeline.geometry.skirt import Skirt
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 
 ALUMINIUM = Material(E=72e9, nu=0.33, rho=2700.0)
 

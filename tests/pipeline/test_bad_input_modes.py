@@ -16,11 +16,13 @@ import modaldb
 from modaldb.schema import MeshRecord, Surface
 from pipeline import linalg
 from pipeline.cli import main
+from pipeline.elements import ASSEMBLERS
 from pipeline.errors import InputError, StageError
+from pipeline.femodel import FEModel
 from pipeline.geometry.box import Box
 from pipeline.linalg import BACKENDS, available_backend
 from pipeline.material import Material
-from pipeline.model import ASSEMBLERS, FEModel, build_model
+from pipeline.model import build_model
 from pipeline.modes import normal
 from pipeline.modes.normal import normal_modes
 from pipeline.settings import Support

@@ -8,6 +8,7 @@ from pydantic import TypeAdapter, ValidationError
 from scipy import linalg
 
 from pipeline.component import Component
+from pipeline.femodel import FEModel
 from pipeline.gauge import gauge_row
 from pipeline.geometry import Geometry
 from pipeline.geometry.beam import Beam
@@ -15,7 +16,7 @@ from pipeline.geometry.section import Section
 from pipeline.interface import Interface, contact_points
 from pipeline.loads import load_rows
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.modes.normal import NormalModes, normal_modes
 from pipeline.modes.static import Flexibility
 from pipeline.recipes import RECIPES, ContactRows

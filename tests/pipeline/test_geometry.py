@@ -11,11 +11,11 @@ import pytest
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from modaldb.schema import MeshRecord
+from pipeline.elements.solid import mass_properties, nodal_jacobians
 from pipeline.errors import InputError
 from pipeline.geometry import GEOMETRIES, Box, Geometry, Liner, Piston, Plate, Sphere
 from pipeline.geometry.occ import build_solid
 from pipeline.interface import Interface, contact_points, cylindrical
-from pipeline.model import mass_properties, nodal_jacobians
 
 PISTON: dict[str, Any] = {
     "kind": "piston",

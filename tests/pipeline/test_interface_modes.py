@@ -11,10 +11,11 @@ from scipy import linalg, sparse
 
 from pipeline.component import Component
 from pipeline.errors import InputError
+from pipeline.femodel import FEModel
 from pipeline.geometry.box import Box
 from pipeline.interface import Interface
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.patch import patch_row
 from pipeline.recipes import RECIPES, ContactRows, Reduction
 from pipeline.reduce import reduce_component

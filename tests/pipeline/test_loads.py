@@ -5,11 +5,12 @@ import pytest
 
 from modaldb.schema import MeshRecord
 from pipeline.errors import InputError
+from pipeline.femodel import FEModel
 from pipeline.geometry.bar import Bar
 from pipeline.interface import Interface
 from pipeline.loads import LoadRows, load_rows
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 
 RADIUS, HEIGHT = 0.04296, 0.06
 ROUND_OFF = 1e-12

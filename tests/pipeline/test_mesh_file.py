@@ -15,10 +15,12 @@ from pydantic import TypeAdapter, ValidationError
 from scipy.spatial import cKDTree
 
 from modaldb.schema import MeshRecord
+from pipeline.elements.solid import mass_properties
 from pipeline.errors import InputError
 from pipeline.geometry import Geometry, MeshFile, Skirt
 from pipeline.interface import ContactPoints, Interface, contact_points
-from pipeline.model import Material, build_model, mass_properties
+from pipeline.material import Material
+from pipeline.model import build_model
 
 SKIRT = Skirt(kind="skirt", outer_radius=0.043, wall=0.015, height=0.04, crown=0.012)
 SHAPES = SKIRT.surface_shapes()

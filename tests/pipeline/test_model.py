@@ -8,10 +8,12 @@ from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshTet, Mes
 from skfem.helpers import ddot, dot, sym_grad, trace
 
 from modaldb.schema import MeshRecord
+from pipeline.elements.solid import MASS_ORDER, STIFFNESS_ORDER, mass_properties, nodal_jacobians
 from pipeline.errors import InputError
+from pipeline.femodel import FEModel
 from pipeline.geometry.bar import Bar
 from pipeline.material import Material
-from pipeline.model import MASS_ORDER, STIFFNESS_ORDER, FEModel, build_model, mass_properties, nodal_jacobians
+from pipeline.model import build_model
 
 ALUMINIUM = Material(E=72e9, nu=0.33, rho=2700.0)
 VOLUME = np.pi * (0.04296**2 * 0.06 - 0.03896**2 * 0.052)

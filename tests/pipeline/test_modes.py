@@ -8,11 +8,12 @@ from scipy import linalg, sparse
 
 from modaldb.schema import MeshRecord
 from pipeline.errors import StageError
+from pipeline.femodel import FEModel
 from pipeline.geometry.skirt import Skirt
 from pipeline.interface import Interface, contact_points
 from pipeline.linalg import BACKENDS, available_backend
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.modes import normal, static
 from pipeline.modes.normal import NormalModes, normal_modes
 from pipeline.modes.static import pressure_fields, residual_shapes, static_shapes

@@ -8,9 +8,9 @@ import pytest
 
 from modaldb.schema import MeshRecord, ModalRecord
 from pipeline.component import Component
+from pipeline.elements.solid import mass_properties
 from pipeline.errors import InputError
 from pipeline.mesh import movement_of
-from pipeline.model import mass_properties
 from pipeline.morph import Movement, move_nodes, moved_mesh, reuse
 from pipeline.products import component_products
 from pipeline.profile import ProfileTable, UniformProfile, read_profile

@@ -7,8 +7,8 @@ import pytest
 from scipy import sparse
 
 from modaldb.schema import MeshRecord
+from pipeline.femodel import FEModel
 from pipeline.interface import Interface, contact_points
-from pipeline.model import FEModel
 from pipeline.nodal import NodalContact, NodalProblem, body, free_body, simulate_nodal, threads
 from pipeline.nodal.contact import discrete_gradient
 

@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 from modaldb.schema import NodalRecord
-from pipeline.model import FEModel
+from pipeline.femodel import FEModel
 from pipeline.nodal import (
     NodalBody,
     NodalContact,

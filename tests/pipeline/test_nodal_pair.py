@@ -8,7 +8,7 @@ from scipy import sparse
 
 from modaldb.schema import TractionModes
 from modaldb.traction import inside, spline_weights
-from pipeline.model import FEModel
+from pipeline.femodel import FEModel
 from pipeline.nodal import (
     NodalContact,
     NodalProblem,

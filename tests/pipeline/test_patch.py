@@ -6,11 +6,12 @@ import pytest
 from modaldb.schema import MeshRecord
 from pipeline.component import Component
 from pipeline.errors import InputError
+from pipeline.femodel import FEModel
 from pipeline.geometry.bar import Bar
 from pipeline.geometry.box import Box
 from pipeline.interface import Interface
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.patch import patch_point, patch_row
 from pipeline.reduce import reduce_component
 

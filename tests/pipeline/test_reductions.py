@@ -10,11 +10,12 @@ from scipy import sparse
 
 from pipeline.component import Component
 from pipeline.errors import InputError
+from pipeline.femodel import FEModel
 from pipeline.geometry.bar import Bar
 from pipeline.geometry.box import Box
 from pipeline.interface import Interface, contact_points
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.modes import static
 from pipeline.modes.normal import normal_modes
 from pipeline.recipes import RECIPES, ContactRows, craig_bampton

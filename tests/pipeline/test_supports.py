@@ -10,11 +10,12 @@ from scipy import linalg, sparse
 from modaldb.schema import MeshRecord, Surface
 from pipeline.component import Component
 from pipeline.errors import InputError
+from pipeline.femodel import FEModel
 from pipeline.geometry.bar import Bar
 from pipeline.geometry.skirt import Skirt
 from pipeline.interface import Interface, contact_points
 from pipeline.material import Material
-from pipeline.model import FEModel, build_model
+from pipeline.model import build_model
 from pipeline.modes.normal import normal_modes
 from pipeline.modes.static import pressure_fields, residual_shapes, static_shapes
 from pipeline.morph import Movement, reuse
