@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-SCHEMA_VERSION = 3
-READABLE_VERSIONS = (1, 2, 3)
+SCHEMA_VERSION = 4
+READABLE_VERSIONS = (1, 2, 3, 4)
 """A field that an older version lacks takes its default."""
 
 Array = np.ndarray
@@ -154,6 +154,14 @@ class ModalRecord:
     loads: dict[str, LoadModes] = field(default_factory=dict)
     """Loads by interface; their rows in R stand in `interface_rows`."""
     gauges: dict[str, GaugeModes] = field(default_factory=dict)
+    residuals: Array | None = None
+    """‖KΦ − MΦω²‖ / ‖KΦ‖ of each coordinate over the free dofs, (m,): round-off of a normal mode, what a Ritz
+    vector lacks of being one; None in records before version 4."""
+    algebraic_errors: Array | None = None
+    """Bound on |δω|/ω of each coordinate against the nearest exact frequency of the same mesh, (m,)."""
+    discretisation_errors: Array | None = None
+    """Estimate of (ω − ω_exact)/ω of each normal mode, what a finer mesh would take off, (m,); NaN for static shapes
+    and Ritz vectors; None where the elements have no estimate."""
 
 
 @dataclass(frozen=True)

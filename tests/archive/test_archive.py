@@ -99,6 +99,7 @@ def check_modes_1(record: Any) -> None:
     assert record.interface_rows == {"anti": [0, 1], "thrust": [1, 3]}
     assert np.array_equal(record.residual_flexibility, ramp(3, 3, start=10.0))
     assert (record.tractions, record.loads) == ({}, {})
+    assert (record.residuals, record.algebraic_errors, record.discretisation_errors) == (None, None, None)
 
 
 def check_nodal_1(record: Any) -> None:
@@ -159,6 +160,13 @@ def check_modes_3(record: Any) -> None:
     assert np.array_equal(crown.residual, ramp(2, 43, start=20.0))
 
 
+def check_modes_4(record: Any) -> None:
+    check_modes_3(record)
+    assert np.array_equal(record.residuals, ramp(3, start=21.0))
+    assert np.array_equal(record.algebraic_errors, ramp(3, start=22.0))
+    assert np.array_equal(record.discretisation_errors, [0.125, 0.25, np.nan], equal_nan=True)
+
+
 def check_trajectory_3(record: Any) -> None:
     check_trajectory_2(record)
     assert np.array_equal(record.episodes["knock"], ramp(2, 7, start=7.0))
@@ -178,6 +186,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v1": {"modes": check_modes_1, "nodal": check_nodal_1, "trajectory": check_trajectory_1},
     "v2": {"modes": check_modes_2, "nodal": check_nodal_2, "trajectory": check_trajectory_2},
     "v3": {"modes": check_modes_3, "nodal": check_nodal_2, "trajectory": check_trajectory_3},
+    "v4": {"modes": check_modes_4, "nodal": check_nodal_2, "trajectory": check_trajectory_3},
 }
 """What those of one version hold, or lack."""
 

@@ -103,6 +103,9 @@ def modes() -> ModalRecord:
             "gas": LoadModes(ramp(1, 3, start=16.0), ramp(1, 6, start=17.0), ramp(3, start=18.0), "Pa"),
         },
         gauges={"crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 43, start=20.0), "Pa")},
+        residuals=ramp(3, start=21.0),
+        algebraic_errors=ramp(3, start=22.0),
+        discretisation_errors=np.array([0.125, 0.25, np.nan]),
     )
 
 
