@@ -125,10 +125,8 @@ def _command(
 
 
 def _run(options: argparse.Namespace) -> int:
-    from pipeline.stages import run_job
-
     job = _job(options)
-    report = run_job(job, options.until, _Console(options.json).progress)
+    report = job.run(options.until, _Console(options.json).progress)
     if options.json:
         print(json.dumps(report.as_json(), indent=1))
     else:
@@ -159,16 +157,17 @@ def _print_run(report: Any) -> None:
         if entry["reference"] is None and PER_BLOW.search(name):
             continue
         print(_quantity_line(name, entry))
-    print(f"{'energy drift':28} {report.energy_drift:14.2g}")
-    print(f"{'momentum residual':28} {report.momentum_residual:14.2g}")
-    files = ["summary.json", "trajectory.h5", *(Path(picture).name for picture in report.pictures)]
+    for name, value in (("energy drift", report.energy_drift), ("momentum residual", report.momentum_residual)):
+        if value is not None:
+            print(f"{name:28} {value:14.2g}")
+    files = [*report.files, *(Path(picture).name for picture in report.pictures)]
     print(f"\nresults in {report.out}: {', '.join(files)}")
     for note in report.notes:
         print(f"gudgeon: {note}", file=sys.stderr)
 
 
 def _status(options: argparse.Namespace) -> int:
-    from pipeline.stages import status
+    from pipeline.status import status
 
     rows = status(_job(options))
     if options.json:
@@ -182,9 +181,7 @@ def _status(options: argparse.Namespace) -> int:
 
 
 def _plan(options: argparse.Namespace) -> int:
-    from pipeline.stages import plan
-
-    rows = plan(_job(options))
+    rows = _job(options).plan()
     if options.json:
         print(json.dumps(rows, indent=1))
         return 0
@@ -199,18 +196,13 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from pipeline.report import report_job, table_text
-
-    job = _job(options)
-    document = report_job(job, options.repeat, _Console(options.json).progress)
-    print(json.dumps(document, indent=1) if options.json else table_text(document))
+    document, table = _job(options).report(options.repeat, _Console(options.json).progress)
+    print(json.dumps(document, indent=1) if options.json else table)
     return 0
 
 
 def _export(options: argparse.Namespace) -> int:
-    from pipeline.export import export
-
-    files = export(_job(options), options.what, options.every)
+    files = _job(options).export(options.what, options.every)
     print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))
     return 0
 
@@ -226,9 +218,9 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def _schema(options: argparse.Namespace) -> int:
-    from pipeline.stages import SceneFile
+    from pipeline.kinds import schema
 
-    print(json.dumps(SceneFile.model_json_schema(), indent=1))
+    print(json.dumps(schema(), indent=1))
     return 0
 
 
@@ -237,7 +229,7 @@ def _job(options: argparse.Namespace) -> Any:
         import logging
 
         logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s")
-    from pipeline.stages import open_job
+    from pipeline.kinds import open_job
 
     return open_job(options.scene, set=options.set, db=options.db, out=options.out)
 

@@ -1,27 +1,27 @@
 """The stages `mesh → modes → morph → solve → plot`: what is fresh is not made again. Starts the solver."""
 
 import copy
-import json
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter
 
-import modaldb
-from modaldb.keys import content_key, file_digest
 from modaldb.schema import MorphRecord
 from modaldb.store import FolderStore
 from pipeline.checks import checked, law_notes
 from pipeline.component import Component
 from pipeline.errors import InputError, StageError
+from pipeline.kinds import Place, open_job, run
+from pipeline.pictures import plot_stage
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
 from pipeline.reporting import Plot, Report
-from pipeline.scenefile import merge, named, read_tables, scene_path
-from pipeline.status import fresh_pictures, remember, status
-from pipeline.textfile import copy_file, write_text
+from pipeline.runreport import Progress, RunReport, StageReport
+from pipeline.scenefile import merge, named
+from pipeline.status import remember, status
+from pipeline.textfile import copy_file
 from solver.errors import SceneError, SolverError
 from solver.obstacles import Obstacle
 from solver.result import Result
@@ -31,13 +31,8 @@ __all__ = ["Job", "RunReport", "SceneError", "SolverError", "open_job", "plan", 
 
 EDGE_SHARE = 1e-3
 """Share of a contact's impulse at the edge of its interface from which a run says so."""
-DEFAULT_DB = ".gudgeon"
-DEFAULT_OUT = "out"
 if TYPE_CHECKING:
     import numpy as np
-
-Progress = Callable[[str, float], None]
-"""Told the stage's name and the share of it that is done."""
 
 
 class SceneFile(Scene):
@@ -64,6 +59,11 @@ class Job:
     def folder(self) -> Path:
         """Folder of the scene file."""
         return self.path.parent
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Names of its stages, in order."""
+        return STAGES
 
     def components(self) -> dict[str, dict[str, Product]]:
         """Return the products of every component that a body uses."""
@@ -94,73 +94,46 @@ class Job:
             self.name, self.dynamics(), {n: steps["morph"].key for n, steps in self.components().items()}
         )
 
-
-@dataclass
-class StageReport:
-    """What became of one stage."""
-
-    state: str
-    """`ran` or `fresh`."""
-    seconds: float
-    key: str
-
-
-@dataclass(frozen=True)
-class RunReport:
-    """What a run found, as `--json` prints it."""
-
-    scene: str
-    result: str | None
-    stages: dict[str, StageReport]
-    quantities: dict[str, Any] = field(default_factory=dict)
-    energy_drift: float | None = None
-    momentum_residual: float | None = None
-    out: str = ""
-    pictures: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    reason: str | None = None
-    """Why a run failed physically; None where it did not."""
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the document."""
-        return {
-            "scene": self.scene,
-            "result": self.result,
-            "stages": {name: vars(stage) for name, stage in self.stages.items()},
-            "quantities": self.quantities,
-            "energy_drift": self.energy_drift,
-            "momentum_residual": self.momentum_residual,
-            "out": self.out,
-            "pictures": self.pictures,
-            "notes": self.notes,
-            "reason": self.reason,
+    def products(self, stages: Sequence[str]) -> dict[str, Product]:
+        """Return what some of the stages make, by place: component and step, or the scene's own."""
+        found = {
+            f"{name}.{step}": product
+            for name, steps in self.components().items()
+            for step, product in steps.items()
+            if product.stage in stages
         }
+        return found | ({"solve": self.trajectory()} if "solve" in stages else {})
+
+    def run(self, until: str = "plot", progress: Progress | None = None) -> RunReport:
+        """Bring the products up to date, up to and including one stage."""
+        return run_job(self, until, progress)
+
+    def plan(self) -> dict[str, Any]:
+        """Return what the solver will read of each record, what it leaves out and why, and the bytes of both."""
+        return plan(self)
+
+    def report(self, repeat: int, progress: Progress) -> tuple[dict[str, Any], str]:
+        """Run every model of the scene and return the report's document and its table as text."""
+        from pipeline.report import report_job, table_text
+
+        document = report_job(self, repeat, progress)
+        return document, table_text(document)
+
+    def export(self, what: str, every: int) -> list[Path]:
+        """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files."""
+        from pipeline.export import export
+
+        return export(self, what, every)
 
 
-def open_job(
-    scene: str | Path,
-    *,
-    set: Sequence[str] | Mapping[str, Any] = (),
-    db: str | Path = DEFAULT_DB,
-    out: str | Path | None = None,
-) -> Job:
-    """Read a scene and say where its products go.
-
-    Args:
-        scene: The scene's folder or TOML file.
-        set: Overrides, `path.to.key=value` texts or a mapping of such paths to values.
-        db: Folder of the database.
-        out: Folder of the results; `out/<scene>` by default.
+def contact_job(place: Place) -> Job:
+    """Return the job of a scene of bodies in contact.
 
     Raises:
         InputError: the scene is wrong; every mistake is listed.
     """
-    path = scene_path(scene)
-    texts = [f"{key}={json.dumps(value)}" for key, value in set.items()] if isinstance(set, Mapping) else set
-    tables = read_tables(path, texts)
-    name = path.parent.resolve().name if path.name == "scene.toml" else path.stem
-    target = Path(out) if out is not None else Path(DEFAULT_OUT) / name
-    return Job(name, path, tables, checked(path, tables, SceneFile), modaldb.open(db), target)
+    return Job(place.name, place.path, place.tables, checked(place.path, place.tables, SceneFile), place.store,
+               place.out)  # fmt: skip
 
 
 def variant(job: Job, changes: Mapping[str, Any]) -> Job:
@@ -168,30 +141,6 @@ def variant(job: Job, changes: Mapping[str, Any]) -> Job:
     tables = copy.deepcopy(job.tables)
     merge(tables, changes)
     return replace(job, tables=tables, scene=checked(job.path, tables, SceneFile))
-
-
-def run(
-    scene: str | Path,
-    *,
-    set: Sequence[str] | Mapping[str, Any] = (),
-    db: str | Path = DEFAULT_DB,
-    out: str | Path | None = None,
-    until: str = "plot",
-    progress: Progress | None = None,
-) -> RunReport:
-    """Bring a scene's products up to date, stage by stage.
-
-    Args:
-        until: Last stage wanted, one of `STAGES`.
-        progress: Told how far the running stage is.
-
-    Returns:
-        Stages, quantities and where the files are. A run that failed physically has its reason in `result`.
-
-    Raises:
-        InputError, StageError, modaldb.ModalDBError, solver.SolverError: see each; nothing half-written stays behind.
-    """
-    return run_job(open_job(scene, set=set, db=db, out=out), until, progress)
 
 
 def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> RunReport:
@@ -210,13 +159,13 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
         stages["solve"], summary = _solve_stage(job, tell)
     pictures, notes, outcome = [], [], Result[summary["result"]]
     if "plot" in wanted and outcome is not Result.DIVERGED:
-        stages["plot"], pictures, notes = _plot_stage(job, tell)
+        stages["plot"], pictures, notes = plot_stage(job, lambda: _draw(job, tell), tell)
     remember(job, wanted)
     notes += law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     return RunReport(
         job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
-        summary["momentum_residual"], str(job.out), pictures, notes,
-        None if outcome.ok else outcome.value,
+        summary["momentum_residual"], str(job.out), pictures=pictures, notes=notes,
+        reason=None if outcome.ok else outcome.value,
     )  # fmt: skip
 
 
@@ -352,11 +301,8 @@ def _trajectory(job: Job, tell: Progress) -> bool:
     return True
 
 
-def _plot_stage(job: Job, tell: Progress) -> tuple[StageReport, list[str], list[str]]:
-    start = time.perf_counter()
-    key = content_key(job.pictures())
-    if (pictures := fresh_pictures(job, key)) is not None:
-        return StageReport("fresh", time.perf_counter() - start, key), pictures, []
+def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
+    """Draw the pictures, after running what they compare the job with."""
     from pipeline.plots import render
 
     compare = {job.scene.plot.label: job.trajectory().key}
@@ -366,12 +312,7 @@ def _plot_stage(job: Job, tell: Progress) -> tuple[StageReport, list[str], list[
         _trajectory(other, tell)
         compare[name] = other.trajectory().key
     tell("plot", 0.0)
-    drawn, notes = render(job.store.root, job.trajectory().key, job.out, job.name, compare if len(compare) > 1 else {})
-    if not notes:
-        digests = {path.name: file_digest(path) for path in drawn}
-        write_text(job.out / "pictures.json", json.dumps({"key": key, "files": digests}, indent=1))
-    tell("plot", 1.0)
-    return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes
+    return render(job.store.root, job.trajectory().key, job.out, job.name, compare if len(compare) > 1 else {})
 
 
 def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:

@@ -5,20 +5,20 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from modaldb.keys import content_key, differences, file_digest
-from pipeline.products import STAGES, Product, combined
+from pipeline.products import Product, combined
 from pipeline.textfile import write_text
 
 if TYPE_CHECKING:
-    from pipeline.stages import Job
+    from pipeline.kinds import SceneJob
 
 INPUTS = "inputs.json"
 
 
-def status(job: "Job") -> list[tuple[str, str, str, list[str]]]:
+def status(job: "SceneJob") -> list[tuple[str, str, str, list[str]]]:
     """Return for each stage its name, `fresh` or `stale`, its key, and why it is stale."""
     last, rows = _last_inputs(job), []
-    for stage in STAGES[:4]:
-        products = _products(job, [stage])
+    for stage in job.stages[:-1]:
+        products = job.products([stage])
         missing = {place: product for place, product in products.items() if not job.store.has(product.key)}
         why = [line for place, product in missing.items() for line in _reasons(last.get(place), product)]
         keys = list(dict.fromkeys(product.key for product in products.values()))
@@ -29,16 +29,16 @@ def status(job: "Job") -> list[tuple[str, str, str, list[str]]]:
     return [*rows, ("plot", "fresh" if fresh else "stale", key, why)]
 
 
-def remember(job: "Job", stages: Sequence[str]) -> None:
+def remember(job: "SceneJob", stages: Sequence[str]) -> None:
     """Keep the inputs of the stages that are now fresh, so that `status` can say what changed since."""
-    noted = _last_inputs(job) | {place: product.inputs for place, product in _products(job, stages).items()}
+    noted = _last_inputs(job) | {place: product.inputs for place, product in job.products(stages).items()}
     text = json.dumps(noted, indent=1, sort_keys=True)
     path = job.out / INPUTS
     if not path.is_file() or path.read_text() != text:
         write_text(path, text)
 
 
-def fresh_pictures(job: "Job", key: str) -> list[str] | None:
+def fresh_pictures(job: "SceneJob", key: str) -> list[str] | None:
     """Return the pictures that stand in the job's folder if they were drawn for `key` and are whole, else None."""
     try:
         noted = json.loads((job.out / "pictures.json").read_text())
@@ -52,18 +52,7 @@ def fresh_pictures(job: "Job", key: str) -> list[str] | None:
     return None
 
 
-def _products(job: "Job", stages: Sequence[str]) -> dict[str, Product]:
-    """Return the products of some stages by their place: component and step, or the scene's own."""
-    found = {
-        f"{name}.{step}": product
-        for name, steps in job.components().items()
-        for step, product in steps.items()
-        if product.stage in stages
-    }
-    return found | ({"solve": job.trajectory()} if "solve" in stages else {})
-
-
-def _last_inputs(job: "Job") -> dict[str, Any]:
+def _last_inputs(job: "SceneJob") -> dict[str, Any]:
     try:
         return json.loads((job.out / INPUTS).read_text())
     except (OSError, ValueError):
