@@ -6,6 +6,7 @@ from pydantic import BaseModel, Field
 
 from pipeline.geometry.bar import Bar
 from pipeline.geometry.beam import Beam
+from pipeline.geometry.bladed_sector import BladedSector
 from pipeline.geometry.box import Box
 from pipeline.geometry.file import MeshFile
 from pipeline.geometry.liner import Liner
@@ -25,11 +26,13 @@ GEOMETRIES: dict[str, type[BaseModel]] = {
     "bar": Bar,
     "beam": Beam,
     "rigid": Rigid,
+    "bladed-sector": BladedSector,
     "file": MeshFile,
 }
 """Members by the `kind` that a scene names."""
 
 Geometry = Annotated[
-    Skirt | Piston | Liner | Box | Plate | Sphere | Bar | Beam | Rigid | MeshFile, Field(discriminator="kind")
+    Skirt | Piston | Liner | Box | Plate | Sphere | Bar | Beam | Rigid | BladedSector | MeshFile,
+    Field(discriminator="kind"),
 ]
 """Any member, told apart by its `kind`."""

@@ -40,6 +40,7 @@ def build_solid(
     surfaces: dict[str, SurfaceRule],
     *,
     options: Mapping[str, float] | None = None,
+    prepare: Callable[[Any], None] | None = None,
 ) -> MeshRecord:
     """Draw a solid, mesh it, and name its faces.
 
@@ -48,6 +49,7 @@ def build_solid(
         size: Edge length [m].
         surfaces: The true shape of each name.
         options: Further options of gmsh by name, such as `REVOLVED`.
+        prepare: Is given gmsh's model once its faces are known, to tie them before they are meshed.
 
     Raises:
         InputError: the size is too coarse for the curved faces, or gives flat elements.
@@ -65,11 +67,14 @@ def build_solid(
             gmsh.option.setNumber(name, value)
         draw(gmsh.model.occ)
         gmsh.model.occ.synchronize()
+        if prepare is not None:
+            prepare(gmsh.model)
         gmsh.model.mesh.generate(3)
         _refuse_flat(gmsh.model.mesh, size)
         gmsh.model.mesh.setOrder(2)
         _straighten(gmsh.model.mesh, size)
-        return _collect(gmsh.model.mesh, [tag for _, tag in gmsh.model.getEntities(2)], surfaces)
+        outer = [tag for _, tag in gmsh.model.getEntities(2) if len(gmsh.model.getAdjacencies(2, tag)[0]) == 1]
+        return _collect(gmsh.model.mesh, outer, surfaces)
     except PipelineError:
         raise
     except Exception as error:
