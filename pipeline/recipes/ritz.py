@@ -1,8 +1,8 @@
-"""Load-dependent Ritz vectors: K X₁ = Bᵀ, K Xᵢ₊₁ = M Xᵢ (Wilson, Yuan & Dickens 1982; Wu & Mani 2002).
+"""Load-dependent Ritz vectors as a recipe: K X₁ = Bᵀ, K Xᵢ₊₁ = M Xᵢ, see `RitzVectors`.
 
-One factorisation serves all blocks and R. On a body with rigid motions K⁻¹ is G, with inertia relief. Where the rows
-are more than half of the vectors wanted, the first block takes their most flexible load patterns, the leading
-eigenvectors of B G Bᵀ with each row scaled by the root of its own flexibility.
+One factorisation serves all blocks and R. Where the rows are more than half of the vectors wanted, the first block
+takes their most flexible load patterns, the leading eigenvectors of B G Bᵀ with each row scaled by the root of its own
+flexibility.
 
 Vectors that grow out of round-off take no part in what the loads do: only those are kept whose share
 of a row's flexibility, (bφ)²/ω² over the sum of all, stands out.
@@ -18,6 +18,7 @@ from pipeline.femodel import FEModel
 from pipeline.modes.normal import NormalModes
 from pipeline.modes.static import RANK_TOLERANCE, Flexibility, residual_shapes
 from pipeline.recipes.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
+from pipeline.recipes.ritz_vectors import RitzVectors
 from pipeline.settings import ModesSettings
 
 PARTICIPATION = 1e-8
@@ -33,9 +34,9 @@ def ritz(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reductio
         StageError: a shape fails its own check.
     """
     wanted = settings.ritz_count or 2 * settings.normal_count
-    flexibility = Flexibility(model)
-    loads = _load_patterns(model, rows, flexibility, max(wanted // 2, 1))
-    vectors, dropped = _krylov(model, flexibility, rows.B.T @ loads, wanted)
+    source = RitzVectors(model)
+    loads = _load_patterns(model, rows, source.flexibility, max(wanted // 2, 1))
+    vectors, dropped = source.krylov(rows.B.T @ loads, wanted)
     modes = ritz_modes(model, vectors)
     excited = _excited(rows, modes)
     if len(excited) < settings.normal_count:
@@ -51,8 +52,8 @@ def ritz(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reductio
         "ritz_dropped": modes.quality["ritz_dropped"] + dropped,
     }
     kept = lowest(replace(modes, quality=quality), settings.normal_count)
-    reduction = completed(model, rows, kept, flexibility)
-    flexibility.free()
+    reduction = completed(model, rows, kept, source.flexibility)
+    source.free()
     return reduction
 
 
@@ -73,23 +74,3 @@ def _load_patterns(model: FEModel, rows: ContactRows, flexibility: Flexibility, 
     order = np.argsort(-strength)[:most]
     order = order[strength[order] > RANK_TOLERANCE * strength[-1]]
     return patterns[:, order] / whole.scale[:, None]
-
-
-def _krylov(model: FEModel, flexibility: Flexibility, loads: np.ndarray, wanted: int) -> tuple[np.ndarray, int]:
-    """Return M-orthonormal vectors, elastic ones only, and how many dependent ones were dropped."""
-    basis, dropped = np.empty((loads.shape[0], 0)), 0
-    while basis.shape[1] < wanted and loads.shape[1]:
-        block = flexibility.solve(loads)
-        block = block / np.sqrt(np.einsum("dk,dk->k", block, model.M @ block))
-        for _ in range(2):
-            block = block - basis @ (basis.T @ (model.M @ block))
-        strength, directions = linalg.eigh(block.T @ (model.M @ block))
-        kept = np.flatnonzero(strength > RANK_TOLERANCE)[::-1]
-        dropped += len(strength) - len(kept)
-        kept = kept[: wanted - basis.shape[1]]
-        block = block @ (directions[:, kept] / np.sqrt(strength[kept]))
-        # What the rank test kept of a nearly dependent block is orthogonal to few digits: once more.
-        block = block - basis @ (basis.T @ (model.M @ block))
-        basis = np.column_stack([basis, block])
-        loads = model.M @ block
-    return basis, dropped
