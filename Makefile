@@ -1,11 +1,13 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup solver-env demo test lint bench reports lock clean help
+.PHONY: setup solver-env demo test lint bench bench-peers reports lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
 PYTHON ?= python3
 BIN := .venv/bin
+# An interpreter with the extra `peers`: they may stand in an environment of their own.
+PEERS_PYTHON ?= $(BIN)/python
 # The piston is compared on a mesh of its own, where nodal dofs finish in minutes; nothing touches in modes-validation.
 SCENES := $(filter-out piston modes-validation,$(patsubst data/%/scene.toml,%,$(wildcard data/*/scene.toml)))
 # gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
@@ -56,6 +58,9 @@ lint: setup ## check style and types
 
 bench: setup ## time what the tests only count
 	$(BIN)/pytest -o addopts="-q --strict-markers" tests/benchmarks --benchmark-only
+
+bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow it by `ARGS="--sizes 27k"`
+	$(BIN)/python -m tests.benchmarks.modes --peers-python $(PEERS_PYTHON) $(ARGS)
 
 reports: setup ## write error against run time of every scene to docs/reports
 	@for scene in $(SCENES); do \

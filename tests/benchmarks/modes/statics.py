@@ -1,0 +1,37 @@
+"""Static shapes for 600 contact rows: the residual flexibility of mid-side nodes of the skirt under 30 normal modes.
+
+`python -m tests.benchmarks.modes.statics MESH COUNT`; phases: what comes before, one factorisation, the rows.
+"""
+
+import numpy as np
+
+from modaldb.schema import MeshRecord
+from pipeline.material import Material
+from pipeline.model import build_model
+from pipeline.modes.normal import normal_modes
+from pipeline.modes.static import Flexibility, residual_shapes
+from tests.benchmarks.modes.job import DENSITY, POISSON, YOUNG, Answer, Stopwatch, load_mesh, run
+
+ROWS = 600
+
+
+def statics(path: str, count: int, watch: Stopwatch) -> Answer:
+    """Solve the static shapes of the first 600 mid-side nodes of the skirt, pushed along its normal."""
+    mesh = load_mesh(path)
+    model = build_model(MeshRecord(mesh.nodes, mesh.cells, "tetra10", {}), Material(E=YOUNG, nu=POISSON, rho=DENSITY))
+    normal = normal_modes(model, count)
+    nodes = np.unique(mesh.skirt[:, 3:])[:ROWS]
+    normals = mesh.nodes[nodes] * [1, 1, 0]
+    B = model.rows(nodes, normals / np.linalg.norm(normals, axis=1)[:, None])
+    watch.lap("model and modes")
+    flexibility = Flexibility(model)
+    watch.lap("factor")
+    residual = residual_shapes(model, B, normal, np.empty((ROWS, 0)), flexibility)
+    watch.lap("rows")
+    if not np.linalg.eigvalsh(residual.flexibility)[0] > 0:
+        raise ArithmeticError("the residual flexibility is not positive definite")
+    return Answer("", "symmetry", solves=len(nodes), factorisations=1)
+
+
+if __name__ == "__main__":
+    run(statics)
