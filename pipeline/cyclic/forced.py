@@ -25,8 +25,7 @@ def blades_of_wheel(sector: Sector, pairs: Pairs, row: np.ndarray) -> np.ndarray
 
 def blades_of_synthesis(parts: SectorParts, synthesis: Synthesis, row: np.ndarray) -> np.ndarray:
     """Return what each mode of the reduced wheel moves along a row of the sector's dofs, blade by blade, (N, modes)."""
-    each = (parts.spread @ synthesis.shapes).reshape(parts.sector.symmetry.sectors, parts.basis.shape[1], -1)
-    return np.einsum("c,ncm->nm", row @ parts.basis, each)
+    return np.einsum("c,ncm->nm", row @ parts.basis, synthesis.motion)
 
 
 def engine_order_response(

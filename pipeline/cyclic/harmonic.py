@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
+from pipeline.cyclic.hermitian import Inertia, Problem, lowest_pairs, orthonormal
 from pipeline.cyclic.sector import Sector
 from pipeline.errors import InputError
 
@@ -31,7 +31,11 @@ class HarmonicModes:
     """On the sector's dofs, complex for pairs; real and imaginary part are the two shapes, (dofs, count)."""
     rigid: int
     """Rigid motions of this harmonic; the wheel has each `multiplicity` times."""
-    residual: float
+    residuals: np.ndarray
+    """‖Kv − ω²Mv‖ / ‖Kv‖ of each, (count,)."""
+    orthogonality: float
+    inertia: Inertia
+    """Proof that none of the harmonic is missed."""
 
 
 def harmonic_problem(sector: Sector, harmonic: int) -> Problem:
@@ -46,7 +50,7 @@ def harmonic_problem(sector: Sector, harmonic: int) -> Problem:
         raise InputError(f"cyclic.harmonic: {harmonic} given, {symmetry.sectors} sectors have 0 to {most}")
     theta = harmonic * symmetry.angle
     K, M = (_at_phase(sector, matrix, theta) for matrix in (sector.model.K, sector.model.M))
-    return Problem(K, M, orthonormal(_rigid(sector, theta), M))
+    return Problem(K, M, orthonormal(rigid_motions(sector, harmonic), M))
 
 
 def harmonic_modes(sector: Sector, harmonic: int, count: int) -> HarmonicModes:
@@ -58,11 +62,14 @@ def harmonic_modes(sector: Sector, harmonic: int, count: int) -> HarmonicModes:
     """
     problem = harmonic_problem(sector, harmonic)
     pairs = lowest_pairs(problem, count)
-    phase = _phase(harmonic * sector.symmetry.angle)
+    phase = phase_of(harmonic * sector.symmetry.angle)
     shapes = (sector.own + phase * sector.next) @ pairs.vectors
     multiplicity = sector.symmetry.multiplicity(harmonic)
     frequencies = np.sqrt(pairs.values)
-    return HarmonicModes(harmonic, multiplicity, frequencies, shapes, problem.rigid.shape[1], pairs.residual)
+    return HarmonicModes(
+        harmonic, multiplicity, frequencies, shapes, problem.rigid.shape[1], pairs.residuals, pairs.orthogonality,
+        pairs.inertia,
+    )  # fmt: skip
 
 
 def tuned_modes(sector: Sector, count: int) -> list[HarmonicModes]:
@@ -77,7 +84,7 @@ def tuned_frequencies(modes: list[HarmonicModes]) -> np.ndarray:
     return every[every <= complete]
 
 
-def _phase(theta: float) -> complex | float:
+def phase_of(theta: float) -> complex | float:
     """Return e^{iθ}, real where θ is 0 or π."""
     if abs(np.sin(theta)) < 16 * np.finfo(float).eps:
         return float(np.sign(np.cos(theta)))
@@ -85,16 +92,16 @@ def _phase(theta: float) -> complex | float:
 
 
 def _at_phase(sector: Sector, matrix: sparse.csr_matrix, theta: float) -> sparse.csr_matrix:
-    own, following, phase = sector.own, sector.next, _phase(theta)
+    own, following, phase = sector.own, sector.next, phase_of(theta)
     diagonal = own.T @ matrix @ own + following.T @ matrix @ following
     across = phase * (own.T @ matrix @ following)
     whole = sparse.csr_matrix(diagonal + across + across.conj().T)
     return sparse.csr_matrix(0.5 * (whole + whole.conj().T))
 
 
-def _rigid(sector: Sector, theta: float) -> np.ndarray:
-    """Return the sector's rigid motions that fulfil the condition of the harmonic, (m, r)."""
-    rigid, phase = sector.model.rigid_modes, _phase(theta)
+def rigid_motions(sector: Sector, harmonic: int) -> np.ndarray:
+    """Return the sector's rigid motions that fulfil the condition of a harmonic, on its own dofs, (m, r)."""
+    rigid, phase = sector.model.rigid_modes, phase_of(harmonic * sector.symmetry.angle)
     own = sector.own.T @ rigid
     if not rigid.shape[1]:
         return own

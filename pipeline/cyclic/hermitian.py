@@ -37,6 +37,18 @@ class Problem:
 
 
 @dataclass(frozen=True)
+class Inertia:
+    """Sylvester's count: K − σM has as many negative eigenvalues as there are eigenvalues below σ."""
+
+    shift: float
+    """σ, in a gap above the wanted ones [rad²/s²]."""
+    found: int
+    """Elastic eigenvalues below it, by the signs of the factor's pivots."""
+    expected: int
+    """Elastic eigenvalues below it among those extracted."""
+
+
+@dataclass(frozen=True)
 class Pairs:
     """Elastic eigenpairs."""
 
@@ -44,7 +56,11 @@ class Pairs:
     """[rad²/s²], (count,), ascending."""
     vectors: np.ndarray
     """M-orthonormal, (m, count)."""
-    residual: float
+    residuals: np.ndarray
+    """‖Kv − λMv‖ / ‖Kv‖ of each, (count,)."""
+    orthogonality: float
+    """Largest entry of VᴴMV − I."""
+    inertia: Inertia
 
 
 class _Inverse:
@@ -87,23 +103,27 @@ def lowest_pairs(problem: Problem, count: int) -> Pairs:
         StageError: there are fewer, one was missed, or one is not exact enough.
     """
     size, rigid = problem.K.shape[0], problem.rigid.shape[1]
-    if count > size - rigid:
-        raise StageError(f"modes: {count} asked of {size - rigid} elastic ones; refine the mesh or ask for fewer")
-    if size <= max(DENSE, 2 * (count + SPARE)):
-        values, vectors = linalg.eigh(problem.K.toarray(), problem.M.toarray(), subset_by_index=(0, rigid + count - 1))
-        if rigid and np.abs(values[:rigid]).max() > RIGID_SHARE * values[rigid]:
-            raise StageError(f"modes: rigid motions have the eigenvalue {values[rigid - 1]:.2g}")
-        return _verified(problem, vectors[:, rigid:], count)
-    vectors = _lanczos(problem, count + SPARE)
-    pairs = _verified(problem, vectors, count + SPARE)
-    last = count - 1
-    while last + 2 < len(pairs.values) and pairs.values[last + 1] / pairs.values[last] - 1 < GAP:
-        last += 1
-    sigma = 0.5 * (pairs.values[last] + pairs.values[last + 1])
-    found = _below(problem, sigma) - rigid
-    if found != last + 1:
-        raise StageError(f"modes: the inertia count finds {found} elastic modes, {last + 1} were extracted")
-    return Pairs(pairs.values[:count], pairs.vectors[:, :count], pairs.residual)
+    most = size - rigid
+    if count > most:
+        raise StageError(f"modes: {count} asked of {most} elastic ones; refine the mesh or ask for fewer")
+    extracted = min(count + SPARE, most)
+    vectors = _dense(problem, extracted) if size <= max(DENSE, 2 * extracted) else _lanczos(problem, extracted)
+    values, vectors, residuals, orthogonality = _verified(problem, vectors, extracted)
+    inertia = _counted(problem, values, count, extracted == most)
+    if inertia.found != inertia.expected:
+        raise StageError(
+            f"modes: the inertia count finds {inertia.found} elastic modes, {inertia.expected} were extracted"
+        )
+    return Pairs(values[:count], vectors[:, :count], residuals[:count], orthogonality, inertia)
+
+
+def _dense(problem: Problem, count: int) -> np.ndarray:
+    rigid = problem.rigid.shape[1]
+    last = rigid + count - 1
+    values, vectors = linalg.eigh(problem.K.toarray(), problem.M.toarray(), subset_by_index=(0, last))
+    if rigid and np.abs(values[:rigid]).max() > RIGID_SHARE * values[rigid]:
+        raise StageError(f"modes: rigid motions have the eigenvalue {values[rigid - 1]:.2g}")
+    return vectors[:, rigid:]
 
 
 def _lanczos(problem: Problem, count: int) -> np.ndarray:
@@ -142,15 +162,27 @@ def _estimate(problem: Problem) -> float:
     return float(np.real(np.vdot(u, K @ u)) / np.real(np.vdot(u, M @ u))) / 100
 
 
-def _below(problem: Problem, sigma: float) -> int:
+def _counted(problem: Problem, values: np.ndarray, count: int, whole: bool) -> Inertia:
+    """Count the elastic eigenvalues below the first gap after the last wanted one.
+
+    Args:
+        values: Of the extracted ones, (extracted,).
+        whole: Whether these are all there are, so that any shift above the last one stands in a gap.
+    """
+    last = count - 1
+    while last + 1 < len(values) and values[last + 1] / values[last] - 1 < GAP:
+        last += 1
+    if last + 1 == len(values) and not whole:
+        last -= 1  # No gap among the spare ones: the count says whether the last extracted ones are all of their kind.
+    sigma = 0.5 * (values[last] + values[last + 1]) if last + 1 < len(values) else 2 * values[last]
     inverse = _Inverse(sparse.csr_matrix(problem.K - sigma * problem.M))
-    count = inverse.negative()
+    found = inverse.negative() - problem.rigid.shape[1]
     inverse.factor.free()
-    return count
+    return Inertia(float(sigma), found, last + 1)
 
 
-def _verified(problem: Problem, vectors: np.ndarray, count: int) -> Pairs:
-    """Return the Ritz pairs of the vectors' span, checked."""
+def _verified(problem: Problem, vectors: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Return the Ritz pairs of the vectors' span, checked: values, vectors, residuals, orthogonality."""
     K, M = problem.K, problem.M
     basis = orthonormal(vectors - problem.rigid @ ((M @ problem.rigid).conj().T @ vectors), M)
     values, turn = linalg.eigh(basis.conj().T @ (K @ basis))
@@ -160,4 +192,4 @@ def _verified(problem: Problem, vectors: np.ndarray, count: int) -> Pairs:
     orthogonality = float(np.abs(vectors.conj().T @ (M @ vectors) - np.eye(count)).max())
     if rest.max() > RESIDUAL_TOLERANCE or orthogonality > ORTHOGONALITY_TOLERANCE:
         raise StageError(f"modes: residual {rest.max():.2g}, orthogonality {orthogonality:.2g}: not accepted")
-    return Pairs(values[:count], vectors, float(rest.max()))
+    return values[:count], vectors, rest, orthogonality

@@ -1,22 +1,36 @@
 """A mistuned wheel by synthesis of its sectors: Craig-Bampton, and partial interface modes between them (Tran 2009).
 
-One tuned sector is reduced: u_j = Ψ_low y_j + Ψ_high y_{j+1} + Φ_f q_j, y_j the dofs of the face before sector j in
-its turning axes. Every sector takes this basis, and its own blade's stiffness is projected on it in full. The faces of
-the tuned wheel then give the interface modes, with the kept dofs of each face clamped.
+One tuned sector is reduced: x_j = (y_j, y_{j+1}, q_j) with u_j = Ψ_low y_j + Ψ_high y_{j+1} + Φ_f q_j, y_j the dofs of
+the face before sector j in its turning axes. Every sector takes this basis. The faces of the tuned wheel, condensed,
+are a circulant matrix: harmonic by harmonic a Hermitian one of one face's size, whose partial interface modes are
+those of the whole wheel, whatever its number of sectors. The tuned modes X_n of the harmonics then diagonalise the
+tuned wheel, x_j = √(c_n/N) Re(e^{iθ_n j} X_n), c_n = 2 for a pair and else 1, and each blade's change δ_j of stiffness
+couples them by its Fourier sums d(p) = Σ_j δ_j e^{2πi p j/N}, with K_b the blade's stiffness on the sector's basis:
+
+  ΔK_nm = √(c_n c_m)/2N · Re(d(m − n) X_nᴴ K_b X_m + d(m + n) X_nᵀ K_b X_m).
+
+With all dofs of the faces kept there is nothing to gain by harmonics: the sectors are put together as they are, sparse.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 from scipy import linalg, sparse
 
+from pipeline.cyclic.harmonic import phase_of, rigid_motions
+from pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
 from pipeline.cyclic.sector import Sector
-from pipeline.cyclic.wheel import Mistuning, changes, shift, wheel_problem
-from pipeline.errors import InputError
-from pipeline.recipes.craig_bampton import LARGEST_BOUNDARY, condensed
+from pipeline.cyclic.wheel import Mistuning, changes, shift, wheel_rigid
+from pipeline.errors import InputError, StageError
+from pipeline.recipes.craig_bampton import RIGID_SHARE, condensed
 from pipeline.recipes.partial_interface import interface_basis
+
+LARGEST_FACE = 1500
+"""Dofs of a face: a pair of harmonics is a dense eigenproblem of twice the size, which takes about a minute."""
+LARGEST_SIZE = 6000
+"""Coordinates of a wheel reduced by interface modes: their dense eigenproblem takes about a minute."""
 
 
 @dataclass(frozen=True)
@@ -26,24 +40,22 @@ class InterfaceChoice:
     kept: np.ndarray
     """Over the dofs of the face, (k,)."""
     interface_count: int | None
-    """Elastic interface modes per sector; None is all."""
+    """Elastic interface modes per sector, as many in each harmonic; None is all."""
 
 
 @dataclass(frozen=True)
 class SectorParts:
-    """The tuned sector reduced, and the faces of the tuned wheel."""
+    """The tuned sector reduced: K, M over y_j, y_{j+1}, q_j."""
 
     sector: Sector
     basis: np.ndarray
     """Ψ_low, Ψ_high, Φ_f, (dofs, 2k + f)."""
     fixed_count: int
     K: np.ndarray
-    """Tuned wheel over all faces, then all fixed-interface modes, (N (k + f), N (k + f))."""
+    """(2k + f, 2k + f)"""
     M: np.ndarray
-    spread: sparse.csr_matrix
-    """Coordinates of each sector of those of the wheel, (N (2k + f), N (k + f))."""
-    rigid: np.ndarray
-    """Rigid motions of the wheel on its faces, (N k, r)."""
+    cpu_seconds: float
+    """For constraint and fixed-interface modes and their projection."""
 
 
 @dataclass(frozen=True)
@@ -52,31 +64,42 @@ class Synthesis:
 
     angular_frequencies: np.ndarray
     """Elastic ones [rad/s], (count,), ascending."""
-    shapes: np.ndarray
-    """Mass-orthonormal, over all faces, then all fixed-interface modes, (N (k + f), count)."""
+    motion: np.ndarray
+    """Each mode in each sector's basis, mass-orthonormal over the wheel, (N, 2k + f, count)."""
     size: int
     """Coordinates of the reduced wheel."""
     kept: int
     """Physical dofs per face."""
     interface_modes: int
     """Columns of the wheel's faces beside those kept."""
-    seconds: float
-    """Of wall time for the interface basis, the projection and the eigenproblem."""
+    cpu_seconds: float
+    """For interface basis, projection and eigenproblem; a sector's own reduction stands in `SectorParts`."""
+
+
+@dataclass(frozen=True)
+class _Tuned:
+    """Tuned modes of one harmonic in the reduced basis."""
+
+    values: np.ndarray
+    """Elastic ones [rad²/s²], (s,)."""
+    X: np.ndarray
+    """Complex motion of sector 0, (2k + f, s); for a pair, column after column Re(e^{iθj} X) are its real modes."""
+    size: int
+    columns: int
+    """Of the faces."""
 
 
 def sector_parts(sector: Sector, fixed_count: int) -> SectorParts:
     """Reduce the tuned sector by constraint modes of its faces and fixed-interface modes.
 
     Raises:
-        InputError: the faces of the wheel have too many dofs, or the sector's interior fewer than modes are asked for.
+        InputError: a face has too many dofs, or the sector's interior fewer than modes are asked for.
         StageError: the faces do not hold the sector.
     """
-    model, sectors, k = sector.model, sector.symmetry.sectors, len(sector.face)
-    if sectors * k > LARGEST_BOUNDARY:
-        raise InputError(
-            f"cyclic.sectors: {sectors} given, their faces have {sectors * k} dofs, at most {LARGEST_BOUNDARY};"
-            " coarsen the mesh"
-        )
+    start = process_time()
+    model, k = sector.model, len(sector.face)
+    if k > LARGEST_FACE:
+        raise InputError(f"cyclic: a face has {k} dofs, at most {LARGEST_FACE}; coarsen the mesh")
     boundary = np.concatenate([sector.face_dofs, sector.high_dofs])
     part = condensed(model, np.setdiff1d(model.free, boundary), boundary, fixed_count, 0)
     basis = np.zeros((len(model.held), 2 * k + fixed_count))
@@ -85,45 +108,34 @@ def sector_parts(sector: Sector, fixed_count: int) -> SectorParts:
     basis[part.dofs, 2 * k :] = part.fixed.Phi
     # The high face moves as the next sector's low one, turned.
     basis[:, k : 2 * k] = basis[:, k : 2 * k] @ sector.next[sector.high_dofs][:, sector.face].toarray()
-    one = sparse.eye(sectors)
-    low, high, own = (np.eye(2 * k + fixed_count)[:, a:b] for a, b in ((0, k), (k, 2 * k), (2 * k, None)))
-    faces = sparse.kron(one, low) + sparse.kron(shift(sectors), high)
-    spread = sparse.csr_matrix(sparse.hstack([faces, sparse.kron(one, own)]))
-    K, M = (_spread(spread, sparse.kron(one, basis.T @ (matrix @ basis))) for matrix in (model.K, model.M))
-    places = (np.arange(sectors)[:, None] * sector.own.shape[1] + sector.face).ravel()
-    return SectorParts(sector, basis, fixed_count, K, M, spread, wheel_problem(sector).rigid[places])
+    K, M = (basis.T @ (matrix @ basis) for matrix in (model.K, model.M))
+    return SectorParts(sector, basis, fixed_count, 0.5 * (K + K.T), 0.5 * (M + M.T), process_time() - start)
 
 
 def synthesise(parts: SectorParts, choice: InterfaceChoice, count: int, mistuning: Mistuning | None) -> Synthesis:
-    """Reduce the wheel's faces and return its lowest elastic frequencies.
+    """Reduce the wheel's faces and return its lowest elastic modes.
 
     Raises:
-        InputError: more interface modes or frequencies are asked for than there are.
+        InputError: more interface modes or frequencies are asked for than there are, or than is sensible.
         StageError: rigid and elastic interface modes cannot be told apart.
     """
-    start = perf_counter()
+    start = process_time()
     sectors, k = parts.sector.symmetry.sectors, len(parts.sector.face)
-    border, rigid = sectors * k, parts.rigid.shape[1]
-    K_II, M_II = parts.K[:border, :border], parts.M[:border, :border]
-    modes = None if choice.interface_count is None else sectors * choice.interface_count
-    W = interface_basis(K_II, M_II, np.tile(choice.kept, sectors), parts.rigid, modes)
-    T = sparse.block_diag([W, sparse.eye(sectors * parts.fixed_count)], format="csr")
-    if count > T.shape[1] - rigid:
-        raise InputError(f"cyclic: {count} frequencies asked of {T.shape[1] - rigid} elastic coordinates")
-    K = parts.K
-    if mistuning is not None:
-        blade = parts.basis.T @ (mistuning.part @ parts.basis)
-        K = K + _spread(parts.spread, sparse.kron(sparse.diags(changes(mistuning, sectors)), blade))
-    K, M = T.T @ (T.T @ K).T, T.T @ (T.T @ parts.M).T
-    scale = 1 / np.sqrt(M.diagonal())
-    size = np.outer(scale, scale)
-    values, vectors = linalg.eigh(
-        0.5 * (K + K.T) * size, 0.5 * (M + M.T) * size, subset_by_index=(0, rigid + count - 1)
-    )
-    shapes = T @ (scale[:, None] * vectors[:, rigid:])
     kept = int(choice.kept.sum())
-    faces = W.shape[1] - sectors * kept
-    return Synthesis(np.sqrt(values[rigid:]), shapes, T.shape[1], kept, faces, perf_counter() - start)
+    blade, delta = np.zeros_like(parts.K), np.zeros(sectors)
+    if mistuning is not None:
+        blade, delta = parts.basis.T @ (mistuning.part @ parts.basis), changes(mistuning, sectors)
+    if kept == k:
+        values, motion, size = _assembled(parts, count, blade, delta)
+        return Synthesis(np.sqrt(values), motion, size, kept, 0, process_time() - start)
+    tuned = {n: _tuned(parts, choice, n) for n in parts.sector.symmetry.harmonics()}
+    size, columns = sum(one.size for one in tuned.values()), sum(one.columns for one in tuned.values())
+    if size > LARGEST_SIZE:
+        raise InputError(f"cyclic: {size} coordinates, at most {LARGEST_SIZE}; keep or take fewer of a face's {k} dofs")
+    if count > (most := sum(len(one.values) for one in tuned.values())):
+        raise InputError(f"cyclic: {count} frequencies asked of {most} elastic coordinates")
+    values, motion = _coupled(parts, tuned, count, blade, delta)
+    return Synthesis(np.sqrt(values), motion, size, kept, columns - sectors * kept, process_time() - start)
 
 
 def compare_interfaces(
@@ -141,6 +153,95 @@ def compare_interfaces(
     return table
 
 
-def _spread(spread: sparse.csr_matrix, blocks: sparse.spmatrix) -> np.ndarray:
-    """Assemble the sectors' reduced matrices, dense."""
-    return np.asarray((spread.T @ sparse.csr_matrix(blocks) @ spread).todense())
+def _assembled(
+    parts: SectorParts, count: int, blade: np.ndarray, delta: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Put all sectors together with every dof of their faces: eigenvalues, motion and size."""
+    sectors, k, f = len(delta), len(parts.sector.face), parts.fixed_count
+    low, high, own = (np.eye(2 * k + f)[:, a:b] for a, b in ((0, k), (k, 2 * k), (2 * k, None)))
+    one = sparse.eye(sectors)
+    faces = sparse.kron(one, low) + sparse.kron(shift(sectors), high)
+    spread = sparse.csr_matrix(sparse.hstack([faces, sparse.kron(one, own)]))
+    size = spread.shape[1]
+    K, M = (
+        sparse.csr_matrix(spread.T @ sparse.block_diag(blocks, format="csr") @ spread)
+        for blocks in ([parts.K + change * blade for change in delta], [parts.M] * sectors)
+    )
+    m = parts.sector.own.shape[1]
+    rigid = wheel_rigid(parts.sector)[(np.arange(sectors)[:, None] * m + parts.sector.face).ravel()]
+    rigid = np.concatenate([rigid, np.zeros((sectors * f, rigid.shape[1]))])
+    if count > size - rigid.shape[1]:
+        raise InputError(f"cyclic: {count} frequencies asked of {size - rigid.shape[1]} elastic coordinates")
+    pairs = lowest_pairs(Problem(K, M, orthonormal(rigid, M)), count)
+    return pairs.values, (spread @ pairs.vectors).reshape(sectors, -1, count), size
+
+
+def _tuned(parts: SectorParts, choice: InterfaceChoice, harmonic: int) -> _Tuned:
+    """Reduce the faces of one harmonic and return its tuned modes."""
+    symmetry, k = parts.sector.symmetry, len(parts.sector.face)
+    twice = symmetry.multiplicity(harmonic)
+    phase = phase_of(harmonic * symmetry.angle)
+    rigid = _real(rigid_motions(parts.sector, harmonic)[parts.sector.face], twice)
+    (K, K_yq, K_qq), (M, M_yq, M_qq) = (_at_phase(matrix, k, phase, twice) for matrix in (parts.K, parts.M))
+    most = k - int(choice.kept.sum())
+    wanted = most if choice.interface_count is None else choice.interface_count
+    if wanted > most:
+        raise InputError(f"cyclic.interface_count: {wanted} given, a face has {most} dofs beside those kept")
+    every = None if choice.interface_count is None else twice * wanted
+    W = interface_basis(K, M, np.tile(choice.kept, twice), rigid, every)
+    K, M = (np.block([[W.T @ yy @ W, W.T @ yq], [yq.T @ W, qq]]) for yy, yq, qq in ((K, K_yq, K_qq), (M, M_yq, M_qq)))
+    scale = 1 / np.sqrt(M.diagonal())
+    values, vectors = linalg.eigh(K * np.outer(scale, scale), M * np.outer(scale, scale))
+    still = rigid.shape[1]
+    if still and np.abs(values[:still]).max() > RIGID_SHARE * values[still]:
+        raise StageError(f"modes: rigid motions have the eigenvalue {values[still - 1]:.2g} in the sectors' basis")
+    vectors = scale[:, None] * vectors[:, still:]
+    y, q = W @ vectors[: W.shape[1]], vectors[W.shape[1] :]
+    if twice == 2:
+        y, q = (half[: len(half) // 2] + 1j * half[len(half) // 2 :] for half in (y, q))
+    return _Tuned(values[still:], np.concatenate([y, phase * y, q]), len(M), W.shape[1])
+
+
+def _at_phase(
+    matrix: np.ndarray, k: int, phase: complex | float, twice: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a sector's matrix with y_{j+1} = e^{iθ} y_j: over y, between y and q, over q, in real form."""
+    low, high, own = slice(0, k), slice(k, 2 * k), slice(2 * k, None)
+    across = phase * matrix[low, high]
+    faces = matrix[low, low] + matrix[high, high] + across + across.conj().T
+    mixed = matrix[low, own] + np.conj(phase) * matrix[high, own]
+    return _real(faces, twice), _real(mixed, twice), _real(matrix[own, own], twice)
+
+
+def _real(matrix: np.ndarray, twice: int) -> np.ndarray:
+    """Return A + iB as [A −B; B A] for a pair, as A otherwise."""
+    A, B = np.real(matrix), np.imag(matrix)
+    return np.block([[A, -B], [B, A]]) if twice == 2 else np.ascontiguousarray(A)
+
+
+def _coupled(
+    parts: SectorParts, tuned: Mapping[int, _Tuned], count: int, blade: np.ndarray, delta: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return eigenvalues (count,) and motion (N, 2k + f, count) of the tuned modes that the blades' changes couple."""
+    sectors, symmetry = len(delta), parts.sector.symmetry
+    X = np.concatenate([one.X for one in tuned.values()], axis=1)
+    of = np.repeat(list(tuned), [one.X.shape[1] for one in tuned.values()])
+    weight = np.sqrt([symmetry.multiplicity(n) / sectors for n in of])
+    tuned_values = np.concatenate([one.values for one in tuned.values()])
+    H = np.diag(tuned_values)
+    if delta.any():
+        turns = np.exp(2j * np.pi / sectors * np.outer(np.arange(sectors), np.arange(sectors)))
+        d, Z = turns @ delta, blade @ X
+        sums = d[(of - of[:, None]) % sectors] * (X.conj().T @ Z) + d[(of + of[:, None]) % sectors] * (X.T @ Z)
+        H = H + 0.5 * np.outer(weight, weight) * np.real(sums)
+        values, V = linalg.eigh(0.5 * (H + H.T), subset_by_index=(0, count - 1))
+    else:
+        order = np.argsort(tuned_values, kind="stable")[:count]
+        values, V = tuned_values[order], np.eye(len(tuned_values))[:, order]
+    motion = np.zeros((sectors, X.shape[0], count))
+    for n in tuned:
+        at = of == n
+        shape = X[:, at] @ (weight[at, None] * V[at])
+        turns = np.exp(1j * n * symmetry.angle * np.arange(sectors))
+        motion += np.real(turns[:, None, None] * shape)
+    return values, motion

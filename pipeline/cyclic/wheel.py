@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from pipeline.cyclic.harmonic import harmonic_problem
+from pipeline.cyclic.harmonic import rigid_motions
 from pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
 from pipeline.cyclic.sector import Sector
 from pipeline.errors import InputError
@@ -61,7 +61,8 @@ def wheel_problem(sector: Sector, mistuning: Mistuning | None = None) -> Problem
         K = K + sparse.kron(sparse.diags(changes(mistuning, sectors)), mistuning.part)
     M = sparse.csr_matrix(T.T @ sparse.kron(sparse.eye(sectors), sector.model.M, format="csr") @ T)
     K = sparse.csr_matrix(T.T @ sparse.csr_matrix(K) @ T)
-    return Problem(sparse.csr_matrix(0.5 * (K + K.T)), sparse.csr_matrix(0.5 * (M + M.T)), _rigid(sector, M))
+    rigid = orthonormal(wheel_rigid(sector), M)
+    return Problem(sparse.csr_matrix(0.5 * (K + K.T)), sparse.csr_matrix(0.5 * (M + M.T)), rigid)
 
 
 def changes(mistuning: Mistuning, sectors: int) -> np.ndarray:
@@ -95,12 +96,12 @@ def _tied(sector: Sector) -> sparse.csr_matrix:
     return sparse.csr_matrix(sparse.kron(sparse.eye(sectors), sector.own) + sparse.kron(shift(sectors), sector.next))
 
 
-def _rigid(sector: Sector, M: sparse.csr_matrix) -> np.ndarray:
+def wheel_rigid(sector: Sector) -> np.ndarray:
     """Return the wheel's rigid motions, put together of those of the harmonics, (N m, r)."""
-    columns, symmetry = [np.empty((M.shape[0], 0))], sector.symmetry
+    symmetry = sector.symmetry
+    columns = [np.empty((symmetry.sectors * sector.own.shape[1], 0))]
     for harmonic in symmetry.harmonics():
-        motions = harmonic_problem(sector, harmonic).rigid
         turns = np.exp(1j * harmonic * symmetry.angle * np.arange(symmetry.sectors))
-        whole = np.kron(turns[:, None], motions)
+        whole = np.kron(turns[:, None], rigid_motions(sector, harmonic))
         columns += [whole.real] if symmetry.multiplicity(harmonic) == 1 else [whole.real, whole.imag]
-    return orthonormal(np.column_stack(columns), M)
+    return np.column_stack(columns)

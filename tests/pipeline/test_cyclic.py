@@ -37,11 +37,11 @@ from pipeline.cyclic import (
     wheel_frequencies,
     wheel_problem,
 )
+from pipeline.cyclic.wheel import wheel_rigid
 from pipeline.errors import InputError, StageError
 from pipeline.femodel import FEModel, MassProperties
 from pipeline.material import Material
 from pipeline.model import build_model
-from pipeline.recipes.craig_bampton import loose_motions
 
 F5 = json.loads((Path(__file__).parents[2] / "data/bladed-disk/F5_cyclic_chain.json").read_text())
 STEEL = Material(E=2.1e11, nu=0.3, rho=7800.0)
@@ -259,7 +259,7 @@ def test_choices_of_kept_interface(wheel: tuple[Sector, Mistuning, tuple[str, ..
     assert error["all"] < 5e-4
     assert error["none, 6"] < 1e-3
     assert error["rim, 4"] < 5e-3
-    rigid = loose_motions(parts.rigid, np.zeros(SECTORS * k, bool)).shape[0]
+    rigid = wheel_rigid(sector).shape[1]
     assert table["none, 2"][0].size == SECTORS * (2 + 12) + rigid
     assert table["rim, 4"][0].size == SECTORS * (rim.sum() + 4 + 12)
 
@@ -324,10 +324,13 @@ def test_what_there_is_not_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     parts = sector_parts(sector, 0)
     with pytest.raises(InputError, match="24 frequencies asked of 12 elastic coordinates"):
         synthesise(parts, InterfaceChoice(np.array([True]), 0), 24, mistuning)
-    with pytest.raises(InputError, match=r"modes\.interface_count: 24 given, the boundary has 12"):
+    with pytest.raises(InputError, match=r"cyclic\.interface_count: 2 given, a face has 1 dofs beside those kept"):
         synthesise(parts, InterfaceChoice(np.array([False]), 2), 4, mistuning)
-    monkeypatch.setattr("pipeline.cyclic.synthesis.LARGEST_BOUNDARY", 3)
-    with pytest.raises(InputError, match=r"cyclic\.sectors: 12 given, their faces have 12 dofs, at most 3"):
+    monkeypatch.setattr("pipeline.cyclic.synthesis.LARGEST_SIZE", 11)
+    with pytest.raises(InputError, match="cyclic: 12 coordinates, at most 11; keep or take fewer of a face's 1 dofs"):
+        synthesise(parts, InterfaceChoice(np.array([False]), 1), 4, mistuning)
+    monkeypatch.setattr("pipeline.cyclic.synthesis.LARGEST_FACE", 0)
+    with pytest.raises(InputError, match="cyclic: a face has 1 dofs, at most 0; coarsen the mesh"):
         sector_parts(sector, 0)
 
 
