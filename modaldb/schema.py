@@ -91,9 +91,10 @@ class LoadModes:
     resultant: Array
     """Force and moment about the component's origin per unit, (k, 6)."""
     point: Array
-    """Where it acts: the mean of its surface [m], (3,)."""
+    """Where it acts: the mean of its surface, or the reference point of a tie [m], (3,)."""
     unit: str
-    """Of the generalised force: `N` for the three directions of a mean, `Pa` for a pressure."""
+    """Of the generalised force: `N` for the three directions of a mean, `N, N m` for forces and moments on a tie's
+    reference point, `Pa` for a pressure."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 from modaldb.schema import MeshRecord, Surface
 from modaldb.traction import cross_axes
 from pipeline.errors import InputError
+from pipeline.settings import is_absent
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -28,11 +29,12 @@ class Interface(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     surface: str = Field(description="Name of a surface of the mesh")
-    kind: Literal["points", "traction", "mean", "pressure", "patch"] = Field(
+    kind: Literal["points", "traction", "mean", "pressure", "patch", "tie"] = Field(
         default="points",
         description="points: contact points; traction: smooth tractions for points of another body that slide over"
         " the surface; mean: the mean displacement of the surface, for joints and forces; pressure: a uniform pressure;"
-        " patch: one contact row, the mean normal displacement of a flat surface",
+        " patch: one contact row, the mean normal displacement of a flat surface; tie: the surface hangs on a reference"
+        " point, see tie",
     )
     sector_deg: Span | None = Field(
         default=None, description="Only what lies between two angles [deg]; a traction space on a cylinder needs it"
@@ -50,6 +52,17 @@ class Interface(BaseModel):
         description="Least and largest coordinate of a traction space on a plane, across and along, from the plane's"
         " origin [m]; all of the surface by default",
     )
+    tie: Literal["rbe2", "rbe3"] | None = Field(
+        default=None,
+        exclude_if=is_absent,
+        description="How a surface hangs on its reference point. rbe2: it moves as a rigid body with the point; rbe3:"
+        " the point moves as the surface does on the mean, which stays as flexible as it is",
+    )
+    point: tuple[Finite, Finite, Finite] | None = Field(
+        default=None,
+        exclude_if=is_absent,
+        description="Reference point of a tie [m]; the surface's centroid by default",
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> "Interface":
@@ -63,8 +76,13 @@ class Interface(BaseModel):
         for name in ("spacing", "along", "extent"):
             if self.kind != "traction" and getattr(self, name) is not None:
                 raise ValueError(f"{name} is for kind 'traction', the kind is '{self.kind}'")
+        if self.kind == "tie" and self.tie is None:
+            raise ValueError("kind 'tie' needs tie, 'rbe2' or 'rbe3'")
+        for name in ("tie", "point"):
+            if self.kind != "tie" and getattr(self, name) is not None:
+                raise ValueError(f"{name} is for kind 'tie', the kind is '{self.kind}'")
         for name in ("sector_deg", "height"):
-            if self.kind in ("mean", "pressure", "patch") and getattr(self, name) is not None:
+            if self.kind in ("mean", "pressure", "patch", "tie") and getattr(self, name) is not None:
                 raise ValueError(f"{name} is for kinds 'points' and 'traction', '{self.kind}' takes the whole surface")
         return self
 

@@ -20,6 +20,7 @@ from pipeline.patch import patch_point, patch_row
 from pipeline.recipes import RECIPES, ContactRows, Reduction
 from pipeline.recipes.reduction import reference_reaction
 from pipeline.supports import surface_nodes
+from pipeline.tie import Tie, made_rigid, tie_of, tie_rows
 from pipeline.traction import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
 
 
@@ -34,6 +35,7 @@ class _Touched:
     """Rows of B by interface, in the order of the names."""
     fields: dict[str, np.ndarray]
     """Forces of the pressure fields that ask for a static shape, by interface, (rows, k)."""
+    ties: dict[str, Tie]
 
     def all_rows(self, dofs: int) -> ContactRows:
         """Return all rows as one matrix."""
@@ -60,8 +62,12 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     touched = _contacts(mesh, component, where)
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
     _gather(touched, mesh, component, model, where)
+    rigid = {key: tie for key, tie in touched.ties.items() if component.interface[key].tie == "rbe2"}
+    tied, spread = made_rigid(model, rigid, f"{where}.interface")
     contact = touched.all_rows(model.K.shape[0])
-    reduction = _reduced(model, contact, component, where)
+    contact = replace(contact, B=sparse.csr_matrix(contact.B @ spread))
+    own = _reduced(tied, contact, component, where)
+    reduction = replace(own, Phi=spread @ own.Phi)
     at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
     return ModalRecord(
         mesh_key=mesh_key,
@@ -126,7 +132,7 @@ def _gauges(mesh: MeshRecord, component: Component) -> dict[str, np.ndarray]:
 
 def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:
     """Find what the mesh alone tells, so that a mistake shows before anything is assembled."""
-    points, tractions = {}, {}
+    points, tractions, ties = {}, {}, {}
     for key, interface in sorted(component.interface.items()):
         if interface.kind == "points":
             points[key] = contact_points(mesh, interface, f"{where}.interface.{key}")
@@ -134,9 +140,11 @@ def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:
             tractions[key] = traction_space(mesh, interface, f"{where}.interface.{key}")
         elif interface.kind == "patch":
             points[key] = patch_point(mesh, interface, f"{where}.interface.{key}")
+        elif interface.kind == "tie":
+            ties[key] = tie_of(mesh, interface, f"{where}.interface.{key}")
     refuse_too_many(tractions, f"{where}.interface")
     refuse_unresolved(tractions, f"{where}.interface")
-    return _Touched(points, tractions, {}, {}, {})
+    return _Touched(points, tractions, {}, {}, {}, ties)
 
 
 def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FEModel, where: str) -> None:
@@ -159,7 +167,9 @@ def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FE
             touched.rows[key] = tractions[key].rows(model)
             touched.fields[key] = pressure_fields(tractions[key].centres, tractions[key].areas, count)
         else:
-            touched.loads[key] = load = load_rows(mesh, model, interface, f"{where}.interface.{key}")
+            tie = touched.ties.get(key)
+            load = tie_rows(model, tie) if tie else load_rows(mesh, model, interface, f"{where}.interface.{key}")
+            touched.loads[key] = load
             touched.rows[key] = load.B
             touched.fields[key] = np.empty((load.B.shape[0], 0))
 

@@ -9,7 +9,7 @@ ALL_FOR_ZERO = ("craig-bampton", "interface", "partial-interface", "attachment")
 """Recipes for which a normal_count of 0 means all that they make."""
 
 
-def _is_absent(value: object) -> bool:
+def is_absent(value: object) -> bool:
     """Return whether a key was left out: it then stays out of what identifies a record."""
     return value is None or value == ()
 
@@ -62,18 +62,18 @@ class ModesSettings(BaseModel):
     )
     boundary: tuple[str, ...] = Field(
         default=(),
-        exclude_if=_is_absent,
+        exclude_if=is_absent,
         description="Surfaces whose dofs are boundary, beside those that interfaces and cuts touch; for recipes"
         " 'craig-bampton', 'interface' and 'partial-interface'",
     )
     kept: tuple[str, ...] = Field(
         default=(),
-        exclude_if=_is_absent,
+        exclude_if=is_absent,
         description="Surfaces and interfaces whose boundary dofs stay physical; for recipe 'partial-interface'",
     )
     interface_count: int | None = Field(
         default=None,
-        exclude_if=_is_absent,
+        exclude_if=is_absent,
         ge=0,
         description="Elastic interface modes for the boundary dofs that are not kept; all by default; for recipes"
         " 'interface' and 'partial-interface'",

@@ -1,5 +1,5 @@
-"""Every recipe, on solids and bars, free and held, and on beams free, hinged and clamped: orthonormal, diagonal, never
-too soft, exact in statics where it promises."""
+"""Every recipe, on solids of curved and of straight elements and bars, free, held and tied, and on beams free, hinged
+and clamped: orthonormal, diagonal, never too soft, exact in statics where it promises."""
 
 from dataclasses import replace
 
@@ -10,6 +10,7 @@ from scipy import linalg, sparse
 from pipeline.femodel import FEModel
 from pipeline.geometry.bar import Bar
 from pipeline.geometry.beam import Beam
+from pipeline.geometry.box import Box
 from pipeline.geometry.skirt import Skirt
 from pipeline.interface import Interface, contact_points, surface_coordinates
 from pipeline.material import Material
@@ -19,6 +20,7 @@ from pipeline.modes.static import pressure_fields
 from pipeline.recipes import RECIPES, ContactRows, Reduction
 from pipeline.recipes.reduction import reference_reaction
 from pipeline.settings import ModesSettings, Support
+from pipeline.tie import made_rigid, tie_of, tie_rows
 
 ORTHOGONALITY = 1e-10
 ROUND_OFF = 1e-8
@@ -44,6 +46,23 @@ def solid(*supports: Support | str) -> tuple[FEModel, ContactRows]:
     coordinates = surface_coordinates(points.points, mesh.surfaces["skirt"].shape)
     rows = model.rows(points.nodes, points.normals)
     return model, ContactRows(rows, pressure_fields(coordinates, points.areas, STATIC))
+
+
+def block() -> tuple[FEModel, ContactRows]:
+    """A solid of straight elements."""
+    mesh = Box(kind="box", lx=0.03, ly=0.02, lz=0.05).build(0.025)
+    model = build_model(mesh, Material(E=2e11, nu=0.3, rho=7800.0))
+    points = contact_points(mesh, Interface(surface="right"), "here")
+    return model, ContactRows(model.rows(points.nodes, points.normals), np.eye(len(points.nodes))[:, :STATIC])
+
+
+def tied() -> tuple[FEModel, ContactRows]:
+    """A solid whose crown moves as a rigid body."""
+    model, rows = solid()
+    tie = tie_of(model.mesh, Interface(surface="crown", kind="tie", tie="rbe2"), "here")
+    rigid, L = made_rigid(model, {"crown": tie}, "here")
+    B = sparse.csr_matrix(sparse.vstack([rows.B, tie_rows(model, tie).B]) @ L)
+    return rigid, ContactRows(B, np.vstack([rows.pressures, np.zeros((6, STATIC))]))
 
 
 def bar() -> tuple[FEModel, ContactRows]:
@@ -75,6 +94,8 @@ CASES = {
     "solid": solid,
     "held": held,
     "sliding": sliding,
+    "block": block,
+    "tied": tied,
     "bar": bar,
     "beam": lambda: beam("euler-bernoulli"),
     "hinged": lambda: beam("euler-bernoulli", Support(surface="left", hold=("z",))),
@@ -98,7 +119,8 @@ def elastic(case: tuple[FEModel, ContactRows]) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.fixture(scope="module", params=sorted(RECIPES))
 def reduced(request: pytest.FixtureRequest, case: tuple[FEModel, ContactRows]) -> tuple[str, Reduction]:
-    reference, kept = ("crown", "crown") if "crown" in case[0].mesh.surfaces else ("left", "right")
+    surfaces = case[0].mesh.surfaces
+    reference, kept = ("crown", "crown") if "crown" in surfaces else ("left", "right")
     settings = ModesSettings(
         recipe=request.param,
         normal_count=0 if request.param == "attachment" else NORMAL,
