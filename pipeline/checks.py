@@ -58,7 +58,8 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         for n, o in scene.others().items()
     ]
     wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.joint.items()]
-    wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.given().items()]
+    wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
+    wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
     for where, body, interface, kinds in wanted:
         component = scene.component.get(scene.component_of(body))
         if component is None:
@@ -97,8 +98,8 @@ def law_notes(scene: "SceneFile") -> list[str]:
 
 def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
     """Read the tables that forces name, so that the solver's part of the scene holds their values."""
-    forces: dict[str, Any] = dict(scene.springs())
-    for name, force in scene.given().items():
+    forces: dict[str, Any] = dict(scene.force)
+    for name, force in scene.gas().items():
         if force.table is not None:
             values = read_cycle(find_file(force.table, folder, f"force.{name}.table"))
             force = force.model_copy(update={"values": values})

@@ -24,7 +24,7 @@ def mechanism_of(job: Job, until: float) -> Mechanism:
     middle = 0.5 * (grid[1:] + grid[:-1])
     pin = float((modal.loads[joint.interface].point + np.asarray(body.position)) @ lateral)
     axial = morph.mass * (joint.piston_pin(middle, pin)[:, 2] - float(np.asarray(job.scene.run.gravity) @ along))
-    for force in job.scene.given().values():
+    for force in job.scene.gas().values():
         if force.body == joint.body:
             per_pascal = float(modal.loads[force.interface].resultant[0, :3] @ along)
             axial = axial - per_pascal * force.pressure(joint.angle(middle))

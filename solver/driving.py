@@ -1,18 +1,23 @@
 """What drives a scene: joints that prescribe motion, given loads, gravity. Each load row is a displacement that a
 generalised force works on; rows 2 j and 2 j + 1 are the lateral and along displacement of joint j's point."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from modaldb.schema import TractionModes
+from modaldb.traction import inside, spline_weights
 from solver.body import FlexibleBody
 from solver.contacts import ContactRows
 from solver.errors import SceneError
-from solver.forces.gas import GasPressure
+from solver.forces.moving import MovingForce
 from solver.joints import Joint
 from solver.methods import METHODS
 from solver.scene import Scene
+
+ON_THE_SPACE = 1e-9
+"""Of its size: how far beside a traction space the ends of a path may lie."""
 
 
 @dataclass(frozen=True)
@@ -28,16 +33,17 @@ class HeldPoint:
 
 @dataclass(frozen=True)
 class GivenLoad:
-    """A force given over time."""
+    """A force given over time, as k generalised forces."""
 
     name: str
-    force: GasPressure
-    joint: Joint
     body: str
-
-    def mean(self, start: np.ndarray, dt: float) -> np.ndarray:
-        """Return the generalised force in the middle of steps that begin at given times [s]."""
-        return self.force.pressure(self.joint.angle(start + 0.5 * dt))
+    interface: str
+    resultant: np.ndarray
+    """Force and moment about the component's origin per unit of each, (k, 6)."""
+    amounts: Callable[[np.ndarray], np.ndarray]
+    """Generalised forces at given times [s], (t,) → (t, k)."""
+    travels: bool
+    """Whether it moves over its interface, on a body that is undeformed before it."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +66,31 @@ class Driving:
     def loads(self, start: np.ndarray, dt: float) -> np.ndarray:
         """Return the given loads' mean over steps that begin at given times, zero for joints, (t, L)."""
         found = np.zeros((len(start), len(self.rows)))
-        for number, load in enumerate(self.given, 2 * len(self.joints)):
-            found[:, number] = load.mean(start, dt)
+        for load, at in self.given_rows():
+            found[:, at] = load.amounts(start + 0.5 * dt)
+        return found
+
+    def given_rows(self) -> Iterator[tuple[GivenLoad, slice]]:
+        """Yield each given load with its rows."""
+        first = 2 * len(self.joints)
+        for load in self.given:
+            last = first + len(load.resultant)
+            yield load, slice(first, last)
+            first = last
+
+    def deflections(self, time: np.ndarray, frames: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the displacement under each travelling force, along it [m], (t,).
+
+        Args:
+            time: [s], (t,)
+            frames: All coordinates at these times, (t, m).
+        """
+        loads = self.loads(time, 0.0)
+        moved = frames @ self.rows.T + loads @ self.residual
+        found = {}
+        for load, at in self.given_rows():
+            if load.travels and (size := float(np.abs(loads[:, at].sum(axis=1)).max(initial=0.0))) > 0:
+                found[load.name] = np.einsum("tk,tk->t", loads[:, at], moved[:, at]) / size
         return found
 
     def crank(self, time: np.ndarray) -> np.ndarray:
@@ -81,6 +110,8 @@ class Driving:
             SceneError: a rod does not reach its point all around.
         """
         loads = self.loads(np.zeros(1), 0.0)[0]
+        for load, at in self.given_rows():
+            loads[at] *= not load.travels
         for number, held in enumerate(self.joints):
             body, first = bodies[held.body], offsets[held.body]
             along, _lateral = held.joint.axes
@@ -154,12 +185,12 @@ def compile_driving(
             owners.append((joint.body, joint.interface, axis))
     for name, force in scene.given().items():
         body = bodies[force.body]
-        load = body.load(force.interface, f"force.{name}.interface")
-        if len(load.rows) != 1:
-            raise SceneError(f"force.{name}.interface: '{force.interface}' is no interface of kind 'pressure'")
-        given.append(GivenLoad(name, force, scene.joint[force.joint], force.body))
-        rows.append(_over_all(body, offsets, body.wrench_rows(load.resultant)[0], load.rows[0], size))
-        owners.append((force.body, force.interface, np.ones(1)))
+        make = _travelling if isinstance(force, MovingForce) else _pressing
+        load, elastic = make(scene, name, body)
+        given.append(load)
+        for rigid, row, mix in zip(body.wrench_rows(load.resultant), elastic, np.eye(len(elastic)), strict=True):
+            rows.append(_over_all(body, offsets, rigid, row, size))
+            owners.append((force.body, force.interface, mix))
     residual = np.zeros((len(rows), len(rows)))
     for a, (body, interface, mix) in enumerate(owners):
         for b, (other, at, weights) in enumerate(owners):
@@ -177,6 +208,57 @@ def compile_driving(
     damping = np.array([bodies[body].stiffness_factor for body, _, _ in owners])
     stacked = np.array(rows).reshape(-1, size)
     return Driving(joints, given, stacked, residual, to_gap, damping, gravity)
+
+
+def _pressing(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, np.ndarray]:
+    """Return a gas pressure and its row, (1, m).
+
+    Raises:
+        SceneError: the body has no such interface.
+    """
+    force = scene.gas()[name]
+    load, joint = body.load(force.interface, f"force.{name}.interface"), scene.joint[force.joint]
+    if len(load.rows) != 1:
+        raise SceneError(f"force.{name}.interface: '{force.interface}' is no interface of kind 'pressure'")
+
+    def amounts(time: np.ndarray) -> np.ndarray:
+        return force.pressure(joint.angle(time))[:, None]
+
+    return GivenLoad(name, body.name, force.interface, load.resultant, amounts, False), load.rows
+
+
+def _travelling(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, np.ndarray]:
+    """Return a moving force on the functions of its traction space, and their rows, (k, m).
+
+    Raises:
+        SceneError: the body has no such traction space, or the force leaves it.
+    """
+    force, where = scene.moving()[name], f"force.{name}"
+    spaces = body.modal.tractions
+    if force.interface not in spaces:
+        raise SceneError(f"{where}.interface: body '{body.name}' has no traction space '{force.interface}'")
+    space = spaces[force.interface]
+    ends = force.places(np.array([0.0, scene.run.duration]))
+    end = space.start + space.spacing * (space.counts - 3)
+    # Round-off of speed × duration must not end a path beside the space.
+    if not inside(space, ends + ON_THE_SPACE * (space.start + end - 2 * ends)).all():
+        raise SceneError(
+            f"{where}: it moves from {ends[0].tolist()} to {ends[1].tolist()} m across and along by run.duration, its"
+            f" traction space reaches from {space.start.tolist()} to {end.tolist()}; change `at`, or take a shorter run"
+        )
+    return GivenLoad(name, body.name, force.interface, space.resultant, _spread(force, space), True), space.rows
+
+
+def _spread(force: MovingForce, space: TractionModes) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the forces on the functions over time; outward ones are positive."""
+
+    def amounts(time: np.ndarray) -> np.ndarray:
+        numbers, values = spline_weights(space, force.places(time))
+        found = np.zeros((len(time), len(space.resultant)))
+        np.put_along_axis(found, numbers, -force.force * values, axis=1)
+        return found
+
+    return amounts
 
 
 def _over_all(

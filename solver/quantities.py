@@ -57,6 +57,25 @@ def quantities(
     return found | _leaving(system, end)
 
 
+def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
+    """Return the displacement under each travelling force, along it: its largest, when, and the last one.
+
+    Args:
+        times: Of the frames [s], (f,).
+        frames: Coordinates, (f, m).
+    """
+    found: Json = {}
+    for name, under in system.driving.deflections(times, frames).items():
+        most = int(np.abs(under).argmax())
+        values = {
+            "deflection_peak": (under[most], "m"),
+            "peak_time": (times[most], "s"),
+            "deflection_end": (under[-1], "m"),
+        }
+        found |= {f"{name}.{key}": {"value": float(v), "unit": unit} for key, (v, unit) in values.items()}
+    return found
+
+
 def _leaving(system: System, end: Outcome) -> Json:
     """Return the velocity with which each body's centre of mass leaves, along what it can move."""
     found: Json = {}
@@ -267,9 +286,7 @@ def _driven(system: System, name: str, loads: np.ndarray, duration: float) -> tu
             resultant = body.modal.loads[held.joint.interface].resultant
             force = loads[2 * number] * lateral + loads[2 * number + 1] * along
             wrenches.append(force @ resultant)
-    for number, load in enumerate(driving.given, 2 * len(driving.joints)):
-        if load.body == name:
-            wrenches.append(loads[number] * body.modal.loads[load.force.interface].resultant[0])
+    wrenches += [loads[at] @ load.resultant for load, at in driving.given_rows() if load.body == name]
     for wrench in wrenches:
         moment = wrench[3:] - np.cross(centre, wrench[:3])
         given += np.concatenate([wrench[:3], moment])

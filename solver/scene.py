@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from solver.forces import Force
 from solver.forces.gas import GasPressure
+from solver.forces.moving import MovingForce
 from solver.forces.spring import Spring
 from solver.joints import Joint
 from solver.laws import Law
@@ -173,7 +174,7 @@ class Scene(BaseModel):
         for where, body in named:
             if body not in self.body:
                 raise ValueError(f"{where}: no body '{body}', the scene has {', '.join(self.body)}")
-        for name, force in self.given().items():
+        for name, force in self.gas().items():
             if force.joint not in self.joint:
                 have = ", ".join(self.joint) or "none"
                 raise ValueError(f"force.{name}.joint: no joint '{force.joint}', the scene has {have}")
@@ -191,9 +192,17 @@ class Scene(BaseModel):
         """Return the other body of each contact between two bodies."""
         return {n: c.against for n, c in self.contact.items() if isinstance(c.against, MasterSurface | OtherBody)}
 
-    def given(self) -> dict[str, GasPressure]:
+    def given(self) -> dict[str, GasPressure | MovingForce]:
         """Return the forces that are given over time."""
+        return {n: f for n, f in self.force.items() if isinstance(f, GasPressure | MovingForce)}
+
+    def gas(self) -> dict[str, GasPressure]:
+        """Return the gas pressures."""
         return {n: f for n, f in self.force.items() if isinstance(f, GasPressure)}
+
+    def moving(self) -> dict[str, MovingForce]:
+        """Return the forces that travel over a surface."""
+        return {n: f for n, f in self.force.items() if isinstance(f, MovingForce)}
 
     def springs(self) -> dict[str, Spring]:
         """Return the springs."""

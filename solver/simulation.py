@@ -7,9 +7,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from modaldb.schema import ContactHistory, JointHistory, Json, Trajectory
+from solver.books import WORK
 from solver.integrators import make
 from solver.outcome import Outcome, Samples
-from solver.quantities import momentum_residual, quantities
+from solver.quantities import deflections, momentum_residual, quantities
 from solver.result import Result
 from solver.system import STEP_FACTOR, System
 
@@ -133,6 +134,8 @@ def _march(system: System, plan: Schedule, critical: float, progress: Callable[[
             progress(done / plan.frames)
     end = integrator.outcome()
     exchanged = float(end.extreme[2])
+    if system.driving.given and not system.contacts:
+        exchanged = float(np.abs(histories.energies[: done * plan.samples_per_frame, WORK]).max(initial=0.0))
     drift = float(end.extreme[1]) / exchanged if exchanged > 0 else 0.0
     if result.ok and drift > CREATED_ENERGY:
         result = Result.ENERGY
@@ -220,7 +223,8 @@ def _trajectory(
         frame_times=interval * plan.samples_per_frame * np.arange(1, len(found.frames) + 1),
         frames=found.frames,
         velocities=found.velocities,
-        quantities=quantities(system, end, 0.0 if located else plan.dt, interval, found.forces, found.multipliers),
+        quantities=quantities(system, end, 0.0 if located else plan.dt, interval, found.forces, found.multipliers)
+        | deflections(system, interval * plan.samples_per_frame * np.arange(1, len(found.frames) + 1), found.frames),
         energy_drift=drift,
         momentum_residual=momentum_residual(system, end, interval * found.loads.sum(axis=0), interval * len(times)),
         counts=counts,

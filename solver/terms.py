@@ -63,7 +63,7 @@ def scene_terms(scene: Scene) -> list[Term]:
                         body,
                         True,
                         f"{force.kind} on {force.interface}",
-                        (f"modes:loads/{force.interface}",),
+                        (f"modes:{'tractions' if force.kind == 'moving' else 'loads'}/{force.interface}",),
                     )
                 )
         damped = scene.body[body].damping is not None

@@ -5,8 +5,9 @@ from typing import Annotated
 from pydantic import Field
 
 from solver.forces.gas import GasPressure
+from solver.forces.moving import MovingForce
 from solver.forces.spring import Spring
 
-FORCES = {"gas": GasPressure, "spring": Spring}
+FORCES = {"gas": GasPressure, "moving": MovingForce, "spring": Spring}
 
-Force = Annotated[GasPressure | Spring, Field(discriminator="kind")]
+Force = Annotated[GasPressure | MovingForce | Spring, Field(discriminator="kind")]

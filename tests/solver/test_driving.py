@@ -106,7 +106,7 @@ def test_load_is_the_pressure_in_the_middle_of_each_step(tmp_path: Path) -> None
     system = build(tmp_path, piston_records(), scene)
     done = march(system, 1e-5, 40)
     middle = np.radians(-30.0) + 100 * np.pi * (done.times - 0.5e-5)
-    np.testing.assert_allclose(done.loads[:, 2], system.driving.given[0].force.pressure(middle), rtol=1e-12)
+    np.testing.assert_allclose(done.loads[:, 2], system.scene.gas()["gas"].pressure(middle), rtol=1e-12)
 
 
 @pytest.mark.parametrize(

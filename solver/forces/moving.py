@@ -1,0 +1,24 @@
+"""A force that travels over a surface at constant speed, or stands still and is applied suddenly."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from solver.obstacles.vectors import Finite
+
+
+class MovingForce(BaseModel):
+    """Constant force against the outward normal of a traction space, on a body that is undeformed before it."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["moving"]
+    body: str
+    interface: str = Field(description="Interface of kind 'traction'; its knot spacing is the size of the footprint")
+    force: Finite = Field(description="Positive where it presses the surface inwards [N]")
+    at: tuple[Finite, Finite] = Field(description="Coordinates across and along at the start [m]")
+    speed: Finite = Field(default=0.0, description="Along [m/s]; 0: it stands still, applied suddenly at the start")
+
+    def places(self, time: np.ndarray) -> np.ndarray:
+        """Return the coordinates across and along at given times [m], (t, 2)."""
+        return np.column_stack([np.full(len(time), self.at[0]), self.at[1] + self.speed * time])
