@@ -65,12 +65,14 @@ def nodal_problem(job: Job) -> NodalProblem:
             f"{job.path}: report.nodal: is for the contact points of one body, against obstacles or one other body, and"
             " one joint"
         )
+    for name in scene.moving():
+        raise InputError(f"{job.path}: report.nodal: knows no moving forces, leave force.{name} out")
     for name, contact in scene.contact.items():
         if contact.surface_stiffness is None:
             raise InputError(f"{job.path}: report.nodal: contact.{name} needs surface_stiffness, nodes need a spring")
     slave = _part(job, slaves.pop())
     master = _part(job, over.pop()) if over else None
-    loads = [_gas(job, name, slave) for name in scene.given()]
+    loads = [_gas(job, name, slave) for name in scene.gas()]
     if any(scene.run.gravity):
         loads.append(gravity(slave.model, np.asarray(scene.run.gravity)))
     spin = np.cross(np.asarray(slave.settings.angular_velocity), slave.model.nodes - slave.model.properties.centre)
@@ -100,6 +102,10 @@ def _part(job: Job, name: str) -> _Part:
     if mesh.cell_type not in ("tetra10", "line3"):
         raise InputError(
             f"{job.path}: report.nodal: is for solids and bars, {where}.geometry is '{component.geometry.kind}'"
+        )
+    if rigid := [key for key, item in component.interface.items() if item.tie == "rbe2"]:
+        raise InputError(
+            f"{job.path}: report.nodal: knows no rigid surfaces, {where}.interface.{rigid[0]} is an 'rbe2'"
         )
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
     if model.held.any() and len(model.rigid_twists):
@@ -160,7 +166,7 @@ def _surface(
 
 
 def _gas(job: Job, name: str, slave: _Part) -> NodalLoad:
-    force = job.scene.given()[name]
+    force = job.scene.gas()[name]
     joint = job.scene.joint[force.joint]
     rows = load_rows(slave.mesh, slave.model, slave.component.interface[force.interface], f"force.{name}.interface")
 
