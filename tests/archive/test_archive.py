@@ -95,6 +95,37 @@ def check_trajectory(record: Any) -> None:
     assert record.counts == {"steps": 400, "step": 7.5e-7}
 
 
+def check_cyclic(record: Any) -> None:
+    assert (record.mesh_key, record.sectors) == ("ab" * 32, 3)
+    assert np.array_equal(record.axis, [0.0, 0.0, 1.0])
+    assert np.array_equal(record.origin, ramp(3))
+    assert record.harmonics.keys() == {"0", "1"}
+    real, pair = record.harmonics["0"], record.harmonics["1"]
+    assert (real.harmonic, real.multiplicity, real.rigid, pair.harmonic, pair.multiplicity) == (0, 1, 2, 1, 2)
+    assert np.array_equal(pair.angular_frequencies, ramp(2, start=2.0))
+    assert np.array_equal(pair.residuals, ramp(2, start=3.0))
+    assert np.array_equal(real.real, ramp(10, 3, 2))
+    assert real.imaginary is None
+    assert np.array_equal(pair.imaginary, ramp(10, 3, 2, start=5.0))
+    assert pair.quality == {"orthogonality": 1e-14, "shift": 5.0e7, "found": 2, "expected": 2}
+    assert record.quality == {"sector_dofs": 30, "face_dofs": 6, "wheel_dofs": 72}
+
+
+def check_wheel(record: Any) -> None:
+    assert record.modes_key == "cd" * 32
+    assert record.model == {"fixed_count": 2, "kept": ["rim"], "interface_count": 1}
+    assert (record.engine_order, record.loss_factor) == (1, 2e-3)
+    assert np.array_equal(record.stiffness_changes, ramp(3))
+    assert np.array_equal(record.tuned_frequencies, ramp(2, start=1.0))
+    assert np.array_equal(record.mistuned_frequencies, ramp(2, start=2.0))
+    assert np.array_equal(record.blades, ramp(3, 2))
+    assert np.array_equal(record.excitation, ramp(4, start=3.0))
+    assert np.array_equal(record.tuned, ramp(4, 3, 2, start=4.0))
+    assert np.array_equal(record.mistuned, ramp(4, 3, 2, start=5.0))
+    assert record.quantities == {"magnification": {"value": 1.25, "unit": "1"}}
+    assert record.counts == {"coordinates": 12, "kept": 2, "interface_modes": 3}
+
+
 def check_modes_1(record: Any) -> None:
     assert record.interface_rows == {"anti": [0, 1], "thrust": [1, 3]}
     assert np.array_equal(record.residual_flexibility, ramp(3, 3, start=10.0))
@@ -180,6 +211,8 @@ CHECKS: dict[str, Callable[[Any], None]] = {
     "morph": check_morph,
     "nodal": check_nodal,
     "trajectory": check_trajectory,
+    "cyclic": check_cyclic,
+    "wheel": check_wheel,
 }
 """What the files of all versions hold."""
 OWN: dict[str, dict[str, Callable[[Any], None]]] = {

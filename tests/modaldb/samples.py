@@ -8,6 +8,8 @@ import numpy as np
 from modaldb.schema import (
     KINDS,
     ContactHistory,
+    CyclicHarmonic,
+    CyclicRecord,
     GaugeModes,
     InertiaCouplings,
     InterfaceModes,
@@ -20,6 +22,7 @@ from modaldb.schema import (
     Surface,
     TractionModes,
     Trajectory,
+    WheelRecord,
 )
 
 INPUTS = {"stage": "sample", "size": 0.005, "nested": {"on": True, "nothing": None, "list": [1, 2.5, "ω"]}}
@@ -182,7 +185,48 @@ def trajectory() -> Trajectory:
     )
 
 
-SAMPLES = {"mesh": mesh, "modes": modes, "morph": morph, "nodal": nodal, "trajectory": trajectory}
+def cyclic() -> CyclicRecord:
+    """Return two harmonics of two modes each, one real and one complex."""
+    quality = {"orthogonality": 1e-14, "shift": 5.0e7, "found": 2, "expected": 2}
+    return CyclicRecord(
+        mesh_key="ab" * 32,
+        sectors=3,
+        axis=np.array([0.0, 0.0, 1.0]),
+        origin=ramp(3),
+        harmonics={
+            "0": CyclicHarmonic(0, 1, 2, ramp(2, start=1.0), ramp(2), ramp(10, 3, 2), None, quality),
+            "1": CyclicHarmonic(
+                1, 2, 2, ramp(2, start=2.0), ramp(2, start=3.0), ramp(10, 3, 2, start=4.0), ramp(10, 3, 2, start=5.0),
+                quality,
+            ),
+        },
+        quality={"sector_dofs": 30, "face_dofs": 6, "wheel_dofs": 72},
+    )  # fmt: skip
+
+
+def wheel() -> WheelRecord:
+    """Return a reduced wheel of three blades with two modes at four frequencies."""
+    return WheelRecord(
+        modes_key="cd" * 32,
+        model={"fixed_count": 2, "kept": ["rim"], "interface_count": 1},
+        engine_order=1,
+        loss_factor=2e-3,
+        stiffness_changes=ramp(3),
+        tuned_frequencies=ramp(2, start=1.0),
+        mistuned_frequencies=ramp(2, start=2.0),
+        blades=ramp(3, 2),
+        excitation=ramp(4, start=3.0),
+        tuned=ramp(4, 3, 2, start=4.0),
+        mistuned=ramp(4, 3, 2, start=5.0),
+        quantities={"magnification": {"value": 1.25, "unit": "1"}},
+        counts={"coordinates": 12, "kept": 2, "interface_modes": 3},
+    )
+
+
+SAMPLES = {
+    "mesh": mesh, "modes": modes, "morph": morph, "nodal": nodal, "trajectory": trajectory, "cyclic": cyclic,
+    "wheel": wheel,
+}  # fmt: skip
 """Maker of each kind's sample."""
 assert SAMPLES.keys() == KINDS.keys(), "a kind of record without a sample"
 
