@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -50,15 +51,30 @@ def main() -> int:
             if "gudgeon" in asked.contestants and not asked.bare:
                 for size in asked.sizes:
                     failed += alone(asked, size, extra, results[key])
-    rows = table.rows(results["runs"])
-    (out / "modes.csv").write_text(table.to_csv(rows))
-    lines = [table.text(rows), "", table.phases(results["runs"]), ""]
-    lines += [*table.floors(rows, results["floor"]), "", *table.statics(results["statics"]), "", *table.targets(rows)]
-    lines += [f"{r['size']} {r['contestant']}, {r['threads']}: {r['failed']}" for r in results["runs"] if "failed" in r]
-    lines += (wrong := table.disagreements(rows))
-    (out / "modes.txt").write_text("\n".join(lines) + "\n")
-    print("", *lines, sep="\n")
+    wrong = report(out, results)
     return int(bool(failed or wrong))
+
+
+def report(out: Path, results: dict[str, Any]) -> list[str]:
+    """Write the table as text, CSV and JSON, print it, and return what disagrees."""
+    runs = results["runs"]
+    rows = table.rows(runs)
+    wrong = table.disagreements(rows)
+    sections = [
+        [table.text(rows)],
+        [table.phases(runs)],
+        table.floors(rows, results["floor"]),
+        table.statics(results["statics"]),
+        table.targets(rows),
+        [f"{run['size']} {run['contestant']}, {run['threads']}: {run['failed']}" for run in runs if "failed" in run],
+        wrong,
+    ]
+    text = "\n\n".join("\n".join(lines) for lines in sections if any(lines))
+    (out / "modes.csv").write_text(table.to_csv(rows))
+    (out / "modes.json").write_text(json.dumps([asdict(row) for row in rows], indent=1))
+    (out / "modes.txt").write_text(text + "\n")
+    print(text)
+    return wrong
 
 
 def arguments() -> argparse.Namespace:

@@ -8,8 +8,8 @@ from statistics import median
 from typing import Any
 
 OURS = "gudgeon"
-SAME_MATRICES = ("scipy", "ngsolve", "exudyn")
-"""Peers with our discretisation, most trusted first: the first that ran is the reference of frequencies."""
+REFERENCES = ("scipy", "ngsolve", "exudyn", OURS)
+"""Those with our discretisation: the first that ran is what frequencies are compared with."""
 LARGEST_DIFFERENCE = {"exudyn": 1e-6, "calculix": 1e-3}
 """Of frequencies where it is not `EQUAL`: a singular matrix factorised at shift 0; a mass by four points, 7 digits."""
 EQUAL = 1e-10
@@ -64,7 +64,7 @@ def rows(kept: Sequence[dict[str, Any]]) -> list[Row]:
     for (size, contestant, threads), runs in groups.items():
         answers = [run["answer"] for run in runs]
         ours = groups.get((size, OURS, 1))
-        reference = next((groups[key] for name in SAME_MATRICES if (key := (size, name, 1)) in groups), None)
+        reference = next((groups[key] for name in REFERENCES if (key := (size, name, 1)) in groups), None)
         job = [_job(answer) for answer in answers]
         peak = median(answer["process"]["memory"] for answer in answers)
         cpu = median(cpu for _, cpu in job)
