@@ -15,6 +15,8 @@ from pipeline.material import Material
 
 DIRECTIONS = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
 Z = np.array([0.0, 0.0, 1.0])
+SECOND = np.array([1.0, 1.0, -2.0])[:, None]
+"""Second difference over the nodes −1, 1, 0."""
 
 
 def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
@@ -49,18 +51,12 @@ def turn_gradient(mesh: MeshRecord, node: int) -> np.ndarray:
 
     The axial strain of a fibre at height z is z θ′, in both theories: θ′ = −w″ where there is no shear.
     """
-    row = np.zeros(2 * len(mesh.nodes))
-    touching = [(cell, int(np.flatnonzero(cell == node)[0])) for cell in mesh.cells if node in cell]
-    for cell, place in touching:
-        h = float(np.linalg.norm(mesh.nodes[cell[1]] - mesh.nodes[cell[0]]))
-        dofs = (2 * cell[:, None] + np.arange(2)).ravel()
-        if mesh.cell_type == "beam3":
-            _, dN = _quadratic(np.array([(-1.0, 1.0, 0.0)[place]]))
-            values = np.column_stack([np.zeros(3), 2 / h * dN[:, 0]]).ravel()
-        else:
-            bend = [[-6 / h**2, 4 / h, 6 / h**2, 2 / h], [6 / h**2, -2 / h, -6 / h**2, -4 / h]][place]
-            values = -np.array(bend)
-        row[dofs] += values / len(touching)
+    row, h = np.zeros(2 * len(mesh.nodes)), _lengths(mesh)
+    cells, places = np.nonzero(mesh.cells == node)
+    for cell, place in zip(cells, places, strict=True):
+        own, xi = h[cell : cell + 1], np.array([(-1.0, 1.0, 0.0)[place]])
+        values = timoshenko_strains(own, xi)[0] if mesh.cell_type == "beam3" else hermite_curvature(own, xi)
+        row[(2 * mesh.cells[cell][:, None] + np.arange(2)).ravel()] += values[0, 0] / len(cells)
     return row
 
 
@@ -78,24 +74,38 @@ def _euler_bernoulli(h: np.ndarray, material: Material, beam: Beam) -> tuple[np.
 def _timoshenko(h: np.ndarray, material: Material, beam: Beam) -> tuple[np.ndarray, np.ndarray]:
     """Return stiffness and mass of elements of length h (e,), (e, 6, 6) each."""
     xi, weights = np.polynomial.legendre.leggauss(4)
-    N, dN = _quadratic(xi)
-    second = np.array([1.0, 1.0, -2.0])[:, None]
+    N, _ = _quadratic(xi)
     zeros = np.zeros((3, len(xi)))
     K, M = np.empty((2, len(h), 6, 6))
     G = material.E / 2 / (1 + material.nu)
     section = beam.section
+    bends, shears = timoshenko_strains(h, xi)
     for e, length in enumerate(h):
-        linked = length / 12 * second * (xi - xi**3)
-        slope = length / 12 * second * (1 - 3 * xi**2) * 2 / length
-        w = np.stack([N, linked], axis=1).reshape(6, -1)
+        w = np.stack([N, length / 12 * SECOND * (xi - xi**3)], axis=1).reshape(6, -1)
         theta = np.stack([zeros, N], axis=1).reshape(6, -1)
-        bend = np.stack([zeros, 2 / length * dN], axis=1).reshape(6, -1)
-        shear = np.stack([2 / length * dN, slope + N], axis=1).reshape(6, -1)
+        bend, shear = bends[e].T, shears[e].T
         dx = weights * length / 2
         K[e] = material.E * section.second_moment * (bend * dx) @ bend.T
         K[e] += beam.shear_coefficient * G * section.area * (shear * dx) @ shear.T
         M[e] = material.rho * (section.area * (w * dx) @ w.T + section.second_moment * (theta * dx) @ theta.T)
     return K, M
+
+
+def timoshenko_strains(h: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return θ′ [1/m] and w′ + θ at ξ (q,) of elements of length h (e,) as rows over their dofs, (e, q, 6) each."""
+    N, dN = _quadratic(xi)
+    slope = SECOND * (1 - 3 * xi**2) / 6
+    bend = np.stack([np.zeros_like(N), dN], axis=1).reshape(6, -1).T
+    shear = np.stack([dN, np.zeros_like(N)], axis=1).reshape(6, -1).T
+    turn = np.stack([np.zeros_like(N), slope + N], axis=1).reshape(6, -1).T
+    return 2 / h[:, None, None] * bend, 2 / h[:, None, None] * shear + turn
+
+
+def hermite_curvature(h: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    """Return θ′ = −w″ [1/m] at ξ (q,) of elements of length h (e,) as rows over their dofs, (e, q, 4)."""
+    one, h = np.ones_like(xi), h[:, None]
+    rows = [-6 * xi / h**2, (3 * xi - one) / h, 6 * xi / h**2, (3 * xi + one) / h]
+    return np.stack(rows, axis=-1)
 
 
 def _quadratic(xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,143 @@
+"""Strains inside elements, as energy sees them: D^½ ε at points through which they are linear in each element.
+
+Quadratic solids and bars have linear strains where they are straight, and so have bending and shear of both beams; the
+d + 1 points of the least Gauss rule in d dimensions are where a smooth field's strains are most exact (Barlow 1976).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel
+
+from modaldb.schema import MeshRecord
+from pipeline.elements.beam import hermite_curvature, timoshenko_strains
+from pipeline.elements.reference import reference
+from pipeline.elements.solid import solid_quadrature
+from pipeline.femodel import FEModel
+from pipeline.geometry.beam import Beam
+from pipeline.material import Material
+
+GAUSS_ORDER = 2
+"""Of the rule with d + 1 points: 4 in a tetrahedron, 2 on a line."""
+EDGES = {1: ((0, 1),), 3: ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))}
+"""Corners of each side with a mid-node, in meshio's order, by dimension."""
+
+
+@dataclass(frozen=True)
+class StrainSamples:
+    """Where strains are taken in a mesh, and how they follow from displacements."""
+
+    nodes: np.ndarray
+    """Corners and middles of sides [m], (n, 3)."""
+    cells: np.ndarray
+    """Numbers of each element's corners, then of its middles, (e, a)."""
+    points: np.ndarray
+    """Where strains are taken [m], (e, q, 3)."""
+    sizes: np.ndarray
+    """Volume or length of each element, (e,)."""
+    to_nodes: np.ndarray
+    """Carries values at the points to the element's nodes, linearly, (a, q)."""
+    mass: np.ndarray
+    """∫ N_a N_b of a reference element of unit size, quadratic N, (a, a)."""
+    components: int
+    """Of a strain, s."""
+    strains: Callable[[np.ndarray], np.ndarray]
+    """From dof columns (dofs, k) to D^½ ε, whose square is the density of twice the strain energy, (e, q, s, k)."""
+
+
+def strain_samples(model: FEModel, material: Material, geometry: BaseModel | None) -> StrainSamples | None:
+    """Return where strains of a model are taken; None where its cells have no strains known here."""
+    make = SAMPLERS.get(model.mesh.cell_type)
+    return None if make is None else make(model.mesh, material, geometry)
+
+
+def _solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    N, grad, dx = solid_quadrature(mesh, GAUSS_ORDER, slice(0, len(mesh.cells)))
+    root = _root(elasticity(material))
+    slopes = np.ascontiguousarray(grad.transpose(0, 3, 2, 1)).reshape(len(grad), -1, 10)
+
+    def strains(columns: np.ndarray) -> np.ndarray:
+        u = columns.reshape(len(mesh.nodes), -1)[mesh.cells]
+        # ∂u_i/∂x_j at (e, q, j, i, k)
+        g = np.matmul(slopes, u).reshape(len(u), -1, 3, 3, columns.shape[1])
+        shear = g + g.transpose(0, 1, 3, 2, 4)
+        parts = [g[:, :, i, i] for i in range(3)] + [shear[:, :, i, j] for i, j in ((1, 2), (0, 2), (0, 1))]
+        return np.einsum("st,eqtk->eqsk", root, np.stack(parts, axis=2), optimize=True)
+
+    points = np.matmul(N.T, mesh.nodes[mesh.cells])
+    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("tetra10", 3), 6, strains)
+
+
+def _bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    area = next(iter(mesh.surfaces.values())).shape["area"]
+    N, dN, _ = reference("line3", GAUSS_ORDER)
+    h = _lengths(mesh)
+    scale = np.sqrt(material.E * area)
+
+    def strains(columns: np.ndarray) -> np.ndarray:
+        return scale * np.einsum("aq,eak,e->eqk", dN[:, 0], columns[mesh.cells], 1 / h)[:, :, None]
+
+    points = np.matmul(N.T, mesh.nodes[mesh.cells])
+    return StrainSamples(mesh.nodes, mesh.cells, points, h, *_quadratic("line3", 1), 1, strains)
+
+
+def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    if not isinstance(geometry, Beam):
+        raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
+    N, _, _ = reference("line3", GAUSS_ORDER)
+    h, section = _lengths(mesh), geometry.section
+    xi = 2 * (N[1] + N[2] / 2) - 1
+    nodes, cells = mesh.nodes, mesh.cells
+    bending = np.sqrt(material.E * section.second_moment)
+    if mesh.cell_type == "beam2":
+        rows = bending * hermite_curvature(h, xi)[:, :, None]
+        middles = nodes[cells].mean(axis=1)
+        nodes, cells = np.vstack([nodes, middles]), np.column_stack([cells, len(nodes) + np.arange(len(cells))])
+    else:
+        bend, shear = timoshenko_strains(h, xi)
+        G = material.E / 2 / (1 + material.nu)
+        rows = np.stack([bending * bend, np.sqrt(geometry.shear_coefficient * G * section.area) * shear], axis=2)
+    dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(len(h), -1)
+
+    def strains(columns: np.ndarray) -> np.ndarray:
+        return np.einsum("eqsd,edk->eqsk", rows, columns[dofs])
+
+    points = np.matmul(N.T, nodes[cells])
+    return StrainSamples(nodes, cells, points, h, *_quadratic("line3", 1), rows.shape[2], strains)
+
+
+SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {
+    "tetra10": _solid,
+    "line3": _bar,
+    "beam2": _beam,
+    "beam3": _beam,
+}
+
+
+def elasticity(material: Material) -> np.ndarray:
+    """Return D of an isotropic solid [Pa] for strains xx, yy, zz, yz, xz, xy, shears in engineers' measure, (6, 6)."""
+    lam = material.E * material.nu / (1 + material.nu) / (1 - 2 * material.nu)
+    mu = material.E / 2 / (1 + material.nu)
+    D = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
+    D[:3, :3] += lam
+    return D
+
+
+def _root(D: np.ndarray) -> np.ndarray:
+    """Return D^½ as an upper triangle R with RᵀR = D."""
+    return np.linalg.cholesky(D).T
+
+
+def _quadratic(cell_type: str, dimension: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return what carries values at the Gauss points to the nodes, (a, q), and ∫ N Nᵀ over the unit of size, (a, a)."""
+    corners = np.eye(dimension + 1)
+    at_nodes = np.vstack([corners, [(corners[a] + corners[b]) / 2 for a, b in EDGES[dimension]]])
+    N, _, _ = reference(cell_type, GAUSS_ORDER)
+    full, _, W = reference(cell_type, 4)
+    return at_nodes @ np.linalg.inv(N.T @ at_nodes), (full * W) @ full.T / W.sum()
+
+
+def _lengths(mesh: MeshRecord) -> np.ndarray:
+    """Return the length of each line element [m], (e,)."""
+    return np.linalg.norm(mesh.nodes[mesh.cells[:, 1]] - mesh.nodes[mesh.cells[:, 0]], axis=1)

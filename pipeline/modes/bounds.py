@@ -1,0 +1,115 @@
+"""How far a frequency may be from the exact one of the same mesh: bounds from residuals r = K φ − θ M φ.
+
+For an M-normal φ an eigenvalue λ lies within ρ = ‖r‖_{M⁻¹} of θ. Where an inertia count proves that no other eigenvalue
+is near, |λ − θ| ≤ ρ²/δ with δ the distance of θ from all the others (Temple, Kato); for a cluster of close ones ρ is
+the root of the sum of their squares (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 11).
+
+‖r‖_{M⁻¹} needs no solve on solids: element by element M ≥ c diag(M), so that ‖r‖_{M⁻¹} ≤ ‖r‖_{diag(M)⁻¹} / √c (Wathen
+1987). c is that of the straight element, times the least ratio of Jacobians in an element where it is curved; the
+quadrature's weights are positive. Elsewhere M is factorised.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from modaldb.schema import MeshRecord
+from pipeline.elements.reference import reference
+from pipeline.elements.solid import MASS_ORDER
+from pipeline.femodel import FEModel
+from pipeline.linalg import factorise
+
+LUMPED = ("tetra10", "triangle6")
+"""Cell types whose mass is of shape functions in each direction alike."""
+CLUSTER = 1e-3
+"""Eigenvalues nearer to each other than this share belong together: a gap less than that would weaken the bound."""
+BATCH = 4096
+
+
+@dataclass(frozen=True)
+class ProvenCount:
+    """What an inertia count has shown: so many elastic eigenvalues lie below the shift, and no more."""
+
+    shift: float
+    """[rad²/s²]"""
+    count: int
+
+
+def residuals(model: FEModel, angular_frequencies: np.ndarray, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return ‖KΦ − MΦω²‖ / ‖KΦ‖ over the free dofs, (m,), and the residuals themselves, (free, m).
+
+    Args:
+        angular_frequencies: [rad/s], (m,)
+        Phi: M-orthonormal, (dofs, m).
+    """
+    K, M = model.free_matrices()
+    shapes = Phi[model.free]
+    forces = K @ shapes
+    rest = forces - (M @ shapes) * angular_frequencies**2
+    return np.linalg.norm(rest, axis=0) / np.linalg.norm(forces, axis=0), rest
+
+
+def algebraic_errors(
+    model: FEModel, pairs: tuple[np.ndarray, np.ndarray], rest: np.ndarray, proven: ProvenCount | None, whole: bool
+) -> np.ndarray:
+    """Return bounds on |δω|/ω of Ritz pairs, (m,).
+
+    Args:
+        pairs: Angular frequencies [rad/s] (m,) and shapes (dofs, m); those that a count proves first, ascending.
+        rest: Their residuals over the free dofs, (free, m).
+        proven: None where other eigenvalues may lie in between.
+        whole: Whether M is the mesh's own, and nothing is tied in it.
+    """
+    theta = pairs[0] ** 2
+    bounds = rho = _mass_norms(model, rest, whole)
+    if proven is not None:
+        first = slice(0, proven.count)
+        # Φᵀr: what the stored frequencies lack of being Rayleigh quotients, round-off for the most part.
+        offsets = pairs[1][model.free, first].T @ rest[:, first]
+        floor = 0.0 if len(model.rigid_twists) else -np.inf
+        sharper = _with_gaps(theta[first], rho[first], offsets, (floor, proven.shift))
+        bounds = np.concatenate([sharper, rho[proven.count :]])
+    return bounds / (2 * theta)
+
+
+def _with_gaps(theta: np.ndarray, rho: np.ndarray, offsets: np.ndarray, between: tuple[float, float]) -> np.ndarray:
+    """Return bounds on |λ − θ| of all eigenvalues between two that are next to them, (m,)."""
+    apart = np.flatnonzero(np.diff(theta) > CLUSTER * theta[1:]) + 1
+    groups = [slice(a, b) for a, b in pairwise([0, *apart.tolist(), len(theta)])]
+    radii = [float(np.linalg.norm(rho[group])) for group in groups]
+    below = [between[0], *(theta[group][-1] + radius for group, radius in zip(groups, radii, strict=True))]
+    above = [*(theta[group][0] - radius for group, radius in zip(groups, radii, strict=True)), between[1]]
+    if any(low >= high for low, high in zip(below, above, strict=True)):
+        return rho  # Residuals too large to tell which eigenvalue is whose.
+    bounds = rho.copy()
+    for number, (group, radius) in enumerate(zip(groups, radii, strict=True)):
+        gap = min(theta[group][0] - below[number], above[number + 1] - theta[group][-1])
+        bounds[group] = np.minimum(rho[group], radius**2 / gap + np.linalg.norm(offsets[group, group]))
+    return bounds
+
+
+def _mass_norms(model: FEModel, rest: np.ndarray, whole: bool) -> np.ndarray:
+    """Return ‖r‖_{M⁻¹} of columns over the free dofs, or a bound on it, (m,)."""
+    if whole and model.mesh.cell_type in LUMPED:
+        lumped = model.M.diagonal()[model.free]
+        return np.sqrt((rest**2 / lumped[:, None]).sum(axis=0) / lumped_share(model.mesh))
+    factor = factorise(model.free_matrices()[1], definite=True)
+    answer = factor.solve(rest)
+    factor.free()
+    return np.sqrt(np.maximum((rest * answer).sum(axis=0), 0.0))
+
+
+def lumped_share(mesh: MeshRecord) -> float:
+    """Return a c for which M − c·diag(M) is positive semidefinite, M of constant density."""
+    N, dN, W = reference(mesh.cell_type, MASS_ORDER)
+    if W.min() <= 0:
+        raise ValueError(f"the quadrature of {mesh.cell_type} of order {MASS_ORDER} has weights below zero")
+    mass = (N * W) @ N.T
+    scale = 1 / np.sqrt(mass.diagonal())
+    share, evenness = float(np.linalg.eigvalsh(mass * np.outer(scale, scale))[0]), 1.0
+    for start in range(0, len(mesh.cells), BATCH):
+        J = np.einsum("eai,akq->eqki", mesh.nodes[mesh.cells[start : start + BATCH]], dN, optimize=True)
+        sizes = np.sqrt(np.linalg.det(J @ J.transpose(0, 1, 3, 2)))
+        evenness = min(evenness, float((sizes.min(axis=1) / sizes.max(axis=1)).min()))
+    return share * evenness
