@@ -51,6 +51,8 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         have = scene.component[name].gauge
         unknown = [gauge for gauge in settings.gauges if gauge not in have]
         lines += [f"body.{body}.gauges: no gauge '{g}', the component has {', '.join(have) or 'none'}" for g in unknown]
+        wide = [gauge for gauge in settings.gauges if gauge in have and have[gauge].surface is not None]
+        lines += [f"body.{body}.gauges: '{g}' reads a surface, for pictures; name stations and points" for g in wide]
     sliding = scene.masters()
     wanted = [(f"contact.{n}.interface", c.body, c.interface, POINTS) for n, c in scene.contact.items()]
     wanted += [

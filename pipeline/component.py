@@ -58,7 +58,7 @@ class Component(BaseModel):
         description="Surfaces whose nodes are held, by name in all directions or as tables; none on a free body",
     )
     interface: dict[str, Interface] = {}
-    gauge: dict[str, Gauge] = Field(default={}, validate_default=True, description="Where stress is read, on beams")
+    gauge: dict[str, Gauge] = Field(default={}, validate_default=True, description="Where stress or strain is read")
     modes: ModesSettings = Field(default=ModesSettings(), validate_default=True)
     change: Change = Change()
 
@@ -74,11 +74,16 @@ class Component(BaseModel):
 
     @field_validator("gauge")
     @classmethod
-    def _on_a_beam(cls, value: dict[str, Gauge], info: ValidationInfo) -> dict[str, Gauge]:
+    def _fits_the_geometry(cls, value: dict[str, Gauge], info: ValidationInfo) -> dict[str, Gauge]:
         kind = _kind(info)
-        if value and kind not in ("beam", None):
-            raise ValueError(f"{', '.join(value)} given, gauges are for geometry 'beam', this one is '{kind}'")
+        if value and kind in ("bar", "rigid"):
+            raise ValueError(
+                f"{', '.join(value)} given, gauges are for beams, solids and plane parts, not for '{kind}'"
+            )
         for name, gauge in value.items():
+            if kind is not None and (kind == "beam") != (gauge.station is not None):
+                wanted = "a station and a fibre" if kind == "beam" else "a point or a surface"
+                raise ValueError(f"{name}: geometry '{kind}' needs {wanted}")
             if kind == "beam" and gauge.station not in (places := info.data["geometry"].places()):
                 raise ValueError(f"{name}: station '{gauge.station}' given, the beam has {', '.join(places)}")
         return value

@@ -9,8 +9,7 @@ from modaldb.schema import InertiaCouplings, InterfaceModes, LoadModes, MeshReco
 from pipeline.component import Component
 from pipeline.errors import InputError, StageError
 from pipeline.femodel import FEModel
-from pipeline.gauge import gauge_modes, gauge_row
-from pipeline.geometry.beam import Beam
+from pipeline.gauge import gauge_modes, gauge_rows, records, refuse_large
 from pipeline.interface import ContactPoints, contact_points, surface_coordinates
 from pipeline.loads import LoadRows, load_rows
 from pipeline.model import build_model
@@ -66,8 +65,12 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     tied, spread = made_rigid(model, rigid, f"{where}.interface")
     contact = touched.all_rows(model.K.shape[0])
     contact = replace(contact, B=sparse.csr_matrix(contact.B @ spread))
+    gauges = {key: sparse.csr_matrix(S @ spread) for key, S in gauge_rows(model, component, where).items()}
+    refuse_large(gauges, contact.B.shape[0], where)
     own = _reduced(tied, contact, component, where)
     reduction = replace(own, Phi=spread @ own.Phi)
+    readings = gauge_modes(gauges, tied, contact.B, own)
+    points, fields = records(component, mesh, readings, own.residual_flexibility is not None)
     at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
     return ModalRecord(
         mesh_key=mesh_key,
@@ -95,7 +98,8 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         loads={
             key: LoadModes(at_rows[key], load.resultant, load.point, load.unit) for key, load in touched.loads.items()
         },
-        gauges=gauge_modes(_gauges(mesh, component), model, contact.B, reduction),
+        gauges=points,
+        fields=fields,
     )
 
 
@@ -120,14 +124,6 @@ def _reduced(model: FEModel, contact: ContactRows, component: Component, where: 
         return reduction
     share = reference_reaction(model, reduction, reference)
     return replace(reduction, quality=reduction.quality | {"reference_reaction": share})
-
-
-def _gauges(mesh: MeshRecord, component: Component) -> dict[str, np.ndarray]:
-    """Return the rows of the gauges over the dofs; only beams have gauges."""
-    beam, material = component.geometry, component.material
-    if not isinstance(beam, Beam) or material is None:
-        return {}
-    return {key: gauge_row(mesh, beam, material, gauge) for key, gauge in sorted(component.gauge.items())}
 
 
 def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:

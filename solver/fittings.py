@@ -1,14 +1,18 @@
 """What stands beside contacts: springs between bodies, and gauges that are read; and R across the sides of contacts."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from modaldb.schema import Json
 from solver.body import FlexibleBody
 from solver.contacts import ContactRows
 from solver.errors import SceneError
 from solver.scene import Scene
+
+if TYPE_CHECKING:
+    from solver.system import System
 
 
 @dataclass(frozen=True)
@@ -33,7 +37,7 @@ def compile_gauges(
     for name, body in bodies.items():
         for key, gauge in body.modal.gauges.items():
             k = len(gauge.rows)
-            names += [f"{name}.{key}" if k == 1 else f"{name}.{key}.{number}" for number in range(k)]
+            names += [f"{name}.{key}"] * k
             over, pressed = np.zeros((k, size)), np.zeros((k, residual[0].shape[1]))
             first = offsets[name] + body.rigid_count
             over[:, first : first + gauge.rows.shape[1]] = gauge.rows
@@ -46,6 +50,27 @@ def compile_gauges(
             rows.append(over)
             residual.append(pressed)
     return {"gauges": names, "gauge_rows": np.vstack(rows), "gauge_residual": np.vstack(residual)}
+
+
+def recorded_gauges(system: "System", values: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the readings of each gauge of values (s, G), (s,) or (s, k)."""
+    names = np.array(system.gauges[: values.shape[1]])
+    columns = {name: np.flatnonzero(names == name) for name in dict.fromkeys(names.tolist())}
+    return {name: values[:, own[0] if len(own) == 1 else own].copy() for name, own in columns.items()}
+
+
+def gauge_quantities(system: "System", readings: dict[str, np.ndarray]) -> Json:
+    """Return the largest equivalent stress after von Mises of each gauge that reads a stress tensor."""
+    found: Json = {}
+    for name, values in readings.items():
+        body, _, gauge = name.partition(".")
+        if values.ndim < 2 or not len(values) or system.bodies[body].modal.gauges[gauge].unit != "Pa":
+            continue
+        xx, yy, zz, xy, yz, zx = values.T
+        normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+        largest = np.sqrt(0.5 * normal + 3 * (xy**2 + yz**2 + zx**2)).max()
+        found[f"{name}.von_mises_peak"] = {"value": float(largest), "unit": "Pa"}
+    return found
 
 
 def sides_of(contact: ContactRows) -> list[tuple[str, str, np.ndarray]]:

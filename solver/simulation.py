@@ -8,6 +8,7 @@ import numpy as np
 
 from modaldb.schema import ContactHistory, JointHistory, Json, Trajectory
 from solver.books import WORK
+from solver.fittings import gauge_quantities, recorded_gauges
 from solver.integrators import make
 from solver.outcome import Outcome, Samples
 from solver.quantities import deflections, momentum_residual, quantities
@@ -204,7 +205,7 @@ def _trajectory(
     counts: Json,
 ) -> Trajectory:
     interval, located = plan.dt * plan.stride, system.scene.integrator in SAMPLED
-    times = interval * np.arange(1, len(found.forces) + 1)
+    times, readings = interval * np.arange(1, len(found.forces) + 1), recorded_gauges(system, found.gauges)
     contacts = {
         contact.name: ContactHistory(
             contact.body, contact.interface, found.forces[:, number], found.multipliers[:, contact.rows],
@@ -224,6 +225,7 @@ def _trajectory(
         frames=found.frames,
         velocities=found.velocities,
         quantities=quantities(system, end, 0.0 if located else plan.dt, interval, found.forces, found.multipliers)
+        | gauge_quantities(system, readings)
         | deflections(system, interval * plan.samples_per_frame * np.arange(1, len(found.frames) + 1), found.frames),
         energy_drift=drift,
         momentum_residual=momentum_residual(system, end, interval * found.loads.sum(axis=0), interval * len(times)),
@@ -231,7 +233,7 @@ def _trajectory(
         joints=_joints(system, times, found),
         motion={} if system.scene.integrator == "kick" else _motion(system, found.snapshots),
         episodes={c.name: blows for c, blows in zip(system.contacts, end.episodes, strict=False)},
-        gauges=dict(zip(system.gauges, found.gauges.T.copy(), strict=False)),
+        gauges=readings,
     )
 
 

@@ -10,6 +10,7 @@ from modaldb.schema import (
     ContactHistory,
     CyclicHarmonic,
     CyclicRecord,
+    FieldModes,
     GaugeModes,
     InertiaCouplings,
     InterfaceModes,
@@ -109,6 +110,7 @@ def modes() -> ModalRecord:
         residuals=ramp(3, start=21.0),
         algebraic_errors=ramp(3, start=22.0),
         discretisation_errors=np.array([0.125, 0.25, np.nan]),
+        fields={"skin": FieldModes(np.array([0, 3]), ramp(2, 6, 3), ramp(2, 6, 43, start=23.0), "1")},
     )
 
 

@@ -191,7 +191,10 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         (f"{MODES}.normal_count=0", f"{MODES}.normal_count: 0 given, recipe 'macneal' needs 1 or more"),
         (f"{MODES}.recipe=fixed-reference", f"{MODES}.reference: is missing; recipe 'fixed-reference' needs"),
         (f"{MODES}.ritz_count=7", f"{MODES}.ritz_count: 7 given, at least normal_count = 8 vectors are needed"),
-        (f'{SKIRT}.gauge.g={{station="mid", fibre="top"}}', f"{SKIRT}.gauge: g given, gauges are for geometry 'beam'"),
+        (
+            f'{SKIRT}.gauge.g={{station="mid", fibre="top"}}',
+            f"{SKIRT}.gauge: g: geometry 'skirt' needs a point or a surf",
+        ),
         ("component.skirt.supports=crown", "component.skirt.supports: 'crown' given; input should be a valid tuple"),
         ("body.skirt.component=piston", "body.skirt.component: no component 'piston', there is skirt"),
         ("body.skirt.velocity=[0, 1]", "body.skirt.velocity"),

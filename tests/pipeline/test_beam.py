@@ -287,7 +287,7 @@ def test_pictures_get_nodal_displacements() -> None:
         ({"material": None}, "is missing; geometry 'beam' needs E, nu and rho"),
         (
             {"geometry": {"kind": "bar", "length": 1.0, "area": 1.0}},
-            "under, root, middle given, gauges are for geometry 'beam', this one is 'bar'",
+            "under, root, middle given, gauges are for beams, solids and plane parts, not for 'bar'",
         ),
     ],
 )
