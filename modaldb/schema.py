@@ -93,38 +93,26 @@ class LoadModes:
     point: Array
     """Where it acts: the mean of its surface, or the reference point of a tie [m], (3,)."""
     unit: str
-    """Of the generalised force: `N` for the three directions of a mean, `N, N m` for forces and moments on a tie's
-    reference point, `Pa` for a pressure."""
+    """Of the generalised force: `N` of a mean's three, `N, N m` on a tie's reference point, `Pa` of a pressure."""
 
 
 @dataclass(frozen=True)
 class GaugeModes:
     """A place where stress or strain is read: value = rows q + residual λ, k values.
 
-    k = 1 is the bending stress of a beam; k = 6 are the components xx, yy, zz, xy, yz, zx of a tensor, shear strain as
-    ε_xy and not γ_xy.
+    k = 1 is the bending stress of a beam; k = 6 are the components xx, yy, zz, xy, yz, zx of a tensor at a point, shear
+    strain as ε_xy and not γ_xy; k = 6 s are these at s nodes of a surface, node by node.
     """
 
     rows: Array
     """Value per unit of each elastic coordinate, (k, m)."""
     residual: Array
-    """Quasi-static value per unit force of each row of R, what the kept coordinates lack, (k, C)."""
-    unit: str
-    """Of the value, such as `Pa`."""
-
-
-@dataclass(frozen=True)
-class FieldModes:
-    """A surface on which stress or strain is read, s nodes: value = rows q + residual λ, components as GaugeModes."""
-
-    nodes: Array
-    """Node numbers, (s,), ascending."""
-    rows: Array
-    """Value per unit of each elastic coordinate, (s, 6, m)."""
-    residual: Array
-    """Quasi-static value per unit force of each row of R, (s, 6, C); (s, 6, 0) where the recipe makes no R."""
+    """Quasi-static value per unit force of each row of R, what the kept coordinates lack, (k, C); (k, 0) of a surface
+    where the recipe makes no R."""
     unit: str
     """Of the value, `Pa` or `1`."""
+    nodes: Array | None = None
+    """Node numbers of a surface, (s,), ascending; None of a place."""
 
 
 @dataclass(frozen=True)
@@ -181,8 +169,6 @@ class ModalRecord:
     discretisation_errors: Array | None = None
     """Estimate of (ω − ω_exact)/ω of each normal mode, what a finer mesh would take off, (m,); NaN for static shapes
     and Ritz vectors; None where the elements have no estimate."""
-    fields: dict[str, FieldModes] = field(default_factory=dict)
-    """Stress and strain on surfaces, by gauge."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ the rows of B makes of it is exact at any number of coordinates.
 import numpy as np
 from scipy import sparse
 
-from modaldb.schema import FieldModes, GaugeModes, MeshRecord
+from modaldb.schema import GaugeModes, MeshRecord
 from pipeline.component import Component
 from pipeline.elements.beam import turn_gradient
 from pipeline.errors import InputError
@@ -82,25 +82,31 @@ def gauge_nodes(mesh: MeshRecord, gauge: Gauge, where: str) -> np.ndarray:
 
 
 def gauge_modes(
-    gauges: dict[str, sparse.csr_matrix], model: FEModel, B: sparse.csr_matrix, reduction: Reduction
-) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return what gauges read of a reduced body, S Φ (k, m) and S (G − Φ Λ⁻¹ Φᵀ) Bᵀ (k, C), by name.
+    component: Component, gauges: dict[str, sparse.csr_matrix], model: FEModel, B: sparse.csr_matrix, own: Reduction
+) -> dict[str, GaugeModes]:
+    """Return what the gauges of a component read of its reduced body.
 
-    The latter is zero where the recipe makes no residual: what the coordinates lack is dropped there.
+    The residual is zero, and of a surface left out, where the recipe makes none: what the coordinates lack is dropped.
 
     Args:
-        gauges: Rows S of each over the dofs, (k, dofs).
+        gauges: Rows S of each over the model's dofs, (k, dofs).
         B: Displacement conjugate to each force, (C, dofs).
+        own: The reduction, in the model's dofs.
     """
     if not gauges:
         return {}
     S = sparse.csr_matrix(sparse.vstack(list(gauges.values())))
-    rows, residual = S @ reduction.Phi, np.zeros((S.shape[0], B.shape[0]))
-    if reduction.residual_flexibility is not None:
-        residual = _answers(S, model, B)
-        residual -= (rows / reduction.angular_frequencies**2) @ (B @ reduction.Phi).T
-    ends = np.cumsum([0, *(one.shape[0] for one in gauges.values())])
-    return {name: (rows[a:b], residual[a:b]) for name, a, b in zip(gauges, ends, ends[1:], strict=False)}
+    rows, residual, has = S @ own.Phi, np.zeros((S.shape[0], B.shape[0])), own.residual_flexibility is not None
+    if has:
+        residual = _answers(S, model, B) - (rows / own.angular_frequencies**2) @ (B @ own.Phi).T
+    found, first = {}, 0
+    for name, lines in gauges.items():
+        gauge, here = component.gauge[name], slice(first, first + lines.shape[0])
+        first = here.stop
+        nodes = None if gauge.surface is None else gauge_nodes(model.mesh, gauge, name)
+        part = residual[here] if has or nodes is None else np.empty((lines.shape[0], 0))
+        found[name] = GaugeModes(rows[here], part, gauge.unit, nodes)
+    return found
 
 
 def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, where: str) -> None:
@@ -116,23 +122,6 @@ def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, where: str) 
                 f" {rows.shape[0] * forces:.2g} numbers, at most {LARGEST:.2g}; take a smaller surface or fewer contact"
                 " points"
             )
-
-
-def records(
-    component: Component, mesh: MeshRecord, found: dict[str, tuple[np.ndarray, np.ndarray]], has_residual: bool
-) -> tuple[dict[str, GaugeModes], dict[str, FieldModes]]:
-    """Return what is stored of readings: of stations and points, and of surfaces."""
-    gauges, fields = {}, {}
-    for name, (rows, residual) in found.items():
-        gauge = component.gauge[name]
-        if gauge.surface is None:
-            gauges[name] = GaugeModes(rows, residual, gauge.unit)
-            continue
-        nodes = gauge_nodes(mesh, gauge, name)
-        kept = residual if has_residual else residual[:, :0]
-        shape = (len(nodes), 6, -1) if kept.size else (len(nodes), 6, kept.shape[1])
-        fields[name] = FieldModes(nodes, rows.reshape(len(nodes), 6, -1), kept.reshape(shape), gauge.unit)
-    return gauges, fields
 
 
 def _answers(S: sparse.csr_matrix, model: FEModel, B: sparse.csr_matrix) -> np.ndarray:

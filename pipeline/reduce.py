@@ -9,7 +9,7 @@ from modaldb.schema import InertiaCouplings, InterfaceModes, LoadModes, MeshReco
 from pipeline.component import Component
 from pipeline.errors import InputError, StageError
 from pipeline.femodel import FEModel
-from pipeline.gauge import gauge_modes, gauge_rows, records, refuse_large
+from pipeline.gauge import gauge_modes, gauge_rows, refuse_large
 from pipeline.interface import ContactPoints, contact_points, surface_coordinates
 from pipeline.loads import LoadRows, load_rows
 from pipeline.model import build_model
@@ -69,8 +69,6 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     refuse_large(gauges, contact.B.shape[0], where)
     own = _reduced(tied, contact, component, where)
     reduction = replace(own, Phi=spread @ own.Phi)
-    readings = gauge_modes(gauges, tied, contact.B, own)
-    points, fields = records(component, mesh, readings, own.residual_flexibility is not None)
     at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
     return ModalRecord(
         mesh_key=mesh_key,
@@ -98,8 +96,7 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         loads={
             key: LoadModes(at_rows[key], load.resultant, load.point, load.unit) for key, load in touched.loads.items()
         },
-        gauges=points,
-        fields=fields,
+        gauges=gauge_modes(component, gauges, tied, contact.B, own),
     )
 
 

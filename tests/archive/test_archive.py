@@ -196,10 +196,11 @@ def check_modes_4(record: Any) -> None:
     assert np.array_equal(record.residuals, ramp(3, start=21.0))
     assert np.array_equal(record.algebraic_errors, ramp(3, start=22.0))
     assert np.array_equal(record.discretisation_errors, [0.125, 0.25, np.nan], equal_nan=True)
-    skin = record.fields["skin"]
+    skin = record.gauges["skin"]
     assert (skin.nodes.tolist(), skin.unit) == ([0, 3], "1")
-    assert np.array_equal(skin.rows, ramp(2, 6, 3))
-    assert np.array_equal(skin.residual, ramp(2, 6, 43, start=23.0))
+    assert np.array_equal(skin.rows, ramp(12, 3))
+    assert np.array_equal(skin.residual, ramp(12, 43, start=23.0))
+    assert record.gauges["crown"].nodes is None
 
 
 def check_trajectory_3(record: Any) -> None:

@@ -10,7 +10,6 @@ from modaldb.schema import (
     ContactHistory,
     CyclicHarmonic,
     CyclicRecord,
-    FieldModes,
     GaugeModes,
     InertiaCouplings,
     InterfaceModes,
@@ -106,11 +105,13 @@ def modes() -> ModalRecord:
             "pin": LoadModes(ramp(3, 3, start=13.0), ramp(3, 6, start=14.0), ramp(3, start=15.0), "N"),
             "gas": LoadModes(ramp(1, 3, start=16.0), ramp(1, 6, start=17.0), ramp(3, start=18.0), "Pa"),
         },
-        gauges={"crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 43, start=20.0), "Pa")},
+        gauges={
+            "crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 43, start=20.0), "Pa"),
+            "skin": GaugeModes(ramp(12, 3), ramp(12, 43, start=23.0), "1", np.array([0, 3])),
+        },
         residuals=ramp(3, start=21.0),
         algebraic_errors=ramp(3, start=22.0),
         discretisation_errors=np.array([0.125, 0.25, np.nan]),
-        fields={"skin": FieldModes(np.array([0, 3]), ramp(2, 6, 3), ramp(2, 6, 43, start=23.0), "1")},
     )
 
 
