@@ -4,8 +4,6 @@ import csv
 import io
 import json
 import math
-import os
-import platform
 import tempfile
 import time
 from collections.abc import Callable, Mapping
@@ -19,6 +17,7 @@ import modaldb
 from modaldb.schema import NodalRecord, Trajectory, WorkPrecision
 from pipeline.cycle_report import cycle_errors, reproducible
 from pipeline.errors import InputError
+from pipeline.machine import machine
 from pipeline.reference import GRID, ForceReference, nodal_runs, reference_of, smooth, stacked
 from pipeline.scenefile import named
 from pipeline.stages import Job, RunReport, SceneError, run_job, variant
@@ -58,7 +57,7 @@ def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
         "window": job.scene.report.window,
         "until": job.scene.report.until,
         "reproducible": reproducible(job, nodal) if finest is not None else None,
-        "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "python": platform.python_version()},
+        "machine": machine(),
         "rows": [asdict(row) for row in rows],
         "changes": _change_rows(job, progress),
     }
@@ -271,11 +270,3 @@ def _csv(rows: list[dict[str, Any]]) -> str:
     for row in rows:
         writer.writerow([*(row[name] for name in names), *(row["errors"].get(key, "") for key in extra)])
     return text.getvalue()
-
-
-def _cpu_name() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        return next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.processor() or "unknown processor"
