@@ -83,7 +83,16 @@ def _contacts() -> tuple[type[BaseModel], Callable[[Place], SceneJob]]:
     return SceneFile, contact_job
 
 
-KINDS: dict[str, Callable[[], tuple[type[BaseModel], Callable[[Place], SceneJob]]]] = {"body": _contacts}
+def _wheels() -> tuple[type[BaseModel], Callable[[Place], SceneJob]]:
+    from pipeline.wheel.job import WheelFile, wheel_job
+
+    return WheelFile, wheel_job
+
+
+KINDS: dict[str, Callable[[], tuple[type[BaseModel], Callable[[Place], SceneJob]]]] = {
+    "body": _contacts,
+    "wheel": _wheels,
+}
 """Kinds by the table that tells them, the first where a file has none: the file's model, and what opens its job."""
 
 

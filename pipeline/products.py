@@ -18,7 +18,7 @@ from pipeline.component import Component, Profile
 from pipeline.errors import InputError
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
-CODE_VERSIONS = {"mesh": 2, "modes": 3, "morph": 1, "solve": 7, "plot": 4, "nodal": 2}
+CODE_VERSIONS = {"mesh": 2, "modes": 3, "morph": 1, "solve": 7, "plot": 4, "nodal": 2, "cyclic": 1, "wheel": 1}
 """Raised whenever a stage's code changes what it makes of the same inputs."""
 LIBRARIES = {
     "mesh": ("gmsh", "meshio", "numpy"),
@@ -27,6 +27,8 @@ LIBRARIES = {
     "solve": ("numpy", "scipy", "numba"),
     "plot": ("pyvista", "matplotlib"),
     "nodal": ("numpy", "scipy", "scikit-fem"),
+    "cyclic": ("numpy", "scipy", "scikit-fem"),
+    "wheel": ("numpy", "scipy", "scikit-fem"),
 }
 
 
@@ -105,6 +107,28 @@ def nodal_product(
     return _product("nodal", name, "nodal", {"scene": dict(dynamics) | {"run": run}, "bodies": shapes, "step": step})
 
 
+def cyclic_product(name: str, modes: Mapping[str, Any], symmetry: Mapping[str, Any], mode_count: int) -> Product:
+    """Return the modes of a tuned wheel.
+
+    Args:
+        modes: Inputs of the sector's own modes, of which mesh, material and supports matter.
+        symmetry: How the sector makes a wheel, as JSON.
+    """
+    sector = {key: modes[key] for key in ("mesh", "material", "supports")}
+    return _product("cyclic", name, "cyclic", sector | {"symmetry": dict(symmetry), "mode_count": mode_count})
+
+
+def wheel_product(name: str, cyclic_key: str, mistuned: Mapping[str, Any], model: Mapping[str, Any]) -> Product:
+    """Return the forced response of a wheel.
+
+    Args:
+        cyclic_key: Of its modes.
+        mistuned: Blades, force and number of modes, as JSON.
+        model: How the wheel is reduced, as JSON; empty where it is not.
+    """
+    return _product("wheel", name, "wheel", {"modes": cyclic_key, "wheel": dict(mistuned), "model": dict(model)})
+
+
 def plot_inputs(trajectory_key: str, compared: Mapping[str, str]) -> dict[str, Any]:
     """Return everything that the pictures depend on.
 
@@ -159,7 +183,7 @@ def _supports(component: Component) -> list[Any]:
 
 def _geometry(component: Component, folder: Path, name: str) -> dict[str, Any]:
     described = component.geometry.model_dump(mode="json")
-    if component.geometry.kind == "file":
+    if component.geometry.kind in ("file", "plane-file"):
         described["path"] = file_digest(find_file(component.geometry.path, folder, f"component.{name}.geometry.path"))
     return described
 

@@ -15,7 +15,7 @@ from pipeline.errors import InputError
 Model = TypeVar("Model", bound=BaseModel)
 SCENE_FILE = "scene.toml"
 UNSET = "unset"
-KEY = re.compile(r"(component|body|contact|joint|force|report|run)\.")
+KEY = re.compile(r"(component|wheel|body|contact|joint|force|report|run)\.")
 
 
 def scene_path(scene: str | Path) -> Path:

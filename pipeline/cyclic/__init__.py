@@ -5,9 +5,15 @@
 `engine_order_response` gives the blades' amplitudes of either.
 """
 
-from pipeline.cyclic.forced import blades_of_synthesis, blades_of_wheel, engine_order_response, magnification
+from pipeline.cyclic.forced import (
+    blades_of_synthesis,
+    blades_of_wheel,
+    direct_response,
+    engine_order_response,
+    magnification,
+)
 from pipeline.cyclic.harmonic import HarmonicModes, harmonic_modes, tuned_frequencies, tuned_modes
-from pipeline.cyclic.sector import CyclicSymmetry, Sector, cyclic_sector
+from pipeline.cyclic.sector import Sector, cyclic_sector
 from pipeline.cyclic.synthesis import (
     InterfaceChoice,
     SectorParts,
@@ -16,7 +22,8 @@ from pipeline.cyclic.synthesis import (
     sector_parts,
     synthesise,
 )
-from pipeline.cyclic.wheel import Mistuning, part_stiffness, wheel_frequencies, wheel_problem
+from pipeline.cyclic.wheel import Mistuning, part_stiffness, wheel_frequencies, wheel_motion, wheel_problem
+from pipeline.symmetry import CyclicSymmetry
 
 __all__ = [
     "CyclicSymmetry",
@@ -30,6 +37,7 @@ __all__ = [
     "blades_of_wheel",
     "compare_interfaces",
     "cyclic_sector",
+    "direct_response",
     "engine_order_response",
     "harmonic_modes",
     "magnification",
@@ -39,5 +47,6 @@ __all__ = [
     "tuned_frequencies",
     "tuned_modes",
     "wheel_frequencies",
+    "wheel_motion",
     "wheel_problem",
 ]

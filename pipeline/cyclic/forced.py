@@ -10,12 +10,14 @@ tuned amplitude, is at most (1 + √N)/2 where each sector has one mode.
 """
 
 import numpy as np
+from scipy import sparse
 
-from pipeline.cyclic.hermitian import Pairs
+from pipeline.cyclic.hermitian import Pairs, Problem
 from pipeline.cyclic.sector import Sector
 from pipeline.cyclic.synthesis import SectorParts, Synthesis
 from pipeline.cyclic.wheel import wheel_motion
 from pipeline.errors import InputError
+from pipeline.linalg import factorise
 
 
 def blades_of_wheel(sector: Sector, pairs: Pairs, row: np.ndarray) -> np.ndarray:
@@ -49,6 +51,20 @@ def engine_order_response(
     phase = np.exp(2j * np.pi * order * np.arange(sectors) / sectors)
     stiffness = frequencies**2 * (1 + 1j * loss_factor) - at[:, None] ** 2
     return (phase @ blades / stiffness) @ blades.T
+
+
+def direct_response(problem: Problem, load: np.ndarray, loss_factor: float, at: float) -> np.ndarray:
+    """Solve (K (1 + iη) − ω² M) u = f without modes, (m,), by the symmetric real form of A + iB, [A −B; −B −A].
+
+    Args:
+        load: f, complex (m,).
+        at: ω [rad/s].
+    """
+    A, B = problem.K - at**2 * problem.M, loss_factor * problem.K
+    factor = factorise(sparse.csr_matrix(sparse.bmat([[A, -B], [-B, -A]])))
+    answer = factor.solve(np.concatenate([np.real(load), -np.imag(load)]))
+    factor.free()
+    return answer[: len(load)] + 1j * answer[len(load) :]
 
 
 def magnification(mistuned: np.ndarray, tuned: np.ndarray) -> float:

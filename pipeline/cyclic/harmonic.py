@@ -6,11 +6,13 @@ Hermitian, real for n = 0 and n = N/2. Each frequency of 0 < n < N/2 belongs to 
 conjugate shape: a pair of the wheel.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
+from modaldb.schema import CyclicHarmonic
 from pipeline.cyclic.hermitian import Inertia, Problem, lowest_pairs, orthonormal
 from pipeline.cyclic.sector import Sector
 from pipeline.errors import InputError
@@ -77,7 +79,7 @@ def tuned_modes(sector: Sector, count: int) -> list[HarmonicModes]:
     return [harmonic_modes(sector, harmonic, count) for harmonic in sector.symmetry.harmonics()]
 
 
-def tuned_frequencies(modes: list[HarmonicModes]) -> np.ndarray:
+def tuned_frequencies(modes: Sequence[HarmonicModes | CyclicHarmonic]) -> np.ndarray:
     """Return the wheel's lowest frequencies [rad/s], pairs twice, as far as all harmonics together reach, (f,)."""
     complete = min(one.angular_frequencies[-1] for one in modes)
     every = np.sort(np.concatenate([np.repeat(one.angular_frequencies, one.multiplicity) for one in modes]))

@@ -13,6 +13,7 @@ import uuid
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Literal
 
 from pipeline.errors import InputError
 
@@ -47,9 +48,18 @@ DRIVEN: dict[str, dict[str, str]] = {
 }
 """The same for a scene that a joint drives."""
 
+WHEEL: dict[str, dict[str, str]] = {
+    "flat": {
+        "nodal diameters": "pipeline.plots.wheel:draw_nodal_diameters",
+        "blades": "pipeline.plots.wheel:draw_blades",
+    },
+    "rendered": {"wheel": "pipeline.plots.wheel_shape:draw_wheel"},
+}
+"""The same for a wheel."""
+
 FILES = (
     "force.png", "energy.png", "blows.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png", "impact.mp4",
-    "cycle.mp4",
+    "cycle.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
 )  # fmt: skip
 """Names that belong to the pictures; with more than one body or map, its name stands before the dot. A driven scene
 has a cycle instead of an impact."""
@@ -59,11 +69,18 @@ ALONE: Mapping[str, str] = MappingProxyType({})
 
 
 def render(
-    store_root: Path, trajectory_key: str, out: Path, scene_name: str, compare: Mapping[str, str] = ALONE
+    store_root: Path,
+    key: str,
+    out: Path,
+    scene_name: str,
+    compare: Mapping[str, str] = ALONE,
+    *,
+    family: Literal["contact", "wheel"] = "contact",
 ) -> tuple[list[Path], list[str]]:
-    """Draw all pictures of a trajectory into a folder.
+    """Draw all pictures of a trajectory, or of a wheel, into a folder.
 
     Args:
+        key: Of the trajectory, or of the wheel's response.
         compare: Keys of other runs of the same scene, by their labels in `cycle.png`; the trajectory's own key may be
             among them, with the label that it gets.
 
@@ -85,7 +102,8 @@ def render(
         for group in PLOTS:
             job = {
                 "store": str(store_root.resolve()),
-                "trajectory": trajectory_key,
+                "key": key,
+                "family": family,
                 "scene": scene_name,
                 "compare": dict(compare),
                 "out": str(out.resolve()),

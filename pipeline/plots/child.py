@@ -10,7 +10,7 @@ import traceback
 from pathlib import Path
 
 import modaldb
-from pipeline.plots import DRIVEN, PLOTS
+from pipeline.plots import DRIVEN, PLOTS, WHEEL
 from pipeline.plots.drawing import Drawing
 
 
@@ -19,14 +19,15 @@ def main(job_path: str) -> None:
     job = json.loads(Path(job_path).read_text())
     drawing = Drawing(
         store=modaldb.open(job["store"]),
-        key=job["trajectory"],
+        key=job["key"],
         scene_name=job["scene"],
         out=Path(job["out"]),
         scratch=Path(job["scratch"]),
         tell=lambda name: _tell("drawn", name),
         compare=job["compare"],
     )
-    for name, function in (DRIVEN if drawing.driven else PLOTS)[job["group"]].items():
+    wheel = job["family"] == "wheel"
+    for name, function in (WHEEL if wheel else DRIVEN if drawing.driven else PLOTS)[job["group"]].items():
         module, _, attribute = function.partition(":")
         try:
             getattr(importlib.import_module(module), attribute)(drawing)
@@ -37,7 +38,7 @@ def main(job_path: str) -> None:
             traceback.print_exc()
             reason = (str(error).splitlines() or [""])[0]
             _tell("note", f"{name} was left out: {type(error).__name__}: {reason}")
-    for name in drawing.unseen():
+    for name in [] if wheel else drawing.unseen():
         _tell("note", f"contact {name} was closed between two frames only: raise run.frames to see it in pictures")
 
 

@@ -61,7 +61,7 @@ class BodyMotion:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A trajectory to draw."""
+    """A trajectory to draw; of a wheel, `key` is its response's and there is no trajectory."""
 
     store: FolderStore
     key: str

@@ -87,11 +87,18 @@ def add_lines(plotter: pv.Plotter, mesh: pv.PolyData, *, color: str, line_width:
 
 
 def add_skin(
-    plotter: pv.Plotter, mesh: pv.PolyData, scalars: str, limit: float, colours: Colormap = style.MAGNITUDE
+    plotter: pv.Plotter,
+    mesh: pv.PolyData,
+    scalars: str,
+    limit: float,
+    colours: Colormap | str = style.MAGNITUDE,
+    *,
+    signed: bool = False,
 ) -> None:
-    """Add a surface coloured by a magnitude from zero to `limit`; its normals are point data."""
+    """Add a surface coloured from zero to `limit`, or from minus `limit` on; its normals are point data."""
+    top = limit or 1.0
     plotter.add_mesh(
-        mesh, scalars=scalars, clim=(0.0, limit or 1.0), cmap=colours, n_colors=256, show_scalar_bar=False,
+        mesh, scalars=scalars, clim=(-top if signed else 0.0, top), cmap=colours, n_colors=256, show_scalar_bar=False,
         smooth_shading=False, interpolate_before_map=True, ambient=0.42, diffuse=0.7, specular=0.1, specular_power=20,
     ).prop.interpolation = "Phong"  # fmt: skip
 

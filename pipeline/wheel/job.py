@@ -1,0 +1,246 @@
+"""The stages of a wheel, `mesh → modes → solve → plot`: what is fresh is not made again."""
+
+import csv
+import io
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from modaldb.schema import WheelRecord
+from modaldb.store import FolderStore
+from pipeline.component import Component
+from pipeline.errors import InputError, StageError
+from pipeline.kinds import Place
+from pipeline.pictures import plot_stage
+from pipeline.products import Product, component_products, cyclic_product, plot_inputs, wheel_product
+from pipeline.runreport import Progress, RunReport, StageReport
+from pipeline.scenefile import check_scene, named
+from pipeline.status import remember
+from pipeline.textfile import write_text
+from pipeline.wheel.settings import KeptInterface, Wheel, WheelFile, reduction, wrong_names
+
+if TYPE_CHECKING:
+    from pipeline.wheel.solve import Case
+
+STAGES = ("mesh", "modes", "solve", "plot")
+SUMMARY, RESPONSE = "summary.json", "response.csv"
+SYMMETRY = {"sectors", "low", "high", "axis", "origin"}
+BLADES = {"count", "blade_radius", "response"}
+"""Settings of a wheel by what depends on them."""
+
+
+@dataclass(frozen=True)
+class WheelJob:
+    """A scene of a wheel with the places where its products go."""
+
+    name: str
+    path: Path
+    tables: dict[str, Any]
+    scene: WheelFile
+    changes: tuple[float, ...]
+    """Relative change of each blade's stiffness, (N,)."""
+    store: FolderStore
+    out: Path
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Names of its stages, in order."""
+        return STAGES
+
+    @property
+    def wheel(self) -> Wheel:
+        """Its only wheel."""
+        return self.scene.only[1]
+
+    @property
+    def component(self) -> Component:
+        """The sector."""
+        return self.scene.component[self.wheel.component]
+
+    def mesh(self) -> Product:
+        """Return the sector's mesh."""
+        return self._sector()["base-mesh"]
+
+    def modes(self) -> Product:
+        """Return the modes of the tuned wheel."""
+        symmetry = self.wheel.model_dump(mode="json", include=SYMMETRY)
+        return cyclic_product(self.scene.only[0], self._sector()["modes"].inputs, symmetry, self.wheel.mode_count)
+
+    def response(self, interface: KeptInterface | None) -> Product:
+        """Return the response of the wheel reduced by a choice of kept interface, or of the full one for None."""
+        model = {} if interface is None else reduction(self.wheel, interface)
+        mistuned = self.wheel.model_dump(mode="json", include=BLADES) | {"changes": list(self.changes)}
+        return wheel_product(self.scene.only[0], self.modes().key, mistuned, model)
+
+    def products(self, stages: Sequence[str]) -> dict[str, Product]:
+        """Return what some of the stages make, by place."""
+        makers: dict[str, tuple[str, Callable[[], Product]]] = {
+            "mesh": (f"{self.wheel.component}.mesh", self.mesh),
+            "modes": (f"{self.scene.only[0]}.modes", self.modes),
+            "solve": ("solve", lambda: self.response(self.wheel.interface)),
+        }
+        with named(self.path, InputError):
+            return {place: make() for stage, (place, make) in makers.items() if stage in stages}
+
+    def pictures(self) -> dict[str, Any]:
+        """Return everything that the pictures depend on."""
+        return plot_inputs(self.response(self.wheel.interface).key, {})
+
+    def case(self) -> "Case":
+        """Return the wheel ready to be solved; its mesh must stand in the database.
+
+        Raises:
+            InputError: the scene does not fit its mesh.
+        """
+        from pipeline.wheel.solve import case_of
+
+        mesh = self.store.get(self.mesh().key, "mesh")
+        return case_of(mesh, self.component, self.wheel, self.scene.only[0], np.array(self.changes))
+
+    def run(self, until: str = "plot", progress: Progress | None = None) -> RunReport:
+        """Bring the products up to date, up to and including one stage.
+
+        Raises:
+            InputError: it has no such stage, or the scene does not fit its mesh.
+            StageError: a numerical routine failed.
+        """
+        if until not in STAGES:
+            raise InputError(f"{self.path}: a wheel has no stage '{until}', it has {', '.join(STAGES)}")
+        tell = progress or (lambda stage, share: None)
+        stages, wanted = {}, STAGES[: STAGES.index(until) + 1]
+        for stage in wanted:
+            if stage != "plot":
+                with named(self.path, InputError, StageError):
+                    stages[stage] = self._stage(stage, tell)
+        if "solve" not in wanted:
+            remember(self, wanted)
+            return RunReport(self.name, None, stages, out=str(self.out))
+        quantities, pictures, notes = self._results(), [], []
+        if "plot" in wanted:
+            stages["plot"], pictures, notes = plot_stage(self, lambda: self._draw(tell), tell)
+        remember(self, wanted)
+        return RunReport(
+            self.name, "FINISHED", stages, quantities, out=str(self.out), files=(SUMMARY, RESPONSE), pictures=pictures,
+            notes=notes,
+        )  # fmt: skip
+
+    def plan(self) -> dict[str, Any]:
+        """Return what each stage reads of the records before it."""
+        rows = []
+        for stage, product in (("modes", self.mesh()), ("solve", self.mesh()), ("plot", self.modes())):
+            size = sum(self.store.sizes(product.key).values()) if self.store.has(product.key) else None
+            rows.append(
+                {"body": self.scene.only[0], "term": stage, "present": True, "reason": "", "fields": [product.kind],
+                 "bytes": size}
+            )  # fmt: skip
+        sizes = [row["bytes"] for row in rows]
+        return {"scene": self.name, "terms": rows, "bytes": None if None in sizes else sum(sizes)}
+
+    def report(self, repeat: int, progress: Progress) -> tuple[dict[str, Any], str]:
+        """Compare every choice of kept interface with the full wheel."""
+        from pipeline.wheel.report import report_wheel, table_text
+
+        document = report_wheel(self, repeat, progress)
+        return document, table_text(document)
+
+    def export(self, what: str, every: int) -> list[Path]:
+        """Refuse: there is no exporter of wheels.
+
+        Raises:
+            InputError: always.
+        """
+        raise InputError(
+            f"{self.path}: export: a wheel has no {what} as .vtu files; its records hold shapes and response"
+        )
+
+    def _sector(self) -> dict[str, Product]:
+        return component_products(self.wheel.component, self.component, self.path.parent)
+
+    def _stage(self, stage: str, tell: Progress) -> StageReport:
+        start = time.perf_counter()
+        (product,) = self.products([stage]).values()
+        if fresh := self.store.has(product.key):
+            tell(stage, 1.0)
+        else:
+            tell(stage, 0.0)
+            self.store.put(product.key, product.kind, self._make(stage, tell), product.inputs)
+            tell(stage, 1.0)
+        return StageReport("fresh" if fresh else "ran", time.perf_counter() - start, product.key)
+
+    def _make(self, stage: str, tell: Progress) -> Any:
+        """Make one record. Heavy imports live here, where they are needed."""
+        name, wheel = self.scene.only
+        if stage == "mesh":
+            from pipeline.mesh import build_mesh
+
+            return build_mesh(self.component, self.path.parent, wheel.component)
+        from pipeline.cyclic import sector_parts
+        from pipeline.wheel import solve
+
+        if stage == "modes":
+            mesh = self.store.get(self.mesh().key, "mesh")
+            return solve.cyclic_record(solve.sector_of(mesh, self.component, wheel, name), self.mesh().key, wheel, tell)
+        case = self.case()
+        choice = solve.kept_dofs(case.sector, wheel.interface, f"wheel.{name}.interface")
+        parts = sector_parts(case.sector, wheel.fixed_count)
+        tell("solve", 0.3)
+        pair = solve.reduced_modes(case, parts, choice, False), solve.reduced_modes(case, parts, choice, True)
+        record = solve.wheel_record(case, self.modes().key, wheel.interface, pair, parts.cpu_seconds)
+        tuned = self.store.get(self.modes().key, "cyclic")
+        error = {"value": solve.reduction_error(tuned, record.tuned_frequencies), "unit": "1"}
+        return replace(record, quantities=record.quantities | {"reduction.frequency_error": error})
+
+    def _results(self) -> dict[str, Any]:
+        """Write summary and response beside each other unless they stand there, and return the quantities."""
+        key = self.response(self.wheel.interface).key
+        try:
+            summary = json.loads((self.out / SUMMARY).read_text())
+            if summary["key"] == key and (self.out / RESPONSE).is_file():
+                return summary["quantities"]
+        except (OSError, ValueError, KeyError):
+            pass
+        record: WheelRecord = self.store.get(key, "wheel")
+        quantities = {name: one | {"reference": None, "error": None} for name, one in record.quantities.items()}
+        write_text(self.out / RESPONSE, _response_table(record))
+        write_text(
+            self.out / SUMMARY, json.dumps({"key": key, "quantities": quantities, "counts": record.counts}, indent=1)
+        )
+        return quantities
+
+    def _draw(self, tell: Progress) -> tuple[list[Path], list[str]]:
+        from pipeline.plots import render
+
+        tell("plot", 0.0)
+        key = self.response(self.wheel.interface).key
+        return render(self.store.root, key, self.out, self.name, family="wheel")
+
+
+def wheel_job(place: Place) -> WheelJob:
+    """Return the job of a scene of a wheel.
+
+    Raises:
+        InputError: the scene is wrong; every mistake of one kind is listed.
+    """
+    scene = check_scene(place.path, place.tables, WheelFile)
+    if lines := wrong_names(scene):
+        raise InputError("\n".join(f"{place.path}: {line}" for line in lines))
+    name, wheel = scene.only
+    with named(place.path, InputError):
+        changes = wheel.mistuning.changes(wheel.sectors, place.path.parent, f"wheel.{name}.mistuning")
+    return WheelJob(place.name, place.path, place.tables, scene, changes, place.store, place.out)
+
+
+def _response_table(record: WheelRecord) -> str:
+    """Return amplitudes over frequency: of any blade of the tuned wheel, of each of the mistuned one."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    tuned, mistuned = (np.hypot(*np.moveaxis(one, -1, 0)) for one in (record.tuned, record.mistuned))
+    writer.writerow(["frequency [Hz]", "tuned [m/N]", *(f"blade {j} [m/N]" for j in range(mistuned.shape[1]))])
+    rows = np.column_stack([record.excitation / (2 * np.pi), tuned[:, :1], mistuned])
+    writer.writerows([f"{value:.9g}" for value in row] for row in rows)
+    return text.getvalue()
