@@ -31,6 +31,7 @@ SYSTEM_LIBRARIES = (
 )  # fmt: skip
 """Debian packages that gmsh and off-screen drawing load, as in the Makefile."""
 APT_COMMAND = f"apt-get install --no-install-recommends {' '.join(SYSTEM_LIBRARIES)}"
+SLEPC_COMMAND = "apt-get install --no-install-recommends python3-petsc4py python3-slepc4py openmpi-bin"
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 PROBE_TIMEOUT = 60.0
 """How long a child process may take [s]; drawing a sphere takes about 2 s."""
@@ -82,7 +83,7 @@ def examine(database: Path = Path(".gudgeon")) -> list[Finding]:
         findings.append(loading_finding())
     if "pyvista" not in absent:
         findings.append(rendering_finding())
-    return [*findings, backend_finding(), database_finding(database), threads_finding(os.environ)]
+    return [*findings, backend_finding(), slepc_finding(), database_finding(database), threads_finding(os.environ)]
 
 
 def render_report(findings: list[Finding]) -> str:
@@ -185,6 +186,27 @@ def backend_finding() -> Finding:
         return Finding(name, "missing", str(error), install)
     except (ImportError, OSError) as error:
         return Finding(name, "broken", _last_line(str(error)), "make clean setup")
+
+
+def slepc_finding() -> Finding:
+    """Examine whether the SLEPc that `GUDGEON_SLEPC` asks for starts; without it none is needed."""
+    name, text = "SLEPc", os.environ.get("GUDGEON_SLEPC", "").strip()
+    if not text:
+        return Finding(name, "ok", "not asked for (GUDGEON_SLEPC is not set)")
+    worker = Path(__file__).with_name("modes") / "mpi_worker.py"
+    try:
+        child = subprocess.run(
+            [*shlex.split(text), str(worker), "--version"],
+            capture_output=True, text=True, errors="replace", timeout=PROBE_TIMEOUT,
+        )  # fmt: skip
+    except (OSError, ValueError, subprocess.TimeoutExpired) as error:
+        return Finding(name, "broken", f"GUDGEON_SLEPC={text}: {error}", "unset GUDGEON_SLEPC")
+    if child.returncode == 0 and child.stdout.strip():
+        return Finding(name, "ok", f"{_last_line(child.stdout)} ({text})")
+    lines = [line.strip() for line in child.stderr.splitlines() if re.search(r"\w", line)]
+    # Python's reason comes last, a launcher's first.
+    reason = next((line for line in reversed(lines) if "Error" in line), lines[0] if lines else "it says nothing")
+    return Finding(name, "missing", f"GUDGEON_SLEPC={text}: {reason}", SLEPC_COMMAND)
 
 
 def database_finding(database: Path) -> Finding:
