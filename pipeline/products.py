@@ -18,7 +18,7 @@ from pipeline.component import Component, Profile
 from pipeline.errors import InputError
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
-CODE_VERSIONS = {"mesh": 2, "modes": 3, "morph": 1, "solve": 7, "plot": 4, "nodal": 2, "cyclic": 1, "wheel": 1}
+CODE_VERSIONS = {"mesh": 2, "modes": 4, "morph": 1, "solve": 7, "plot": 4, "nodal": 2, "cyclic": 1, "wheel": 1}
 """Raised whenever a stage's code changes what it makes of the same inputs."""
 LIBRARIES = {
     "mesh": ("gmsh", "meshio", "numpy"),
@@ -183,7 +183,7 @@ def _supports(component: Component) -> list[Any]:
 
 def _geometry(component: Component, folder: Path, name: str) -> dict[str, Any]:
     described = component.geometry.model_dump(mode="json")
-    if component.geometry.kind in ("file", "plane-file"):
+    if component.geometry.kind == "file" or component.geometry.kind == "plane-file":
         described["path"] = file_digest(find_file(component.geometry.path, folder, f"component.{name}.geometry.path"))
     return described
 

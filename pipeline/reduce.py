@@ -6,6 +6,7 @@ import numpy as np
 from scipy import linalg, sparse
 
 from modaldb.schema import InertiaCouplings, InterfaceModes, LoadModes, MeshRecord, ModalRecord, TractionModes
+from pipeline.accuracy import frequency_errors
 from pipeline.component import Component
 from pipeline.errors import InputError, StageError
 from pipeline.femodel import FEModel
@@ -70,6 +71,7 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     own = _reduced(tied, contact, component, where)
     reduction = replace(own, Phi=spread @ own.Phi)
     at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
+    errors = frequency_errors(tied, own, model, spread, component)
     return ModalRecord(
         mesh_key=mesh_key,
         recipe=component.modes.recipe,
@@ -97,6 +99,9 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
             key: LoadModes(at_rows[key], load.resultant, load.point, load.unit) for key, load in touched.loads.items()
         },
         gauges=gauge_modes(component, gauges, tied, contact.B, own),
+        residuals=errors.residuals,
+        algebraic_errors=errors.algebraic,
+        discretisation_errors=errors.discretisation,
     )
 
 
