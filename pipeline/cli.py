@@ -150,8 +150,17 @@ def _quantity_line(name: str, entry: dict[str, Any]) -> str:
 def _print_run(report: Any) -> None:
     for name, stage in report.stages.items():
         print(f"{name:6} {stage.state:6} {stage.seconds:8.2f} s   {stage.key[:12]}")
-    if report.result is None:
-        return
+    if report.frequencies:
+        from pipeline.frequency_table import frequency_text
+
+        print(frequency_text(report.frequencies))
+    if report.result is not None:
+        _print_quantities(report)
+    for note in report.notes:
+        print(f"gudgeon: {note}", file=sys.stderr)
+
+
+def _print_quantities(report: Any) -> None:
     print()
     for name, entry in report.quantities.items():
         if entry["reference"] is None and PER_BLOW.search(name):
@@ -162,8 +171,6 @@ def _print_run(report: Any) -> None:
             print(f"{name:28} {value:14.2g}")
     files = [*report.files, *(Path(picture).name for picture in report.pictures)]
     print(f"\nresults in {report.out}: {', '.join(files)}")
-    for note in report.notes:
-        print(f"gudgeon: {note}", file=sys.stderr)
 
 
 def _status(options: argparse.Namespace) -> int:

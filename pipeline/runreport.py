@@ -33,6 +33,8 @@ class RunReport:
     """Names of what stands in `out` beside the pictures."""
     pictures: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    frequencies: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    """Modes of each component with their errors, where a run ends with them; see `frequency_table`."""
     reason: str | None = None
     """Why a run failed physically; None where it did not."""
 
@@ -47,6 +49,7 @@ class RunReport:
             "momentum_residual": self.momentum_residual,
             "out": self.out,
             "pictures": self.pictures,
+            "frequencies": self.frequencies,
             "notes": self.notes,
             "reason": self.reason,
         }

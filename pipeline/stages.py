@@ -154,7 +154,10 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
         stages[stage] = _component_stage(job, stage, tell)
     if "solve" not in wanted:
         remember(job, wanted)
-        return RunReport(job.name, None, stages, out=str(job.out))
+        frequencies, notes = _frequencies(job)
+        return RunReport(
+            job.name, None, stages, out=str(job.out), notes=notes, frequencies=frequencies if until == "modes" else {}
+        )
     with named(job.path, InputError, SceneError):
         stages["solve"], summary = _solve_stage(job, tell)
     pictures, notes, outcome = [], [], Result[summary["result"]]
@@ -162,6 +165,7 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
         stages["plot"], pictures, notes = plot_stage(job, lambda: _draw(job, tell), tell)
     remember(job, wanted)
     notes += law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
+    notes += _frequencies(job)[1]
     return RunReport(
         job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
         summary["momentum_residual"], str(job.out), pictures=pictures, notes=notes,
@@ -313,6 +317,14 @@ def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
         compare[name] = other.trajectory().key
     tell("plot", 0.0)
     return render(job.store.root, job.trajectory().key, job.out, job.name, compare if len(compare) > 1 else {})
+
+
+def _frequencies(job: Job) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
+    """Return the modes of every component with their errors, and where a mesh is too coarse for them."""
+    from pipeline.frequency_table import coarse_notes, frequency_rows, kept_modes
+
+    records = kept_modes(job.store, {name: steps["modes"].key for name, steps in job.components().items()})
+    return {name: frequency_rows(record) for name, record in records.items()}, coarse_notes(records)
 
 
 def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:
