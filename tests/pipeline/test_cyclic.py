@@ -1,13 +1,11 @@
 """Cyclic symmetry: one sector against the whole wheel, meshed and assembled by itself; mistuning; reduced wheels.
 
-F5 of the reference set, a chain of two-mass sectors with closed-form and 50-digit frequencies, is the exact case.
+The exact case, F5 of the reference set, stands in `tests/validation/test_cyclic_chain.py`.
 """
 
-import json
 from dataclasses import replace
 from importlib import import_module
 from itertools import permutations, product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,38 +37,17 @@ from pipeline.cyclic import (
 )
 from pipeline.cyclic.wheel import wheel_rigid
 from pipeline.errors import InputError, StageError
-from pipeline.femodel import FEModel, MassProperties
+from pipeline.femodel import FEModel
 from pipeline.material import Material
 from pipeline.model import build_model
+from tests.validation.cyclic_chain import chain
 
-F5 = json.loads((Path(__file__).parents[2] / "data/bladed-disk/F5_cyclic_chain.json").read_text())
 STEEL = Material(E=2.1e11, nu=0.3, rho=7800.0)
 WHOLE = 1e-8
 """The issue's: tuned by cyclic symmetry equals the whole wheel."""
 SECTORS, COUNT = 6, 6
 RNG = np.random.default_rng(5)
 FACTORS = 1 + 0.05 * RNG.uniform(-1, 1, SECTORS)
-
-
-def chain() -> tuple[Sector, Mistuning]:
-    """F5 as a sector of three nodes that move along the axis: disk, blade, and the next disk without mass."""
-    given = F5["parameters"]
-    angle = 2 * np.pi / given["sectors"]
-    nodes = np.array([[1.0, 0, 0], [2.0, 0, 0], [np.cos(angle), np.sin(angle), 0]])
-    ends = {name: Surface(np.array([[node]]), {}) for name, node in (("low", 0), ("high", 2))}
-    mesh = MeshRecord(nodes=nodes, cells=np.array([[0, 1, 2]]), cell_type="line3", surfaces=ends)
-    blade, coupling = given["blade_stiffness"], given["disk_coupling"]
-    part = blade * np.array([[1.0, -1, 0], [-1, 1, 0], [0, 0, 0]])
-    K = part + coupling * np.array([[1.0, 0, -1], [0, 0, 0], [-1, 0, 1]])
-    K[0, 0] += given["disk_ground_stiffness"]
-    M = np.diag([given["disk_mass"], given["blade_mass"], 0.0])
-    model = FEModel(
-        sparse.csr_matrix(K), sparse.csr_matrix(M), mesh, np.array([[0.0, 0, 1]]), np.zeros((1, 3)),
-        MassProperties(1.1, np.zeros(3), np.eye(3)), np.empty((0, 6)), np.zeros(3, bool),
-    )  # fmt: skip
-    sector = cyclic_sector(model, CyclicSymmetry(sectors=given["sectors"]))
-    factors = 1 + np.array(given["mistuning_of_blade_stiffness"])
-    return sector, Mistuning(sparse.csr_matrix(part), factors)
 
 
 def bladed_sector(sectors: int) -> tuple[MeshRecord, np.ndarray]:
@@ -130,28 +107,6 @@ def tip_row(sector: Sector) -> np.ndarray:
 @pytest.fixture(scope="module", params=[(), ("bore",)], ids=["free", "held"])
 def wheel(request: pytest.FixtureRequest) -> tuple[Sector, Mistuning, tuple[str, ...]]:
     return *bladed(*request.param), request.param
-
-
-@pytest.mark.parametrize("expected", F5["expected"]["tuned"], ids=lambda one: f"n={one['nodal_diameter']}")
-def test_f5_tuned(expected: dict[str, Any]) -> None:
-    modes = harmonic_modes(chain()[0], expected["nodal_diameter"], 2)
-    np.testing.assert_allclose(modes.angular_frequencies / (2 * np.pi), expected["f_Hz"], rtol=1e-11)
-    assert modes.multiplicity == expected["multiplicity"]
-
-
-def test_f5_mistuned() -> None:
-    sector, mistuning = chain()
-    ours = wheel_frequencies(sector, 24, mistuning) / (2 * np.pi)
-    np.testing.assert_allclose(ours, F5["expected"]["mistuned_f_Hz"], rtol=1e-11)
-
-
-def test_f5_by_synthesis_is_exact() -> None:
-    """A sector's only interior dof is its blade: one fixed-interface mode is all of it."""
-    sector, mistuning = chain()
-    parts = sector_parts(sector, 1)
-    for kept, count in ((True, 0), (False, None), (False, 1)):
-        one = synthesise(parts, InterfaceChoice(np.array([kept]), count), 24, mistuning)
-        np.testing.assert_allclose(one.angular_frequencies / (2 * np.pi), F5["expected"]["mistuned_f_Hz"], rtol=1e-11)
 
 
 def test_tuned_wheel_equals_the_mesh_of_the_whole(wheel: tuple[Sector, Mistuning, tuple[str, ...]]) -> None:

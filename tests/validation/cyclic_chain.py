@@ -1,0 +1,34 @@
+"""F5 of the reference set as a sector: a chain of two-mass sectors, closed form when tuned, 50 digits when mistuned."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from modaldb.schema import MeshRecord, Surface
+from pipeline.cyclic import CyclicSymmetry, Mistuning, Sector, cyclic_sector
+from pipeline.femodel import FEModel, MassProperties
+
+F5 = json.loads((Path(__file__).parents[2] / "data/bladed-disk/F5_cyclic_chain.json").read_text())
+
+
+def chain() -> tuple[Sector, Mistuning]:
+    """Return a sector of three nodes that move along the axis, disk, blade, and the next disk without mass."""
+    given = F5["parameters"]
+    angle = 2 * np.pi / given["sectors"]
+    nodes = np.array([[1.0, 0, 0], [2.0, 0, 0], [np.cos(angle), np.sin(angle), 0]])
+    ends = {name: Surface(np.array([[node]]), {}) for name, node in (("low", 0), ("high", 2))}
+    mesh = MeshRecord(nodes=nodes, cells=np.array([[0, 1, 2]]), cell_type="line3", surfaces=ends)
+    blade, coupling = given["blade_stiffness"], given["disk_coupling"]
+    part = blade * np.array([[1.0, -1, 0], [-1, 1, 0], [0, 0, 0]])
+    K = part + coupling * np.array([[1.0, 0, -1], [0, 0, 0], [-1, 0, 1]])
+    K[0, 0] += given["disk_ground_stiffness"]
+    M = np.diag([given["disk_mass"], given["blade_mass"], 0.0])
+    model = FEModel(
+        sparse.csr_matrix(K), sparse.csr_matrix(M), mesh, np.array([[0.0, 0, 1]]), np.zeros((1, 3)),
+        MassProperties(1.1, np.zeros(3), np.eye(3)), np.empty((0, 6)), np.zeros(3, bool),
+    )  # fmt: skip
+    sector = cyclic_sector(model, CyclicSymmetry(sectors=given["sectors"]))
+    factors = 1 + np.array(given["mistuning_of_blade_stiffness"])
+    return sector, Mistuning(sparse.csr_matrix(part), factors)
