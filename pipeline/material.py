@@ -14,6 +14,11 @@ class Material(BaseModel):
     nu: float = Field(gt=-1, lt=0.5, description="Poisson's ratio")
     rho: float = Field(gt=0, allow_inf_nan=False, description="Density [kg/m^3]")
 
+    @property
+    def lame(self) -> tuple[float, float]:
+        """Lamé's constants λ and μ [Pa]."""
+        return self.E * self.nu / (1 + self.nu) / (1 - 2 * self.nu), self.E / 2 / (1 + self.nu)
+
     @model_validator(mode="after")
     def _units_agree(self) -> "Material":
         speed, (low, high) = (self.E / self.rho) ** 0.5, WAVE_SPEEDS

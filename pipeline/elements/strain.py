@@ -53,7 +53,7 @@ def strain_samples(model: FEModel, material: Material, geometry: BaseModel | Non
 
 
 def _solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
-    N, grad, dx = solid_quadrature(mesh, GAUSS_ORDER, slice(0, len(mesh.cells)))
+    N, grad, dx = solid_quadrature(mesh, GAUSS_ORDER, np.arange(len(mesh.cells)))
     root = _root(elasticity(material))
     slopes = np.ascontiguousarray(grad.transpose(0, 3, 2, 1)).reshape(len(grad), -1, 10)
 

@@ -6,7 +6,7 @@ from modaldb.schema import MeshRecord
 from pipeline.errors import InputError
 
 FLAT = 1e-9
-"""Least Jacobian of an element by its longest extent cubed; slivers of aspect 1:1000 are at 1e-6."""
+"""Least Jacobian of an element by its extent cubed, in a plane squared; slivers of aspect 1:1000 are at 1e-6."""
 
 
 def refuse_pieces(mesh: MeshRecord, where: str) -> None:
@@ -48,26 +48,27 @@ def refuse_pieces(mesh: MeshRecord, where: str) -> None:
     )
 
 
-def refuse_degenerate(x: np.ndarray, det: np.ndarray, first: int) -> None:
-    """Stop at an element without volume, or inside out.
+def refuse_degenerate(x: np.ndarray, det: np.ndarray, numbers: np.ndarray) -> None:
+    """Stop at an element without volume, or area in a plane, or inside out.
 
     Args:
-        x: Nodes of the elements [m], (e, a, 3).
+        x: Nodes of the elements [m], (e, a, 3) or (e, a, 2).
         det: det(∂x/∂ξ) at their quadrature points, (e, q).
-        first: Number of the first one in its mesh.
+        numbers: Of the elements in their mesh, (e,).
 
     Raises:
         InputError: there is one; its number, where it is and its Jacobian.
     """
-    share = det.min(axis=1) / np.ptp(x, axis=1).max(axis=1) ** 3
+    share = det.min(axis=1) / np.ptp(x, axis=1).max(axis=1) ** x.shape[2]
     sound = share > FLAT
     if sound.all():
         return
     worst = int(np.argmin(share))
-    what = "is inverted" if share[worst] < -FLAT else "has no volume"
+    size, power = ("volume", "cubed") if x.shape[2] == 3 else ("area", "squared")
+    what = "is inverted" if share[worst] < -FLAT else f"has no {size}"
     raise InputError(
-        f"mesh: element {worst + first} {what}, about {_text(x[worst].mean(axis=0))}; its least Jacobian is"
-        f" {share[worst]:.2g} of its extent cubed, allowed: above {FLAT:g}"
+        f"mesh: element {numbers[worst]} {what}, about {_text(x[worst].mean(axis=0))}; its least Jacobian is"
+        f" {share[worst]:.2g} of its extent {power}, allowed: above {FLAT:g}"
     )
 
 

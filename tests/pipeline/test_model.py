@@ -8,12 +8,19 @@ from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshTet, Mes
 from skfem.helpers import ddot, dot, sym_grad, trace
 
 from modaldb.schema import MeshRecord
-from pipeline.elements.solid import MASS_ORDER, STIFFNESS_ORDER, mass_properties, nodal_jacobians
+from pipeline.elements.solid import (
+    MASS_ORDER,
+    STIFFNESS_ORDER,
+    mass_properties,
+    nodal_jacobians,
+    straight_elements,
+)
 from pipeline.errors import InputError
 from pipeline.femodel import FEModel
 from pipeline.geometry.bar import Bar
 from pipeline.material import Material
 from pipeline.model import build_model
+from tests.pipeline.blocks import block
 
 ALUMINIUM = Material(E=72e9, nu=0.33, rho=2700.0)
 VOLUME = np.pi * (0.04296**2 * 0.06 - 0.03896**2 * 0.052)
@@ -30,21 +37,31 @@ def skfem_mesh(mesh: MeshRecord) -> tuple[MeshTet2, np.ndarray]:
     return MeshTet2(mesh.nodes[ours].T.copy(), slot.reshape(-1, 4).T.copy()), ours
 
 
-def test_curved_assembly_equals_scikit_fem(skirt_mesh: MeshRecord, skirt_model: FEModel) -> None:
-    mesh, ours = skfem_mesh(skirt_mesh)
-    lam, mu = (
-        ALUMINIUM.E * ALUMINIUM.nu / (1 + ALUMINIUM.nu) / (1 - 2 * ALUMINIUM.nu),
-        ALUMINIUM.E / 2 / (1 + ALUMINIUM.nu),
-    )
+def assert_equals_scikit_fem(model: FEModel, material: Material) -> None:
+    mesh, ours = skfem_mesh(model.mesh)
+    lam, mu = material.lame
     stiffness = BilinearForm(
         lambda u, v, _: lam * trace(sym_grad(u)) * trace(sym_grad(v)) + 2 * mu * ddot(sym_grad(u), sym_grad(v))
     )
-    mass = BilinearForm(lambda u, v, _: ALUMINIUM.rho * dot(u, v))
+    mass = BilinearForm(lambda u, v, _: material.rho * dot(u, v))
     element = ElementVector(ElementTetP2())
     order = (3 * ours[:, None] + np.arange(3)).ravel()
-    for form, degree, matrix in ((stiffness, STIFFNESS_ORDER, skirt_model.K), (mass, MASS_ORDER, skirt_model.M)):
+    for form, degree, matrix in ((stiffness, STIFFNESS_ORDER, model.K), (mass, MASS_ORDER, model.M)):
         expected = form.assemble(Basis(mesh, element, intorder=degree))
         assert abs(matrix[order][:, order] - expected).max() <= ROUND_OFF * abs(expected).max()
+        assert abs(matrix - matrix.T).max() == 0.0
+
+
+def test_assembly_of_curved_and_straight_elements_equals_scikit_fem(skirt_model: FEModel) -> None:
+    straight = straight_elements(skirt_model.mesh)
+    assert 0.1 < straight.mean() < 0.9
+    assert_equals_scikit_fem(skirt_model, ALUMINIUM)
+
+
+def test_assembly_of_straight_elements_equals_scikit_fem() -> None:
+    model = block((0.05, 0.04, 0.06), (3, 2, 4))
+    assert straight_elements(model.mesh).all()
+    assert_equals_scikit_fem(model, Material(E=70e9, nu=0.3, rho=2700.0))
 
 
 def test_rigid_motions_are_stress_free_and_mass_orthonormal(skirt_model: FEModel) -> None:
