@@ -1,8 +1,9 @@
 """What a scene says about its reference and its sweep."""
 
+import itertools
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 STRICT = ConfigDict(extra="forbid", frozen=True)
 
@@ -22,6 +23,34 @@ class Pulse(BaseModel):
     duration: str = Field(description="Name under `expected` in the reference [s]")
 
 
+class Vectors(BaseModel):
+    """Error against the number of vectors under a force that moves, and the price of making them again."""
+
+    model_config = STRICT
+    force: str = Field(description="Name of the force, of kind 'moving'")
+    counts: tuple[int, ...] = Field(
+        default=(2, 4, 8, 16, 32), min_length=1, description="Numbers of vectors, ascending"
+    )
+    places: int = Field(default=16, ge=2, description="Equal parts of the way at which vectors are made again")
+    steps: int = Field(default=1600, ge=100, description="Time steps of a run; rounded up to 20 a place")
+    root: float = Field(gt=0, description="Stress is compared within this distance of the supports [m]")
+    meshes: tuple[float, ...] = Field(default=(), description="Further edge lengths at which the price is measured [m]")
+
+    @field_validator("counts")
+    @classmethod
+    def _ascending(cls, value: tuple[int, ...]) -> tuple[int, ...]:
+        if value[0] < 1 or any(a >= b for a, b in itertools.pairwise(value)):
+            raise ValueError(f"{list(value)} given, they must ascend from 1 or more")
+        return value
+
+    @field_validator("meshes")
+    @classmethod
+    def _sizes(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if any(not 0 < size < float("inf") for size in value):
+            raise ValueError(f"{list(value)} given, edge lengths must be positive")
+        return value
+
+
 class Report(BaseModel):
     """Reference values and the models to compare."""
 
@@ -38,6 +67,9 @@ class Report(BaseModel):
         default=None, gt=0, description="Compare up to this time [s]; chatter may make later motion irreproducible"
     )
     nodal: Nodal | None = Field(default=None, description="Compare with the nodal synthesis on the same mesh")
+    vectors: Vectors | None = Field(
+        default=None, description="Compare numbers and kinds of vectors under a moving force, instead of models"
+    )
     models: dict[str, dict[str, Any]] = Field(default={}, description="Name → changes of the scene, as nested tables")
     changes: dict[str, dict[str, Any]] = Field(
         default={}, description="Name → a design change, as nested tables; reuse is compared with recompute"

@@ -114,6 +114,11 @@ class Job:
 
     def report(self, repeat: int, progress: Progress) -> tuple[dict[str, Any], str]:
         """Run every model of the scene and return the report's document and its table as text."""
+        if self.scene.report.vectors is not None:
+            from pipeline.vectors.report import vectors_report, vectors_text
+
+            document = vectors_report(self, repeat, progress)
+            return document, vectors_text(document)
         from pipeline.report import report_job, table_text
 
         document = report_job(self, repeat, progress)

@@ -79,17 +79,19 @@ class Driving:
             first = last
 
     def deflections(self, time: np.ndarray, frames: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the displacement under each travelling force, along it [m], (t,).
+        """Return the displacement under each travelling force, along it [m], (t,); of none where it is zero.
 
         Args:
-            time: [s], (t,)
+            time: After the start [s], (t,).
             frames: All coordinates at these times, (t, m).
         """
         loads = self.loads(time, 0.0)
         moved = frames @ self.rows.T + loads @ self.residual
         found = {}
         for load, at in self.given_rows():
-            if load.travels and (size := float(np.abs(loads[:, at].sum(axis=1)).max(initial=0.0))) > 0:
+            # Splines add up to one, so that their forces add up to the whole force.
+            size = np.abs(loads[:, at].sum(axis=1))
+            if load.travels and (size > 0).all():
                 found[load.name] = np.einsum("tk,tk->t", loads[:, at], moved[:, at]) / size
         return found
 
@@ -255,7 +257,7 @@ def _spread(force: MovingForce, space: TractionModes) -> Callable[[np.ndarray], 
     def amounts(time: np.ndarray) -> np.ndarray:
         numbers, values = spline_weights(space, force.places(time))
         found = np.zeros((len(time), len(space.resultant)))
-        np.put_along_axis(found, numbers, -force.force * values, axis=1)
+        np.put_along_axis(found, numbers, -force.amounts(time)[:, None] * values, axis=1)
         return found
 
     return amounts

@@ -1,6 +1,6 @@
-"""A force that travels over a surface at constant speed, or stands still and is applied suddenly."""
+"""A force that travels over a surface at constant speed, or stands still; it comes up at once or smoothly."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -9,7 +9,7 @@ from solver.obstacles.vectors import Finite
 
 
 class MovingForce(BaseModel):
-    """Constant force against the outward normal of a traction space, on a body that is undeformed before it."""
+    """Force against the outward normal of a traction space, on a body that is undeformed before it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: Literal["moving"]
@@ -17,8 +17,17 @@ class MovingForce(BaseModel):
     interface: str = Field(description="Interface of kind 'traction'; its knot spacing is the size of the footprint")
     force: Finite = Field(description="Positive where it presses the surface inwards [N]")
     at: tuple[Finite, Finite] = Field(description="Coordinates across and along at the start [m]")
-    speed: Finite = Field(default=0.0, description="Along [m/s]; 0: it stands still, applied suddenly at the start")
+    speed: Finite = Field(default=0.0, description="Along [m/s]; 0: it stands still")
+    rise: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
+        default=0.0, description="Time in which it comes up, as half a cosine [s]; 0: at once"
+    )
 
     def places(self, time: np.ndarray) -> np.ndarray:
         """Return the coordinates across and along at given times [m], (t, 2)."""
         return np.column_stack([np.full(len(time), self.at[0]), self.at[1] + self.speed * time])
+
+    def amounts(self, time: np.ndarray) -> np.ndarray:
+        """Return the force at given times [N], (t,)."""
+        if self.rise == 0:
+            return np.full(len(time), self.force)
+        return self.force * 0.5 * (1 - np.cos(np.pi * np.clip(time / self.rise, 0.0, 1.0)))

@@ -77,6 +77,17 @@ def test_travelling_force_is_second_order(tmp_path: Path) -> None:
     assert order == pytest.approx(2.0, abs=0.2)
 
 
+def test_force_that_comes_up_smoothly(tmp_path: Path) -> None:
+    """Half a cosine: its impulse over the rise is half of that of the whole force, and what it bends follows slowly."""
+    rise = 0.25 * DURATION
+    records = plate_records(free=True)
+    done = simulate(build(tmp_path / "smooth", records, scene(rise=rise)))
+    assert done.motion["part"][-1, 6] == pytest.approx(FORCE * (DURATION - rise / 2) / 3, rel=1e-6)
+    sudden = simulate(build(tmp_path / "sudden", records, scene()))
+    assert abs(done.frames[0]).max() < 0.01 * abs(sudden.frames[0]).max()
+    assert done.energy_drift < 1e-9
+
+
 def test_momentum_of_a_free_body(tmp_path: Path) -> None:
     done = simulate(build(tmp_path, plate_records(free=True), scene()))
     assert done.momentum_residual < 1e-12
