@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -82,18 +83,12 @@ def load_mesh(path: str) -> Mesh:
         return Mesh(arrays["nodes"], arrays["cells"], arrays["skirt"])
 
 
-def largest_residual(K: object, M: object, values: np.ndarray, vectors: np.ndarray) -> float:
-    """Return the largest ‖Kφ − λMφ‖ / ‖Kφ‖.
-
-    Raises:
-        ArithmeticError: it is not accepted.
-    """
-    forces = K @ vectors  # type: ignore[operator]
-    errors = forces - (M @ vectors) * values  # type: ignore[operator]
+def largest_residual(K: Any, M: Any, values: np.ndarray, vectors: np.ndarray) -> tuple[str, float]:
+    """Return whether the largest ‖Kφ − λMφ‖ / ‖Kφ‖ is accepted, in words, and its value."""
+    forces = K @ vectors
+    errors = forces - (M @ vectors) * values
     residual = float((np.linalg.norm(errors, axis=0) / np.linalg.norm(forces, axis=0)).max())
-    if not residual <= RESIDUAL:
-        raise ArithmeticError(f"residual {residual:.2g}, allowed {RESIDUAL:g}")
-    return residual
+    return "residual" if residual <= RESIDUAL else f"FAILED: residual {residual:.1g}", residual
 
 
 def hertz(values: np.ndarray) -> list[float]:

@@ -21,9 +21,9 @@ def modes(path: str, count: int, watch: Stopwatch) -> Answer:
     fem.ComputeEigenmodes(count, excludeRigidBodyModes=RIGID)
     watch.lap("factor and eigensolve")
     values, vectors = np.asarray(fem.eigenValues), np.asarray(fem.modeBasis["matrix"])
-    residual = largest_residual(K, M, values, vectors)
+    verdict, residual = largest_residual(K, M, values, vectors)
     watch.lap("verification")
-    return Answer(f"exudyn {exudyn.__version__}", "residual", hertz(values), residual)
+    return Answer(f"exudyn {exudyn.__version__}", verdict, hertz(values), residual)
 
 
 if __name__ == "__main__":

@@ -52,9 +52,9 @@ def modes(path: str, count: int, watch: Stopwatch) -> Answer:
         values, vectors = eigsh(stiffness, RIGID + count, mass, sigma=SHIFT, OPinv=solver)
         order = np.argsort(values)[RIGID:]
         watch.lap("eigensolve")
-        residual = largest_residual(stiffness, mass, values[order], vectors[:, order])
+        verdict, residual = largest_residual(stiffness, mass, values[order], vectors[:, order])
         watch.lap("verification")
-    return Answer(f"ngsolve {ng.__version__}", "residual", hertz(values[order]), residual, wrapped[2].calls, 1)
+    return Answer(f"ngsolve {ng.__version__}", verdict, hertz(values[order]), residual, wrapped[2].calls, 1)
 
 
 class Wrapped:
