@@ -12,7 +12,7 @@ from scipy import sparse
 
 from modaldb.schema import MeshRecord, Surface
 from pipeline.femodel import FEModel
-from pipeline.interface import Interface, facet_points, named_surface
+from pipeline.interface import Interface, facet_points, named_surface, thickness_of
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def surface_weights(mesh: MeshRecord, surface: Surface) -> tuple[np.ndarray, np.
         vectors = shape["area"] * np.tile(shape["normal"], (len(nodes), 1)) / len(nodes)
         moment = np.cross(mesh.nodes[nodes], vectors).sum(axis=0)
         return nodes, np.full(len(nodes), shape["area"] / len(nodes)), AreaVectors(vectors, moment)
-    N, points, elements = facet_points(mesh.nodes, surface.facets)
+    N, points, elements = facet_points(mesh.nodes, surface.facets, thickness=thickness_of(surface))
     nodes, slot = np.unique(surface.facets, return_inverse=True)
     areas = np.einsum("aq,fq->fa", N, np.linalg.norm(elements, axis=2))
     forces = np.einsum("aq,fqi->fai", N, elements).reshape(-1, 3)

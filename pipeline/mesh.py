@@ -22,7 +22,7 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
         StageError: gmsh failed.
     """
     geometry = component.geometry
-    if geometry.kind == "file":
+    if geometry.kind == "file" or geometry.kind == "plane-file":
         path = find_file(geometry.path, folder, f"component.{name}.geometry.path")
         return geometry.model_copy(update={"path": str(path)}).build(None)
     if geometry.kind == "rigid":

@@ -10,7 +10,7 @@ from scipy import sparse
 from modaldb.schema import MeshRecord
 from pipeline.errors import InputError
 from pipeline.femodel import FEModel
-from pipeline.interface import ContactPoints, Interface, contact_points, facet_points, named_surface
+from pipeline.interface import ContactPoints, Interface, contact_points, facet_points, named_surface, thickness_of
 from pipeline.loads import surface_weights
 
 FLATNESS = 1e-6
@@ -29,7 +29,7 @@ def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPo
     surface = named_surface(mesh, interface, where)
     if surface.facets.shape[1] == 1:
         return contact_points(mesh, interface, where)
-    _, points, vectors = facet_points(mesh.nodes, surface.facets)
+    _, points, vectors = facet_points(mesh.nodes, surface.facets, thickness=thickness_of(surface))
     places, elements = points.reshape(-1, 3), vectors.reshape(-1, 3)
     areas = np.linalg.norm(elements, axis=1)
     area = float(areas.sum())

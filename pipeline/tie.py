@@ -20,7 +20,7 @@ from scipy import linalg, sparse
 from modaldb.schema import MeshRecord
 from pipeline.errors import InputError
 from pipeline.femodel import FEModel
-from pipeline.interface import Interface, facet_points, named_surface
+from pipeline.interface import Interface, facet_points, named_surface, thickness_of
 from pipeline.loads import LoadRows
 
 ON_A_LINE = 1e-6
@@ -60,7 +60,7 @@ def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
     surface = named_surface(mesh, interface, where)
     nodes, slot = np.unique(surface.facets, return_inverse=True)
     _refuse_few(mesh.nodes[nodes], surface.facets.shape[1], f"{where}.surface: '{interface.surface}' given,")
-    N, places, elements = facet_points(mesh.nodes, surface.facets)
+    N, places, elements = facet_points(mesh.nodes, surface.facets, thickness=thickness_of(surface))
     areas = np.linalg.norm(elements, axis=2)
     centroid = np.einsum("fq,fqi->i", areas, places) / areas.sum()
     point = centroid if interface.point is None else np.array(interface.point)

@@ -11,6 +11,8 @@ from pipeline.geometry.box import Box
 from pipeline.geometry.file import MeshFile
 from pipeline.geometry.liner import Liner
 from pipeline.geometry.piston import Piston
+from pipeline.geometry.plane import Rectangle
+from pipeline.geometry.plane_file import PlaneFile
 from pipeline.geometry.plate import Plate
 from pipeline.geometry.rigid import Rigid
 from pipeline.geometry.skirt import Skirt
@@ -23,16 +25,30 @@ GEOMETRIES: dict[str, type[BaseModel]] = {
     "box": Box,
     "plate": Plate,
     "sphere": Sphere,
+    "rectangle": Rectangle,
     "bar": Bar,
     "beam": Beam,
     "rigid": Rigid,
     "bladed-sector": BladedSector,
     "file": MeshFile,
+    "plane-file": PlaneFile,
 }
 """Members by the `kind` that a scene names."""
 
 Geometry = Annotated[
-    Skirt | Piston | Liner | Box | Plate | Sphere | Bar | Beam | Rigid | BladedSector | MeshFile,
+    Skirt
+    | Piston
+    | Liner
+    | Box
+    | Plate
+    | Sphere
+    | Rectangle
+    | Bar
+    | Beam
+    | Rigid
+    | BladedSector
+    | MeshFile
+    | PlaneFile,
     Field(discriminator="kind"),
 ]
 """Any member, told apart by its `kind`."""

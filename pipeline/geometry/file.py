@@ -109,7 +109,7 @@ class MeshFile(BaseModel):
         Raises:
             InputError: the file is missing, no mesh, not one solid of tetrahedra, or off its declared surfaces.
         """
-        mesh = _read(self.path)
+        mesh = read_mesh(self.path)
         points = self.unit * np.asarray(mesh.points, float)
         cells = _ordered(points, _tetrahedra(mesh, self.path), self.path)
         used, numbers = np.unique(cells, return_inverse=True)
@@ -248,7 +248,7 @@ def _named(mesh: Any, number: np.ndarray, faces: np.ndarray, count: int) -> dict
         rows = np.concatenate([corners, np.sort(number[triangles], axis=1)])
         code = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
         found[name] = np.isin(code[: len(corners)], code[len(corners) :])
-    arrays = {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if _marks(name, values)}
+    arrays = {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if marks(name, values)}
     for name, chosen in ({n: np.asarray(s, int) for n, s in mesh.point_sets.items()} | arrays).items():
         inside = np.zeros(count + 1, bool)  # one more, for the unused nodes' -1
         inside[number[chosen]] = True
@@ -256,7 +256,8 @@ def _named(mesh: Any, number: np.ndarray, faces: np.ndarray, count: int) -> dict
     return {name: chosen for name, chosen in found.items() if chosen.any()}
 
 
-def _marks(name: str, values: np.ndarray) -> bool:
+def marks(name: str, values: np.ndarray) -> bool:
+    """Return whether a file's array tells members from others by integers."""
     return ":" not in name and values.ndim == 1 and values.dtype.kind in "iub"
 
 
@@ -273,7 +274,7 @@ def _triangle_sets(mesh: Any) -> dict[str, np.ndarray]:
     for array, blocks in mesh.cell_data.items():
         for k, corners in faces:
             values = np.asarray(blocks[k])
-            if _marks(array, values):
+            if marks(array, values):
                 found.setdefault(array, []).append(corners[values != 0])
             elif array in ("gmsh:physical", "medit:ref", "nastran:ref"):
                 for tag in set(values.tolist()) - {0}:
@@ -281,7 +282,7 @@ def _triangle_sets(mesh: Any) -> dict[str, np.ndarray]:
     return {name: np.concatenate(chosen) for name, chosen in found.items() if sum(map(len, chosen))}
 
 
-def _read(path: str) -> Any:
+def read_mesh(path: str) -> Any:
     """Return the meshio mesh of a file; what meshio prints is dropped, what it raises becomes one line."""
     import meshio
 

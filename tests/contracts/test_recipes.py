@@ -1,5 +1,5 @@
-"""Every recipe, on solids of curved and of straight elements and bars, free, held and tied, and on beams free, hinged
-and clamped: orthonormal, diagonal, never too soft, exact in statics where it promises."""
+"""Every recipe, on solids of curved and of straight elements, plane parts and bars, free, held and tied, and on beams
+free, hinged and clamped: orthonormal, diagonal, never too soft, exact in statics where it promises."""
 
 from dataclasses import replace
 
@@ -11,6 +11,7 @@ from pipeline.femodel import FEModel
 from pipeline.geometry.bar import Bar
 from pipeline.geometry.beam import Beam
 from pipeline.geometry.box import Box
+from pipeline.geometry.plane import Rectangle
 from pipeline.geometry.skirt import Skirt
 from pipeline.interface import Interface, contact_points, surface_coordinates
 from pipeline.material import Material
@@ -65,6 +66,16 @@ def tied() -> tuple[FEModel, ContactRows]:
     return rigid, ContactRows(B, np.vstack([rows.pressures, np.zeros((6, STATIC))]))
 
 
+def plane(*supports: str) -> tuple[FEModel, ContactRows]:
+    geometry = Rectangle(kind="rectangle", lx=0.1, ly=0.05, thickness=0.004, state="plane-strain")
+    mesh = geometry.build(0.02)
+    model = build_model(mesh, Material(E=2e11, nu=0.3, rho=7800.0), supports, geometry=geometry)
+    points = contact_points(mesh, Interface(surface="right"), "here")
+    coordinates = surface_coordinates(points.points, mesh.surfaces["right"].shape)
+    rows = model.rows(points.nodes, points.normals)
+    return model, ContactRows(rows, pressure_fields(coordinates, points.areas, STATIC))
+
+
 def bar() -> tuple[FEModel, ContactRows]:
     mesh = Bar(kind="bar", length=1.0, area=1e-4).build(0.05)
     model = build_model(mesh, Material(E=2e11, nu=0.3, rho=8000.0))
@@ -96,6 +107,8 @@ CASES = {
     "sliding": sliding,
     "block": block,
     "tied": tied,
+    "plane": plane,
+    "plane held": lambda: plane("left"),
     "bar": bar,
     "beam": lambda: beam("euler-bernoulli"),
     "hinged": lambda: beam("euler-bernoulli", Support(surface="left", hold=("z",))),
