@@ -119,7 +119,8 @@ class WheelJob:
                     stages[stage] = self._stage(stage, tell)
         if "solve" not in wanted:
             remember(self, wanted)
-            return RunReport(self.name, None, stages, out=str(self.out))
+            frequencies = self._frequencies() if until == "modes" else {}
+            return RunReport(self.name, None, stages, out=str(self.out), frequencies=frequencies)
         quantities, pictures, notes = self._results(), [], []
         if "plot" in wanted:
             stages["plot"], pictures, notes = plot_stage(self, lambda: self._draw(tell), tell)
@@ -194,6 +195,18 @@ class WheelJob:
         tuned = self.store.get(self.modes().key, "cyclic")
         error = {"value": solve.reduction_error(tuned, record.tuned_frequencies), "unit": "1"}
         return replace(record, quantities=record.quantities | {"reduction.frequency_error": error})
+
+    def _frequencies(self) -> dict[str, list[dict[str, Any]]]:
+        """Return the modes of every harmonic with their residuals, as `frequency_table` has them."""
+        record = self.store.get(self.modes().key, "cyclic", only=["harmonics"])
+        return {
+            f"{self.wheel.component}, harmonic {one.harmonic}": [
+                {"mode": i + 1, "frequency": float(omega / (2 * np.pi)), "estimated_error": None,
+                 "algebraic_bound": None, "residual": float(rest)}
+                for i, (omega, rest) in enumerate(zip(one.angular_frequencies, one.residuals, strict=True))
+            ]
+            for one in sorted(record.harmonics.values(), key=lambda one: one.harmonic)
+        }  # fmt: skip
 
     def _results(self) -> dict[str, Any]:
         """Write summary and response beside each other unless they stand there, and return the quantities."""

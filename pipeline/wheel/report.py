@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from modaldb.schema import WheelRecord
-from pipeline.cyclic import SectorParts, sector_parts
+from pipeline.cyclic import sector_parts
 from pipeline.errors import InputError, StageError
 from pipeline.machine import machine
 from pipeline.runreport import Progress
 from pipeline.scenefile import named
 from pipeline.textfile import write_text
-from pipeline.wheel.settings import KeptInterface
 from pipeline.wheel.solve import (
     Case,
     amplitudes,
@@ -85,8 +84,11 @@ def report_wheel(job: "WheelJob", repeat: int, progress: Progress) -> dict[str, 
         parts = min((sector_parts(case.sector, wheel.fixed_count) for _ in range(repeat)), key=lambda p: p.cpu_seconds)
         for number, (key, choice) in enumerate(choices.items()):
             progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
-            runs = [_reduced(job, case, parts, choice, dofs[key]) for _ in range(repeat)]
-            rows.append(_row(key, min(runs, key=lambda run: run.counts["cpu_modes"]), full))
+            mistuned = min(
+                (reduced_modes(case, parts, dofs[key], True) for _ in range(repeat)), key=lambda one: one.cpu_seconds
+            )
+            pair = reduced_modes(case, parts, dofs[key], False), mistuned
+            rows.append(_row(key, wheel_record(case, job.modes().key, choice, pair, parts.cpu_seconds), full))
     tuned = job.store.get(job.modes().key, "cyclic")
     document = {
         "scene": job.name,
@@ -155,11 +157,6 @@ def _full(job: "WheelJob", case: Case, progress: Progress) -> WheelRecord:
         record.quantities["truncation_error"] = {"value": truncation_error(case, record), "unit": "1"}
         job.store.put(product.key, product.kind, record, product.inputs)
     return job.store.get(product.key, "wheel")
-
-
-def _reduced(job: "WheelJob", case: Case, parts: SectorParts, choice: KeptInterface, dofs: Any) -> WheelRecord:
-    pair = reduced_modes(case, parts, dofs, False), reduced_modes(case, parts, dofs, True)
-    return wheel_record(case, job.modes().key, choice, pair, parts.cpu_seconds)
 
 
 def _row(name: str, record: WheelRecord, full: WheelRecord) -> InterfaceRow:
