@@ -24,19 +24,16 @@ def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | N
     """Assemble a plane part, which moves along x and y; its inertia is a lamina's, without thickness."""
     if not isinstance(geometry, PlanePart):
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
-    lam = material.E * material.nu / (1 + material.nu) / (1 - 2 * material.nu)
-    mu = material.E / 2 / (1 + material.nu)
-    if geometry.state == "plane-stress":
-        lam = 2 * lam * mu / (lam + 2 * mu)
+    lam, mu = plane_lame(material, geometry)
     count, size = len(mesh.cells), 2 * len(mesh.nodes)
-    _, grad, dx = _quadrature(mesh, STIFFNESS_ORDER)
+    _, grad, dx = plane_quadrature(mesh, STIFFNESS_ORDER)
     flat = grad.reshape(count, 12, -1)
     G = np.matmul(flat * (geometry.thickness * dx)[:, None], flat.transpose(0, 2, 1)).reshape(count, 6, 2, 6, 2)
     Ke = lam * G + mu * G.transpose(0, 1, 4, 3, 2)
     shear = mu * np.einsum("eaibi->eab", G)
     for i in range(2):
         Ke[:, :, i, :, i] += shear
-    N, _, dx = _quadrature(mesh, MASS_ORDER)
+    N, _, dx = plane_quadrature(mesh, MASS_ORDER)
     weights = material.rho * geometry.thickness * dx
     dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(count, 12)
     K = scatter(Ke.reshape(count, 12, 12), dofs, size)
@@ -51,7 +48,13 @@ def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | N
     )  # fmt: skip
 
 
-def _quadrature(mesh: MeshRecord, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def plane_lame(material: Material, geometry: PlanePart) -> tuple[float, float]:
+    """Return the Lamé constants λ and μ that act in the plane [Pa]."""
+    lam, mu = material.lame
+    return (2 * lam * mu / (lam + 2 * mu) if geometry.state == "plane-stress" else lam), mu
+
+
+def plane_quadrature(mesh: MeshRecord, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return N (6, q), ∂N/∂x (e, 6, 2, q) and weights × |J| (e, q)."""
     N, dN, W = reference("triangle6", order)
     x = mesh.nodes[mesh.cells][:, :, :2]

@@ -12,15 +12,17 @@ from pydantic import BaseModel
 
 from modaldb.schema import MeshRecord
 from pipeline.elements.beam import hermite_curvature, timoshenko_strains
-from pipeline.elements.reference import reference
+from pipeline.elements.plane import plane_lame, plane_quadrature
+from pipeline.elements.reference import extrapolation, reference
 from pipeline.elements.solid import solid_quadrature
 from pipeline.femodel import FEModel
 from pipeline.geometry.beam import Beam
+from pipeline.geometry.plane import PlanePart
 from pipeline.material import Material
 
 GAUSS_ORDER = 2
-"""Of the rule with d + 1 points: 4 in a tetrahedron, 2 on a line."""
-EDGES = {1: ((0, 1),), 3: ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))}
+"""Of the rule with d + 1 points: 4 in a tetrahedron, 3 in a triangle, 2 on a line."""
+EDGES = {1: ((0, 1),), 2: ((0, 1), (1, 2), (2, 0)), 3: ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))}
 """Corners of each side with a mid-node, in meshio's order, by dimension."""
 
 
@@ -66,7 +68,25 @@ def _solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> 
         return np.einsum("st,eqtk->eqsk", root, np.stack(parts, axis=2), optimize=True)
 
     points = np.matmul(N.T, mesh.nodes[mesh.cells])
-    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("tetra10", 3), 6, strains)
+    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("tetra10"), 6, strains)
+
+
+def _plane(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    if not isinstance(geometry, PlanePart):
+        raise TypeError("a mesh of type triangle6 needs its plane geometry")
+    N, grad, dx = plane_quadrature(mesh, GAUSS_ORDER)
+    lam, mu = plane_lame(material, geometry)
+    D = np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
+    root = _root(geometry.thickness * D)
+
+    def strains(columns: np.ndarray) -> np.ndarray:
+        u = columns.reshape(len(mesh.nodes), 2, -1)[mesh.cells]
+        g = np.einsum("eajq,eaik->eqijk", grad, u, optimize=True)
+        parts = [g[:, :, 0, 0], g[:, :, 1, 1], g[:, :, 0, 1] + g[:, :, 1, 0]]
+        return np.einsum("st,eqtk->eqsk", root, np.stack(parts, axis=2), optimize=True)
+
+    points = np.matmul(N.T, mesh.nodes[mesh.cells])
+    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("triangle6"), 3, strains)
 
 
 def _bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
@@ -79,7 +99,7 @@ def _bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> St
         return scale * np.einsum("aq,eak,e->eqk", dN[:, 0], columns[mesh.cells], 1 / h)[:, :, None]
 
     points = np.matmul(N.T, mesh.nodes[mesh.cells])
-    return StrainSamples(mesh.nodes, mesh.cells, points, h, *_quadratic("line3", 1), 1, strains)
+    return StrainSamples(mesh.nodes, mesh.cells, points, h, *_quadratic("line3"), 1, strains)
 
 
 def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
@@ -104,11 +124,12 @@ def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> S
         return np.einsum("eqsd,edk->eqsk", rows, columns[dofs])
 
     points = np.matmul(N.T, nodes[cells])
-    return StrainSamples(nodes, cells, points, h, *_quadratic("line3", 1), rows.shape[2], strains)
+    return StrainSamples(nodes, cells, points, h, *_quadratic("line3"), rows.shape[2], strains)
 
 
 SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {
     "tetra10": _solid,
+    "triangle6": _plane,
     "line3": _bar,
     "beam2": _beam,
     "beam3": _beam,
@@ -117,8 +138,7 @@ SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSam
 
 def elasticity(material: Material) -> np.ndarray:
     """Return D of an isotropic solid [Pa] for strains xx, yy, zz, yz, xz, xy, shears in engineers' measure, (6, 6)."""
-    lam = material.E * material.nu / (1 + material.nu) / (1 - 2 * material.nu)
-    mu = material.E / 2 / (1 + material.nu)
+    lam, mu = material.lame
     D = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
     D[:3, :3] += lam
     return D
@@ -129,13 +149,10 @@ def _root(D: np.ndarray) -> np.ndarray:
     return np.linalg.cholesky(D).T
 
 
-def _quadratic(cell_type: str, dimension: int) -> tuple[np.ndarray, np.ndarray]:
+def _quadratic(cell_type: str) -> tuple[np.ndarray, np.ndarray]:
     """Return what carries values at the Gauss points to the nodes, (a, q), and ∫ N Nᵀ over the unit of size, (a, a)."""
-    corners = np.eye(dimension + 1)
-    at_nodes = np.vstack([corners, [(corners[a] + corners[b]) / 2 for a, b in EDGES[dimension]]])
-    N, _, _ = reference(cell_type, GAUSS_ORDER)
-    full, _, W = reference(cell_type, 4)
-    return at_nodes @ np.linalg.inv(N.T @ at_nodes), (full * W) @ full.T / W.sum()
+    N, _, W = reference(cell_type, 4)
+    return extrapolation(cell_type, GAUSS_ORDER), (N * W) @ N.T / W.sum()
 
 
 def _lengths(mesh: MeshRecord) -> np.ndarray:

@@ -16,7 +16,7 @@ from pipeline.elements.strain import EDGES, StrainSamples
 RIDGE = 2e-3
 """Weight of a squared quadratic coefficient against all of a patch's squared samples, lengths scaled to the patch. With
 half or twice of it the estimates of the reference cases F1 to F4 change by 5 %."""
-FEWEST = {1: 2, 3: 5}
+FEWEST = {1: 2, 2: 3, 3: 5}
 """Patches of fewer elements take the elements in that touch them, by dimension."""
 BATCH = 512
 """Patches, sides or elements worked on at once."""

@@ -14,6 +14,7 @@ from pipeline.frequency_table import coarse_notes, frequency_rows, frequency_tex
 from pipeline.geometry.bar import Bar
 from pipeline.geometry.beam import Beam
 from pipeline.geometry.box import Box
+from pipeline.geometry.plane import Rectangle
 from pipeline.geometry.sphere import Sphere
 from pipeline.material import Material
 from pipeline.mesh import build_mesh
@@ -32,7 +33,7 @@ COUNT = 8
 SECTION = {"kind": "rectangle", "width": 0.02, "height": 0.04}
 HINGES = (Support(surface="left", hold=("z",)), Support(surface="right", hold=("z",)))
 
-Case = tuple[FEModel, Box | Sphere | Bar | Beam]
+Case = tuple[FEModel, Box | Sphere | Rectangle | Bar | Beam]
 
 
 def box(*supports: Support | str) -> Case:
@@ -43,6 +44,11 @@ def box(*supports: Support | str) -> Case:
 def sphere() -> Case:
     geometry = Sphere(kind="sphere", radius=0.05)
     return build_model(geometry.build(0.03), STEEL), geometry
+
+
+def sheet(size: float, state: str = "plane-stress") -> Case:
+    geometry = Rectangle.model_validate({"kind": "rectangle", "lx": 0.2, "ly": 0.1, "thickness": 0.003, "state": state})
+    return build_model(geometry.build(size), STEEL, ("left",), geometry=geometry), geometry
 
 
 def bar(elements: int, *supports: Support | str) -> Case:
@@ -61,6 +67,8 @@ CASES = {
     "held box": lambda: box("left"),
     "sliding box": lambda: box(Support(surface="left", hold=("x",))),
     "sphere": sphere,
+    "sheet": lambda: sheet(0.03),
+    "plane strain": lambda: sheet(0.03, "plane-strain"),
     "bar": lambda: bar(10),
     "euler-bernoulli": lambda: beam("euler-bernoulli", 12),
     "timoshenko": lambda: beam("timoshenko", 12, "left"),
@@ -217,6 +225,17 @@ def test_beam(supports: tuple[Support | str, ...], theory: str) -> None:
     modes = normal_modes(model, 5)
     found = discretisation_errors(model, STEEL, geometry, modes.angular_frequencies, modes.Phi)
     np.testing.assert_allclose(found[1:] / (modes.angular_frequencies / exact - 1)[1:], 1.0, atol=0.2)
+
+
+@pytest.mark.parametrize("state", ["plane-stress", "plane-strain"])
+def test_sheet(state: str) -> None:
+    """Against a mesh of a fifth of the size; the clamp's corners are singular."""
+    exact = normal_modes(sheet(0.003, state)[0], 6).angular_frequencies
+    model, geometry = sheet(0.015, state)
+    modes = normal_modes(model, 6)
+    found = discretisation_errors(model, STEEL, geometry, modes.angular_frequencies, modes.Phi)
+    ratio = found / (modes.angular_frequencies / exact - 1)
+    assert 0.5 < ratio.min() < ratio.max() < 1.5
 
 
 def test_estimates_do_not_depend_on_how_many_modes_go_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
