@@ -1,8 +1,9 @@
 """One force on its way over a held body: in all nodal dofs, and in vectors that may change along the way.
 
 Both take the midpoint rule with the force of the middle of each step, so that at equal steps they differ by what the
-vectors lack and by nothing else. Where vectors change, displacement and velocity go over by the M-orthogonal
-projection q⁺ = Φ⁺ᵀ M Φ q, which is what a change of vectors costs beside their making.
+vectors lack and by nothing else. Where vectors change, the displacement goes over by the K-orthogonal projection
+q⁺ = Λ⁺⁻¹ Φ⁺ᵀ K Φ q, which leaves the least strain energy behind, and the velocity by the M-orthogonal one,
+q̇⁺ = Φ⁺ᵀ M Φ q̇, the least kinetic energy. What is left behind is lost.
 """
 
 from collections.abc import Callable, Sequence
@@ -124,8 +125,9 @@ def reduced_history(travel: Travel, root: Root, sets: Sequence[NormalModes], ste
         if previous is None:
             q, v = np.zeros(len(vectors.angular_frequencies)), np.zeros(len(vectors.angular_frequencies))
         elif previous is not vectors:
-            passed = vectors.Phi.T @ (travel.model.M @ previous.Phi)
-            q, v = passed @ q, passed @ v
+            displacement, velocity = previous.Phi @ q, previous.Phi @ v
+            q = vectors.Phi.T @ (travel.model.K @ displacement) / vectors.angular_frequencies**2
+            v = vectors.Phi.T @ (travel.model.M @ velocity)
         previous, here = vectors, np.arange(number * part, (number + 1) * part)
         rows = travel.B @ vectors.Phi
         middle = step * (here + 0.5)

@@ -1,0 +1,239 @@
+"""`gudgeon report` of a force that moves: nodal dofs against vectors, which vectors win, and what others cost."""
+
+import csv
+import json
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+from modaldb.schema import Trajectory
+from pipeline.cli import main
+from pipeline.errors import InputError
+from pipeline.modes.normal import NormalModes
+from pipeline.recipes.ritz_vectors import RitzVectors
+from pipeline.stages import open_job, run_job
+from pipeline.vectors.problem import Problem, problem_of
+from pipeline.vectors.report import vectors_report, vectors_text
+from pipeline.vectors.travelling import Root, Travel, difference, nodal_history, reduced_history
+
+SCENE = """
+[component.beam]
+geometry = { kind = "box", lx = 0.2, ly = 0.03, lz = 0.04 }
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh = { size = 0.02 }
+supports = ["left"]
+interface.top = { surface = "top", kind = "traction", spacing = [0.03, 0.02], along = [1.0, 0.0, 0.0] }
+modes = { recipe = "ritz", normal_count = 24 }
+
+[body.beam]
+
+[force.load]
+kind = "moving"
+body = "beam"
+interface = "top"
+force = 1e4
+at = [0.0, -0.1]
+speed = 50.0
+rise = 3e-4
+
+[run]
+duration = 0.0036
+frames = 400
+
+[report.vectors]
+force = "load"
+counts = [2, 8]
+places = 8
+steps = 800
+root = 0.03
+"""
+COUNTS, STEPS = (2, 8), (400, 800, 1600, 3200, 6400)
+
+
+def silent(stage: str, share: float) -> None:
+    """Tell nobody."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("vectors")
+    (path / "scene.toml").write_text(SCENE)
+    return path
+
+
+@pytest.fixture(scope="module")
+def problem(folder: Path) -> Problem:
+    job = open_job(folder, db=folder / "db", out=folder / "out")
+    run_job(job, "mesh")
+    return problem_of(job)
+
+
+@pytest.fixture(scope="module")
+def way(problem: Problem) -> tuple[Travel, Root]:
+    mesh = problem.job.store.get(problem.job.components()["beam"]["mesh"].key, "mesh")
+    return problem.travel(mesh), problem.root(mesh)
+
+
+@pytest.fixture(scope="module")
+def everything(way: tuple[Travel, Root]) -> NormalModes:
+    """All modes that the mesh has."""
+    model = way[0].model
+    K, M = model.free_matrices()
+    values, vectors = linalg.eigh(K.toarray(), M.toarray())
+    Phi = np.zeros((model.K.shape[0], len(values)))
+    Phi[model.free] = vectors
+    return NormalModes(np.sqrt(values), Phi, {})
+
+
+@pytest.fixture(scope="module")
+def document(folder: Path) -> dict[str, Any]:
+    return vectors_report(open_job(folder, db=folder / "db", out=folder / "out"), 1, silent)
+
+
+def errors(document: dict[str, Any], case: str, basis: str, count: int) -> tuple[float, float]:
+    """Return the errors under the force and at the root."""
+    keys = {"case": case, "basis": basis, "vectors": count}
+    (row,) = [row for row in document["rows"] if keys.items() <= row.items()]
+    return row["under"], row["root"]
+
+
+@pytest.mark.parametrize("standing", [False, True])
+def test_all_modes_are_all_nodal_dofs(way: tuple[Travel, Root], everything: NormalModes, standing: bool) -> None:
+    """Two ways to the same answer, one by modes and one by a factorised step; changes of vectors change nothing."""
+    travel, root = way
+    travel = travel.standing(1.0) if standing else travel
+    nodal = nodal_history(travel, root, 320, 160)
+    turned = NormalModes(everything.angular_frequencies, -everything.Phi, {})
+    ours = reduced_history(travel, root, [everything, turned, everything, everything], 320, 160)
+    assert difference(ours.under, nodal.under) < 1e-9
+    assert root.difference(ours.root, nodal.root) < 1e-9
+
+
+def test_nodal_reference_is_second_order(way: tuple[Travel, Root]) -> None:
+    """By the displacement under the force at common times; the root's stress holds modes that no step resolves."""
+    travel, root = way
+    runs = [nodal_history(travel, root, steps, 80).under[steps // 80 - 1 :: steps // 80] for steps in STEPS]
+    apart = [difference(one, other) for one, other in pairwise(runs)]
+    order = -np.polyfit(np.log(STEPS[:-1]), np.log(apart), 1)[0]
+    assert order == pytest.approx(2.0, abs=0.2)
+
+
+def test_the_solver_agrees_with_all_nodal_dofs(problem: Problem, way: tuple[Travel, Root]) -> None:
+    """24 vectors of all places and R, exact modal motion, against the midpoint rule on the mesh."""
+    report = run_job(problem.job, "solve")
+    record = problem.job.store.get(report.stages["solve"].key, "trajectory")
+    assert isinstance(record, Trajectory)
+    travel, root = way
+    nodal = nodal_history(travel, root, 3200, 80)
+    found = report.quantities
+    assert found["load.deflection_end"]["value"] == pytest.approx(nodal.under[-1], rel=2e-3)
+    assert found["load.deflection_peak"]["value"] == pytest.approx(nodal.under.max(), rel=2e-3)
+    assert report.energy_drift is not None
+    assert report.energy_drift < 1e-10
+
+
+def test_energy_norm_is_the_stress_of_the_root(way: tuple[Travel, Root], problem: Problem) -> None:
+    """A rigid motion has no stress; over the whole body the part's stiffness is the body's."""
+    travel, root = way
+    model = travel.model
+    field = np.random.default_rng(0).standard_normal(model.K.shape[0])
+    shift = np.tile([1.0, -2.0, 3.0], len(model.nodes))
+    assert root.difference((field + shift)[None, root.dofs], field[None, root.dofs]) < 1e-7
+    assert root.difference(1.1 * field[None, root.dofs], field[None, root.dofs]) == pytest.approx(0.1, rel=1e-9)
+    whole = replace(problem, settings=problem.settings.model_copy(update={"root": 1.0}))
+    everywhere = whole.root(model.mesh)
+    assert len(root.dofs) < len(everywhere.dofs) == model.K.shape[0]
+    np.testing.assert_allclose(everywhere.K @ field, model.K @ field, atol=1e-9 * np.abs(model.K @ field).max())
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_static_answer_is_exact_with_the_load_in_the_basis(document: dict[str, Any], count: int) -> None:
+    for basis in ("normal + static", "Ritz", "normal + Ritz, half each"):
+        assert max(errors(document, "static", basis, count)) < 1e-9, basis
+    assert min(errors(document, "static", "normal", count)) > 1e-4
+    assert errors(document, "static", "Ritz of half the way, kept", count)[0] > 1e-4
+
+
+def test_ritz_vectors_beat_as_many_normal_modes(document: dict[str, Any]) -> None:
+    for case, basis in (("sudden", "Ritz"), ("moving", "Ritz, again at each place")):
+        for count in COUNTS:
+            ours, normal = errors(document, case, basis, count), errors(document, case, "normal", count)
+            assert ours[0] < 0.9 * normal[0], (case, count)
+        assert errors(document, case, basis, 8)[0] < 0.5 * errors(document, case, basis, 2)[0]
+
+
+def test_vectors_made_again_beat_vectors_that_are_kept(document: dict[str, Any]) -> None:
+    for count in COUNTS:
+        again = errors(document, "moving", "Ritz, again at each place", count)
+        kept = errors(document, "moving", "Ritz of half the way, kept", count)
+        assert again[0] < kept[0]
+        assert again[1] < 0.7 * kept[1]
+
+
+def test_bases_that_need_more_vectors_are_left_out(document: dict[str, Any]) -> None:
+    """Eight places: eight static shapes leave no normal mode beside them."""
+    assert not [row for row in document["rows"] if row["basis"] == "normal + static of all places"]
+
+
+def test_reference_says_its_own_error(document: dict[str, Any]) -> None:
+    assert document["time_error"]["static"] is None
+    assert document["time_error"]["moving"]["under"] < 1e-4
+    assert document["steps"] == 800
+
+
+def test_price(document: dict[str, Any]) -> None:
+    assert [row["vectors"] for row in document["cost"]] == [8]
+    row = document["cost"][0]
+    assert row["again"] == pytest.approx(row["again_share"] * row["scratch"])
+    assert 0 < row["again"] < row["scratch"]
+
+
+def test_number_of_solves(way: tuple[Travel, Root]) -> None:
+    source = RitzVectors(way[0].model)
+    source.generate_all([way[0].loads([x]) for x in (0.2, 0.5, 0.9)], 8)
+    assert (source.factorisations, source.solved) == (1, 24)
+
+
+def test_files_and_table(folder: Path, document: dict[str, Any]) -> None:
+    out = folder / "out"
+    assert json.loads((out / "report.json").read_text())["rows"] == document["rows"]
+    with (out / "report.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == len(document["rows"])
+    with (out / "cost.csv").open() as file:
+        assert int(next(csv.DictReader(file))["dofs"]) == document["dofs"]
+    assert (out / "report.png").read_bytes().startswith(b"\x89PNG")
+    text = vectors_text(document)
+    assert "| Ritz, again at each place |" in text
+    assert "half the step changes the reference by" in text
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("report.vectors.force=cart", "report.vectors.force: no moving force 'cart', the scene has load"),
+        ("component.beam.supports=[]", "report.vectors: needs a held body, component.beam.supports leave it 6 rigid"),
+        ("report.vectors.root=1e-6", "report.vectors.root: 1e-06 m given, the nearest cell is 0.0"),
+        ("report.vectors.counts=[4, 2]", "report.vectors.counts: [4, 2] given, they must ascend from 1 or more"),
+        ("report.vectors.counts=[2, 9000]", "report.vectors.counts: 9000 given, the mesh has"),
+        ("report.vectors.meshes=[0.0]", "report.vectors.meshes: [0.0] given, edge lengths must be positive"),
+        ("report.vectors.places=1", "report.vectors.places: 1 given; input should be greater than or equal to 2"),
+        ("force.load.interface=side", "force.load.interface: no interface 'side', the component has top"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], change: str, message: str
+) -> None:
+    arguments = ["report", str(folder), "--set", change, "--db", str(folder / "db"), "--out", str(folder / "other")]
+    assert main(arguments) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_design_change_is_refused(folder: Path) -> None:
+    changed = {"component.beam.change.profile.offset": 1e-4, "component.beam.change.profile.surface": "front"}
+    with pytest.raises(InputError, match=r"knows no design change, leave component\.beam\.change out"):
+        problem_of(open_job(folder, set=changed, db=folder / "db", out=folder / "out"))
