@@ -24,6 +24,8 @@ GAUSS_ORDER = 2
 """Of the rule with d + 1 points: 4 in a tetrahedron, 3 in a triangle, 2 on a line."""
 EDGES = {1: ((0, 1),), 2: ((0, 1), (1, 2), (2, 0)), 3: ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))}
 """Corners of each side with a mid-node, in meshio's order, by dimension."""
+SHEARS = ((1, 2), (0, 2), (0, 1))
+"""Directions of the shear components, in order."""
 
 
 @dataclass(frozen=True)
@@ -56,17 +58,7 @@ def strain_samples(model: FEModel, material: Material, geometry: BaseModel | Non
 
 def _solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
     N, grad, dx = solid_quadrature(mesh, GAUSS_ORDER, np.arange(len(mesh.cells)))
-    root = _root(elasticity(material))
-    slopes = np.ascontiguousarray(grad.transpose(0, 3, 2, 1)).reshape(len(grad), -1, 10)
-
-    def strains(columns: np.ndarray) -> np.ndarray:
-        u = columns.reshape(len(mesh.nodes), -1)[mesh.cells]
-        # ∂u_i/∂x_j at (e, q, j, i, k)
-        g = np.matmul(slopes, u).reshape(len(u), -1, 3, 3, columns.shape[1])
-        shear = g + g.transpose(0, 1, 3, 2, 4)
-        parts = [g[:, :, i, i] for i in range(3)] + [shear[:, :, i, j] for i, j in ((1, 2), (0, 2), (0, 1))]
-        return np.einsum("st,eqtk->eqsk", root, np.stack(parts, axis=2), optimize=True)
-
+    strains = _from_gradients(mesh, grad, elasticity(material))
     points = np.matmul(N.T, mesh.nodes[mesh.cells])
     return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("tetra10"), 6, strains)
 
@@ -77,14 +69,7 @@ def _plane(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> 
     N, grad, dx = plane_quadrature(mesh, GAUSS_ORDER)
     lam, mu = plane_lame(material, geometry)
     D = np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
-    root = _root(geometry.thickness * D)
-
-    def strains(columns: np.ndarray) -> np.ndarray:
-        u = columns.reshape(len(mesh.nodes), 2, -1)[mesh.cells]
-        g = np.einsum("eajq,eaik->eqijk", grad, u, optimize=True)
-        parts = [g[:, :, 0, 0], g[:, :, 1, 1], g[:, :, 0, 1] + g[:, :, 1, 0]]
-        return np.einsum("st,eqtk->eqsk", root, np.stack(parts, axis=2), optimize=True)
-
+    strains = _from_gradients(mesh, grad, geometry.thickness * D)
     points = np.matmul(N.T, mesh.nodes[mesh.cells])
     return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("triangle6"), 3, strains)
 
@@ -144,9 +129,23 @@ def elasticity(material: Material) -> np.ndarray:
     return D
 
 
-def _root(D: np.ndarray) -> np.ndarray:
-    """Return D^½ as an upper triangle R with RᵀR = D."""
-    return np.linalg.cholesky(D).T
+def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what turns dof columns into D^½ ε, given ∂N/∂x (e, a, d, q) and D in components xx, yy, zz, yz, xz, xy."""
+    d = grad.shape[2]
+    slopes = np.ascontiguousarray(grad.transpose(0, 3, 2, 1)).reshape(len(grad), -1, grad.shape[1])
+    pairs = [(i, i) for i in range(d)] + [(i, j) for i, j in SHEARS if max(i, j) < d]
+    strain = np.zeros((len(pairs), d, d))
+    for row, (i, j) in enumerate(pairs):
+        strain[row, i, j] = strain[row, j, i] = 1.0
+    # An upper triangle R with RᵀR = D.
+    scaled = np.linalg.cholesky(D).T @ strain.reshape(len(pairs), -1)
+
+    def strains(columns: np.ndarray) -> np.ndarray:
+        u = columns.reshape(len(mesh.nodes), -1)[mesh.cells]
+        slope = (slopes @ u).reshape(len(u), grad.shape[3], d * d, columns.shape[1])
+        return scaled @ slope
+
+    return strains
 
 
 def _quadratic(cell_type: str) -> tuple[np.ndarray, np.ndarray]:

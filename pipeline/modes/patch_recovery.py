@@ -50,7 +50,7 @@ class Recovery:
         for start in range(0, count, BATCH):
             cells = slice(start, start + BATCH)
             rest = root @ nodal[self.samples.cells[cells]] - linear @ flat[cells]
-            total += np.einsum("eac,eac,e->c", rest, rest, self.samples.sizes[cells].astype(np.float32), optimize=True)
+            total += self.samples.sizes[cells] @ np.einsum("eac,eac->ec", rest, rest)
         return total.reshape(s, k).sum(axis=0)
 
     def _nodal(self, flat: np.ndarray) -> np.ndarray:
