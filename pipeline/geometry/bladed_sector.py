@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from modaldb.schema import MeshRecord
-from pipeline.geometry.occ import SurfaceRule, build_solid, cylinder, plane
+from pipeline.geometry.occ import TURN, SurfaceRule, build_solid, cylinder, plane
 
 Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -14,6 +14,9 @@ ON_FACE = 1e-9
 """Distance of a face's centre from a plane through the axis, over the tip's radius, below which it lies on it."""
 ROUND_OFF = 1e-9
 """Relative: what is as large as its limit but for round-off touches, and gmsh cannot mesh what merely touches."""
+
+
+ROUND: dict[str, float] = {"Mesh.MeshSizeFromCurvature": TURN, "Mesh.MeshSizeMin": 0}
 
 
 class BladedSector(BaseModel):
@@ -85,7 +88,7 @@ class BladedSector(BaseModel):
 
     def build(self, size: float) -> MeshRecord:
         """Mesh the sector with curved tet10 of edge length `size` [m]."""
-        return build_solid(self._draw, size, self.surface_shapes(), prepare=self._tie)
+        return build_solid(self._draw, size, self.surface_shapes(), options=ROUND, prepare=self._tie)
 
     def _draw(self, occ: Any) -> None:
         """Draw disk and blade as two solids with a common face."""

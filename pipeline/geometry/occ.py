@@ -49,7 +49,8 @@ def build_solid(
         size: Edge length [m].
         surfaces: The true shape of each name.
         options: Further options of gmsh by name, such as `REVOLVED`.
-        prepare: Is given gmsh's model once its faces are known, to tie them before they are meshed.
+        prepare: Is given gmsh's model once its faces are known, to tie them before they are meshed. Elements that turn
+            inside out are then not mended, since that moves nodes of tied faces apart.
 
     Raises:
         InputError: the size is too coarse for the curved faces, or gives flat elements.
@@ -72,7 +73,7 @@ def build_solid(
         gmsh.model.mesh.generate(3)
         _refuse_flat(gmsh.model.mesh, size)
         gmsh.model.mesh.setOrder(2)
-        _straighten(gmsh.model.mesh, size)
+        _straighten(gmsh.model.mesh, size, mend=prepare is None)
         outer = [tag for _, tag in gmsh.model.getEntities(2) if len(gmsh.model.getAdjacencies(2, tag)[0]) == 1]
         return _collect(gmsh.model.mesh, outer, surfaces)
     except PipelineError:
@@ -138,14 +139,14 @@ def _refuse_flat(mesh: Any, size: float) -> None:
         raise InputError(f"mesh.size: at {size} m gmsh makes {count} flat elements, try another size")
 
 
-def _straighten(mesh: Any, size: float) -> None:
-    """Let gmsh mend elements that curving their edges turned inside out."""
+def _straighten(mesh: Any, size: float, mend: bool) -> None:
+    """Let gmsh mend elements that curving their edges turned inside out, or refuse them."""
 
     def inverted() -> int:
         tags, _ = mesh.getElementsByType(GMSH_TETRA10)
         return int(np.count_nonzero(np.asarray(mesh.getElementQualities(tags, "minDetJac")) <= 0))
 
-    if inverted():
+    if mend and inverted():
         mesh.optimize("HighOrder")
     if count := inverted():
         raise InputError(f"mesh.size: {size} m is too coarse for the curved faces, {count} elements turn inside out")

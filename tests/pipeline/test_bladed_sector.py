@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from modaldb.schema import MeshRecord
 from pipeline.cyclic import CyclicSymmetry, cyclic_sector
+from pipeline.errors import InputError
 from pipeline.geometry.bladed_sector import BladedSector
 from pipeline.material import Material
 from pipeline.model import build_model
@@ -19,7 +20,7 @@ VOLUME = 1e-4
 
 
 def sector(**changes: Any) -> BladedSector:
-    return BladedSector.model_validate({"kind": "bladed-sector", "sectors": 8} | changes)
+    return BladedSector.model_validate({"kind": "bladed-sector", "sectors": 12} | changes)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +47,7 @@ def blade_volume(one: BladedSector) -> float:
 
 
 def test_faces_match_node_for_node(mesh: MeshRecord) -> None:
-    tied = cyclic_sector(build_model(mesh, STEEL), CyclicSymmetry(sectors=8))
+    tied = cyclic_sector(build_model(mesh, STEEL), CyclicSymmetry(sectors=12))
     low, high = (np.unique(mesh.surfaces[name].facets) for name in ("low", "high"))
     assert len(low) == len(high) > 50
     R = tied.symmetry.rotation
@@ -94,6 +95,12 @@ def test_sides_of_the_blade(mesh: MeshRecord) -> None:
     np.testing.assert_allclose(gap[0], one.blade_thickness / 2, atol=1e-9)
     np.testing.assert_allclose(gap[1], -one.blade_thickness / 2, atol=1e-9)
     np.testing.assert_allclose(mesh.nodes[np.unique(mesh.surfaces["tip"].facets)][:, 0], one.tip_radius, atol=1e-9)
+
+
+def test_too_coarse_a_mesh_is_refused_with_its_faces_untouched() -> None:
+    """Mending elements that are inside out would move nodes of one face and not of the other."""
+    with pytest.raises(InputError, match=r"mesh\.size: 0\.03 m is too coarse for the curved faces, 2 elements turn"):
+        sector(sectors=8).build(SIZE)
 
 
 @pytest.mark.parametrize(
