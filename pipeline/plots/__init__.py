@@ -25,9 +25,11 @@ PLOTS: dict[str, dict[str, str]] = {
         "gauges": "pipeline.plots.gauges:draw_gauges",
         "pressure": "pipeline.plots.pressure:draw_pressure",
         "waves": "pipeline.plots.waves:draw_waves",
+        "sheets": "pipeline.plots.sheets:draw_sheets",
     },
     "rendered": {
         "deformation": "pipeline.plots.deformation:draw_deformation",
+        "stress": "pipeline.plots.stress:draw_stress",
         "movie": "pipeline.plots.movie:draw_movie",
     },
 }
@@ -58,8 +60,8 @@ WHEEL: dict[str, dict[str, str]] = {
 """The same for a wheel."""
 
 FILES = (
-    "force.png", "energy.png", "blows.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png", "impact.mp4",
-    "cycle.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
+    "force.png", "energy.png", "blows.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png", "stress.png",
+    "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
 )  # fmt: skip
 """Names that belong to the pictures; with more than one body or map, its name stands before the dot. A driven scene
 has a cycle instead of an impact."""

@@ -108,7 +108,7 @@ def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | 
     driven = parts[drive.body]
     size = float(np.linalg.norm(np.ptp(driven.body.nodes, axis=0)))
     largest = max(_largest_across(part, drive.along, frame) for part in parts.values() for frame in frames)
-    scale = view.nice_scale(SHOWN * size, largest)
+    scale = style.nice_scale(SHOWN * size, largest)
     shift = gap_shift(drawing, driven, scale, NEAR * largest)
     parts[drive.body] = replace(driven, still=driven.still + shift)
     return Assembly(drive, parts, scale, size)

@@ -44,12 +44,27 @@ class Moment:
     up: np.ndarray
 
 
+@dataclass(frozen=True)
+class Coloured:
+    """What the colours of a body's skin say."""
+
+    values: np.ndarray
+    """Not negative, NaN where nothing is known, on the nodes of the moment's body, (n,)."""
+    unit: str
+    name: str
+    title: str
+    """With a place for the scale of the deformation."""
+
+
 def draw_deformation(drawing: Drawing) -> None:
     """Draw one picture for each solid body that was touched."""
-    count = len(drawing.touched("tetra10")) + len(drawing.struck_lines())
+    count = drawing.deformed_count()
     for name, body in drawable(drawing):
         with style.styled(), drawing.file(drawing.file_name("deformation", ".png", name, count)) as path:
-            style.save(_picture(drawing, strongest_moment(drawing, body, TRIANGLES)), path)
+            moment = strongest_moment(drawing, body, TRIANGLES)
+            magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
+            coloured = Coloured(magnitude, "m", "elastic displacement", "Elastic deformation × {scale:g}")
+            style.save(picture(drawing, moment, coloured), path)
 
 
 def drawable(drawing: Drawing) -> Iterator[tuple[str, BodyMotion]]:
@@ -79,14 +94,15 @@ def strongest_moment(drawing: Drawing, body: BodyMotion, triangles: int) -> Mome
     return Moment(reduced, skin, frame, force, middle, outward, view.axis_of(surface, outward))
 
 
-def _picture(drawing: Drawing, moment: Moment) -> Figure:
+def picture(drawing: Drawing, moment: Moment, coloured: Coloured) -> Figure:
+    """Return the body at a moment, its deformation magnified, with the force on it."""
     body = moment.body
     elastic = body.elastic(moment.frame)
-    magnitude = np.linalg.norm(elastic, axis=1)
+    largest = float(np.nanmax(coloured.values))
     size = float(np.linalg.norm(np.ptp(body.nodes, axis=0)))
-    scale = view.nice_scale(SHOWN * size, float(magnitude.max()))
-    unit_factor, unit = style.prefixed(float(magnitude.max()), "m")
-    image = _render(moment, elastic, scale, magnitude * unit_factor, size)
+    scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
+    unit_factor, unit = style.prefixed(largest, coloured.unit)
+    image = _render(moment, elastic, scale, coloured.values * unit_factor, size)
     time = drawing.trajectory.frame_times[moment.frame]
     shown, time_name = style.time_unit(float(drawing.trajectory.times[-1]))
     subtitle = (
@@ -94,21 +110,22 @@ def _picture(drawing: Drawing, moment: Moment) -> Figure:
         f" t = {style.digits(time * shown)} {time_name}"
         f"  ·  contact force {style.quantity(float(np.linalg.norm(moment.force)), 'N')}"
     )
-    figure = style.new_figure(f"Elastic deformation × {scale:g}", subtitle)
+    figure = style.new_figure(coloured.title.format(scale=scale), subtitle)
     width, height = IMAGE[0] / style.WIDTH, IMAGE[1] / style.HEIGHT
     axes = figure.add_axes((0.02, 0.06, width, height))
     axes.imshow(image, interpolation="none")
     axes.axis("off")
-    add_colour_bar(figure, float(magnitude.max()) * unit_factor, f"elastic displacement [{unit}]", BAR)
+    add_colour_bar(figure, largest * unit_factor, f"{coloured.name} [{unit}]", BAR)
     _legend(figure)
     return figure
 
 
-def _render(moment: Moment, elastic: np.ndarray, scale: float, magnitude: np.ndarray, size: float) -> np.ndarray:
+def _render(moment: Moment, elastic: np.ndarray, scale: float, values: np.ndarray, size: float) -> np.ndarray:
     body, skin = moment.body, moment.skin
+    magnitude = np.linalg.norm(elastic, axis=1)
     plotter = view.new_plotter((2 * IMAGE[0], 2 * IMAGE[1]))
-    mesh = view.skin_mesh(skin, body.nodes, elastic, scale, magnitude)
-    view.add_skin(plotter, mesh, "magnitude", float(magnitude.max()) or 1.0)
+    mesh = view.skin_mesh(skin, body.nodes, elastic, scale, values)
+    view.add_skin(plotter, mesh, "magnitude", float(np.nanmax(values)) or 1.0)
     edges = view.lines(skin.edge_weights @ (body.nodes + scale * elastic), skin.segments)
     view.add_lines(plotter, edges, color=style.INK, line_width=3.0)
     view.add_lines(plotter, view.lines(skin.edge_weights @ body.nodes, skin.segments), color=style.GREY, line_width=4.0)

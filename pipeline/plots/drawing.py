@@ -133,6 +133,10 @@ class Drawing:
             and self.cell_type(body) == cell_type
         ]
 
+    def deformed_count(self) -> int:
+        """Return how many bodies have a picture of their deformation."""
+        return len(self.touched("tetra10")) + len(self.touched("triangle6")) + len(self.struck_lines())
+
     def frame_force(self, body: str) -> np.ndarray:
         """Return the sum of all contact forces on a body at each frame [N], (f,)."""
         forces = [contact.multipliers.sum(axis=1) for contact in self.contacts_of(body).values()]

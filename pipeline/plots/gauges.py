@@ -7,7 +7,11 @@ from pipeline.plots import style
 from pipeline.plots.blows import shade
 from pipeline.plots.drawing import Drawing
 from pipeline.plots.touch import touches
+from pipeline.stress import COMPONENTS, von_mises
 
+COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.GREY, "#8a5fb0", "#b08a2e")
+NOTHING = 1e-9
+"""Components below this share of the largest one are not drawn."""
 PANEL, MOST = 420, 6
 """Height of a further panel [px], and how many a picture has at most."""
 
@@ -45,9 +49,18 @@ def draw_gauges(drawing: Drawing) -> None:
 def _gauge_axes(axes: Axes, times: np.ndarray, values: np.ndarray, name: str, unit: str) -> None:
     values = values.reshape(len(values), -1)
     largest = float(np.abs(values).max())
+    names = [name]
+    if values.shape[1] == len(COMPONENTS):
+        shown = np.flatnonzero(np.abs(values).max(axis=0) > NOTHING * largest)
+        names, equivalent = [COMPONENTS[number] for number in shown], von_mises(values)
+        values = values[:, shown]
+        if unit == "Pa":
+            names, values = [*names, "von Mises"], np.column_stack([values, equivalent])
+            largest = max(largest, float(equivalent.max()))
     scale, shown_unit = style.prefixed(largest, unit)
-    for column, colour in zip(values.T, (style.BLUE, style.ORANGE, style.GREEN) * values.shape[1], strict=False):
-        axes.plot(times, column * scale, color=colour, lw=1.3)
+    for number, (label, column) in enumerate(zip(names, values.T, strict=True)):
+        colour = style.INK if label == "von Mises" else COLOURS[number % len(COLOURS)]
+        axes.plot(times, column * scale, color=colour, lw=1.3, label=label)
     axes.axhline(0, color=style.FAINT, lw=0.7)
     at, column = np.unravel_index(np.abs(values).argmax(), values.shape)
     peak = float(values[at, column]) * scale
@@ -63,6 +76,8 @@ def _gauge_axes(axes: Axes, times: np.ndarray, values: np.ndarray, name: str, un
     room = 0.14 * ((high - low) or 1.0)
     axes.set_ylim(low - room, high + room)
     axes.set_ylabel(f"{name} [{shown_unit}]")
+    if len(names) > 1:
+        axes.legend(ncols=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), handlelength=1.4, columnspacing=1.2)
 
 
 def _unit(drawing: Drawing, name: str) -> str:

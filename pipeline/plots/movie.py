@@ -76,8 +76,8 @@ def write_script(drawing: Drawing, moment: Moment) -> Script:
     size = float(np.linalg.norm(np.ptp(body.nodes, axis=0)))
     limit = max(_longest(body.elastic(frame)) for frame in frames)
     travel = max(_longest(body.total(frame)) for frame in frames)
-    alone = view.nice_scale(SHOWN_ELASTIC * size, limit)
-    together = view.nice_scale(SHOWN_TRAVEL * size, travel)
+    alone = style.nice_scale(SHOWN_ELASTIC * size, limit)
+    together = style.nice_scale(SHOWN_TRAVEL * size, travel)
     travels = together >= LEAST_ELASTIC * alone
     return Script(moment, frames, min(together, 2 * alone) if travels else alone, travels, limit)
 

@@ -21,6 +21,10 @@ AROUND = ListedColormap(colormaps["Blues"](np.linspace(0.06, 0.85, 256)), "aroun
 PRESSURE = "magma_r"
 SIGNED = "RdBu_r"
 
+STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
+"""Scale factors are these times a power of ten."""
+
+
 SETTINGS: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.5,
@@ -95,6 +99,14 @@ def digits(value: float) -> str:
 def signed(value: float, decimals: int) -> str:
     """Return a value as text with a true minus sign."""
     return f"{value:.{decimals}f}".replace("-", "−")
+
+
+def nice_scale(shown: float, largest: float) -> float:
+    """Return the largest nice factor that shows a displacement `largest` no bigger than `shown`, at least 1."""
+    if largest <= 0 or shown <= largest:
+        return 1.0
+    power = 10 ** np.floor(np.log10(shown / largest))
+    return float(power * STEPS[shown / largest / power * (1 + 1e-9) >= STEPS].max())
 
 
 def time_unit(span: float) -> tuple[float, str]:

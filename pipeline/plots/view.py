@@ -15,9 +15,6 @@ from pipeline.plots.drawing import BodyMotion, Drawing
 from pipeline.plots.surface import Skin, surface_of
 from pipeline.stages import Obstacle, basic_surface, obstacle_of
 
-STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
-"""Scale factors are these times a power of ten."""
-
 LIGHTS = (((0.5, 0.8, 1.0), 0.55), ((-1.0, 0.2, 0.8), 0.3), ((0.2, -1.0, 0.7), 0.35))
 """Position relative to the camera and strength of each light: from above, and fill for what faces down."""
 
@@ -29,14 +26,6 @@ class View:
     towards: np.ndarray
     """Unit vector from the body to the camera."""
     up: np.ndarray
-
-
-def nice_scale(shown: float, largest: float) -> float:
-    """Return the largest nice factor that shows a displacement `largest` no bigger than `shown`, at least 1."""
-    if largest <= 0 or shown <= largest:
-        return 1.0
-    power = 10 ** np.floor(np.log10(shown / largest))
-    return float(power * STEPS[shown / largest / power * (1 + 1e-9) >= STEPS].max())
 
 
 def axis_of(surface: Surface | None, outward: np.ndarray) -> np.ndarray:

@@ -33,14 +33,13 @@ class LineMap:
 
 def draw_waves(drawing: Drawing) -> None:
     """Draw one picture for each bar or beam that was struck."""
-    bodies = drawing.struck_lines()
-    others = len(drawing.touched("tetra10"))
+    bodies, count = drawing.struck_lines(), drawing.deformed_count()
     for name in bodies:
         body = drawing.body(name)
         if body.modal.shapes is None or not body.modal.shapes.size:
             continue
         found = _strain_map(body) if body.mesh.cell_type == "line3" else _deflection_map(body)
-        with style.styled(), drawing.file(drawing.file_name("deformation", ".png", name, len(bodies) + others)) as path:
+        with style.styled(), drawing.file(drawing.file_name("deformation", ".png", name, count)) as path:
             style.save(_diagram(drawing, body, found), path)
 
 
