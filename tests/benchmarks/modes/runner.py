@@ -71,7 +71,8 @@ def run(contestant: Contestant, mesh: Path, count: int, *, threads: int, python:
         timeout: Seconds after which it is stopped.
 
     Returns:
-        Its answer, with wall and CPU seconds and peak memory [MiB] of its whole process, and the load average before.
+        Its answer, with wall and CPU seconds and peak memory [MiB] of its whole process, the load average before, and
+        the commit.
 
     Raises:
         NotInstalledError: it is not installed.
@@ -105,7 +106,13 @@ def run(contestant: Contestant, mesh: Path, count: int, *, threads: int, python:
         raise FailedError(f"stopped after {timeout:.0f} s" if stopped else said)
     answer = json.loads(lines[-1])
     answer["process"] = {"wall": wall, "cpu": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss / MIB}
-    return answer | {"load": load, "when": time.strftime("%Y-%m-%d %H:%M", time.gmtime())}
+    return answer | {"load": load, "commit": _commit(), "when": time.strftime("%Y-%m-%d %H:%M", time.gmtime())}
+
+
+def _commit() -> str:
+    """Return the commit that is checked out, with `-dirty` where files differ from it, or nothing outside git."""
+    command = ["git", "describe", "--always", "--dirty", "--abbrev=10"]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout.strip()
 
 
 @functools.cache

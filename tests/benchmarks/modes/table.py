@@ -52,6 +52,8 @@ class Row:
     verified: str
     load: float
     """Average before the runs, the largest."""
+    commit: str
+    """Of all runs, where they differ."""
 
 
 def rows(kept: Sequence[dict[str, Any]]) -> list[Row]:
@@ -83,6 +85,7 @@ def rows(kept: Sequence[dict[str, Any]]) -> list[Row]:
                 difference=_difference(first, reference[0]["answer"]) if reference else None,
                 solves=first["solves"], factorisations=first["factorisations"], residual=first["residual"],
                 verified=first["verified"], load=max(answer["load"] for answer in answers),
+                commit=" ".join(dict.fromkeys(answer.get("commit", "") for answer in answers)),
             )
         )  # fmt: skip
     return sorted(found, key=lambda row: (row.dofs, row.job_cpu))
