@@ -10,8 +10,9 @@ from typing import Any
 OURS = "gudgeon"
 REFERENCES = ("scipy", "ngsolve", "exudyn", OURS)
 """Those with our discretisation: the first that ran is what frequencies are compared with."""
-LARGEST_DIFFERENCE = {"exudyn": 1e-6, "calculix": 1e-3}
-"""Of frequencies where it is not `EQUAL`: a singular matrix factorised at shift 0; a mass by four points, 7 digits."""
+LARGEST_DIFFERENCE = {"exudyn": 1e-3, "calculix": 1e-3}
+"""Of frequencies where it is not `EQUAL`. Exudyn factorises the singular K, at 109 k dofs its residual is 3e-4 then;
+CalculiX integrates the mass by four points and prints seven digits."""
 EQUAL = 1e-10
 LEAST_RATIO = 4.0
 """CPU seconds of the best peer over ours for the whole job, at 109 k dofs."""

@@ -1,5 +1,6 @@
 """Ours: `build_model` and `normal_modes`, as the pipeline's stages call them."""
 
+from collections import Counter
 from collections.abc import Callable
 from functools import wraps
 from importlib.metadata import version
@@ -26,25 +27,28 @@ def modes(path: str, count: int, watch: Stopwatch) -> Answer:
     watch.lap("modes, verified")
     frequencies = [float(w) / 6.283185307179586 for w in found.angular_frequencies]
     answer = Answer(f"gudgeon {version('gudgeon')}", VERIFIED, frequencies, found.quality["residual"])
-    answer.solves, answer.factorisations = counts["solve"], counts["__init__"]
+    size = model.K.shape[0]
+    answer.solves = counts["solve", size]
+    answer.factorisations = counts["__init__", size] + counts["refactorise", size]
     return answer
 
 
-def counted(factor: Any) -> dict[str, int]:
-    """Make a class of factors count its factorisations and the right-hand sides that it solves."""
-    counts = {"__init__": 0, "solve": 0}
+def counted(factor: Any) -> Counter[tuple[str, int]]:
+    """Make a class of factors count factorisations and right-hand sides solved, by method and number of unknowns."""
+    counts: Counter[tuple[str, int]] = Counter()
 
-    def watch(name: str, columns: Callable[..., int]) -> None:
+    def watch(name: str, columns: Callable[[Any], int]) -> None:
         method = getattr(factor, name)
 
         @wraps(method)
         def watched(self: Any, first: Any, *rest: Any, **named: Any) -> Any:
-            counts[name] += columns(first)
+            counts[name, first.shape[0]] += columns(first)
             return method(self, first, *rest, **named)
 
         setattr(factor, name, watched)
 
     watch("__init__", lambda matrix: 1)
+    watch("refactorise", lambda matrix: 1)
     watch("solve", lambda loads: loads.size // len(loads))
     return counts
 
