@@ -34,22 +34,32 @@ def modes(path: str, count: int, watch: Stopwatch) -> Answer:
 
 
 def counted(factor: Any) -> Counter[tuple[str, int]]:
-    """Make a class of factors count factorisations and right-hand sides solved, by method and number of unknowns."""
+    """Make a class of factors count factorisations and right-hand sides solved, by method and number of unknowns.
+
+    A method that another counted one calls is not counted again.
+    """
     counts: Counter[tuple[str, int]] = Counter()
+    running: list[str] = []
 
     def watch(name: str, columns: Callable[[Any], int]) -> None:
         method = getattr(factor, name)
 
         @wraps(method)
         def watched(self: Any, first: Any, *rest: Any, **named: Any) -> Any:
-            counts[name, first.shape[0]] += columns(first)
-            return method(self, first, *rest, **named)
+            if not running:
+                counts[name, first.shape[0]] += columns(first)
+            running.append(name)
+            try:
+                return method(self, first, *rest, **named)
+            finally:
+                running.pop()
 
         setattr(factor, name, watched)
 
     watch("__init__", lambda matrix: 1)
-    watch("refactorise", lambda matrix: 1)
     watch("solve", lambda loads: loads.size // len(loads))
+    if hasattr(factor, "refactorise"):
+        watch("refactorise", lambda matrix: 1)
     return counts
 
 
