@@ -10,8 +10,18 @@ from pipeline.stress import COMPONENTS, von_mises
 
 def reads_stress(drawing: Drawing, body: BodyMotion) -> bool:
     """Return whether a body's record has stress on a surface."""
-    gauges = drawing.store.get(body.morph.modes_key, "modes", only=["gauges"]).gauges.values()
-    return any(gauge.nodes is not None and gauge.unit == "Pa" for gauge in gauges)
+    return bool(_surface_gauges(drawing, body))
+
+
+def _surface_gauges(drawing: Drawing, body: BodyMotion) -> list[str]:
+    """Return the gauges of stress on surfaces; nothing large is read."""
+    ending = "/nodes"
+    places = [path for path in drawing.store.sizes(body.morph.modes_key) if path.startswith("gauges/")]
+    paths = [path for path in places if path.endswith(ending)]
+    if not paths:
+        return []
+    gauges = drawing.store.get(body.morph.modes_key, "modes", only=paths).gauges
+    return [name for name, gauge in gauges.items() if gauge.unit == "Pa"]
 
 
 def equivalent_stress(drawing: Drawing, body: BodyMotion, frame: int) -> np.ndarray:
@@ -20,13 +30,12 @@ def equivalent_stress(drawing: Drawing, body: BodyMotion, frame: int) -> np.ndar
     Raises:
         StageError: forces on the body are not known row by row at frames.
     """
-    modal = drawing.store.get(body.morph.modes_key, "modes", only=["gauges", "interface_rows"])
+    names = [f"gauges/{name}" for name in _surface_gauges(drawing, body)]
+    modal = drawing.store.get(body.morph.modes_key, "modes", only=[*names, "interface_rows"])
     q = body.coordinates[frame, len(body.morph.rigid_twists) :]
     forces = row_forces(drawing, body, modal, frame)
     values = np.full(len(body.nodes), np.nan)
     for gauge in modal.gauges.values():
-        if gauge.nodes is None or gauge.unit != "Pa":
-            continue
         stress = gauge.rows @ q
         if gauge.residual.shape[1]:
             stress = stress + gauge.residual @ forces

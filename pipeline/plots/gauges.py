@@ -83,4 +83,4 @@ def _gauge_axes(axes: Axes, times: np.ndarray, values: np.ndarray, name: str, un
 def _unit(drawing: Drawing, name: str) -> str:
     body, _, gauge = name.partition(".")
     morph = drawing.store.get(drawing.trajectory.bodies[body], "morph", only=["modes_key"])
-    return drawing.store.get(morph.modes_key, "modes", only=["gauges"]).gauges[gauge].unit
+    return drawing.store.get(morph.modes_key, "modes", only=[f"gauges/{gauge}/unit"]).gauges[gauge].unit
