@@ -10,6 +10,8 @@ from modaldb.store import FolderStore
 
 FIELDS = ("angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors")
 """Of a record of modes, what is read."""
+SHOWN = 24
+"""Lines of a table; of more modes the middle ones are left out."""
 COARSE = 0.01
 """Estimated relative error of a kept mode's frequency from which a run says so."""
 
@@ -44,7 +46,10 @@ def frequency_text(rows: Mapping[str, list[dict[str, Any]]]) -> str:
         if not modes:
             continue
         lines += ["", f"component.{name}", "mode   frequency [Hz]   estimated error   residual"]
-        for row in modes:
+        for row in modes if len(modes) <= SHOWN else [*modes[: SHOWN - 4], None, *modes[-3:]]:
+            if row is None:
+                lines.append(f"   … {len(modes) - SHOWN + 1} more")
+                continue
             error = "–" if row["estimated_error"] is None else f"{row['estimated_error']:.1e}"
             rest = "–" if row["residual"] is None else f"{row['residual']:.1e}"
             lines.append(f"{row['mode']:4} {row['frequency']:16.6g} {error:>17} {rest:>10}")

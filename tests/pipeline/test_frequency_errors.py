@@ -339,6 +339,10 @@ def test_table_and_warning() -> None:
     text = frequency_text({"block": rows}).splitlines()
     assert text[1] == "component.block"
     assert len(text) == COUNT + 3
+    longer = frequency_text({"block": [rows[i % COUNT] | {"mode": i + 1} for i in range(60)]}).splitlines()
+    assert len(longer) == 3 + 24
+    assert [line.split()[0] for line in longer[-5:]] == ["20", "…", "58", "59", "60"]
+    assert longer[-4].split()[1] == "37"
     made = np.array([1e-4, 0.004, 0.02, 0.013, *np.full(COUNT - 4, 1e-3), *np.full(4, np.nan)])
     (note,) = coarse_notes({"block": replace(found, discretisation_errors=made)})
     assert note.startswith(f"component.block.mesh.size: too coarse for 2 of {COUNT} modes; the frequency of mode 3, ")
