@@ -15,11 +15,13 @@ from modaldb.schema import Trajectory
 from pipeline.cli import main
 from pipeline.errors import InputError
 from pipeline.modes.normal import NormalModes
+from pipeline.nodal_scene import nodal_problem
 from pipeline.recipes.ritz_vectors import RitzVectors
 from pipeline.stages import open_job, run_job
 from pipeline.vectors.problem import Problem, problem_of
 from pipeline.vectors.report import vectors_report, vectors_text
 from pipeline.vectors.travelling import Root, Travel, difference, nodal_history, reduced_history
+from tests.pipeline.small import write_scene
 
 SCENE = """
 [component.beam]
@@ -51,6 +53,21 @@ counts = [2, 8]
 places = 8
 steps = 800
 root = 0.03
+"""
+SKIRT = """
+[component.skirt.interface.bore]
+surface = "skirt"
+kind = "traction"
+sector_deg = [-20.0, 20.0]
+height = [0.01, 0.03]
+spacing = 0.01
+
+[force.tool]
+kind = "moving"
+body = "skirt"
+interface = "bore"
+force = 10.0
+at = [0.0, 0.02]
 """
 COUNTS, STEPS = (2, 8), (400, 800, 1600, 3200, 6400)
 
@@ -237,3 +254,18 @@ def test_design_change_is_refused(folder: Path) -> None:
     changed = {"component.beam.change.profile.offset": 1e-4, "component.beam.change.profile.surface": "front"}
     with pytest.raises(InputError, match=r"knows no design change, leave component\.beam\.change out"):
         problem_of(open_job(folder, set=changed, db=folder / "db", out=folder / "out"))
+
+
+def test_nodal_synthesis_of_contacts_knows_no_moving_force(tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "scene") / "scene.toml"
+    scene.write_text(scene.read_text() + SKIRT)
+    job = open_job(scene, db=tmp_path / "db", out=tmp_path / "out")
+    with pytest.raises(InputError, match=r"report\.nodal: knows no moving forces, leave force\.tool out"):
+        nodal_problem(job)
+
+
+def test_force_needs_a_traction_space(tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "scene") / "scene.toml"
+    scene.write_text(scene.read_text() + SKIRT.replace('interface = "bore"', 'interface = "thrust"'))
+    with pytest.raises(InputError, match=r"force\.tool\.interface: interface 'thrust' is of kind 'points', kind 'tra"):
+        open_job(scene)
