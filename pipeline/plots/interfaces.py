@@ -1,21 +1,25 @@
-"""Choices of kept interface: frequency error and magnification error, over coordinates and over CPU seconds."""
+"""Choices of kept interface, a line each: coordinates, error of frequency and magnification, and CPU seconds."""
 
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullLocator
 
 from pipeline.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, new_figure, save, styled
 
 LEAST = 1e-10
 """Errors are drawn no lower than this."""
 PANELS = (
-    ("frequency_error", "largest frequency error", "coordinates", "coordinates"),
-    ("frequency_error", "largest frequency error", "cpu", "CPU time [s]"),
-    ("magnification_error", "error of the magnification", "coordinates", "coordinates"),
-    ("magnification_error", "error of the magnification", "cpu", "CPU time [s]"),
+    ("coordinates", "coordinates", "{:,.0f}"),
+    ("frequency_error", "largest frequency error", "{:.1e}"),
+    ("magnification_error", "magnification error", "{:.1e}"),
+    ("cpu", "CPU time with sector [s]", "{:.1f}"),
 )
-"""What stands upward, its label, what stands to the right, its label."""
+"""What stands along the axis of each panel, its label, and how values are written."""
+LEFT, WIDTH, GAP = 0.25, 0.163, 0.022
+"""Of the panels, in the figure."""
 
 
 def draw(document: dict[str, Any], path: Path) -> None:
@@ -25,55 +29,52 @@ def draw(document: dict[str, Any], path: Path) -> None:
         document: As `pipeline.wheel.report.report_wheel` returns it.
         path: The PNG file, written in one step.
     """
-    faces = document["sector"]["face_dofs"]
     full, *rows = (
-        row | {"cpu": row["cpu_modes"] + row["cpu_response"], "colour": _colour(row["kept"], faces)}
-        for row in document["rows"]
+        row | {"cpu": row["cpu_sector"] + row["cpu_modes"] + row["cpu_response"]} for row in document["rows"]
     )
+    faces = document["sector"]["face_dofs"]
+    colours = [_colour(row["kept"], faces) for row in rows]
     with styled():
-        size = document["sector"]
         figure = new_figure(
             f"{document['scene']}: choices of kept interface",
-            f"{document['sectors']} mistuned sectors, {size['wheel_dofs']:,} dofs; lowest {document['compared']}"
-            f" frequencies; engine order {document['engine_order']}; tuned harmonics = full wheel to"
-            f" {document['harmonics_against_full']:.0e}",
+            f"{document['sectors']} mistuned sectors; lowest {document['compared']} frequencies; engine order"
+            f" {document['engine_order']}; tuned harmonics = full wheel to {document['harmonics_against_full']:.0e}",
         )
-        for number, (error, above, value, along) in enumerate(PANELS):
-            axes = figure.add_axes((0.08 + 0.315 * (number % 2), 0.515 - 0.435 * (number // 2), 0.235, 0.345))
-            _panel(axes, rows, full, error, value)
-            axes.set_xlabel(along)
-            if number % 2 == 0:
-                axes.set_ylabel(above)
-        legend = figure.add_axes((0.675, 0.07, 0.32, 0.81))
-        legend.axis("off")
-        step = min(0.075, 0.95 / (len(rows) + 1))
-        for number, row in enumerate(rows):
-            height = 0.97 - number * step
-            legend.text(0.0, height, f"{number + 1}", color=row["colour"], fontweight="bold", fontsize=9.5)
-            legend.text(0.08, height, row["model"], color=INK, fontsize=8.5)
-            detail = f"{row['coordinates']:,} coordinates, {row['cpu']:.3g} s"
-            legend.text(0.08, height - 0.36 * step, detail, color=FAINT, fontsize=7.5)
-        height = 0.97 - len(rows) * step
-        legend.text(0.0, height, "–", color=GREY, fontweight="bold", fontsize=9.5)
-        legend.text(0.08, height, full["model"], color=INK, fontsize=8.5)
-        detail = f"{full['coordinates']:,} dofs, {full['cpu']:.3g} s"
-        legend.text(0.08, height - 0.36 * step, detail, color=FAINT, fontsize=7.5)
+        for number, (value, label, written) in enumerate(PANELS):
+            axes = figure.add_axes((LEFT + (WIDTH + GAP) * number, 0.13, WIDTH, 0.73))
+            whole = full[value] if value in ("coordinates", "cpu") else None
+            _panel(axes, [max(abs(row[value]), LEAST) for row in rows], whole, colours, written)
+            axes.set_xlabel(label, fontsize=8.5)
+            if number == 0:
+                axes.set_yticks(range(len(rows)), [row["model"] for row in rows], fontsize=8.5)
+        note = f"grey: the full wheel, {full['coordinates']:,} dofs, {full['cpu']:.1f} s; magnification"
+        figure.text(0.035, 0.03, f"{note} {full['magnification']:.4f}", fontsize=8.5, color=FAINT)
         scratch = path.with_name(f".{path.name}.part")
         save(figure, scratch)
         scratch.replace(path)
 
 
-def _panel(axes: Axes, rows: list[dict[str, Any]], full: dict[str, Any], error: str, value: str) -> None:
-    axes.axvline(full[value], color=GREY, lw=1.4)
-    for number, row in enumerate(rows):
-        point = (row[value], max(abs(row[error]), LEAST))
-        axes.plot(*point, "o", color=row["colour"], markersize=5, zorder=2)
-        axes.annotate(
-            f"{number + 1}", point, textcoords="offset points", xytext=(4, 4), fontsize=8, color=row["colour"],
-            fontweight="bold",
-        )  # fmt: skip
+def _panel(axes: Axes, values: list[float], whole: float | None, colours: list[str], written: str) -> None:
+    places = np.arange(len(values))
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.hlines(places, min(values) / 4, values, color=colours, lw=1.0, alpha=0.35)
+    axes.scatter(values, places, s=26, c=colours, zorder=3)
+    for place, value in zip(places, values, strict=True):
+        axes.annotate(
+            written.format(value), (value, place), textcoords="offset points", xytext=(0, 6), ha="center", fontsize=7,
+            color=INK,
+        )  # fmt: skip
+    axes.set_ylim(len(values) - 0.5, -0.7)
+    if whole is not None:
+        axes.axvline(whole, color=GREY, lw=1.6, zorder=1)
+    shown = np.log10(values if whole is None else [*values, whole])
+    low, high = shown.min(), shown.max()
+    room = 0.25 + 0.12 * (high - low)
+    axes.set_xlim(10 ** (low - room), 10 ** (high + room))
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0,) if high - low > 0.7 else (1.0, 2.0, 5.0)))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_yticks(places, [""] * len(values))
+    axes.tick_params(axis="y", length=0)
 
 
 def _colour(kept: int, faces: int) -> str:
