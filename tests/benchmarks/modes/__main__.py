@@ -51,6 +51,7 @@ def main() -> int:
             if "gudgeon" in asked.contestants and not asked.bare:
                 for size in asked.sizes:
                     failed += alone(asked, size, extra, results[key])
+                    write(out / "runs.json", results)
     wrong = report(out, results)
     return int(bool(failed or wrong))
 
