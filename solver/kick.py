@@ -27,13 +27,27 @@ class Kick:
 
         Args:
             first: Number of the first step.
-            out: Its forces and energies are filled; nothing drives a scene of this integrator.
+            out: Its forces, energies and gauges are filled, these at the sample's last kick, half a step before its
+                end; nothing drives a scene of this integrator.
         """
         found = np.zeros((len(out.forces), 4))
         march = march_one if len(self._system.gap) == 1 else kernel.march
-        sound = march(self._law, self._state, self._system.rigid, first, out.forces, found, stride)
+        # The compiled loop knows no gauges: with them it is left after every sample.
+        pieces, sound = len(out.forces) if out.gauges.shape[1] else 1, True
+        for here in np.array_split(np.arange(len(out.forces)), pieces):
+            own, start = slice(here[0], here[-1] + 1), first + int(here[0]) * stride
+            sound = march(self._law, self._state, self._system.rigid, start, out.forces[own], found[own], stride)
+            if not sound:
+                break
+            if out.gauges.shape[1]:
+                out.gauges[here[0]] = self._gauges()
         out.energies[:, :4] = found
         return sound
+
+    def _gauges(self) -> np.ndarray:
+        """Return what gauges read at the last kick, (G,): coordinates have flown on since, multipliers have not."""
+        state, (_, qv, _, vv) = self._state, self._law.flight
+        return self._system.gauge_rows @ (vv * state.q - qv * state.v) + self._system.gauge_residual @ state.multipliers
 
     def outcome(self) -> Outcome:
         """Return where the run stands."""

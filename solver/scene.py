@@ -262,7 +262,7 @@ def _demands(scene: Scene) -> dict[str, tuple[str, ...]]:
         if body.damping is not None:
             found[f"damping of body.{name}"] = IMPLICIT
         if body.gauges:
-            found[f"body.{name}.gauges"] = ("event", *SMOOTH)
+            found[f"body.{name}.gauges"] = ("event", *SMOOTH, "kick")
     for name in [*(f"joint.{n}" for n in scene.joint), *(f"force.{n}" for n in scene.given())]:
         found[name] = IMPLICIT
     for name in scene.masters():

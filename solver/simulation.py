@@ -19,7 +19,7 @@ CREATED_ENERGY = 0.1
 """Energy error over energy exchanged above which a run is not an answer."""
 SAMPLED = ("event", "collocation")
 """Integrators that choose their own steps between samples."""
-READS_GAUGES = (*SAMPLED, "discrete-gradient")
+READS_GAUGES = (*SAMPLED, "discrete-gradient", "kick")
 """Integrators that read gauges at every sample."""
 MOST_HALVINGS = 8
 """Of the step, before a stated accuracy is given up."""
