@@ -306,7 +306,7 @@ class CyclicHarmonic:
     residuals: Array
     """‖Kv − ω²Mv‖ / ‖Kv‖ of each mode over the sector's own dofs, (m,)."""
     real: Array
-    """Real part of each shape on the first sector, vᴴMv = 1 over its own dofs [kg^-½], (n, 3, m)."""
+    """Real part of each shape on the first sector, uᴴMu = 1 over it [kg^-½], (n, 3, m)."""
     imaginary: Array | None
     """Imaginary part, (n, 3, m); None where the harmonic is no pair and its shapes are real."""
     quality: Json
