@@ -52,7 +52,7 @@ def draw(document: dict[str, Any], path: Path) -> None:
                 else:
                     axes.set_xlabel("vectors")
                 if column == 0:
-                    axes.set_ylabel(label, fontsize=10)
+                    axes.set_ylabel(label, fontsize=9)
                 else:
                     axes.tick_params(labelleft=False)
         _legend(figure, document)
@@ -71,7 +71,10 @@ def _panel(axes: Axes, document: dict[str, Any], case: str, measure: str) -> Non
     for basis in dict.fromkeys(row["basis"] for row in chosen):
         colour, line, mark = _look(basis)
         points = [(row["vectors"], max(row[measure], LEAST)) for row in chosen if row["basis"] == basis]
-        axes.plot(*np.array(points).T, line, color=colour, marker=mark, markersize=4, linewidth=1.4, clip_on=False)
+        axes.plot(
+            *np.array(points).T, line, color=colour, marker=mark, markersize=4, linewidth=1.4, clip_on=False,
+            zorder=3 if colour == BLUE else 2,
+        )  # fmt: skip
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(LEAST, 0.5)
