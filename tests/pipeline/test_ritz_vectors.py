@@ -39,9 +39,9 @@ def factorised(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
     """Sizes of what is factorised while a test runs."""
     sizes, whole = [], static.factorise
 
-    def counted(matrix: Any, definite: bool = False) -> Any:
+    def counted(matrix: Any, *how: Any, **more: Any) -> Any:
         sizes.append(matrix.shape)
-        return whole(matrix, definite)
+        return whole(matrix, *how, **more)
 
     monkeypatch.setattr(static, "factorise", counted)
     return sizes
