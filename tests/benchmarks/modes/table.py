@@ -8,6 +8,7 @@ from statistics import median
 from typing import Any
 
 OURS = "gudgeon"
+PEERS = ("scipy", "ngsolve", "exudyn", "calculix")
 REFERENCES = ("scipy", "ngsolve", "exudyn", OURS)
 """Those with our discretisation: the first that ran is what frequencies are compared with."""
 LARGEST_DIFFERENCE = {"exudyn": 1e-3, "calculix": 1e-3}
@@ -102,7 +103,7 @@ def disagreements(found: Sequence[Row]) -> list[str]:
 
 
 def targets(found: Sequence[Row]) -> list[str]:
-    """Return a line for each target: fastest everywhere, a quarter of the best peer at 109 k, memory."""
+    """Return a line for each target: fastest everywhere, a quarter of the best peer at 109 k, memory; and what lacks."""
     lines = []
     for size in dict.fromkeys(row.size for row in found):
         here = [row for row in found if row.size == size]
@@ -110,6 +111,12 @@ def targets(found: Sequence[Row]) -> list[str]:
         peers = [row for row in here if row.contestant != OURS]
         if ours is None:
             continue
+        absent = sorted({*PEERS} - {row.contestant for row in peers})
+        if absent:
+            lines.append(f"{size}: not among those compared: {', '.join(absent)}")
+        if not ours.commit or " " in ours.commit or "dirty" in ours.commit:
+            commit = ours.commit or "no commit"
+            lines.append(f"{size}: our runs are of code that was not committed or changed between them ({commit})")
         if peers:
             best = min(peers, key=lambda row: row.job_cpu)
             ratio, least = best.job_cpu / ours.job_cpu, LEAST_RATIO if size == "109k" else 1.0
