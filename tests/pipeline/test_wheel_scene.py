@@ -276,6 +276,28 @@ def test_commands_that_a_wheel_has_not(made: tuple[Path, RunReport]) -> None:
         job(made[0]).export("modes", 1)
 
 
+def test_commands_print_documents(made: tuple[Path, RunReport], capsys: pytest.CaptureFixture[str]) -> None:
+    folder = made[0]
+    places = ["--db", str(folder / "db"), "--out", str(folder / "out"), "--json"]
+    settings = [text for key, value in SMALL.items() for text in ("--set", f"{key}={toml(value)}")]
+    scene = [str(DATA / "bladed-disk"), "--set", 'report.choices="unset"', *settings, *places]
+
+    def printed(*command: str) -> Any:
+        assert main(list(command)) == 0
+        return json.loads(capsys.readouterr().out)
+
+    assert {row["stage"]: row["state"] for row in printed("status", *scene)} == dict.fromkeys(made[1].stages, "fresh")
+    plan = printed("plan", *scene)
+    assert plan["bytes"] == sum(row["bytes"] for row in plan["terms"]) > 100_000
+    modes = printed("modes", *scene)
+    assert len(modes["frequencies"]) == SECTORS // 2 + 1
+    assert all(len(rows) == MODES for rows in modes["frequencies"].values())
+    run = printed("run", *scene)
+    assert (run["result"], run["energy_drift"]) == ("FINISHED", None)
+    assert run["quantities"]["magnification"]["value"] == made[1].quantities["magnification"]["value"]
+    assert {"Wheel", "BladedSector", "Contact"} <= printed("schema")["$defs"].keys()
+
+
 def test_table_of_mistuning(tmp_path: Path) -> None:
     (tmp_path / "m.csv").write_text("0.01; -0.02\n0.03, 0, 0.001 -0.5\n")
     mistuning = {"table": str(tmp_path / "m.csv")}
