@@ -103,7 +103,7 @@ def disagreements(found: Sequence[Row]) -> list[str]:
 
 
 def targets(found: Sequence[Row]) -> list[str]:
-    """Return a line for each target: fastest everywhere, a quarter of the best peer at 109 k, memory; and what lacks."""
+    """Return a line for each target: fastest everywhere, a quarter of the best peer at 109 k, memory."""
     lines = []
     for size in dict.fromkeys(row.size for row in found):
         here = [row for row in found if row.size == size]
