@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from modaldb.schema import CyclicRecord, WheelRecord
 from pipeline.plots import style
@@ -49,7 +50,7 @@ def _diameters(scene: str, wheel: WheelRecord, cyclic: CyclicRecord) -> Figure:
     axes.axhspan(*band, color=style.ORANGE, alpha=0.16, lw=0, zorder=0)
     axes.axvline(own, color=style.ORANGE, lw=1.2, zorder=1)
     for family in table.T:
-        axes.plot(numbers, family * factor, "-", color=style.GRID, lw=1.2, zorder=2)
+        axes.plot(numbers, family * factor, "-", color=style.GREY, lw=1.0, alpha=0.6, zorder=2)
     pair = np.array([one.multiplicity == 2 for one in harmonics])
     for which, colour, label in ((pair, style.BLUE, "pair of modes"), (~pair, style.GREEN, "single mode")):
         x = np.repeat(np.array(numbers)[which], table.shape[1])
@@ -60,7 +61,10 @@ def _diameters(scene: str, wheel: WheelRecord, cyclic: CyclicRecord) -> Figure:
     axes.set_ylabel(f"frequency [{unit}]")
     axes.set_xticks(numbers)
     axes.set_xlim(-0.4, numbers[-1] + 0.4)
-    axes.set_ylim(0, None)
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.yaxis.set_minor_locator(NullLocator())
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, columnspacing=1.6)
     return figure
 
