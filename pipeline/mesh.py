@@ -4,7 +4,7 @@ from pathlib import Path
 
 from modaldb.schema import MeshRecord
 from pipeline.component import Component
-from pipeline.errors import InputError
+from pipeline.errors import InputError, StageError
 from pipeline.morph import Movement
 from pipeline.products import find_file, profile_surface, table_path
 from pipeline.profile import UniformProfile, read_profile
@@ -29,7 +29,10 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
         return geometry.build(None)
     if component.mesh.size is None:
         raise InputError(f"component.{name}.mesh.size: is missing; give an edge length [m]")
-    return geometry.build(component.mesh.size)
+    try:
+        return geometry.build(component.mesh.size)
+    except StageError as error:
+        raise StageError(f"component.{name}.geometry: {error}") from error
 
 
 def movement_of(component: Component, folder: Path, name: str) -> Movement | None:

@@ -145,6 +145,9 @@ def test_asymmetry_is_seen_in_rows_of_small_units(
             self.factor.free()
 
     monkeypatch.setattr(static, "factorise", Skewed)
+    with pytest.raises(StageError, match="unbalanced"):
+        residual_shapes(tiny, sparse.csr_matrix(scaled[:2]), modes, np.empty((2, 0)))
+    monkeypatch.setattr(static, "SOLVED", np.inf)
     with pytest.raises(StageError, match="asymmetric"):
         residual_shapes(tiny, sparse.csr_matrix(scaled[:2]), modes, np.empty((2, 0)))
 

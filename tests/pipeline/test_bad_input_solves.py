@@ -1,0 +1,185 @@
+"""Static answers that do not balance their loads, and mistakes on every kind of part: errors that name the part."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import modaldb
+from modaldb.schema import MeshRecord, Surface
+from pipeline.cli import main
+from pipeline.elements import ASSEMBLERS
+from pipeline.errors import StageError
+from pipeline.femodel import FEModel
+from pipeline.linalg import Factor, factorise
+from pipeline.material import Material
+from pipeline.modes import static
+from pipeline.modes.static import Flexibility
+from pipeline.recipes import RECIPES, ContactRows
+from pipeline.settings import ModesSettings, Support
+from pipeline.supports import hold
+from tests.pipeline.blocks import EDGES
+
+STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+SECTION = '{ kind = "rectangle", width = 0.02, height = 0.04 }'
+PARTS = {
+    "box": '{ kind = "box", lx = 0.04, ly = 0.02, lz = 0.02 }',
+    "sheet": '{ kind = "rectangle", lx = 0.04, ly = 0.02, thickness = 0.002 }',
+    "bar": '{ kind = "bar", length = 1.0, area = 1e-4 }',
+    "beam": f'{{ kind = "beam", length = 1.0, section = {SECTION} }}',
+    "timoshenko": f'{{ kind = "beam", length = 1.0, theory = "timoshenko", section = {SECTION} }}',
+}
+SIZES = {"box": 0.02, "sheet": 0.02}
+SCENE = """
+[component.arm]
+geometry = {geometry}
+material = {{ E = 210e9, nu = 0.3, rho = 7850.0 }}
+mesh = {{ size = {size} }}
+interface.tip = {{ surface = "{surface}" }}
+modes = {{ normal_count = 4 }}
+
+[body.arm]
+
+[run]
+duration = 1e-4
+"""
+ARM = "component.arm"
+MODES = f"{ARM}.modes"
+
+Capture = pytest.CaptureFixture[str]
+Command = Callable[..., tuple[int, str]]
+
+
+@pytest.fixture
+def modes_of(tmp_path: Path, capsys: Capture) -> Command:
+    """Run `gudgeon modes` on a part with some keys changed; returns its exit code and its one complaint."""
+
+    def command(part: str, *sets: str) -> tuple[int, str]:
+        surface = "right-top" if part in ("beam", "timoshenko") else "right"
+        text = SCENE.format(geometry=PARTS[part], size=SIZES.get(part, 0.1), surface=surface)
+        (tmp_path / "scene.toml").write_text(text)
+        settings = [text for item in sets for text in ("--set", item)]
+        code = main(["modes", str(tmp_path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out"), *settings])
+        lines = [line for line in capsys.readouterr().err.splitlines() if not line.endswith(" …")]
+        if code == 0:
+            return code, ""
+        (line,) = lines
+        place = f"gudgeon: {tmp_path / 'scene.toml'}: "
+        assert line.startswith(place)
+        store = modaldb.open(tmp_path / "db")
+        assert all("angular_frequencies" not in store.sizes(key) for key in [*store.keys()])
+        return code, line.removeprefix(place)
+
+    return command
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_parts_are_sound(part: str, modes_of: Command) -> None:
+    """The refusals below are not for anything else."""
+    assert modes_of(part) == (0, "")
+
+
+@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize(
+    ("settings", "complaint"),
+    [
+        (["material.nu=0.5"], f"{ARM}.material.nu: 0.5 given; input should be less than 0.5"),
+        (["material.rho=-7850"], f"{ARM}.material.rho: -7850 given; input should be greater than 0"),
+        (["material.rho=7.85e-9"], f"{ARM}.material: E = 2.1e+11 Pa and rho = 7.85e-09 kg/m^3 make waves of "),
+        (["modes.normal_count=5000"], f"{MODES}.normal_count: 5000 given, its mesh has "),
+        (["modes.normal_count=5000", 'supports=["left"]'], f"{MODES}.normal_count: 5000 given, its mesh has "),
+        (
+            ["modes.recipe=craig-bampton", "modes.fixed_count=5000"],
+            f"{MODES}.fixed_count: 5000 given, substructure 0 has ",
+        ),
+        (["modes.recipe=craig-bampton", "modes.substructures=500"], f"{MODES}.substructures: 500 given, the mesh has "),
+        (["modes.recipe=interface", "modes.interface_count=500"], f"{MODES}.interface_count: 500 given, the boundary "),
+        (["modes.recipe=attachment", "modes.normal_count=60"], f"{MODES}.normal_count: 60 given, "),
+        (['supports=["nowhere"]'], f"{ARM}.supports: the mesh has no surface 'nowhere', it has "),
+    ],
+    ids=lambda value: "" if isinstance(value, str) else " ".join(value),
+)
+def test_mistakes_name_the_part(part: str, settings: list[str], complaint: str, modes_of: Command) -> None:
+    code, line = modes_of(part, *(f"{ARM}.{item}" for item in settings))
+    assert code == 2
+    assert line.startswith(complaint)
+
+
+def test_geometry_that_cannot_be_meshed(modes_of: Command) -> None:
+    code, line = modes_of("box", f"{ARM}.geometry.lz=1e-7")
+    assert code == 1
+    assert line.startswith(f"{ARM}.geometry: gmsh: ")
+
+
+def test_plate_of_slivers(modes_of: Command) -> None:
+    """Aspect 2000: round-off mixes rigid and elastic modes."""
+    code, line = modes_of("box", f"{ARM}.geometry.lz=1e-5")
+    assert code == 1
+    assert line.startswith(f"{ARM}: modes: rigid and elastic modes cannot be told apart")
+
+
+@pytest.mark.parametrize("supports", ["[]", '["left"]'])
+def test_beam_of_far_too_many_elements(supports: str, modes_of: Command) -> None:
+    """Statics alone: the error of K⁻¹ is round-off times the third power of the number of elements."""
+    changes = (f"{MODES}.recipe=attachment", f"{MODES}.normal_count=0", f"{ARM}.supports={supports}")
+    code, line = modes_of("beam", *changes, f"{ARM}.mesh.size=2e-4", f"{ARM}.geometry.length=1.0001")
+    assert code == 1
+    assert line.startswith(f"{ARM}: modes: static answers leave ")
+    assert "of their load unbalanced, allowed: 1e-05; " in line
+    assert modes_of("beam", *changes) == (0, "")
+
+
+# Answers
+
+
+@pytest.mark.parametrize("recipe", ["macneal", "rubin", "ritz", "attachment", "normal+static"])
+def test_static_answers_that_are_wrong(recipe: str, modes_of: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One answer of a block is off by 1e-4: no record is made of it."""
+    monkeypatch.setattr(static, "factorise", sloppy)
+    count = 0 if recipe == "attachment" else 4
+    code, line = modes_of("box", f"{MODES}.recipe={recipe}", f"{MODES}.normal_count={count}", f"{MODES}.static_count=3")
+    assert code == 1
+    assert line.startswith(f"{ARM}: modes: static answers leave ")
+
+
+def sloppy(matrix: sparse.csr_matrix) -> Factor:
+    """A factor whose last answer of each call is too large."""
+    factor = factorise(matrix)
+    whole = factor.solve
+
+    def solve(loads: np.ndarray) -> np.ndarray:
+        answer = whole(loads)
+        answer[:, -1] *= 1 + 1e-4
+        return answer
+
+    factor.solve = solve
+    return factor
+
+
+@pytest.fixture(scope="module")
+def hinge() -> FEModel:
+    """Two tetrahedra that share an edge, one of them held: the other turns freely."""
+    corners = np.array([[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], float)
+    tets = np.array([[0, 2, 3, 1], [0, 4, 5, 1]])
+    places = np.hstack([corners[tets], corners[tets[:, list(EDGES)]].mean(axis=2)]).reshape(-1, 3)
+    nodes, cells = np.unique(places, axis=0, return_inverse=True)
+    foot = cells.reshape(2, 10)[:1, [0, 1, 2, 4, 5, 6]]
+    mesh = MeshRecord(nodes, cells.reshape(2, 10), "tetra10", {"foot": Surface(foot, {})})
+    return hold(ASSEMBLERS["tetra10"](mesh, STEEL, None), [Support(surface="foot")], "here")
+
+
+def test_statics_of_a_mechanism(hinge: FEModel) -> None:
+    """The stiffness of its free dofs is singular: a load along the free motion has no answer."""
+    flexibility = Flexibility(hinge)
+    with pytest.raises(StageError, match=r"^modes: static answers leave .* hangs on next to nothing"):
+        flexibility.solve(np.random.default_rng(0).standard_normal((len(hinge.held), 5)))
+
+
+@pytest.mark.parametrize("recipe", ["attachment", "ritz"])
+def test_recipes_without_normal_modes_refuse_a_mechanism(recipe: str, hinge: FEModel) -> None:
+    far = np.array([int(np.argmin(hinge.nodes[:, 0]))])
+    rows = ContactRows(hinge.rows(far, np.array([[0.0, 1.0, 0.0]])), np.eye(1))
+    with pytest.raises(StageError, match=r"static answers leave|singular"):
+        RECIPES[recipe](hinge, rows, ModesSettings(recipe=recipe, normal_count=0 if recipe == "attachment" else 2))
