@@ -13,8 +13,15 @@ from pipeline.linalg.superlu import SuperLUFactor
 class Factor(Protocol):
     """One factorisation A = L D Lᵀ of a sparse symmetric matrix."""
 
+    precision: np.dtype
+    """That it was made in."""
+
     def solve(self, loads: np.ndarray) -> np.ndarray:
-        """Return A⁻¹ loads, (n,) or (n, k)."""
+        """Return A⁻¹ loads, (n,) or (n, k), in its precision."""
+        ...
+
+    def refactorise(self, matrix: sparse.csr_matrix) -> None:
+        """Factorise another matrix of the same size, in the same precision."""
         ...
 
     def negative_pivots(self) -> int:
@@ -26,7 +33,10 @@ class Factor(Protocol):
         ...
 
 
-BACKENDS: dict[str, Callable[[sparse.csr_matrix, bool], Factor]] = {"pardiso": PardisoFactor, "superlu": SuperLUFactor}
+BACKENDS: dict[str, Callable[[sparse.csr_matrix, bool, bool], Factor]] = {
+    "pardiso": PardisoFactor,
+    "superlu": SuperLUFactor,
+}
 
 
 def available_backend() -> str:
@@ -34,12 +44,13 @@ def available_backend() -> str:
     return "superlu" if find_library() is None else "pardiso"
 
 
-def factorise(matrix: sparse.spmatrix, definite: bool = False) -> Factor:
+def factorise(matrix: sparse.spmatrix, definite: bool = False, single: bool = False) -> Factor:
     """Factorise a sparse symmetric matrix given in full.
 
     Args:
         definite: Whether it is known to be positive definite; a definite one has no negative pivots to count.
+        single: Whether single precision will do; a backend without it takes double.
     """
     rows = sparse.csr_matrix(matrix)
     rows.sort_indices()
-    return BACKENDS[available_backend()](rows, definite)
+    return BACKENDS[available_backend()](rows, definite, single)

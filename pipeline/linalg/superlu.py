@@ -13,12 +13,19 @@ class SuperLUFactor:
     Args:
         matrix: The whole symmetric matrix, (n, n).
         definite: Whether it is positive definite; makes no difference here.
+        single: Whether single precision would do; double is all there is.
 
     Raises:
         StageError: it is singular to the last digit.
     """
 
-    def __init__(self, matrix: sparse.csr_matrix, definite: bool = False) -> None:
+    precision = np.dtype(np.float64)
+
+    def __init__(self, matrix: sparse.csr_matrix, definite: bool = False, single: bool = False) -> None:
+        self.refactorise(matrix)
+
+    def refactorise(self, matrix: sparse.csr_matrix) -> None:
+        """Factorise another matrix; nothing of the one before is used."""
         try:
             self._lu = splu(
                 sparse.csc_matrix(matrix),

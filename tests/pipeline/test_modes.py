@@ -14,7 +14,7 @@ from pipeline.interface import Interface, contact_points
 from pipeline.linalg import BACKENDS, available_backend
 from pipeline.material import Material
 from pipeline.model import build_model
-from pipeline.modes import normal, static
+from pipeline.modes import lanczos, static
 from pipeline.modes.normal import NormalModes, normal_modes
 from pipeline.modes.static import pressure_fields, residual_shapes, static_shapes
 
@@ -58,14 +58,14 @@ def test_quality_is_recorded(modes: NormalModes) -> None:
 
 
 def test_a_missed_mode_is_found(tiny: FEModel, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = normal.eigsh
+    whole = lanczos.eigsh
 
     def forgetful(*args: object, **options: object) -> tuple[np.ndarray, np.ndarray]:
         values, vectors = whole(*args, **options)
         order = np.delete(np.argsort(values), 4)
         return values[order], vectors[:, order]
 
-    monkeypatch.setattr(normal, "eigsh", forgetful)
+    monkeypatch.setattr(lanczos, "eigsh", forgetful)
     with pytest.raises(StageError, match="inertia count finds"):
         normal_modes(tiny, COUNT)
 
@@ -97,6 +97,27 @@ def test_backends_solve_and_count_alike(tiny: FEModel, dense: tuple[np.ndarray, 
         answer = factor.solve(block)
         assert answer.shape == block.shape
         np.testing.assert_allclose(matrix @ answer, block, atol=1e-7)
+    for shift, below in ((0.5 * (dense[0][8] + dense[0][9]), 9), (sigma, 11)):
+        # After a solve of one load, and after none.
+        again = (tiny.K - shift * tiny.M).tocsr()
+        again.sort_indices()
+        factor.refactorise(again)
+        assert factor.negative_pivots() == below
+    np.testing.assert_allclose(matrix @ factor.solve(loads), loads, atol=1e-7)
+    factor.refactorise(sparse.diags_array(np.arange(1.0, matrix.shape[0] + 1)).tocsr())
+    np.testing.assert_allclose(factor.solve(np.ones(matrix.shape[0])) * np.arange(1, matrix.shape[0] + 1), 1.0)
+    factor.free()
+
+
+def test_single_precision_solves_to_seven_digits(tiny: FEModel) -> None:
+    matrix = (tiny.K + 1e10 * tiny.M).tocsr()
+    matrix.sort_indices()
+    factor = BACKENDS[available_backend()](matrix, False, True)
+    loads = np.random.default_rng(0).standard_normal((matrix.shape[0], 12))
+    answer = factor.solve(loads)
+    assert answer.dtype == factor.precision
+    exact = sparse.linalg.spsolve(matrix.tocsc(), loads)
+    assert np.abs(answer - exact).max() <= 1e-2 * np.abs(exact).max()
     factor.free()
 
 

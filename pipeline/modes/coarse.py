@@ -1,0 +1,55 @@
+"""A start for the modes of quadratic elements: those of linear ones on the same corners.
+
+Linear shape functions are quadratic ones whose mid-side nodes follow their corners, u = P u_c. So the linear elements'
+matrices are PᵀKP and PᵀMP, their modes are Ritz vectors of the fine problem, and their eigenvalues upper bounds.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from pipeline.elements.solid import EDGES
+from pipeline.femodel import FEModel
+from pipeline.modes.problem import Problem
+
+CORNERS = {"tetra10": (4, EDGES), "triangle6": (3, np.array([[0, 1], [1, 2], [2, 0]]))}
+"""Number of corners, and those at the ends of each mid-side node's edge, by cell type."""
+
+
+@dataclass(frozen=True)
+class Coarse:
+    """The linear elements' problem."""
+
+    problem: Problem
+    P: sparse.csr_matrix
+    """Prolongation, (free, coarse)."""
+    corner: np.ndarray
+    """Whether a fine dof is a corner's, (free,)."""
+
+
+def linear_elements(model: FEModel, fine: Problem) -> Coarse | None:
+    """Return the linear elements' problem, or None where the mesh is not of quadratic triangles or tetrahedra."""
+    if model.mesh.cell_type not in CORNERS:
+        return None
+    corners, edges = CORNERS[model.mesh.cell_type]
+    cells, count, d = model.mesh.cells, len(model.nodes), len(model.directions)
+    corner = np.zeros(count, bool)
+    corner[cells[:, :corners]] = True
+    number = np.cumsum(corner) - 1
+    middle, first = np.unique(cells[:, corners:], return_index=True)
+    ends = cells[:, edges].reshape(-1, 2)[first]
+    rows = np.concatenate([np.flatnonzero(corner), middle, middle])
+    columns = number[np.concatenate([np.flatnonzero(corner), ends[:, 0], ends[:, 1]])]
+    weights = np.repeat([1.0, 0.5], [corner.sum(), 2 * len(middle)])
+    nodal = sparse.csr_matrix((weights, (rows, columns)), shape=(count, int(corner.sum())))
+    free, whole = ~model.held, sparse.kron(nodal, sparse.eye(d), format="csr")
+    at_corners = np.repeat(corner, d)
+    P = sparse.csr_matrix(whole[free][:, free[at_corners]])
+    K, M = (sparse.csr_matrix(P.T @ A @ P) for A in (fine.K, fine.M))
+    # Rigid motions are linear fields: their values at the corners are all of them, but for curved edges.
+    rigid = fine.rigid[at_corners[free]]
+    if rigid.shape[1]:
+        gram = np.linalg.cholesky(rigid.T @ (M @ rigid))
+        rigid = np.linalg.solve(gram, rigid.T).T
+    return Coarse(Problem(K, M, rigid), P, at_corners[free])
