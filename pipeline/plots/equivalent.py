@@ -47,8 +47,12 @@ def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord, frame: in
     """Return the force on each row of R at a frame, (C,); a contact pushes against the outward normal.
 
     Raises:
-        StageError: another body's points press on several rows, in an order that the trajectory does not hold.
+        StageError: another body's points press on several rows, in an order that the trajectory does not hold, or
+            what acts is no contact.
     """
+    for name, force in drawing.scene.get("force", {}).items():
+        if body.name in (force.get("body"), force.get("against")):
+            raise StageError(f"the trajectory does not hold force {name} on body {body.name} at frames")
     forces = np.zeros(max((end for _, end in modal.interface_rows.values()), default=0))
     for name, contact in drawing.contacts_on(body.name).items():
         interface, pressed = contact.interface, contact.multipliers[frame]

@@ -30,6 +30,7 @@ against = { shape = "plane", point = [0.02, 0.0, 0.0], normal = [-1.0, 0.0, 0.0]
 
 [run]
 duration = 2e-5
+integrator = "event"
 samples = 60
 frames = 30
 """
@@ -106,7 +107,7 @@ def test_shown_and_recorded_stress_agree(scene: tuple[str, Path, str], tmp_path:
     np.testing.assert_allclose(value, recorded, atol=1e-6 * np.abs(recorded).max())
 
 
-def test_forces_in_another_order_are_refused(
+def test_forces_that_are_not_known_row_by_row_are_refused(
     scene: tuple[str, Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawing = drawing_of(scene, tmp_path)
@@ -116,4 +117,7 @@ def test_forces_in_another_order_are_refused(
     object.__setattr__(drawing.trajectory.contacts["wall"], "body", "other")
     modal.interface_rows["face"] = [1, 3]
     with pytest.raises(StageError, match="the points of contact wall press on several rows of 'face' in another order"):
+        row_forces(drawing, body, modal, 0)
+    drawing.scene["force"] = {"press": {"kind": "moving", "body": "part"}}
+    with pytest.raises(StageError, match="the trajectory does not hold force press on body part at frames"):
         row_forces(drawing, body, modal, 0)
