@@ -1,12 +1,15 @@
 """Errors of frequencies: bounds hold against dense algebra, estimates lie next to the errors of exact solutions."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy import linalg
 
 from modaldb.schema import MeshRecord, ModalRecord
+from pipeline.cli import main
 from pipeline.component import Component
 from pipeline.elements.strain import strain_samples
 from pipeline.femodel import FEModel
@@ -266,8 +269,6 @@ def record(**changes: object) -> ModalRecord:
 
 
 def component_mesh(component: Component) -> MeshRecord:
-    from pathlib import Path
-
     return build_mesh(component, Path(), "block")
 
 
@@ -363,3 +364,42 @@ def test_lumped_types_have_one_mass_for_all_directions() -> None:
         model = build()[0]
         if model.mesh.cell_type in bounds.LUMPED:
             assert not model.rotations.any()
+
+
+SCENE = """
+[component.block]
+geometry = { kind = "box", lx = 0.04, ly = 0.02, lz = 0.02 }
+material = { E = 2e11, nu = 0.3, rho = 8000.0 }
+mesh = { size = 0.02 }
+interface.face = { surface = "right" }
+modes = { normal_count = 4 }
+
+[body.block]
+
+[run]
+duration = 1e-5
+"""
+
+
+def test_command_prints_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A table from `gudgeon modes`, the same numbers as JSON, and the warning from any command that makes modes."""
+    (tmp_path / "scene.toml").write_text(SCENE)
+    where = [str(tmp_path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    assert main(["modes", *where]) == 0
+    printed = capsys.readouterr()
+    lines = printed.out.splitlines()
+    start = lines.index("component.block")
+    table = [line.split() for line in lines[start + 2 :]]
+    assert [row[0] for row in table] == ["1", "2", "3", "4"]
+    warning = "gudgeon: component.block.mesh.size: too coarse for "
+    assert warning in printed.err
+    assert main(["modes", *where, "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    rows = document["frequencies"]["block"]
+    assert [f"{row['estimated_error']:.1e}" for row in rows] == [row[2] for row in table]
+    assert [f"{row['residual']:.1e}" for row in rows] == [row[3] for row in table]
+    assert len(document["notes"]) == 1
+    assert main(["morph", *where]) == 0
+    printed = capsys.readouterr()
+    assert "component.block" not in printed.out
+    assert warning in printed.err
