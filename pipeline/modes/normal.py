@@ -61,11 +61,11 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
             f" be told apart (round-off floor {floor:.2g}, first eigenvalue {values[0]:.2g} rad²/s²); the mesh has"
             " slivers, extreme contrast, ν next to 0.5, or parts that hang together by an edge only"
         )
-    missed = _missed(problem, pairs, count)
-    if missed:
+    inertia = _inertia(problem, pairs, count)
+    if missed := int(inertia["inertia_found"] - inertia["inertia_expected"]):
         raise StageError(f"modes: the inertia count finds {missed:+d} modes beside the {count} extracted")
     vectors = vectors * np.where(vectors[np.abs(vectors).argmax(0), range(count)] < 0, -1, 1)
-    quality = _verified(problem, values[:count], vectors, floor)
+    quality = _verified(problem, values[:count], vectors, floor) | inertia
     Phi = np.zeros((len(model.held), count))
     Phi[model.free] = vectors
     return NormalModes(np.sqrt(values[:count]), Phi, quality)
@@ -79,11 +79,11 @@ def _pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
     return Pairs(*slepc.slepc_pairs(problem.K, problem.M, problem.rigid, shift, count + SPARE))
 
 
-def _missed(problem: Problem, pairs: Pairs, count: int) -> int:
-    """Return how many elastic eigenvalues below the gap after the last wanted one are not among the pairs."""
+def _inertia(problem: Problem, pairs: Pairs, count: int) -> dict[str, float]:
+    """Return a shift in the gap after the last wanted pair, how many elastic eigenvalues are below it, and pairs."""
     if pairs.proven is not None:
         sigma, below = pairs.proven
-        return below - int((pairs.values < sigma).sum())
+        return _count(sigma, below, int((pairs.values < sigma).sum()))
     values, gap_after = pairs.values, count - 1
     # A double mode across the cut leaves no gap: the next gap upward serves as well.
     while gap_after + 1 < len(values) - 1 and values[gap_after + 1] / values[gap_after] - 1 < 1e-6:
@@ -95,7 +95,11 @@ def _missed(problem: Problem, pairs: Pairs, count: int) -> int:
         factor = factorise(problem.K - sigma * problem.M)
         negative = factor.negative_pivots()
         factor.free()
-    return negative - problem.rigid.shape[1] - gap_after - 1
+    return _count(sigma, negative - problem.rigid.shape[1], gap_after + 1)
+
+
+def _count(shift: float, found: int, expected: int) -> dict[str, float]:
+    return {"inertia_shift": float(shift), "inertia_found": found, "inertia_expected": expected}
 
 
 def _verified(problem: Problem, values: np.ndarray, Phi: np.ndarray, floor: float) -> dict[str, float]:
