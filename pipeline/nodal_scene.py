@@ -30,6 +30,7 @@ from pipeline.nodal import (
 )
 from pipeline.patch import patch_point, patch_row
 from pipeline.stages import Job, basic_surface, free_twists, obstacle_of
+from pipeline.tie import refuse_rigid
 from pipeline.traction import traction_space
 
 START_STEP = 1e-6
@@ -103,10 +104,7 @@ def _part(job: Job, name: str) -> _Part:
         raise InputError(
             f"{job.path}: report.nodal: is for solids and bars, {where}.geometry is '{component.geometry.kind}'"
         )
-    if rigid := [key for key, item in component.interface.items() if item.tie == "rbe2"]:
-        raise InputError(
-            f"{job.path}: report.nodal: knows no rigid surfaces, {where}.interface.{rigid[0]} is an 'rbe2'"
-        )
+    refuse_rigid(component.interface, f"{job.path}: {where}", "report.nodal")
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
     if model.held.any() and len(model.rigid_twists):
         raise InputError(f"{job.path}: report.nodal: is for bodies free or held, {where}.supports hold it in part")

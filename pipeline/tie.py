@@ -132,6 +132,21 @@ def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEM
     return replace(model, K=K, M=M, held=model.held | follows), L
 
 
+def refuse_rigid(interfaces: Mapping[str, Interface], where: str, user: str) -> None:
+    """Stop where a part with rigid surfaces is given to what knows none.
+
+    Args:
+        where: The component's key in the scene, for the message.
+        user: What knows none, the message's end.
+
+    Raises:
+        InputError: one is; its key.
+    """
+    for key, interface in interfaces.items():
+        if interface.tie == "rbe2":
+            raise InputError(f"{where}.interface.{key}.tie: 'rbe2' given, {user} knows no rigid surfaces")
+
+
 def _projected(matrix: sparse.csr_matrix, L: sparse.csr_matrix, follows: np.ndarray) -> sparse.csr_matrix:
     """Return Lᵀ A L, with A's own diagonal where nothing is left, so that no dof is without stiffness or mass."""
     found = L.T @ matrix @ L + sparse.diags(np.where(follows, matrix.diagonal(), 0.0))

@@ -16,6 +16,7 @@ from pipeline.model import build_model
 from pipeline.reporting import Vectors
 from pipeline.stages import Job
 from pipeline.supports import surface_nodes
+from pipeline.tie import refuse_rigid
 from pipeline.traction import traction_space
 from pipeline.vectors.travelling import Root, Travel
 
@@ -39,6 +40,7 @@ class Problem:
             InputError: supports leave the body rigid motions.
         """
         part, where = self.component, self.where
+        refuse_rigid(part.interface, where, "report.vectors")
         model = build_model(mesh, part.material, part.supports, where, part.geometry)
         if count := len(model.rigid_twists):
             raise InputError(f"report.vectors: needs a held body, {where}.supports leave it {count} rigid motions")

@@ -31,6 +31,7 @@ from pipeline.errors import InputError
 from pipeline.loads import surface_weights
 from pipeline.model import build_model
 from pipeline.runreport import Progress
+from pipeline.tie import refuse_rigid
 from pipeline.wheel.settings import KeptInterface, Wheel, blade_radius, reduction
 
 
@@ -81,6 +82,7 @@ def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -
     where = f"component.{wheel.component}"
     if mesh.cell_type != "tetra10":
         raise InputError(f"{where}.geometry: '{component.geometry.kind}' given, a wheel needs a sector of tet10")
+    refuse_rigid(component.interface, where, "a wheel")
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
     return cyclic_sector(model, wheel, f"wheel.{name}")
 

@@ -4,6 +4,7 @@ A box under a linear traction, which RBE3 applies, has an exact solution of quad
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,10 +20,13 @@ from pipeline.interface import Interface
 from pipeline.material import Material
 from pipeline.model import build_model
 from pipeline.modes.static import Flexibility
+from pipeline.nodal_scene import nodal_problem
 from pipeline.recipes import RECIPES, ContactRows
 from pipeline.reduce import reduce_component
 from pipeline.settings import ModesSettings, Support
+from pipeline.stages import open_job, run_job
 from pipeline.tie import Tie, made_rigid, tie_of, tie_rows
+from tests.pipeline.small import write_scene
 
 LX, LY, LZ, E = 0.02, 0.03, 0.1, 2e11
 STEEL = Material(E=E, nu=0.3, rho=7800.0)
@@ -249,6 +253,16 @@ def test_nodes_have_one_master(mesh: MeshRecord) -> None:
     held = component(head=END).model_copy(update={"supports": (Support(surface="left"),)})
     with pytest.raises(InputError, match=r"interface\.head\.tie: 'rbe2' given, supports hold \d+ of its \d+ nodes"):
         reduce_component(mesh, "ab" * 32, held, "rod")
+
+
+def test_the_nodal_synthesis_knows_no_rigid_surfaces(tmp_path: Path) -> None:
+    tie = ["component.skirt.interface.lid={surface='crown', kind='tie', tie='rbe2'}"]
+    job = open_job(write_scene(tmp_path), set=tie, db=tmp_path / "db")
+    run_job(job, "mesh")
+    with pytest.raises(
+        InputError, match=r"skirt\.interface\.lid\.tie: 'rbe2' given, report\.nodal knows no rigid surf"
+    ):
+        nodal_problem(job)
 
 
 @pytest.mark.parametrize(
