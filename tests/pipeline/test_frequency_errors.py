@@ -282,7 +282,10 @@ def test_record_of_normal_modes_and_static_shapes() -> None:
     assert found.residuals.shape == found.algebraic_errors.shape == found.angular_frequencies.shape
     assert np.all(found.residuals[:COUNT] < 1e-8)
     assert np.all(found.residuals[COUNT:] > 1e-3)
-    assert np.all(found.algebraic_errors[:COUNT] < 1e-8)
+    assert np.all(found.algebraic_errors[:COUNT] < 1e-12)
+    assert found.quality["inertia_found"] == found.quality["inertia_expected"] == COUNT
+    shift = found.quality["inertia_shift"]
+    assert np.sum(found.angular_frequencies[:COUNT] ** 2 < shift) == COUNT
     assert np.all(found.discretisation_errors[:COUNT] > 1e-4)
     assert np.all(np.isnan(found.discretisation_errors[COUNT:]))
 

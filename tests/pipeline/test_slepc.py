@@ -10,7 +10,8 @@ from scipy import sparse
 from pipeline import doctor
 from pipeline.errors import InputError, StageError
 from pipeline.femodel import FEModel
-from pipeline.modes.normal import normal_modes
+from pipeline.modes import normal, slepc
+from pipeline.modes.normal import NormalModes, normal_modes
 from pipeline.modes.slepc import VARIABLE, WORKER, command, slepc_negative_pivots, slepc_pairs, write_petsc
 from pipeline.settings import Support
 from pipeline.supports import hold
@@ -47,19 +48,38 @@ def model(request: pytest.FixtureRequest, skirt_model: FEModel) -> FEModel:
     return hold(skirt_model, [support], "here")
 
 
-def test_same_modes(model: FEModel, ranks: int) -> None:
-    ours = normal_modes(model, COUNT)
-    K, M = model.free_matrices()
-    rigid = model.rigid_modes[model.free]
-    first = ours.angular_frequencies[0] ** 2
-    values, Phi = slepc_pairs(K, M, rigid, -first / 100 if rigid.shape[1] else 0.0, COUNT + 2)
-    np.testing.assert_allclose(np.sqrt(values[:COUNT]), ours.angular_frequencies, rtol=FREQUENCIES)
-    basis = np.column_stack([rigid, Phi])
-    np.testing.assert_allclose(basis.T @ (M @ basis), np.eye(basis.shape[1]), atol=1e-10)
-    assert np.linalg.norm(K @ Phi - M @ Phi * values) < 1e-8 * np.linalg.norm(K @ Phi)
-    gap = int(np.argmax(np.diff(values))) + 1
-    between = (values[gap - 1] + values[gap]) / 2
-    assert slepc_negative_pivots(K, M, between) == rigid.shape[1] + gap
+@pytest.fixture(scope="module")
+def ours(model: FEModel) -> NormalModes:
+    """By one process; a fixture of the module is made before the environment asks for SLEPc."""
+    return normal_modes(model, COUNT)
+
+
+def test_same_modes(model: FEModel, ours: NormalModes, ranks: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Through the same checks: residuals, orthogonality, and an inertia count by MUMPS."""
+    for name in ("block_pairs", "lanczos_pairs", "factorise"):
+        monkeypatch.setattr(normal, name, None)
+    theirs = normal_modes(model, COUNT)
+    np.testing.assert_allclose(theirs.angular_frequencies, ours.angular_frequencies, rtol=FREQUENCIES)
+    overlap = ours.Phi.T @ (model.M @ theirs.Phi)
+    np.testing.assert_allclose(np.linalg.svd(overlap, compute_uv=False), 1.0, atol=1e-8)
+    assert theirs.quality["residual"] < 1e-8
+    assert theirs.quality["orthogonality"] < 1e-10
+    assert theirs.quality["inertia_found"] == theirs.quality["inertia_expected"] >= COUNT
+
+
+def test_a_mode_that_mumps_counts_and_slepc_lacks(
+    skirt_model: FEModel, installed: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(VARIABLE, LAUNCHER.format(1))
+    whole = slepc.slepc_pairs
+
+    def forgetful(K: object, M: object, rigid: object, shift: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+        values, vectors = whole(K, M, rigid, shift, count + 1)
+        return np.delete(values, 2), np.delete(vectors, 2, axis=1)
+
+    monkeypatch.setattr(slepc, "slepc_pairs", forgetful)
+    with pytest.raises(StageError, match=r"the inertia count finds \+1 modes beside the 8 extracted"):
+        normal_modes(skirt_model, COUNT)
 
 
 def test_same_modes_whatever_the_ranks(skirt_model: FEModel, installed: None, monkeypatch: pytest.MonkeyPatch) -> None:
