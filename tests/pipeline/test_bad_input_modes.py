@@ -23,7 +23,7 @@ from pipeline.geometry.box import Box
 from pipeline.linalg import BACKENDS, available_backend
 from pipeline.material import Material
 from pipeline.model import build_model
-from pipeline.modes import normal
+from pipeline.modes import lanczos
 from pipeline.modes.normal import normal_modes
 from pipeline.settings import Support
 from pipeline.supports import hold
@@ -209,12 +209,12 @@ def test_exactly_singular_matrix() -> None:
 
 
 def test_extraction_that_does_not_converge(modes_of: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = normal.eigsh
+    whole = lanczos.eigsh
 
     def impatient(*args: object, **options: object) -> object:
         return whole(*args, **options, maxiter=1, ncv=9)
 
-    monkeypatch.setattr(normal, "eigsh", impatient)
+    monkeypatch.setattr(lanczos, "eigsh", impatient)
     code, line = modes_of()
     assert code == 1
     assert line.startswith(f"{BLOCK}: modes: Lanczos gave up with shift -")
@@ -222,13 +222,13 @@ def test_extraction_that_does_not_converge(modes_of: Command, monkeypatch: pytes
 
 
 def test_extraction_that_does_not_reach_its_residual(modes_of: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = normal.eigsh
+    whole = lanczos.eigsh
 
     def sloppy(*args: object, **options: object) -> tuple[np.ndarray, np.ndarray]:
         values, vectors = whole(*args, **options)
         return values * (1 + 1e-6), vectors
 
-    monkeypatch.setattr(normal, "eigsh", sloppy)
+    monkeypatch.setattr(lanczos, "eigsh", sloppy)
     code, line = modes_of()
     assert code == 1
     assert line.startswith(f"{BLOCK}: modes: residual ")
