@@ -4,7 +4,8 @@ contact, on the deformed part."""
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
@@ -60,21 +61,8 @@ def _picture(drawing: Drawing, body: BodyMotion, frame: int, values: np.ndarray,
     height = int(np.clip(0.8 * style.WIDTH * reach[1] / reach[0] + 300, 700, style.HEIGHT))
     figure = style.new_figure(f"{title} × {scale:g}", subtitle, height=height)
     axes = figure.add_axes((0.04, 120 / height, 0.8, 1 - 270 / height))
-    flat = body.mesh.cells[:, PARTS].reshape(-1, 3)
-    known = np.isfinite(values)[flat].all(axis=1)
-    colours = np.nan_to_num(values) * factor
     top = float(np.nanmax(values)) * factor or 1.0
-    axes.tripcolor(
-        Triangulation(place[:, 0], place[:, 1], flat, ~known),
-        colours,
-        shading="gouraud",
-        cmap=style.MAGNITUDE,
-        vmin=0.0,
-        vmax=top,
-    )
-    for nodes, colour, width in ((body.nodes[:, :2], style.GREY, 0.9), (place, style.INK, 1.2)):
-        for edge in boundary_edges(body.mesh.cells)[:, [0, 2, 1]]:
-            axes.plot(*nodes[edge].T, color=colour, lw=width, solid_capstyle="round")
+    _colour(axes, body, place, values * factor, top)
     _arrows(drawing, body, frame, axes, size, scale)
     axes.set_aspect("equal")
     axes.margins(0.08)
@@ -91,6 +79,28 @@ def _picture(drawing: Drawing, body: BodyMotion, frame: int, values: np.ndarray,
     axes.plot([], [], color=style.GREY, lw=1.6, label="undeformed")
     figure.legend(loc="lower left", bbox_to_anchor=(0.03, 0.015), ncols=2, columnspacing=2.0)
     return figure
+
+
+def _colour(axes: Axes, body: BodyMotion, place: np.ndarray, values: np.ndarray, top: float) -> None:
+    """Draw the part with nodes at `place` (n, 2), coloured where values (n,) are known, and its outlines.
+
+    A gauge of an edge knows no whole triangle and colours the edge alone.
+    """
+    flat, edges = body.mesh.cells[:, PARTS].reshape(-1, 3), boundary_edges(body.mesh.cells)
+    known = np.isfinite(values)
+    whole, shades = known[flat].all(axis=1), np.nan_to_num(values)
+    x, y = place.T
+    look = {"shading": "gouraud", "cmap": style.MAGNITUDE, "vmin": 0.0, "vmax": top}
+    axes.tripcolor(Triangulation(x, y, flat, ~whole), shades, **look)
+    axes.tripcolor(Triangulation(x, y, flat, whole), 0 * shades, cmap=ListedColormap([style.GROUND]))
+    for nodes, colour, width in ((body.nodes[:, :2], style.GREY, 0.9), (place, style.INK, 1.2)):
+        for edge in edges[:, [0, 2, 1]]:
+            axes.plot(*nodes[edge].T, color=colour, lw=width, solid_capstyle="round")
+    if not whole.all():
+        sides = edges[:, [0, 2, 2, 1]].reshape(-1, 2)
+        sides = sides[known[sides].all(axis=1)]
+        colours = style.MAGNITUDE(shades[sides].mean(axis=1) / top)
+        axes.add_collection(LineCollection(list(place[sides]), colors=colours, linewidths=5, capstyle="round"))
 
 
 def _arrows(drawing: Drawing, body: BodyMotion, frame: int, axes: Axes, size: float, scale: float) -> None:
