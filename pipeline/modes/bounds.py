@@ -7,6 +7,8 @@ the root of the sum of their squares (Parlett, The Symmetric Eigenvalue Problem,
 ‖r‖_{M⁻¹} needs no solve on solids: element by element M ≥ c diag(M), so that ‖r‖_{M⁻¹} ≤ ‖r‖_{diag(M)⁻¹} / √c (Wathen
 1987). c is that of the straight element, times the least ratio of Jacobians in an element where it is curved; the
 quadrature's weights are positive. Elsewhere M is factorised.
+
+Residuals are known up to round-off only: eps·max(K_ii/M_ii), what all eigenvalues are uncertain by, is added.
 """
 
 from dataclasses import dataclass
@@ -70,7 +72,13 @@ def algebraic_errors(
         floor = 0.0 if len(model.rigid_twists) else -np.inf
         sharper = _with_gaps(theta[first], rho[first], offsets, (floor, proven.shift))
         bounds = np.concatenate([sharper, rho[proven.count :]])
-    return bounds / (2 * theta)
+    return (bounds + round_off(model)) / (2 * theta)
+
+
+def round_off(model: FEModel) -> float:
+    """Return what round-off makes of the eigenvalues of a model [rad²/s²]."""
+    stiffness, mass = model.K.diagonal()[model.free], model.M.diagonal()[model.free]
+    return float(np.finfo(float).eps * (stiffness / mass).max())
 
 
 def _with_gaps(theta: np.ndarray, rho: np.ndarray, offsets: np.ndarray, between: tuple[float, float]) -> np.ndarray:
