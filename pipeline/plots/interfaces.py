@@ -5,12 +5,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from pipeline.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, new_figure, save, styled
 
 LEAST = 1e-10
 """Errors are drawn no lower than this."""
+FEW = 1.2
+"""Decades up to which an axis has ticks at 1, 2 and 5."""
 PANELS = (
     ("coordinates", "coordinates", "{:,.0f}"),
     ("frequency_error", "largest frequency error", "{:.1e}"),
@@ -71,7 +73,9 @@ def _panel(axes: Axes, values: list[float], whole: float | None, colours: list[s
     low, high = shown.min(), shown.max()
     room = 0.25 + 0.12 * (high - low)
     axes.set_xlim(10 ** (low - room), 10 ** (high + room))
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0,) if high - low > 0.7 else (1.0, 2.0, 5.0)))
+    if high - low < FEW:
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_yticks(places, [""] * len(values))
     axes.tick_params(axis="y", length=0)
