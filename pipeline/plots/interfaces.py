@@ -12,7 +12,7 @@ from pipeline.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, new_figu
 LEAST = 1e-10
 """Errors are drawn no lower than this."""
 FEW = 1.2
-"""Decades up to which an axis has ticks at 1, 2 and 5."""
+"""Decades up to which an axis has ticks within them."""
 PANELS = (
     ("coordinates", "coordinates", "{:,.0f}"),
     ("frequency_error", "largest frequency error", "{:.1e}"),
@@ -74,8 +74,8 @@ def _panel(axes: Axes, values: list[float], whole: float | None, colours: list[s
     room = 0.25 + 0.12 * (high - low)
     axes.set_xlim(10 ** (low - room), 10 ** (high + room))
     if high - low < FEW:
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if low > 0 else (1.0, 3.0)))
+        axes.xaxis.set_major_formatter(FormatStrFormatter("%g" if low > 0 else "%.0e"))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_yticks(places, [""] * len(values))
     axes.tick_params(axis="y", length=0)
