@@ -87,7 +87,8 @@ def add_skin(
     """Add a surface coloured from zero to `limit`, or from minus `limit` on; its normals are point data."""
     top = limit or 1.0
     plotter.add_mesh(
-        mesh, scalars=scalars, clim=(-top if signed else 0.0, top), cmap=colours, n_colors=256, nan_color="#d7dce1", show_scalar_bar=False,
+        mesh, scalars=scalars, clim=(-top if signed else 0.0, top), cmap=colours, n_colors=256,
+        nan_color="#d7dce1", show_scalar_bar=False,
         smooth_shading=False, interpolate_before_map=True, ambient=0.42, diffuse=0.7, specular=0.1, specular_power=20,
     ).prop.interpolation = "Phong"  # fmt: skip
 
