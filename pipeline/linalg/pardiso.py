@@ -33,7 +33,7 @@ class PardisoFactor:
     """LDLᵀ of a symmetric matrix with Bunch-Kaufman pivoting.
 
     Args:
-        matrix: The whole symmetric matrix, (n, n), sorted rows; its upper triangle is used.
+        matrix: The whole symmetric matrix, (n, n); its upper triangle is used.
         definite: Whether it is positive definite: Cholesky, whose solves are a third faster.
         single: Whether to factorise and solve in single precision: half the time and the memory, seven digits.
 
@@ -102,7 +102,7 @@ class PardisoFactor:
             upper.sort_indices()
             values, starts, columns = upper.data, upper.indptr, upper.indices
         else:
-            whole = matrix.tobsr((self._block, self._block))
+            whole = matrix.sorted_indices().tobsr((self._block, self._block))
             count = len(whole.indptr) - 1
             rows = np.repeat(np.arange(count, dtype=np.int32), np.diff(whole.indptr))
             kept = whole.indices >= rows

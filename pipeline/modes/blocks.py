@@ -9,6 +9,7 @@ eigenvalues would serve for both, but takes one and a half times as many steps.
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from pipeline.femodel import FEModel
 from pipeline.linalg import Factor, available_backend, factorise
@@ -23,10 +24,10 @@ MOST_MODES = 120
 """Above, the Ritz problems of the block method cost more than it saves."""
 GUARDS, GUARD_SHARE = 6, 5
 """A block has this many pairs beyond the wanted ones, or one in so many of them."""
-CAPACITY = 5
-"""Columns of the subspace by those of the block."""
-COARSE_TOLERANCE, COARSE_STEPS = 0.03, 12
-TOLERANCE = 2e-10
+CAPACITY, STORE = (5, 7), 1e9
+"""Columns of the subspace by those of the block, as many as fit into so many bytes."""
+COARSE_TOLERANCE, COARSE_STEPS = 0.1, 12
+TOLERANCE = 1e-9
 """Of ‖K φ − ω² M φ‖ / ‖K φ‖; or so many times the round-off floor over the eigenvalue:"""
 FLOORS = 3.0
 MOST_STEPS = 40
@@ -46,17 +47,40 @@ def block_pairs(model: FEModel, problem: Problem, count: int) -> Pairs | None:
     if available_backend() != "pardiso" or problem.K.shape[0] < LEAST_DOFS or count > MOST_MODES:
         return None
     block = count + max(GUARDS, count // GUARD_SHARE)
-    coarse = linear_elements(model, problem)
-    if coarse is None or coarse.problem.K.shape[0] < (CAPACITY + 1) * block:
+    order = _by_neighbours(model, problem)
+    problem = problem.in_order(order)
+    coarse = linear_elements(model, problem, order)
+    if coarse is None or coarse.problem.K.shape[0] < 2 * CAPACITY[1] * block:
         return None
     start = coarse.P @ _coarse_modes(model, coarse.problem, block)
     factor = _ShiftedFactor(problem, coarse, count)
     floor = FLOORS * np.finfo(float).eps * problem.highest
-    ritz = davidson(problem, start, factor, count, (TOLERANCE, floor), MOST_STEPS, CAPACITY * block)
+    ritz = davidson(problem, start, factor, count, (TOLERANCE, floor), MOST_STEPS, _capacity(problem, block))
     if not ritz.converged:
         factor.free()
         return None
-    return Pairs(ritz.values, ritz.vectors, factor.count_above(ritz.values))
+    vectors = np.empty_like(ritz.vectors)
+    vectors[order] = ritz.vectors
+    return Pairs(ritz.values, vectors, factor.count_above(ritz.values))
+
+
+def _by_neighbours(model: FEModel, problem: Problem) -> np.ndarray:
+    """Return the free dofs node by node, neighbours next to each other (Cuthill & McKee 1969), (free,).
+
+    Products with K and M then find what they need in the cache.
+    """
+    node = model.free // len(model.directions)
+    first = np.flatnonzero(np.diff(node, prepend=-1))
+    graph = sparse.csr_matrix(problem.M[first][:, first])
+    rank = np.empty(len(first), int)
+    rank[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(len(first))
+    return np.argsort(rank[np.searchsorted(node[first], node)], kind="stable")
+
+
+def _capacity(problem: Problem, block: int) -> int:
+    """Return how many columns the subspace has room for."""
+    fitting = int(STORE / (16 * problem.K.shape[0] * block))
+    return block * min(max(fitting, CAPACITY[0]), CAPACITY[1])
 
 
 def _coarse_modes(model: FEModel, problem: Problem, block: int) -> np.ndarray:
@@ -65,7 +89,9 @@ def _coarse_modes(model: FEModel, problem: Problem, block: int) -> np.ndarray:
     factor = factorise(problem.K - shift * problem.M)
     loads = np.random.default_rng(0).standard_normal((problem.K.shape[0], block))
     start = factor.solve(problem.M @ problem.elastic(loads))
-    ritz = davidson(problem, start, lambda *_: factor, block, (COARSE_TOLERANCE, 0.0), COARSE_STEPS, CAPACITY * block)
+    ritz = davidson(
+        problem, start, lambda *_: factor, block, (COARSE_TOLERANCE, 0.0), COARSE_STEPS, CAPACITY[1] * block
+    )
     factor.free()
     return ritz.vectors
 

@@ -28,8 +28,12 @@ class Coarse:
     """Whether a fine dof is a corner's, (free,)."""
 
 
-def linear_elements(model: FEModel, fine: Problem) -> Coarse | None:
-    """Return the linear elements' problem, or None where the mesh is not of quadratic triangles or tetrahedra."""
+def linear_elements(model: FEModel, fine: Problem, order: np.ndarray) -> Coarse | None:
+    """Return the linear elements' problem, or None where the mesh is not of quadratic triangles or tetrahedra.
+
+    Args:
+        fine: The model's, its free dofs in the order (free,).
+    """
     if model.mesh.cell_type not in CORNERS:
         return None
     corners, edges = CORNERS[model.mesh.cell_type]
@@ -43,12 +47,14 @@ def linear_elements(model: FEModel, fine: Problem) -> Coarse | None:
     columns = number[np.concatenate([np.flatnonzero(corner), ends[:, 0], ends[:, 1]])]
     weights = np.repeat([1.0, 0.5], [corner.sum(), 2 * len(middle)])
     nodal = sparse.csr_matrix((weights, (rows, columns)), shape=(count, int(corner.sum())))
-    free, whole = ~model.held, sparse.kron(nodal, sparse.eye(d), format="csr")
-    at_corners = np.repeat(corner, d)
-    P = sparse.csr_matrix(whole[free][:, free[at_corners]])
+    free, at_corners = model.free[order], np.repeat(corner, d)
+    whole = sparse.kron(nodal, sparse.eye(d), format="csr")
+    rank = np.flatnonzero(at_corners[free])
+    columns = (np.cumsum(at_corners) - 1)[free[rank]]
+    P = sparse.csr_matrix(whole[free][:, columns])
     K, M = (sparse.csr_matrix(P.T @ A @ P) for A in (fine.K, fine.M))
     # Rigid motions are linear fields: their values at the corners are all of them, but for curved edges.
-    rigid = fine.rigid[at_corners[free]]
+    rigid = fine.rigid[rank]
     if rigid.shape[1]:
         gram = np.linalg.cholesky(rigid.T @ (M @ rigid))
         rigid = np.linalg.solve(gram, rigid.T).T
