@@ -154,4 +154,5 @@ def test_scenes_that_are_shipped_are_sound() -> None:
     scenes = sorted(Path("data").glob("*/scene.toml"))
     assert len(scenes) >= 3
     for scene in scenes:
-        assert open_job(scene.parent).components()
+        job = open_job(scene.parent)
+        assert job.products(job.stages)
