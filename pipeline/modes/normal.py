@@ -65,10 +65,10 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
     if missed := int(inertia["inertia_found"] - inertia["inertia_expected"]):
         raise StageError(f"modes: the inertia count finds {missed:+d} modes beside the {count} extracted")
     vectors = vectors * np.where(vectors[np.abs(vectors).argmax(0), range(count)] < 0, -1, 1)
-    quality = _verified(problem, values[:count], vectors, floor) | inertia
+    values, quality = _verified(problem, vectors, floor)
     Phi = np.zeros((len(model.held), count))
     Phi[model.free] = vectors
-    return NormalModes(np.sqrt(values[:count]), Phi, quality)
+    return NormalModes(np.sqrt(values), Phi, quality | inertia)
 
 
 def _pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
@@ -102,16 +102,18 @@ def _count(shift: float, found: int, expected: int) -> dict[str, float]:
     return {"inertia_shift": float(shift), "inertia_found": found, "inertia_expected": expected}
 
 
-def _verified(problem: Problem, values: np.ndarray, Phi: np.ndarray, floor: float) -> dict[str, float]:
-    K, M = problem.K, problem.M
-    forces = K @ Phi
-    residual = np.linalg.norm(forces - (M @ Phi) * values, axis=0) / np.linalg.norm(forces, axis=0)
+def _verified(problem: Problem, Phi: np.ndarray, floor: float) -> tuple[np.ndarray, dict[str, float]]:
+    """Return the modes' Rayleigh quotients, which carry less round-off than the method's own values, and quality."""
+    forces, momenta = problem.K @ Phi, problem.M @ Phi
+    values = np.einsum("dm,dm->m", Phi, forces) / np.einsum("dm,dm->m", Phi, momenta)
+    residual = np.linalg.norm(forces - momenta * values, axis=0) / np.linalg.norm(forces, axis=0)
     basis = np.column_stack([problem.rigid, Phi])
-    orthogonality = float(np.abs(basis.T @ (M @ basis) - np.eye(basis.shape[1])).max())
+    gram = basis.T @ np.column_stack([problem.M_rigid, momenta])
+    orthogonality = float(np.abs(gram - np.eye(basis.shape[1])).max())
     allowed = np.maximum(RESIDUAL_TOLERANCE, ROUND_OFF_SHARE * floor / values)
     if np.any(residual > allowed) or orthogonality > ORTHOGONALITY_TOLERANCE:
         raise StageError(f"modes: residual {residual.max():.2g}, orthogonality {orthogonality:.2g}: not accepted")
-    return {
+    return values, {
         "residual": float(residual.max()),
         "orthogonality": orthogonality,
         "modes_missed": 0,

@@ -64,8 +64,10 @@ class Flexibility:
         self.M_rigid = model.M @ self.rigid
         self.dofs = np.setdiff1d(model.free, _statically_determinate(self.rigid))
         """Those that neither a support nor the grounding of the rigid motions holds."""
-        self.factor = factorise(model.K[self.dofs][:, self.dofs])
         self._K = model.K
+        free = model.free
+        self._places, self._size = np.searchsorted(free, self.dofs), len(free)
+        self.factor = factorise(_pinned(model.free_matrices()[0], np.setdiff1d(free, self.dofs, True), free))
 
     def grounded(self, loads: np.ndarray) -> np.ndarray:
         """Return K_c⁻¹ loads over `dofs`, (c, k).
@@ -75,7 +77,9 @@ class Flexibility:
         Raises:
             StageError: the answers do not balance their loads.
         """
-        answer = self.factor.solve(loads)
+        whole = np.zeros((self._size, loads.shape[1]), order="F")
+        whole[self._places] = loads
+        answer = self.factor.solve(whole)[self._places]
         sizes = np.linalg.norm(loads, axis=0)
         signs = np.random.default_rng(0).choice([-1.0, 1.0], len(sizes)) / np.where(sizes > 0, sizes, np.inf)
         mixture = np.zeros(self._K.shape[0])
@@ -196,6 +200,21 @@ def pressure_fields(coordinates: np.ndarray, areas: np.ndarray, count: int) -> n
         return np.column_stack([areas * values[0][i] for i in degrees])
     pairs = sorted((max(i, j), i + j, i, j) for i in degrees for j in degrees)[:count]
     return np.column_stack([areas * values[0][i] * values[1][j] for _, _, i, j in pairs])
+
+
+def _pinned(K: sparse.csr_matrix, pinned: np.ndarray, free: np.ndarray) -> sparse.csr_matrix:
+    """Return K over the free dofs with some of them uncoupled from all others: its blocks of dofs stay whole.
+
+    Args:
+        pinned: Numbers of those in the model, (p,).
+        free: Numbers of the free dofs, ascending, (free,).
+    """
+    if not len(pinned):
+        return K
+    kept = np.ones(K.shape[0])
+    kept[np.searchsorted(free, pinned)] = 0.0
+    keep = sparse.diags_array(kept)
+    return sparse.csr_matrix(keep @ K @ keep + sparse.diags_array((1 - kept) * K.diagonal()))
 
 
 def _statically_determinate(rigid: np.ndarray) -> np.ndarray:
