@@ -18,7 +18,6 @@ from pipeline.cyclic.synthesis import (
     InterfaceChoice,
     SectorParts,
     Synthesis,
-    compare_interfaces,
     sector_parts,
     synthesise,
 )
@@ -35,7 +34,6 @@ __all__ = [
     "Synthesis",
     "blades_of_synthesis",
     "blades_of_wheel",
-    "compare_interfaces",
     "cyclic_sector",
     "direct_response",
     "engine_order_response",

@@ -138,21 +138,6 @@ def synthesise(parts: SectorParts, choice: InterfaceChoice, count: int, mistunin
     return Synthesis(np.sqrt(values), motion, size, kept, columns - sectors * kept, process_time() - start)
 
 
-def compare_interfaces(
-    parts: SectorParts, choices: Mapping[str, InterfaceChoice], reference: np.ndarray, mistuning: Mistuning | None
-) -> dict[str, tuple[Synthesis, float]]:
-    """Return what each choice gives, with its worst relative frequency error.
-
-    Args:
-        reference: Lowest elastic frequencies of the full wheel [rad/s], (count,).
-    """
-    table = {}
-    for name, choice in choices.items():
-        one = synthesise(parts, choice, len(reference), mistuning)
-        table[name] = (one, float(np.abs(one.angular_frequencies / reference - 1).max()))
-    return table
-
-
 def _assembled(
     parts: SectorParts, count: int, blade: np.ndarray, delta: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
