@@ -89,8 +89,11 @@ class _Tuned:
     """Of the faces."""
 
 
-def sector_parts(sector: Sector, fixed_count: int) -> SectorParts:
+def sector_parts(sector: Sector, fixed_count: int, where: str = "cyclic") -> SectorParts:
     """Reduce the tuned sector by constraint modes of its faces and fixed-interface modes.
+
+    Args:
+        where: Key of the wheel in the scene, for messages.
 
     Raises:
         InputError: a face has too many dofs, or the sector's interior fewer than modes are asked for.
@@ -99,9 +102,12 @@ def sector_parts(sector: Sector, fixed_count: int) -> SectorParts:
     start = process_time()
     model, k = sector.model, len(sector.face)
     if k > LARGEST_FACE:
-        raise InputError(f"cyclic: a face has {k} dofs, at most {LARGEST_FACE}; coarsen the mesh")
+        raise InputError(f"{where}: a face has {k} dofs, at most {LARGEST_FACE}; coarsen the mesh")
     boundary = np.concatenate([sector.face_dofs, sector.high_dofs])
-    part = condensed(model, np.setdiff1d(model.free, boundary), boundary, fixed_count, 0)
+    inside = np.setdiff1d(model.free, boundary)
+    if fixed_count > len(inside):
+        raise InputError(f"{where}.fixed_count: {fixed_count} given, a sector has {len(inside)} dofs inside its faces")
+    part = condensed(model, inside, boundary, fixed_count, 0)
     basis = np.zeros((len(model.held), 2 * k + fixed_count))
     basis[boundary, np.arange(2 * k)] = 1.0
     basis[np.ix_(part.dofs, part.touching)] = part.Psi
@@ -112,8 +118,13 @@ def sector_parts(sector: Sector, fixed_count: int) -> SectorParts:
     return SectorParts(sector, basis, fixed_count, 0.5 * (K + K.T), 0.5 * (M + M.T), process_time() - start)
 
 
-def synthesise(parts: SectorParts, choice: InterfaceChoice, count: int, mistuning: Mistuning | None) -> Synthesis:
+def synthesise(
+    parts: SectorParts, choice: InterfaceChoice, count: int, mistuning: Mistuning | None, where: str = "cyclic"
+) -> Synthesis:
     """Reduce the wheel's faces and return its lowest elastic modes.
+
+    Args:
+        where: Key of the wheel in the scene, for messages.
 
     Raises:
         InputError: more interface modes or frequencies are asked for than there are, or than is sensible.
@@ -126,20 +137,27 @@ def synthesise(parts: SectorParts, choice: InterfaceChoice, count: int, mistunin
     if mistuning is not None:
         blade, delta = parts.basis.T @ (mistuning.part @ parts.basis), changes(mistuning, sectors)
     if kept == k:
-        values, motion, size = _assembled(parts, count, blade, delta)
+        values, motion, size = _assembled(parts, count, blade, delta, where)
         return Synthesis(np.sqrt(values), motion, size, kept, 0, process_time() - start)
+    most = k - kept
+    if choice.interface_count is not None and choice.interface_count > most:
+        raise InputError(
+            f"{where}.interface_count: {choice.interface_count} given, a face has {most} dofs beside those kept"
+        )
     tuned = {n: _tuned(parts, choice, n) for n in parts.sector.symmetry.harmonics()}
     size, columns = sum(one.size for one in tuned.values()), sum(one.columns for one in tuned.values())
     if size > LARGEST_SIZE:
-        raise InputError(f"cyclic: {size} coordinates, at most {LARGEST_SIZE}; keep or take fewer of a face's {k} dofs")
+        raise InputError(
+            f"{where}: {size} coordinates, at most {LARGEST_SIZE}; keep or take fewer of a face's {k} dofs"
+        )
     if count > (most := sum(len(one.values) for one in tuned.values())):
-        raise InputError(f"cyclic: {count} frequencies asked of {most} elastic coordinates")
+        raise InputError(f"{where}.count: {count} given, the reduced wheel has {most} elastic coordinates")
     values, motion = _coupled(parts, tuned, count, blade, delta)
     return Synthesis(np.sqrt(values), motion, size, kept, columns - sectors * kept, process_time() - start)
 
 
 def _assembled(
-    parts: SectorParts, count: int, blade: np.ndarray, delta: np.ndarray
+    parts: SectorParts, count: int, blade: np.ndarray, delta: np.ndarray, where: str
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Put all sectors together with every dof of their faces: eigenvalues, motion and size."""
     sectors, k, f = len(delta), len(parts.sector.face), parts.fixed_count
@@ -156,7 +174,9 @@ def _assembled(
     rigid = wheel_rigid(parts.sector)[(np.arange(sectors)[:, None] * m + parts.sector.face).ravel()]
     rigid = np.concatenate([rigid, np.zeros((sectors * f, rigid.shape[1]))])
     if count > size - rigid.shape[1]:
-        raise InputError(f"cyclic: {count} frequencies asked of {size - rigid.shape[1]} elastic coordinates")
+        raise InputError(
+            f"{where}.count: {count} given, the reduced wheel has {size - rigid.shape[1]} elastic coordinates"
+        )
     pairs = lowest_pairs(Problem(K, M, orthonormal(rigid, M)), count)
     return pairs.values, (spread @ pairs.vectors).reshape(sectors, -1, count), size
 
@@ -168,11 +188,7 @@ def _tuned(parts: SectorParts, choice: InterfaceChoice, harmonic: int) -> _Tuned
     phase = phase_of(harmonic * symmetry.angle)
     rigid = _real(rigid_motions(parts.sector, harmonic)[parts.sector.face], twice)
     (K, K_yq, K_qq), (M, M_yq, M_qq) = (_at_phase(matrix, k, phase, twice) for matrix in (parts.K, parts.M))
-    most = k - int(choice.kept.sum())
-    wanted = most if choice.interface_count is None else choice.interface_count
-    if wanted > most:
-        raise InputError(f"cyclic.interface_count: {wanted} given, a face has {most} dofs beside those kept")
-    every = None if choice.interface_count is None else twice * wanted
+    every = None if choice.interface_count is None else twice * choice.interface_count
     W = interface_basis(K, M, np.tile(choice.kept, twice), rigid, every)
     K, M = (np.block([[W.T @ yy @ W, W.T @ yq], [yq.T @ W, qq]]) for yy, yq, qq in ((K, K_yq, K_qq), (M, M_yq, M_qq)))
     scale = 1 / np.sqrt(M.diagonal())

@@ -184,11 +184,11 @@ class WheelJob:
         from pipeline.wheel import solve
 
         if stage == "modes":
-            mesh = self.store.get(self.mesh().key, "mesh")
-            return solve.cyclic_record(solve.sector_of(mesh, self.component, wheel, name), self.mesh().key, wheel, tell)
+            sector = solve.sector_of(self.store.get(self.mesh().key, "mesh"), self.component, wheel, name)
+            return solve.cyclic_record(sector, self.mesh().key, wheel, name, tell)
         case = self.case()
         choice = solve.kept_dofs(case.sector, wheel.interface, f"wheel.{name}.interface")
-        parts = sector_parts(case.sector, wheel.fixed_count)
+        parts = sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}")
         tell("solve", 0.3)
         pair = solve.reduced_modes(case, parts, choice, False), solve.reduced_modes(case, parts, choice, True)
         record = solve.wheel_record(case, self.modes().key, wheel.interface, pair, parts.cpu_seconds)

@@ -81,7 +81,8 @@ def report_wheel(job: "WheelJob", repeat: int, progress: Progress) -> dict[str, 
         dofs = {key: kept_dofs(case.sector, one, f"report.choices.{key}") for key, one in choices.items()}
         full = _full(job, case, progress)
         rows = [_row(FULL, full, full)]
-        parts = min((sector_parts(case.sector, wheel.fixed_count) for _ in range(repeat)), key=lambda p: p.cpu_seconds)
+        runs = (sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}") for _ in range(repeat))
+        parts = min(runs, key=lambda one: one.cpu_seconds)
         for number, (key, choice) in enumerate(choices.items()):
             progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
             mistuned = min(

@@ -27,7 +27,7 @@ from pipeline.cyclic import (
     wheel_problem,
 )
 from pipeline.cyclic.hermitian import lowest_pairs
-from pipeline.errors import InputError
+from pipeline.errors import InputError, StageError
 from pipeline.loads import surface_weights
 from pipeline.model import build_model
 from pipeline.runreport import Progress
@@ -117,16 +117,23 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
     return Case(name, wheel, sector, part, row, np.asarray(changes))
 
 
-def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, tell: Progress) -> CyclicRecord:
+def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: Progress) -> CyclicRecord:
     """Extract the modes of every harmonic, each with its residuals and the proof that none is missed.
 
     Raises:
-        StageError: there are fewer modes, one was missed, or one is not exact enough.
+        InputError: there are fewer modes.
+        StageError: one was missed, or one is not exact enough.
     """
     found, harmonics = {}, sector.symmetry.harmonics()
+    most = sector.own.shape[1] - sector.model.rigid_modes.shape[1]
+    if wheel.mode_count > most:
+        raise InputError(f"wheel.{name}.mode_count: {wheel.mode_count} given, a harmonic has {most} elastic modes")
     for harmonic in harmonics:
         tell("modes", harmonic / len(harmonics))
-        modes = harmonic_modes(sector, harmonic, wheel.mode_count)
+        try:
+            modes = harmonic_modes(sector, harmonic, wheel.mode_count)
+        except StageError as error:
+            raise StageError(f"wheel.{name}: harmonic {harmonic}: {error}") from error
         shapes = modes.shapes.reshape(len(sector.model.nodes), 3, -1)
         found[str(harmonic)] = CyclicHarmonic(
             harmonic,
@@ -191,7 +198,7 @@ def reduced_modes(case: Case, parts: SectorParts, choice: InterfaceChoice, mistu
     Raises:
         InputError, StageError: see `synthesise`.
     """
-    one = synthesise(parts, choice, case.wheel.count, case.mistuning(mistuned))
+    one = synthesise(parts, choice, case.wheel.count, case.mistuning(mistuned), f"wheel.{case.name}")
     motion = blades_of_synthesis(parts, one, case.row)
     return Modes(one.angular_frequencies, motion, one.size, one.kept, one.interface_modes, one.cpu_seconds)
 

@@ -257,6 +257,9 @@ MISFITS: list[tuple[dict[str, Any], str]] = [
     ({"wheel__disk__interface": {"kept": ["bore"]}}, "wheel.disk.interface.kept: 'bore' given, it has no free node"),
     ({"wheel__disk__interface": {"kept": [], "interface_count": 999}}, "interface_count: 999 given, a face has"),
     ({"wheel__disk__response": {"engine_order": 1, "band": [500.0, 9000.0]}}, "wheel.disk.count: 12 given, so many"),
+    ({"wheel__disk__mode_count": 99999}, "wheel.disk.mode_count: 99999 given, a harmonic has"),
+    ({"wheel__disk__fixed_count": 99999}, "wheel.disk.fixed_count: 99999 given, a sector has"),
+    ({"wheel__disk__count": 99999}, "wheel.disk.count: 99999 given, the reduced wheel has 60 elastic coordinates"),
     ({"wheel__disk__low": "rim"}, "wheel.disk: 'rim' has"),
     ({"component__sector__supports": ["bore", "low"]}, "wheel.disk: what supports hold on 'low' does not turn"),
 ]
