@@ -732,7 +732,7 @@ def test_interrupt_of_the_next_command_names_no_old_stage(case: Case, monkeypatc
     def interrupted(*arguments: object, **options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pipeline.stages.open_job", interrupted)
+    monkeypatch.setattr("pipeline.kinds.open_job", interrupted)
     assert main(case.command("status")) == 1
     assert complaints(capsys.readouterr().err) == ["interrupted; what was finished is kept, run again to go on"]
 
