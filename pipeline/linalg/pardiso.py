@@ -102,7 +102,7 @@ class PardisoFactor:
             upper.sort_indices()
             values, starts, columns = upper.data, upper.indptr, upper.indices
         else:
-            whole = matrix.sorted_indices().tobsr((self._block, self._block))
+            whole = (matrix if matrix.has_sorted_indices else matrix.sorted_indices()).tobsr((self._block, self._block))
             count = len(whole.indptr) - 1
             rows = np.repeat(np.arange(count, dtype=np.int32), np.diff(whole.indptr))
             kept = whole.indices >= rows

@@ -31,7 +31,7 @@ TOLERANCE = 1e-9
 """Of ‖K φ − ω² M φ‖ / ‖K φ‖; or so many times the round-off floor over the eigenvalue:"""
 FLOORS = 3.0
 MOST_STEPS = 40
-SINGLE_LIMIT = 0.1
+SINGLE_LIMIT = 0.5
 """Single precision is taken while its round-off floor is below this share of the first elastic eigenvalue."""
 AROUND = (0.4, 0.6)
 """Shares of the last wanted eigenvalue between which the shift may lie."""
@@ -121,11 +121,12 @@ class _ShiftedFactor:
 
         A factor's inertia is that of a matrix next to the one given: no Ritz value may be as near to the shift.
         """
-        gaps = values[self.count :] / values[self.count - 1 : -1]
-        at = self.count - 1 + int(np.argmax(gaps > min(gaps.max() * (1 - CLEAR), 1 + CLEAR)))
-        sigma = 0.5 * float(values[at] + values[at + 1])
-        clear = float(values[at + 1] - values[at]) > 2 * SINGLE_FLOOR * self.problem.highest
-        self._make(sigma, clear and self.single)
+        lower, upper = values[self.count - 1 : -1], values[self.count :]
+        uncertain = 2 * SINGLE_FLOOR * self.problem.highest
+        clear = upper - lower > np.maximum(CLEAR * lower, uncertain)
+        at = int(np.argmax(clear)) if clear.any() else int(np.argmax(upper / lower))
+        sigma = 0.5 * float(lower[at] + upper[at])
+        self._make(sigma, bool(clear.any()) and self.single)
         assert self.factor is not None
         below = self.factor.negative_pivots() - self.problem.rigid.shape[1]
         self.free()

@@ -141,13 +141,14 @@ def davidson(
     while True:
         values, Y = space.ritz(block)
         # By dgemm, twice as fast here as numpy's product, whose result is by rows.
-        KX, X = dgemm(1.0, space.KV, Y), dgemm(1.0, space.V, Y)
-        rest = KX - problem.M @ (X * values)
-        reached = np.linalg.norm(rest, axis=0) / np.linalg.norm(KX, axis=0)
+        rest = dgemm(1.0, space.KV, Y)
+        reached = 1 / np.linalg.norm(rest, axis=0)
+        rest -= problem.M @ dgemm(1.0, space.V, Y * values)
+        reached *= np.linalg.norm(rest, axis=0)
         reached /= np.maximum(tolerance[0], tolerance[1] / values)
         converged = bool(np.all(reached[:count] <= 1))
         if converged or step == most_steps:
-            return Ritz(values, X, converged)
+            return Ritz(values, dgemm(1.0, space.V, Y), converged)
         wanted = (reached > EAGERNESS) | (np.arange(len(values)) >= count)
         wanted[np.argsort(-reached)[:LEAST_COLUMNS]] = True
         if space.count + wanted.sum() > capacity:
@@ -157,6 +158,7 @@ def davidson(
             before = None
         else:
             before = Y
-        grown = space.add(factor(values, rest).solve(rest[:, wanted]))
+        shifted, rest = factor(values, rest), rest[:, wanted]
+        grown = space.add(shifted.solve(rest))
         # Where nothing is left to add the pairs are what they can be.
         step = step + 1 if grown else most_steps
