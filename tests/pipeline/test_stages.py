@@ -11,7 +11,7 @@ import pytest
 import modaldb
 from pipeline import mesh as mesh_stage
 from pipeline.cli import main
-from pipeline.modes import normal, static
+from pipeline.modes import blocks, lanczos, normal, static
 from pipeline.stages import RunReport, open_job, run, status
 from tests.pipeline.small import RUNG, TABLE, write_scene
 
@@ -43,7 +43,7 @@ def counts(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
         return call
 
     monkeypatch.setattr(mesh_stage, "build_mesh", counted("meshes", mesh_stage.build_mesh))
-    for module in (normal, static):
+    for module in (blocks, lanczos, normal, static):
         monkeypatch.setattr(module, "factorise", counted("factorisations", module.factorise))
     return found
 
