@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import modaldb
+from pipeline.frequency_table import FIELDS
 from pipeline.reference import reference_of
 from pipeline.stages import RunReport, open_job, plan, run
 
@@ -100,6 +101,8 @@ print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "mat
     child = subprocess.run([sys.executable, "-c", code, SCENE, folder], capture_output=True, text=True, check=True)
     asked, loaded = json.loads(child.stdout)
     assert loaded == []
+    # The note on coarse meshes reads the estimates of the modes' errors, after the solver.
+    asked = [[kind, only] for kind, only in asked if not set(FIELDS) <= set(only or [])]
     fields = {f"{kind}:{field}" for kind, only in asked for field in only or ["everything"] if kind != "trajectory"}
     assert fields == {
         "morph:centre", "morph:inertia", "morph:rigid_twists", "morph:points/tip",
