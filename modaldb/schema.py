@@ -171,6 +171,9 @@ class ModalRecord:
     discretisation_errors: Array | None = None
     """Estimate of (ω − ω_exact)/ω of each normal mode, what a finer mesh would take off, (m,); NaN for static shapes
     and Ritz vectors; None where the elements have no estimate."""
+    participation: Array | None = None
+    """Tᵀ M Φ with T the unit translations [kg^½], (3, m): what gravity does to each coordinate; None where nothing is
+    held, as free modes take no part in translations."""
 
 
 @dataclass(frozen=True)

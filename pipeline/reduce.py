@@ -90,6 +90,7 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         residual_flexibility=reduction.residual_flexibility,
         shapes=model.nodal(reduction.Phi),
         inertia_couplings=_couplings(model, reduction),
+        participation=_participation(model, reduction) if model.held.any() else None,
         quality=reduction.quality | {"rigid_motions": len(model.rigid_twists)},
         tractions={
             key: TractionModes(s.chart, s.start, s.spacing, s.counts, at_rows[key], s.resultant)
@@ -170,6 +171,12 @@ def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FE
             touched.loads[key] = load
             touched.rows[key] = load.B
             touched.fields[key] = np.empty((load.B.shape[0], 0))
+
+
+def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:
+    """Return Tᵀ M Φ, T the unit translations, (3, m); what is held weighs too, but does not move."""
+    momentum = (model.M @ reduction.Phi).reshape(len(model.nodes), len(model.directions), -1).sum(axis=0)
+    return model.directions.T @ momentum
 
 
 def _couplings(model: FEModel, reduction: Reduction) -> InertiaCouplings | None:

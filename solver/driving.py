@@ -103,7 +103,7 @@ class Driving:
     def begin(
         self, bodies: Mapping[str, FlexibleBody], offsets: Mapping[str, int], position: np.ndarray, velocity: np.ndarray
     ) -> np.ndarray:
-        """Place driven bodies where the crank has them, deformed as the loads at the start ask; returns those, (L,).
+        """Place driven bodies where the crank has them, deformed as the start's loads and gravity ask; the loads, (L,).
 
         Args:
             position, velocity: Of all coordinates, changed in place, (m,).
@@ -136,10 +136,10 @@ class Driving:
             upright = 1 / np.sqrt(1 + tangent**2)
             rod = (body.morph.mass * rate - given) / upright
             loads[2 * number], loads[2 * number + 1] = rod * tangent * upright, rod * upright
-        force = self.rows.T @ loads
+        force = self.rows.T @ loads + self.gravity
         for name, body in bodies.items():
-            if any(item.body == name for item in [*self.joints, *self.given]):
-                elastic = slice(offsets[name] + body.rigid_count, offsets[name] + len(body.stiffness))
+            elastic = slice(offsets[name] + body.rigid_count, offsets[name] + len(body.stiffness))
+            if any(item.body == name for item in [*self.joints, *self.given]) or self.gravity[elastic].any():
                 position[elastic] = force[elastic] / body.modal.angular_frequencies**2
         self._fit_rods(bodies, offsets, position, loads)
         return loads
@@ -207,6 +207,9 @@ def compile_driving(
     for name, body in bodies.items():
         pull = body.rigid_velocity(np.asarray(scene.run.gravity), np.zeros(3))
         gravity[offsets[name] : offsets[name] + body.rigid_count] = pull
+        if body.modal.participation is not None:
+            elastic = slice(offsets[name] + body.rigid_count, offsets[name] + len(body.stiffness))
+            gravity[elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
     damping = np.array([bodies[body].stiffness_factor for body, _, _ in owners])
     stacked = np.array(rows).reshape(-1, size)
     return Driving(joints, given, stacked, residual, to_gap, damping, gravity)

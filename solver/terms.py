@@ -69,7 +69,8 @@ def scene_terms(scene: Scene) -> list[Term]:
         damped = scene.body[body].damping is not None
         terms.append(Term("damping", body, damped, f"body.{body}.damping {'is' if damped else 'is not'} given", ()))
         pulled = any(scene.run.gravity)
-        terms.append(Term("gravity", body, pulled, f"run.gravity is {'not ' if pulled else ''}zero", ()))
+        reason = f"run.gravity is {'not ' if pulled else ''}zero"
+        terms.append(Term("gravity", body, pulled, reason, ("modes:participation",)))
         residual = any(METHODS[scene.contact[name].method].flexible for name in _touching(scene, body))
         held = any(item.body == body for item in [*scene.joint.values(), *scene.given().values()])
         reason = "a contact uses method 'residual'" if residual else "no contact uses method 'residual'"

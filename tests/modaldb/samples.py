@@ -112,6 +112,7 @@ def modes() -> ModalRecord:
         residuals=ramp(3, start=21.0),
         algebraic_errors=ramp(3, start=22.0),
         discretisation_errors=np.array([0.125, 0.25, np.nan]),
+        participation=ramp(3, 3, start=3.0),
     )
 
 
