@@ -235,6 +235,7 @@ WRONG: list[tuple[list[str], str]] = [
     (["component.sector.geometry.sectors=unset", "component.sector.geometry={kind='box', lx=1, ly=1, lz=1}",
       "wheel.disk.low=left", "wheel.disk.high=right",
       "wheel.disk.response.surface=top", 'report.choices="unset"'], "blade_radius: is missing; geometry 'box' does"),
+    (["wheel.disk.response.loss_factor=1e-5"], "0.0056 Hz wide, at least 44644 points see them"),
     (["body.disk={}"], "body: unknown key"),
     ([OTHER], "wheel: Dictionary should have at most 1 item"),
 ]  # fmt: skip
@@ -256,7 +257,10 @@ MISFITS: list[tuple[dict[str, Any], str]] = [
     ({"wheel__disk__interface": {"kept": ["tip"]}}, "wheel.disk.interface.kept: 'tip' given, it has no free node on"),
     ({"wheel__disk__interface": {"kept": ["bore"]}}, "wheel.disk.interface.kept: 'bore' given, it has no free node"),
     ({"wheel__disk__interface": {"kept": [], "interface_count": 999}}, "interface_count: 999 given, a face has"),
-    ({"wheel__disk__response": {"engine_order": 1, "band": [500.0, 9000.0]}}, "wheel.disk.count: 12 given, so many"),
+    (
+        {"wheel__disk__response": {"engine_order": 1, "band": [500.0, 9000.0], "points": 40001}},
+        "wheel.disk.count: 12 given, so many",
+    ),
     ({"wheel__disk__mode_count": 99999}, "wheel.disk.mode_count: 99999 given, a harmonic has"),
     ({"wheel__disk__fixed_count": 99999}, "wheel.disk.fixed_count: 99999 given, a sector has"),
     ({"wheel__disk__count": 99999}, "wheel.disk.count: 99999 given, the reduced wheel has 60 elastic coordinates"),
