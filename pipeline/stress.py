@@ -86,7 +86,7 @@ def complete_strain(material: Material, state: str) -> np.ndarray:
 
 def hooke(material: Material) -> np.ndarray:
     """Return the matrix from the strain's components to those of the stress [Pa], (6, 6)."""
-    lam = material.E * material.nu / (1 + material.nu) / (1 - 2 * material.nu)
+    lam, _ = material.lame
     D = material.E / (1 + material.nu) * np.eye(6)
     D[:3, :3] += lam
     return D
