@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from pipeline.femodel import FEModel
 from pipeline.linalg import Factor, available_backend, factorise
-from pipeline.modes.coarse import Coarse, linear_elements
+from pipeline.modes.coarse import CORNERS, Coarse, linear_elements
 from pipeline.modes.davidson import davidson
 from pipeline.modes.lanczos import lower_shift
 from pipeline.modes.problem import Pairs, Problem
@@ -44,13 +44,15 @@ SINGLE_FLOOR = float(np.finfo(np.float32).eps)
 
 def block_pairs(model: FEModel, problem: Problem, count: int) -> Pairs | None:
     """Return the lowest pairs; None where the method does not suit the model, or did not converge."""
-    if available_backend() != "pardiso" or problem.K.shape[0] < LEAST_DOFS or count > MOST_MODES:
+    if model.mesh.cell_type not in CORNERS or available_backend() != "pardiso":
+        return None
+    if problem.K.shape[0] < LEAST_DOFS or count > MOST_MODES:
         return None
     block = count + max(GUARDS, count // GUARD_SHARE)
     order = _by_neighbours(model, problem)
     problem = problem.in_order(order)
     coarse = linear_elements(model, problem, order)
-    if coarse is None or coarse.problem.K.shape[0] < 2 * CAPACITY[1] * block:
+    if coarse.problem.K.shape[0] < 2 * CAPACITY[1] * block:
         return None
     start = coarse.P @ _coarse_modes(model, coarse.problem, block)
     factor = _ShiftedFactor(problem, coarse, count)

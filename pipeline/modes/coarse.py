@@ -28,14 +28,12 @@ class Coarse:
     """Whether a fine dof is a corner's, (free,)."""
 
 
-def linear_elements(model: FEModel, fine: Problem, order: np.ndarray) -> Coarse | None:
-    """Return the linear elements' problem, or None where the mesh is not of quadratic triangles or tetrahedra.
+def linear_elements(model: FEModel, fine: Problem, order: np.ndarray) -> Coarse:
+    """Return the linear elements' problem of a mesh of quadratic triangles or tetrahedra, see `CORNERS`.
 
     Args:
         fine: The model's, its free dofs in the order (free,).
     """
-    if model.mesh.cell_type not in CORNERS:
-        return None
     corners, edges = CORNERS[model.mesh.cell_type]
     cells, count, d = model.mesh.cells, len(model.nodes), len(model.directions)
     corner = np.zeros(count, bool)

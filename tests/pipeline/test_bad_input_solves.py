@@ -8,9 +8,7 @@ import pytest
 from scipy import sparse
 
 import modaldb
-from modaldb.schema import MeshRecord, Surface
 from pipeline.cli import main
-from pipeline.elements import ASSEMBLERS
 from pipeline.errors import StageError
 from pipeline.femodel import FEModel
 from pipeline.linalg import Factor, factorise
@@ -18,9 +16,7 @@ from pipeline.material import Material
 from pipeline.modes import static
 from pipeline.modes.static import Flexibility
 from pipeline.recipes import RECIPES, ContactRows
-from pipeline.settings import ModesSettings, Support
-from pipeline.supports import hold
-from tests.pipeline.blocks import EDGES
+from pipeline.settings import ModesSettings
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 SECTION = '{ kind = "rectangle", width = 0.02, height = 0.04 }'
@@ -156,18 +152,6 @@ def sloppy(matrix: sparse.csr_matrix) -> Factor:
 
     factor.solve = solve
     return factor
-
-
-@pytest.fixture(scope="module")
-def hinge() -> FEModel:
-    """Two tetrahedra that share an edge, one of them held: the other turns freely."""
-    corners = np.array([[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], float)
-    tets = np.array([[0, 2, 3, 1], [0, 4, 5, 1]])
-    places = np.hstack([corners[tets], corners[tets[:, list(EDGES)]].mean(axis=2)]).reshape(-1, 3)
-    nodes, cells = np.unique(places, axis=0, return_inverse=True)
-    foot = cells.reshape(2, 10)[:1, [0, 1, 2, 4, 5, 6]]
-    mesh = MeshRecord(nodes, cells.reshape(2, 10), "tetra10", {"foot": Surface(foot, {})})
-    return hold(ASSEMBLERS["tetra10"](mesh, STEEL, None), [Support(surface="foot")], "here")
 
 
 def test_statics_of_a_mechanism(hinge: FEModel) -> None:

@@ -8,8 +8,9 @@ from scipy import linalg
 
 from pipeline.errors import StageError
 from pipeline.femodel import FEModel
+from pipeline.geometry.plane import Rectangle
 from pipeline.geometry.skirt import Skirt
-from pipeline.linalg import available_backend
+from pipeline.interface import Interface
 from pipeline.material import Material
 from pipeline.model import build_model
 from pipeline.modes import blocks
@@ -21,10 +22,11 @@ from pipeline.modes.normal import normal_modes
 from pipeline.modes.problem import Pairs, Problem
 from pipeline.settings import Support
 from pipeline.supports import hold
-from tests.pipeline.blocks import block
+from pipeline.tie import made_rigid, tie_of
+from tests.pipeline.blocks import MKL_HAS_A_WHEEL, block
 
 COUNT = 20
-pytestmark = pytest.mark.skipif(available_backend() != "pardiso", reason="the block method solves by PARDISO")
+pytestmark = pytest.mark.skipif(not MKL_HAS_A_WHEEL, reason="MKL has no wheel for this processor")
 
 
 @pytest.fixture(autouse=True)
@@ -70,6 +72,19 @@ def test_a_body_held_in_one_direction_has_the_pairs_of_lanczos(model: FEModel) -
     held = hold(model, [Support(surface="crown", hold=["z"])], "here")
     assert held.rigid_modes.shape[1] == 3
     assert_same(held)
+
+
+def test_a_plane_part_has_the_pairs_of_lanczos() -> None:
+    geometry = Rectangle(kind="rectangle", lx=0.1, ly=0.05, thickness=0.004, state="plane-stress")
+    plane = build_model(geometry.build(0.002), Material(E=210e9, nu=0.3, rho=7850.0), geometry=geometry)
+    assert_same(plane)
+    assert_same(hold(plane, [Support(surface="left")], "here"))
+
+
+def test_a_tied_body_has_the_pairs_of_lanczos(model: FEModel) -> None:
+    """The dofs of its crown follow six of them: linear elements are a start, no more."""
+    tie = tie_of(model.mesh, Interface(surface="crown", kind="tie", tie="rbe2"), "here")
+    assert_same(made_rigid(model, {"crown": tie}, "here")[0])
 
 
 @pytest.mark.parametrize("limit", [0.0, 1e9])
@@ -118,7 +133,6 @@ def test_linear_elements_have_the_rigid_motions_and_higher_frequencies() -> None
     straight = block((0.05, 0.04, 0.06), (3, 3, 4))
     problem = Problem.of(straight)
     coarse = linear_elements(straight, problem, np.arange(straight.K.shape[0]))
-    assert coarse is not None
     np.testing.assert_allclose(coarse.P @ coarse.problem.rigid, problem.rigid, atol=1e-10 * np.abs(problem.rigid).max())
     fine, linear = (linalg.eigvalsh(p.K.toarray(), p.M.toarray())[6:18] for p in (problem, coarse.problem))
     assert np.all(linear > fine)
