@@ -365,24 +365,21 @@ class WheelRecord:
 
 
 @dataclass(frozen=True)
-class WorkPrecision:
-    """One row of error against run time."""
+class MeasurementRecord:
+    """What a product took, alone on one machine."""
 
-    model: str
-    coordinates: int
-    step: float
-    """[s]"""
-    steps: int
-    impulse_error: float
-    """Relative to the reference, signed."""
-    force_error: float
-    """Relative L2 error of the force, windowed as the report says."""
-    energy_drift: float
-    wall_seconds: float
-    """Of the time integration alone, least of the repeats."""
-    cpu_seconds: float
-    errors: Json
-    """Signed relative errors of further quantities."""
+    seconds: Json
+    """Part → {"wall", "cpu"} [s]: stages in an empty database, or a solution and what surrounds it."""
+    peak_mib: float
+    """Largest resident memory of the process meanwhile."""
+    machine: Json
+
+
+@dataclass(frozen=True)
+class ReportRecord:
+    """What a sweep over a scene found: the document of `report.json`."""
+
+    document: Json
 
 
 KINDS: dict[str, type] = {
@@ -393,5 +390,7 @@ KINDS: dict[str, type] = {
     "trajectory": Trajectory,
     "cyclic": CyclicRecord,
     "wheel": WheelRecord,
+    "measurement": MeasurementRecord,
+    "report": ReportRecord,
 }
 """Kinds of record that a store holds, by the name that stands in the file."""

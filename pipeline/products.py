@@ -18,7 +18,8 @@ from pipeline.component import Component, Profile
 from pipeline.errors import InputError
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
-CODE_VERSIONS = {"mesh": 2, "modes": 5, "morph": 1, "solve": 9, "plot": 4, "nodal": 2, "cyclic": 1, "wheel": 1}
+CODE_VERSIONS = {"mesh": 2, "modes": 5, "morph": 1, "solve": 9, "plot": 4, "nodal": 2, "cyclic": 1, "wheel": 1,
+                 "measurement": 1, "report": 1}  # fmt: skip
 """Raised whenever a stage's code changes what it makes of the same inputs."""
 LIBRARIES = {
     "mesh": ("gmsh", "meshio", "numpy"),
@@ -29,6 +30,8 @@ LIBRARIES = {
     "nodal": ("numpy", "scipy", "scikit-fem"),
     "cyclic": ("numpy", "scipy", "scikit-fem"),
     "wheel": ("numpy", "scipy", "scikit-fem"),
+    "measurement": ("numpy", "scipy", "numba", "gmsh"),
+    "report": (),
 }
 
 
@@ -127,6 +130,26 @@ def wheel_product(name: str, cyclic_key: str, mistuned: Mapping[str, Any], model
         model: How the wheel is reduced, as JSON; empty where it is not.
     """
     return _product("wheel", name, "wheel", {"modes": cyclic_key, "wheel": dict(mistuned), "model": dict(model)})
+
+
+def measurement_product(name: str, of: str, how: Mapping[str, Any]) -> Product:
+    """Return what a product took.
+
+    Args:
+        of: Its key.
+        how: The machine, the code that was timed and how often it ran, as JSON.
+    """
+    return _product("measurement", name, "measurement", {"of": of, "how": dict(how)})
+
+
+def report_product(name: str, stages: Mapping[str, Any], settings: Mapping[str, Any]) -> Product:
+    """Return the report of a scene.
+
+    Args:
+        stages: What its stages depend on, by place, as JSON.
+        settings: The scene's `report` table, as JSON.
+    """
+    return _product("report", name, "report", {"stages": dict(stages), "settings": dict(settings)})
 
 
 def plot_inputs(trajectory_key: str, compared: Mapping[str, str]) -> dict[str, Any]:

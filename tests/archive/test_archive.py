@@ -126,6 +126,15 @@ def check_wheel(record: Any) -> None:
     assert record.counts == {"coordinates": 12, "kept": 2, "interface_modes": 3}
 
 
+def check_measurement(record: Any) -> None:
+    assert record.seconds == {"mesh": {"wall": 0.5, "cpu": 0.75}, "modes": {"wall": 2.0, "cpu": 3.5}}
+    assert (record.peak_mib, record.machine) == (412.5, {"cpu": "a processor", "cores": 2})
+
+
+def check_report(record: Any) -> None:
+    assert record.document == {"schema": 1, "scene": "skirt", "runs": [], "choice": None}
+
+
 def check_modes_1(record: Any) -> None:
     assert record.interface_rows == {"anti": [0, 1], "thrust": [1, 3]}
     assert np.array_equal(record.residual_flexibility, ramp(3, 3, start=10.0))
@@ -218,6 +227,8 @@ CHECKS: dict[str, Callable[[Any], None]] = {
     "trajectory": check_trajectory,
     "cyclic": check_cyclic,
     "wheel": check_wheel,
+    "measurement": check_measurement,
+    "report": check_report,
 }
 """What the files of all versions hold."""
 OWN: dict[str, dict[str, Callable[[Any], None]]] = {

@@ -15,10 +15,12 @@ from modaldb.schema import (
     InterfaceModes,
     JointHistory,
     LoadModes,
+    MeasurementRecord,
     MeshRecord,
     ModalRecord,
     MorphRecord,
     NodalRecord,
+    ReportRecord,
     Surface,
     TractionModes,
     Trajectory,
@@ -227,11 +229,27 @@ def wheel() -> WheelRecord:
     )
 
 
+def measurement() -> MeasurementRecord:
+    """Return what two stages took."""
+    return MeasurementRecord(
+        seconds={"mesh": {"wall": 0.5, "cpu": 0.75}, "modes": {"wall": 2.0, "cpu": 3.5}},
+        peak_mib=412.5,
+        machine={"cpu": "a processor", "cores": 2},
+    )
+
+
+def report() -> ReportRecord:
+    """Return a report without runs."""
+    return ReportRecord(document={"schema": 1, "scene": "skirt", "runs": [], "choice": None})
+
+
 SAMPLES = {
     "mesh": mesh, "modes": modes, "morph": morph, "nodal": nodal, "trajectory": trajectory, "cyclic": cyclic,
-    "wheel": wheel,
+    "wheel": wheel, "measurement": measurement, "report": report,
 }  # fmt: skip
 """Maker of each kind's sample."""
+WITHOUT_ARRAYS = {"measurement", "report"}
+"""Kinds that hold json only."""
 assert SAMPLES.keys() == KINDS.keys(), "a kind of record without a sample"
 
 
