@@ -7,14 +7,14 @@ import math
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import modaldb
-from modaldb.schema import NodalRecord, Trajectory, WorkPrecision
+from modaldb.schema import NodalRecord, Trajectory
 from pipeline.cycle_report import cycle_errors, reproducible
 from pipeline.errors import InputError
 from pipeline.machine import machine
@@ -27,6 +27,23 @@ from solver.simulation import simulate
 from solver.system import compile_system
 
 Tell = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """One row."""
+
+    model: str
+    coordinates: int
+    step: float
+    steps: int
+    impulse_error: float
+    force_error: float
+    energy_drift: float
+    wall_seconds: float
+    cpu_seconds: float
+    errors: dict[str, float]
+
 
 
 def report_job(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
