@@ -235,17 +235,12 @@ def _pair(
     there = points + np.asarray(scene.body[master.name].position)
     if len(there) != len(placed):
         raise SceneError(f"{where}.interface: has {len(there)} points, {len(placed)} face them; they must be as many")
-    far = there[None] - placed[:, None]
-    along = np.einsum("abi,ai->ab", far, normals)
-    aside = np.linalg.norm(far - along[..., None] * normals[:, None], axis=2)
-    order = aside.argmin(axis=1)
+    order, gap, beside = facing(placed, normals, there)
     if len(set(order.tolist())) < len(order):
         raise SceneError(f"{where}.interface: two points face the same point; mesh both faces alike, or use a 'patch'")
     if np.einsum("ci,ci->c", interface.normals[order], normals).max() > -FACING:
         raise SceneError(f"{where}: interface '{against.interface}' does not face '{scene.contact[name].interface}'")
     rows = np.column_stack([master.rigid_rows(points[order], normals), -interface.rows[order]])
-    gap = np.take_along_axis(along, order[:, None], axis=1)[:, 0]
-    beside = np.take_along_axis(aside, order[:, None], axis=1)[:, 0]
     near = ASIDE * max(float(np.abs(gap).max()), _reach(body, placed - at), _reach(master, points))
     if beside.max() > near + TOUCHING * float(np.abs(placed).max()):
         raise SceneError(
@@ -253,6 +248,22 @@ def _pair(
             " line through its points, move the bodies or their interfaces"
         )
     return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), points[order], order), gap
+
+
+def facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the point of another body that faces each point (c,), the gap between them and how far it is aside [m].
+
+    Args:
+        placed: Points [m], (c, 3).
+        normals: Their outward normals, (c, 3).
+        there: Points of the other body [m], (k, 3).
+    """
+    far = there[None] - placed[:, None]
+    along = np.einsum("abi,ai->ab", far, normals)
+    aside = np.linalg.norm(far - along[..., None] * normals[:, None], axis=2)
+    order = aside.argmin(axis=1)
+    first = np.arange(len(placed))
+    return order, along[first, order], aside[first, order]
 
 
 def _surface(scene: Scene, name: str, body: FlexibleBody, points: np.ndarray, size: int) -> SurfaceRows:

@@ -3,20 +3,15 @@
 import numpy as np
 
 from modaldb.schema import Json
+from solver.blows import blow_quantities, departure, merged, rebound, smoothed_peak
 from solver.contacts import ContactRows
 from solver.outcome import Outcome
 from solver.system import System
 
 LOCATED = ("event", "collocation", "discrete-gradient", "kick")
 """Integrators of scenes whose bodies fly on when it is over."""
-PER_BLOW = (
-    ("start", "s"), ("end", "s"), ("impulse", "N s"), ("force", "N"), ("force_time", "s"), ("closing", "m/s"),
-    ("opening", "m/s"),
-)  # fmt: skip
 SLIPS = 3
 """Changes between sliding and sticking that have quantities of their own."""
-SHOWN = 10
-"""Blows that have quantities of their own."""
 
 
 def quantities(
@@ -42,9 +37,9 @@ def quantities(
         if size > 0:
             along = impulse / size
             if len(end.episodes):
-                values |= _of_blows(merged(blows, system.resolution))
+                values |= blow_quantities(merged(blows, system.resolution))
                 if blows[:, 3].max() > 0 and system.resolution >= interval:
-                    values |= _smoothed_peak(forces[:, number] @ along, interval, system.resolution)
+                    values |= smoothed_peak(forces[:, number] @ along, interval, system.resolution)
             else:
                 values |= _of_samples(system, end, dt, interval, forces[:, number], along)
             values |= _rebound(system, end, contact, along)
@@ -84,18 +79,8 @@ def _leaving(system: System, end: Outcome) -> Json:
             continue
         columns = slice(system.offsets[name], system.offsets[name] + body.rigid_count)
         rates = [end.v[columns], end.q[columns] - system.position[columns], system.velocity[columns]]
-        motion, shift, _ = moved = body.centre_motion(np.array(rates))
-        # What is more than round-off of the others of its kind.
-        sizes = np.abs(moved).reshape(3, 2, 3)
-        noticed = (sizes > 1e-12 * sizes.max(axis=2, keepdims=True)).reshape(3, 6).any(axis=0)
-        for axis in np.flatnonzero(noticed):
-            turns, letter = axis >= 3, "xyz"[axis % 3]
-            entries = (
-                (("spin", motion, "rad/s"), ("turn", shift, "rad"))
-                if turns
-                else (("velocity", motion, "m/s"), ("shift", shift, "m"))
-            )
-            found |= {f"{name}.{key}_{letter}": {"value": float(v[axis]), "unit": unit} for key, v, unit in entries}
+        values = departure(*body.centre_motion(np.array(rates)))
+        found |= {f"{name}.{key}": {"value": v, "unit": unit} for key, (v, unit) in values.items()}
     return found
 
 
@@ -114,31 +99,6 @@ def _of_samples(
     }
 
 
-def _of_blows(blows: np.ndarray) -> dict[str, tuple[float, str]]:
-    """Return what located blows (b, 7) tell of a contact."""
-    first, highest = blows[0], blows[blows[:, 3].argmax()]
-    values = {
-        "force_peak": (float(highest[3]), "N"),
-        "blows": (float(len(blows)), "1"),
-        "start": (float(first[0]), "s"),
-        "end": (float(blows[:, 1].max()), "s"),
-        "duration": (float(blows[:, 1].max() - first[0]), "s"),
-        "first_duration": (float(first[1] - first[0]), "s"),
-        "first_impulse": (float(first[2]), "N s"),
-    }
-    if highest[3] == 0:
-        del values["force_peak"]
-    else:
-        values |= {"largest_force": (float(highest[3]), "N"), "peak_time": (float(highest[4]), "s")}
-        values |= {"first_peak": (float(first[3]), "N")}
-    for number, blow in enumerate(blows[:SHOWN] if len(blows) > 1 else [], 1):
-        for place, (key, unit) in enumerate(PER_BLOW):
-            if key.startswith("force") and blow[3] == 0:
-                continue
-            values[f"blow{number}.{key}"] = (float(blow[place]), unit)
-    return values
-
-
 def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, tuple[float, str]]:
     """Return when points begin to slip and when they stick again, the first few, and the last period."""
     values = {}
@@ -150,53 +110,12 @@ def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, tuple[float, str]]
     return values
 
 
-def merged(blows: np.ndarray, resolution: float) -> np.ndarray:
-    """Return blows with those joined that part for less than what the kept frequencies resolve.
-
-    Args:
-        blows: (b, 7), in order of time, see `Trajectory.episodes`.
-        resolution: Period of the highest kept frequency [s].
-    """
-    found: list[np.ndarray] = []
-    for blow in blows:
-        if found and blow[0] - found[-1][1] < resolution:
-            last = found[-1]
-            last[1], last[6] = blow[1], blow[6]
-            last[2] += blow[2]
-            if blow[3] > last[3]:
-                last[3:5] = blow[3:5]
-        else:
-            found.append(blow.copy())
-    return np.array(found).reshape(-1, 7)
-
-
-def _smoothed_peak(history: np.ndarray, interval: float, resolution: float) -> dict[str, tuple[float, str]]:
-    """Return the largest mean force over one period of the highest kept frequency, and that period.
-
-    What stands within a shorter time rings at the cut-off and does not converge.
-
-    Args:
-        history: Mean force over each sample interval [N], (s,).
-    """
-    width = max(1, round(resolution / interval))
-    if width > len(history):
-        return {}
-    mean = np.convolve(history, np.full(width, 1.0 / width), mode="valid")
-    return {"force_peak": (float(mean.max()), "N"), "force_window": (width * interval, "s")}
-
-
 def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarray) -> dict[str, tuple[float, str]]:
     """Return how the body's centre leaves, seen from the other body's where there is one."""
-    before, after = (_velocity(system, contact.body, v) @ along for v in (system.velocity, end.v))
-    values = {"rebound_velocity": (float(after), "m/s")}
-    if contact.other is not None:
-        far = [float(_velocity(system, contact.other.body, v) @ along) for v in (system.velocity, end.v)]
-        values["rebound_velocity_other"] = (far[1], "m/s")
-        before, after = before - far[0], after - far[1]
+    sides = [contact.body] if contact.other is None else [contact.body, contact.other.body]
+    speeds = [np.array([_velocity(system, side, v) for v in (system.velocity, end.v)]) for side in sides]
     alone = len(system.contacts) == 1 and not any(system.scene.run.gravity) and not system.scene.force
-    if before < 0 and alone:
-        values["restitution"] = (float(-after / before), "1")
-    return values
+    return rebound(along, speeds[0], speeds[1] if len(speeds) > 1 else None, alone)
 
 
 def _velocity(system: System, body: str, v: np.ndarray) -> np.ndarray:

@@ -87,7 +87,7 @@ def march(step, state, stiffness, start, first, stride, forces, energies, y_out,
                 for k in range(n):
                     total += step.rows[i, k] * next_y[k]
                 loose[i] = total
-            if not _forces(step, state, loose, depth):
+            if not find_forces(step, state, loose, depth):
                 return False
             for i in range(c):
                 amount = state.force[i]
@@ -103,7 +103,7 @@ def march(step, state, stiffness, start, first, stride, forces, energies, y_out,
 
 
 @njit(cache=True, fastmath=FAST)
-def _forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
+def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
     """Find all forces of a step, contact by contact until none changes."""
     c, least = len(loose), 0.0
     for i in range(c):
@@ -178,7 +178,7 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
 @njit(cache=True, fastmath=FAST)
 def _mean(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
     """Return the mean force between two depths, what is lost included."""
-    elastic = _quotient(law, before, after)
+    elastic = quotient(law, before, after)
     rate = (after - before) / dt
     per_rate = law[2] / approach if approach > 0.0 else 0.0
     damped = law[3] * rate if before > 0.0 or after > 0.0 else 0.0
@@ -186,7 +186,7 @@ def _mean(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=FAST)
-def _quotient(law, before, after):  # type: ignore[no-untyped-def]
+def quotient(law, before, after):  # type: ignore[no-untyped-def]
     """Return the difference quotient of the potential."""
     width = after - before
     if before <= 0.0 and after <= 0.0:
@@ -206,7 +206,7 @@ def _book(step, state, depth, stiffness, start, time, energies):  # type: ignore
     for i in range(len(depth)):
         force = state.force[i]
         state.impulses[i] += force * step.dt
-        elastic = _quotient(step.law[i], state.depth[i], depth[i])
+        elastic = quotient(step.law[i], state.depth[i], depth[i])
         lost = (force - elastic) * (depth[i] - state.depth[i])
         if lost > 0.0:  # No law gives energy: what a wrong force would create shall show as drift.
             state.books[0] += lost

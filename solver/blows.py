@@ -1,0 +1,114 @@
+"""What blows, peaks and departures are, as quantities: pure functions of histories, whoever integrated them."""
+
+import numpy as np
+
+Quantity = tuple[float, str]
+"""Value and unit."""
+
+PER_BLOW = (
+    ("start", "s"), ("end", "s"), ("impulse", "N s"), ("force", "N"), ("force_time", "s"), ("closing", "m/s"),
+    ("opening", "m/s"),
+)  # fmt: skip
+SHOWN = 10
+"""Blows that have quantities of their own."""
+NOTICED = 1e-12
+"""Share of the largest component of a motion below which another is round-off."""
+
+
+def blow_quantities(blows: np.ndarray) -> dict[str, Quantity]:
+    """Return what located blows (b, 7), see `Trajectory.episodes`, tell of a contact; b is 1 at least."""
+    first, highest = blows[0], blows[blows[:, 3].argmax()]
+    values = {
+        "force_peak": (float(highest[3]), "N"),
+        "blows": (float(len(blows)), "1"),
+        "start": (float(first[0]), "s"),
+        "end": (float(blows[:, 1].max()), "s"),
+        "duration": (float(blows[:, 1].max() - first[0]), "s"),
+        "first_duration": (float(first[1] - first[0]), "s"),
+        "first_impulse": (float(first[2]), "N s"),
+    }
+    if highest[3] == 0:
+        del values["force_peak"]
+    else:
+        values |= {"largest_force": (float(highest[3]), "N"), "peak_time": (float(highest[4]), "s")}
+        values |= {"first_peak": (float(first[3]), "N")}
+    for number, blow in enumerate(blows[:SHOWN] if len(blows) > 1 else [], 1):
+        for place, (key, unit) in enumerate(PER_BLOW):
+            if key.startswith("force") and blow[3] == 0:
+                continue
+            values[f"blow{number}.{key}"] = (float(blow[place]), unit)
+    return values
+
+
+def merged(blows: np.ndarray, resolution: float) -> np.ndarray:
+    """Return blows with those joined that part for less than what the model resolves.
+
+    Args:
+        blows: (b, 7), in order of time, see `Trajectory.episodes`.
+        resolution: Period of the highest frequency that it carries [s].
+    """
+    found: list[np.ndarray] = []
+    for blow in blows:
+        if found and blow[0] - found[-1][1] < resolution:
+            last = found[-1]
+            last[1], last[6] = blow[1], blow[6]
+            last[2] += blow[2]
+            if blow[3] > last[3]:
+                last[3:5] = blow[3:5]
+        else:
+            found.append(blow.copy())
+    return np.array(found).reshape(-1, 7)
+
+
+def smoothed_peak(history: np.ndarray, interval: float, resolution: float) -> dict[str, Quantity]:
+    """Return the largest mean force over one period of the highest frequency that is carried, and that period.
+
+    What stands within a shorter time rings at the cut-off and does not converge.
+
+    Args:
+        history: Mean force over each sample interval [N], (s,).
+    """
+    width = max(1, round(resolution / interval))
+    if width > len(history):
+        return {}
+    mean = np.convolve(history, np.full(width, 1.0 / width), mode="valid")
+    return {"force_peak": (float(mean.max()), "N"), "force_window": (width * interval, "s")}
+
+
+def rebound(along: np.ndarray, own: np.ndarray, other: np.ndarray | None, alone: bool) -> dict[str, Quantity]:
+    """Return how a body's centre leaves a contact, seen from the other body's where there is one.
+
+    Args:
+        along: Direction of the force on the body, (3,).
+        own: Velocity of its centre before and after [m/s], (2, 3).
+        other: The same of the other body.
+        alone: Whether nothing else acts on them, so that there is a restitution.
+    """
+    before, after = own @ along
+    values = {"rebound_velocity": (float(after), "m/s")}
+    if other is not None:
+        far = other @ along
+        values["rebound_velocity_other"] = (float(far[1]), "m/s")
+        before, after = before - far[0], after - far[1]
+    if before < 0 and alone:
+        values["restitution"] = (float(-after / before), "1")
+    return values
+
+
+def departure(after: np.ndarray, shift: np.ndarray, before: np.ndarray) -> dict[str, Quantity]:
+    """Return velocity and shift of a body's centre at the end, along what it moves.
+
+    Args:
+        after: Velocity and angular velocity [m/s, rad/s], (6,).
+        shift: Displacement and rotation since the start [m, rad], (6,).
+        before: As `after`, at the start.
+    """
+    values: dict[str, Quantity] = {}
+    sizes = np.abs([after, shift, before]).reshape(3, 2, 3)
+    noticed = (sizes > NOTICED * sizes.max(axis=2, keepdims=True)).reshape(3, 6).any(axis=0)
+    for axis in np.flatnonzero(noticed):
+        turns, letter = axis >= 3, "xyz"[axis % 3]
+        names = (("spin", "rad/s"), ("turn", "rad")) if turns else (("velocity", "m/s"), ("shift", "m"))
+        for (name, unit), motion in zip(names, (after, shift), strict=True):
+            values[f"{name}_{letter}"] = (float(motion[axis]), unit)
+    return values
