@@ -34,6 +34,13 @@ STAGE_HELP = {
 }
 
 
+REPORT_HELP = """\
+Sweep what the scene names under [report] (models, sweep, nodal, reference, changes), or modes, recipes, methods and
+integrators where it names nothing, and write report.csv, report.json, report.png and report.html: each run's error,
+split into modal truncation and time error, beside what it took. What is finished is kept in the database, so an
+interrupted report goes on where it was. Timed runs go one after another, on one thread; --jobs spreads the others.
+"""
+
 PER_BLOW = re.compile(r"\.blow\d+\.")
 """Quantities of single blows: all stand in summary.json, those with a reference are printed."""
 
@@ -45,8 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _Console.last_stage = ""
     parser = build_parser()
     options = parser.parse_args(arguments)
-    if getattr(options, "jobs", None):
-        os.environ["MKL_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(options.jobs)
+    if (threads := getattr(options, "threads", None) or getattr(options, "jobs", None)) is not None:
+        os.environ["MKL_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(threads)
     from modaldb.errors import ModalDBError, StoreUnusable
     from pipeline.errors import InputError, PipelineError
     from pipeline.stages import SceneError, SolverError
@@ -85,10 +92,21 @@ def build_parser() -> argparse.ArgumentParser:
     for name, text in STAGE_HELP.items():
         command = _command(commands, name, text, lambda o: _run(o))
         command.set_defaults(until="plot" if name == "run" else name)
+        command.add_argument(
+            "--tolerance", type=_tolerance, metavar="T",
+            help="run the cheapest setting that `gudgeon report` found to meet it, such as 1%% or 0.01",
+        )  # fmt: skip
     _command(commands, "status", "which stages are fresh, which are stale, and why", _status)
     _command(commands, "plan", "what the solver will read, what it leaves out and why", _plan)
-    report = _command(commands, "report", "run every model of the scene: error against run time", _report)
-    report.add_argument("--repeat", type=_positive, default=3, metavar="N", help="timed runs of each model (default 3)")
+    report = _command(commands, "report", "sweep the scene: error against run time, the cheapest setting", _report)
+    report.description = REPORT_HELP
+    report.add_argument(
+        "--repeat", type=_positive, default=3, metavar="N", help="timed runs of each setting (default 3)"
+    )
+    report.add_argument(
+        "--tolerance", type=_tolerance, metavar="T", help="name the cheapest setting that meets it (default 1%%)"
+    )
+    report.set_defaults(threads=1)
     export = _command(commands, "export", "write mode shapes or results as .vtu files for ParaView", _export)
     export.add_argument("what", choices=("modes", "results"))
     export.add_argument("--every", type=_positive, default=5, metavar="N", help="every Nth frame (default 5)")
@@ -126,7 +144,13 @@ def _command(
 
 def _run(options: argparse.Namespace) -> int:
     job = _job(options)
-    report = job.run(options.until, _Console(options.json).progress)
+    progress = _Console(options.json).progress
+    if options.tolerance is None:
+        report = job.run(options.until, progress)
+    else:
+        from pipeline.study.choice import run_chosen
+
+        report = run_chosen(job, options.tolerance, options.until, progress)
     if options.json:
         print(json.dumps(report.as_json(), indent=1))
     else:
@@ -203,8 +227,12 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
-    document, table = _job(options).report(options.repeat, _Console(options.json).progress)
-    print(json.dumps(document, indent=1) if options.json else table)
+    from pipeline.study.effort import TOLERANCE, Effort
+    from pipeline.study.output import report_text
+
+    how = Effort(options.repeat, options.jobs or 1, options.tolerance or TOLERANCE)
+    document = _job(options).report(how, _Console(options.json).progress)
+    print(document.as_text() if options.json else report_text(document))
     return 0
 
 
@@ -239,6 +267,15 @@ def _job(options: argparse.Namespace) -> Any:
     from pipeline.kinds import open_job
 
     return open_job(options.scene, set=options.set, db=options.db, out=options.out)
+
+
+def _tolerance(text: str) -> float:
+    from pipeline.study.effort import parse_tolerance
+
+    try:
+        return parse_tolerance(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _positive(text: str) -> int:

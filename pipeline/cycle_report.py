@@ -34,8 +34,8 @@ def mechanism_of(job: Job, until: float) -> Mechanism:
     return Mechanism(morph.mass, float(axis @ morph.inertia @ axis), lateral, along, side, grid, 4 * np.pi / joint.rate)
 
 
-def cycle_errors(job: Job, run: Trajectory | NodalRecord, reference: NodalRecord) -> dict[str, float]:
-    """Return how a run differs from the nodal synthesis; see `differences`. The force also over the whole run."""
+def cycle_errors(job: Job, run: Trajectory | NodalRecord, reference: Trajectory | NodalRecord) -> dict[str, float]:
+    """Return how a run differs from another, the nodal synthesis mostly; see `differences`. The force also over the whole run."""
     ((_, joint),) = job.scene.joint.items()
     contacts, whole = list(job.scene.contact), job.scene.run.duration
     errors = {}

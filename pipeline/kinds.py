@@ -19,6 +19,8 @@ from modaldb.store import FolderStore
 from pipeline.products import Product
 from pipeline.runreport import Progress, RunReport
 from pipeline.scenefile import read_tables, scene_path
+from pipeline.study.document import Document
+from pipeline.study.effort import Effort
 
 DEFAULT_DB = ".gudgeon"
 DEFAULT_OUT = "out"
@@ -68,8 +70,8 @@ class SceneJob(Protocol):
         """Return `terms`, what is read and what is left out and why, and `bytes`, those that will be read."""
         ...
 
-    def report(self, repeat: int, progress: Progress) -> tuple[dict[str, Any], str]:
-        """Run every model of the scene and return the report's document and its table as text."""
+    def report(self, how: Effort, progress: Progress) -> Document:
+        """Run every setting of the scene's sweep, write the report's files and keep it in the database."""
         ...
 
     def export(self, what: str, every: int) -> list[Path]:

@@ -1,7 +1,7 @@
 """What a scene says about its reference and its sweep."""
 
 import itertools
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
@@ -71,6 +71,16 @@ class Report(BaseModel):
         default=None, description="Compare numbers and kinds of vectors under a moving force, instead of models"
     )
     models: dict[str, dict[str, Any]] = Field(default={}, description="Name → changes of the scene, as nested tables")
+    sweep: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
+        default={},
+        description="Path of a key → its values, coarse to fine; every model runs with every combination. A star stands"
+        " for all names of a table: 'component.*.modes.normal_count'",
+    )
+    interest: tuple[str, ...] = Field(
+        default=(),
+        description="Quantities whose errors count for the front and for --tolerance: names of the run's quantities,"
+        " or force, impulse, energy drift and those of a slap; all that have a reference by default",
+    )
     changes: dict[str, dict[str, Any]] = Field(
         default={}, description="Name → a design change, as nested tables; reuse is compared with recompute"
     )

@@ -21,11 +21,13 @@ from pipeline.reporting import Plot, Report
 from pipeline.runreport import Progress, RunReport, StageReport
 from pipeline.scenefile import merge, named
 from pipeline.status import remember, status
+from pipeline.study.document import Document
+from pipeline.study.effort import Effort
 from pipeline.textfile import copy_file
 from solver.errors import SceneError, SolverError
 from solver.obstacles import Obstacle
 from solver.result import Result
-from solver.scene import Body, Scene
+from solver.scene import Body, Scene, carriers
 
 __all__ = ["Job", "RunReport", "SceneError", "SolverError", "open_job", "plan", "run", "run_job", "status"]
 
@@ -112,17 +114,15 @@ class Job:
         """Return what the solver will read of each record, what it leaves out and why, and the bytes of both."""
         return plan(self)
 
-    def report(self, repeat: int, progress: Progress) -> tuple[dict[str, Any], str]:
-        """Run every model of the scene and return the report's document and its table as text."""
+    def report(self, how: Effort, progress: Progress) -> Document:
+        """Run every setting of the scene's sweep, write the report's files and keep it in the database."""
         if self.scene.report.vectors is not None:
-            from pipeline.vectors.report import vectors_report, vectors_text
+            from pipeline.vectors.report import vectors_report
 
-            document = vectors_report(self, repeat, progress)
-            return document, vectors_text(document)
-        from pipeline.report import report_job, table_text
+            return vectors_report(self, how, progress)
+        from pipeline.study.report import report_job
 
-        document = report_job(self, repeat, progress)
-        return document, table_text(document)
+        return report_job(self, how, progress)
 
     def export(self, what: str, every: int) -> list[Path]:
         """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files."""
@@ -208,6 +208,11 @@ def basic_surface(chart: Mapping[str, Any], position: "np.ndarray") -> Obstacle:
     from solver.contacts import basic_surface as surface_of
 
     return surface_of(chart, position)
+
+
+def carriers_of(scene: Scene) -> list[str]:
+    """Return the integrators that can carry a scene."""
+    return list(carriers(scene))
 
 
 def free_twists(job: Job, body: str) -> "np.ndarray":

@@ -86,8 +86,7 @@ def error_chart(document: Document) -> str:
 
 def chain_chart(document: Document, quantity: Quantity, axis: str) -> str:
     """Return how far a quantity is from its finest value along one axis of the sweep, one line a chain."""
-    runs = {run.name: run for run in document.runs}
-    lines = [_chain_points(chain, runs) for chain in quantity.chains if chain.axis == axis]
+    lines = [_chain_points(chain) for chain in quantity.chains if chain.axis == axis]
     flags = [chain.converges for chain in quantity.chains if chain.axis == axis]
     points = [point for line in lines for point in line]
     width, height = SMALL
@@ -101,16 +100,16 @@ def chain_chart(document: Document, quantity: Quantity, axis: str) -> str:
     for tick in up.ticks() if len(up.ticks()) > 1 else [up.low, up.high]:
         y = up.at(tick)
         parts.append(f'<line class="grid" x1="44" x2="{width - 8}" y1="{y:.1f}" y2="{y:.1f}"/>')
-        parts.append(f'<text x="40" y="{y + 3:.1f}" text-anchor="end">{size_text(tick)}</text>')
+        parts.append(f'<text x="40" y="{y + 3:.1f}" text-anchor="end">{tick_text(tick)}</text>')
     for line, converges in zip(lines, flags, strict=True):
         colour = FLAGGED if converges is False else GREY if converges is None else SETTLED
         where = [(across.at(x), up.at(y)) for x, y in line]
         parts.append(f'<polyline points="{_points(where)}" stroke="{colour}" fill="none"/>')
         parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.5" fill="{colour}"/>' for x, y in where]
-    ends = sorted({x for x, _ in points})
-    for value, anchor in ((ends[0], "start"), (ends[-1], "end")):
-        x = 44 if anchor == "start" else width - 8
-        parts.append(f'<text x="{x}" y="{height - 18}" text-anchor="{anchor}">{_end_text(axis, value)}</text>')
+    ends = {min(x for x, _ in points), max(x for x, _ in points)}
+    for value in sorted(ends):
+        x = f"{across.at(value):.1f}"
+        parts.append(f'<text x="{x}" y="{height - 18}" text-anchor="middle">{_end_text(axis, value)}</text>')
     parts.append(f'<text x="{(44 + width - 8) / 2}" y="{height - 4}" text-anchor="middle">{_axis_text(axis)}</text>')
     label = f"{quantity.name}: distance from the finest value along {axis}"
     return (
@@ -169,19 +168,12 @@ def _numbers(points: list[tuple[int, Run, float]], spots: list[tuple[float, floa
     ]
 
 
-def _chain_points(chain: Chain, runs: dict[str, Run]) -> list[tuple[float, float]]:
+def _chain_points(chain: Chain) -> list[tuple[float, float]]:
     """Return the points of a chain, but for its last one, which is what the others are compared with."""
     return [
-        (_position(chain, number, runs[name]), max(abs(difference), LEAST))
-        for number, (name, difference) in enumerate(zip(chain.runs, chain.differences, strict=True))
-        if number < len(chain.runs) - 1
+        (size, max(abs(difference), LEAST))
+        for size, difference in zip(chain.sizes[:-1], chain.differences[:-1], strict=True)
     ]
-
-
-def _position(chain: Chain, number: int, run: Run) -> float:
-    if chain.axis == "step":
-        return run.step if run.step else number + 1.0
-    return float(max(run.coordinates, 1))
 
 
 def _axis_text(axis: str) -> str:

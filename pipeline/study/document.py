@@ -86,6 +86,9 @@ class Chain:
     axis: str
     """`basis` or `step`."""
     runs: list[str]
+    """Some may stand here only: finer steps that serve as references are no runs of the report."""
+    sizes: list[float]
+    """Coordinates of each; its step [s] or accuracy; its edge length [m]."""
     values: list[float]
     """Errors, or values over the finest one."""
     differences: list[float]

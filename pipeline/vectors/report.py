@@ -20,6 +20,7 @@ from pipeline.recipes.ritz_vectors import RitzVectors
 from pipeline.reporting import Vectors
 from pipeline.scenefile import named
 from pipeline.stages import Job, run_job
+from pipeline.study.effort import Effort
 from pipeline.textfile import write_text
 from pipeline.vectors.cost import price
 from pipeline.vectors.problem import problem_of
@@ -50,11 +51,11 @@ class _Study:
     normal: NormalModes
 
 
-def vectors_report(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
+def vectors_report(job: Job, how: Effort, progress: Tell) -> dict[str, Any]:
     """Compare the bases and write `report.json`, `report.csv`, `cost.csv` and `report.png` into the job's folder.
 
     Args:
-        repeat: Timed runs of each price; the least CPU time counts.
+        how: Its timed runs are those of each price; the least CPU time counts.
 
     Returns:
         The document of `report.json`.
@@ -76,10 +77,10 @@ def vectors_report(job: Job, repeat: int, progress: Tell) -> dict[str, Any]:
         found, time_error[case] = _case(case, study, lambda share, title=title: progress(title, share))
         rows += found
     study.source.free()
-    cost = price(travel, settings, repeat)
+    cost = price(travel, settings, how.repeat)
     for number, size in enumerate(settings.meshes):
         progress(f"price at {size:g} m", number / len(settings.meshes))
-        cost += price(problem.finer(size), settings, repeat)
+        cost += price(problem.finer(size), settings, how.repeat)
     document = {
         "scene": job.name,
         "kind": "vectors",

@@ -21,6 +21,8 @@ from pipeline.products import Product, component_products, cyclic_product, plot_
 from pipeline.runreport import Progress, RunReport, StageReport
 from pipeline.scenefile import check_scene, named
 from pipeline.status import remember
+from pipeline.study.document import Document
+from pipeline.study.effort import Effort
 from pipeline.textfile import write_text
 from pipeline.wheel.settings import KeptInterface, Wheel, WheelFile, reduction, wrong_names
 
@@ -142,12 +144,11 @@ class WheelJob:
         sizes = [row["bytes"] for row in rows]
         return {"scene": self.name, "terms": rows, "bytes": None if None in sizes else sum(sizes)}
 
-    def report(self, repeat: int, progress: Progress) -> tuple[dict[str, Any], str]:
+    def report(self, how: Effort, progress: Progress) -> Document:
         """Compare every choice of kept interface with the full wheel."""
-        from pipeline.wheel.report import report_wheel, table_text
+        from pipeline.wheel.report import report_wheel
 
-        document = report_wheel(self, repeat, progress)
-        return document, table_text(document)
+        return report_wheel(self, how, progress)
 
     def export(self, what: str, every: int) -> list[Path]:
         """Refuse: there is no exporter of wheels.

@@ -14,6 +14,7 @@ from pipeline.errors import InputError, StageError
 from pipeline.machine import machine
 from pipeline.runreport import Progress
 from pipeline.scenefile import named
+from pipeline.study.effort import Effort
 from pipeline.textfile import write_text
 from pipeline.wheel.solve import (
     Case,
@@ -59,11 +60,11 @@ class InterfaceRow:
     """[s]"""
 
 
-def report_wheel(job: "WheelJob", repeat: int, progress: Progress) -> dict[str, Any]:
+def report_wheel(job: "WheelJob", how: Effort, progress: Progress) -> dict[str, Any]:
     """Compare every choice and write `report.json`, `report.csv` and `report.png` into the job's folder.
 
     Args:
-        repeat: Timed runs of each choice; the least time counts. The full wheel is solved once and kept.
+        how: Its timed runs are those of each choice; the least time counts. The full wheel is solved once and kept.
 
     Returns:
         The document of `report.json`.
@@ -81,12 +82,12 @@ def report_wheel(job: "WheelJob", repeat: int, progress: Progress) -> dict[str, 
         dofs = {key: kept_dofs(case.sector, one, f"report.choices.{key}") for key, one in choices.items()}
         full = _full(job, case, progress)
         rows = [_row(FULL, full, full)]
-        runs = (sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}") for _ in range(repeat))
+        runs = (sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}") for _ in range(how.repeat))
         parts = min(runs, key=lambda one: one.cpu_seconds)
         for number, (key, choice) in enumerate(choices.items()):
             progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
             mistuned = min(
-                (reduced_modes(case, parts, dofs[key], True) for _ in range(repeat)), key=lambda one: one.cpu_seconds
+                (reduced_modes(case, parts, dofs[key], True) for _ in range(how.repeat)), key=lambda one: one.cpu_seconds
             )
             pair = reduced_modes(case, parts, dofs[key], False), mistuned
             rows.append(_row(key, wheel_record(case, job.modes().key, choice, pair, parts.cpu_seconds), full))

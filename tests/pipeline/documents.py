@@ -84,9 +84,9 @@ def large() -> Document:
                         time={"impulse": time, "force": 2 * time} if errors else None)
                 )  # fmt: skip
                 chain.append(runs[-1].name)
-            chains.append(Chain("step", chain, [0.1, 0.05], [0.06 / n * (s + 1), 0.0], None, None))
+            chains.append(Chain("step", chain, [2e-6, 1e-6], [0.1, 0.05], [0.06 / n * (s + 1), 0.0], None, None))
         names = [f"{scheme}, {n} modes, 1 µs" for n in (10, 20, 40)]
-        chains.append(Chain("basis", names, [0.3, 0.1, 0.04], [0.28 / (s + 1), 0.06, 0.0], True, 1.6))
+        chains.append(Chain("basis", names, [10, 20, 40], [0.3, 0.1, 0.04], [0.28 / (s + 1), 0.06, 0.0], True, 1.6))
     sizes = [(8e-6, 0.031), (4e-6, 0.009), (2e-6, 0.0024), (1e-6, 0.0006), (5e-7, 0.0)]
     for step, error in sizes:
         runs.append(
@@ -94,7 +94,7 @@ def large() -> Document:
                 coordinates=35100, step=step, settings={}, errors={"impulse": error / 2, "force": error})
         )  # fmt: skip
     last = [f"{schemes[-1]}, {n} modes, 1 µs" for n in (10, 20, 40)]
-    broken = [Chain("basis", last, [0.3, 0.1, 0.29], [0.03, -0.65, 0.0], False, None)]
+    broken = [Chain("basis", last, [10, 20, 40], [0.3, 0.1, 0.29], [0.03, -0.65, 0.0], False, None)]
     quantities = [
         quantity("impulse", chains=chains),
         quantity("force", measure="L2", unit="N", reference=None, chains=chains[:8]),
@@ -119,7 +119,7 @@ def biting() -> Document:
               stages={BITING: StageSeconds(None, Seconds(1.0, 1.0))}, truncation={BITING: 0.01},
               truncation_against=BITING, time_against=BITING)  # fmt: skip
     failed = run("other", None, 2.0, result=BITING)
-    chain = Chain(BITING, [BITING, "other"], [0.1, 0.2], [0.1, 0.0], None, None)
+    chain = Chain(BITING, [BITING, "other"], [1, 2], [0.1, 0.2], [0.1, 0.0], None, None)
     choice = Choice(0.1, BITING, {BITING: BITING}, 0.01, BITING, 1.0, BITING)
     return document(
         [one, failed], [quantity(BITING, unit=BITING, why=BITING, chains=[chain])], scene=BITING, command=BITING,

@@ -1,0 +1,57 @@
+"""Design changes in a report: reuse against recompute, and the price of each against that of the first run."""
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import modaldb
+from pipeline.stages import Job, RunReport, run_job, variant
+from pipeline.study.force import GRID, smooth
+from pipeline.study.reference import histories
+
+
+def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[str, Any]]:
+    """Return one row for each design change that a scene's report names."""
+    if not job.scene.report.changes:
+        return []
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        base = replace(_on_rung(job, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
+        progress("first run", 0.0)
+        cold = run_job(base, "solve")
+        for name, changes in job.scene.report.changes.items():
+            progress(f"change {name}", 0.0)
+            changed = variant(base, changes)
+            reused = run_job(changed, "solve")
+            recomputed = run_job(_on_rung(changed, "recompute"), "solve")
+            rows.append(_row(base, name, (cold, reused, recomputed)))
+    return rows
+
+
+def _on_rung(job: Job, rung: str) -> Job:
+    return variant(job, {"component": {name: {"change": {"rung": rung}} for name in job.scene.component}})
+
+
+def _row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -> dict[str, Any]:
+    """Return the row of one change from its runs: cold and unchanged, changed by reuse, changed and recomputed."""
+    runs = [job.store.get(report.stages["solve"].key, "trajectory") for report in reports]
+    cold, reused, recomputed = (sum(stage.seconds for stage in report.stages.values()) for report in reports)
+    grid = np.linspace(0.0, job.scene.report.until or job.scene.run.duration, GRID + 1)
+    forces = [smooth(*histories(job, run), grid, job.scene.report.window) for run in runs]
+    impulses = [float(np.linalg.norm(np.diff(grid) @ smooth(*histories(job, run), grid, 0.0))) for run in runs]
+    scale = float(np.linalg.norm(forces[2]))
+    return {
+        "change": name,
+        "impulse_change": impulses[2] / impulses[0] - 1,
+        "impulse_error": impulses[1] / impulses[2] - 1,
+        "force_change": float(np.linalg.norm(forces[0] - forces[2])) / scale,
+        "force_error": float(np.linalg.norm(forces[1] - forces[2])) / scale,
+        "cold_seconds": cold,
+        "reuse_seconds": reused,
+        "recompute_seconds": recomputed,
+        "reuse_stages": {stage: entry.state for stage, entry in reports[1].stages.items()},
+    }

@@ -1,0 +1,72 @@
+"""The cheapest setting that meets a tolerance; kept in the database with the report that it comes from."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from modaldb.schema import ReportRecord
+from pipeline.errors import InputError
+from pipeline.products import Product, report_product
+from pipeline.runreport import Progress
+from pipeline.stages import Job, variant
+from pipeline.study.document import Choice, Document, Run
+
+
+def choose(runs: Sequence[Run], tolerance: float) -> Choice:
+    """Return the cheapest reduced run whose largest error is within a tolerance."""
+    known = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED" and run.errors]
+    able = [run for run in known if run.largest_error is not None and run.largest_error <= tolerance]
+    if able:
+        best = min(able, key=lambda run: run.cpu_seconds)
+        return Choice(
+            tolerance, best.name, best.settings, best.largest_error, best.largest_of, best.cpu_seconds,
+            f"the cheapest of {len(able)} of {len(known)} settings that meet {tolerance:g}",
+        )  # fmt: skip
+    nearest = min(known, key=lambda run: math.inf if run.largest_error is None else run.largest_error, default=None)
+    if nearest is None or nearest.largest_error is None:
+        return Choice(tolerance, None, None, None, None, None, "no run has an error that counts")
+    return Choice(
+        tolerance, None, None, nearest.largest_error, nearest.largest_of, None,
+        f"none meets {tolerance:g}; nearest is {nearest.name}, {nearest.largest_error:.2g} in {nearest.largest_of}",
+    )  # fmt: skip
+
+
+def kept_report(job: Job) -> Product:
+    """Return the record of a scene's report: of this scene, whatever machine it was made on."""
+    stages = {place: product.inputs for place, product in job.products(job.stages[:-1]).items()}
+    return report_product(job.name, stages, job.scene.report.model_dump(mode="json"))
+
+
+def keep(job: Job, document: Document) -> None:
+    """Keep a report in the database; one that stands there is of the same runs."""
+    product = kept_report(job)
+    job.store.put(product.key, product.kind, ReportRecord(document.as_json()), product.inputs)
+
+
+def chosen(job: Job, tolerance: float) -> tuple[Job, str]:
+    """Return a job with the setting that its report found for a tolerance, and what to say of it.
+
+    Raises:
+        InputError: no report of this scene is in the database, or none of its settings meets the tolerance.
+    """
+    product = kept_report(job)
+    if not job.store.has(product.key):
+        raise InputError(
+            f"{job.path}: --tolerance: no report of this scene as it is; make one: gudgeon report {job.path}"
+        )
+    document: dict[str, Any] = job.store.get(product.key, "report").document
+    names = Run.__dataclass_fields__
+    runs = [Run(**{name: entry[name] for name in names}) for entry in document["runs"]]
+    found = choose(runs, tolerance)
+    if found.run is None:
+        raise InputError(f"{job.path}: --tolerance: {found.why}")
+    said = f"{found.run}: error {found.error:.2g} ({found.of}) in {found.cpu_seconds:.3g} CPU s, {found.why}"
+    return replace(variant(job, found.settings or {}), out=job.out), said
+
+
+def run_chosen(job: Job, tolerance: float, until: str, progress: Progress) -> Any:
+    """Run a scene with the setting that its report found for a tolerance; a note says which."""
+    ready, said = chosen(job, tolerance)
+    report = ready.run(until, progress)
+    return replace(report, notes=[*report.notes, f"--tolerance {tolerance:g}: {said}"])

@@ -1,0 +1,36 @@
+"""How much work a report may be, and what it is asked."""
+
+import math
+import re
+from dataclasses import dataclass
+
+TOLERANCE = 0.01
+"""Where none is given."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What the command line says."""
+
+    repeat: int = 3
+    """Timed runs of each setting; the least time counts."""
+    jobs: int = 1
+    """Processes for runs that are not timed."""
+    tolerance: float = TOLERANCE
+    """Of the setting that is chosen."""
+
+
+def parse_tolerance(text: str) -> float:
+    """Return a tolerance given as `1%` or `0.01`.
+
+    Raises:
+        ValueError: it is neither, or not between 0 and 1.
+    """
+    found = re.fullmatch(r"\s*([0-9.]+(?:e[+-]?[0-9]+)?)\s*(%?)\s*", text, re.IGNORECASE)
+    try:
+        value = float(found[1]) * (0.01 if found[2] else 1.0) if found else math.nan
+    except ValueError:
+        value = math.nan
+    if not 0 < value < 1:
+        raise ValueError(f"{text!r} given, a share such as 1% or 0.01 is needed, above 0 and below 1")
+    return value

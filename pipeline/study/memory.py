@@ -1,0 +1,31 @@
+"""The largest resident memory of this process over a stretch of its work."""
+
+import contextlib
+import re
+import resource
+from collections.abc import Iterator
+from pathlib import Path
+
+STATUS = Path("/proc/self/status")
+RESET = Path("/proc/self/clear_refs")
+
+
+class Peak:
+    """Filled when the stretch is over."""
+
+    mib = 0.0
+
+
+@contextlib.contextmanager
+def peak_memory() -> Iterator[Peak]:
+    """Measure the largest resident memory within the block [MiB]; of the whole run where that is not kept."""
+    peak = Peak()
+    with contextlib.suppress(OSError):
+        RESET.write_text("5")
+    yield peak
+    try:
+        found = re.search(r"VmHWM:\s+(\d+) kB", STATUS.read_text())
+    except OSError:
+        found = None
+    kib = int(found[1]) if found else resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    peak.mib = kib / 1024

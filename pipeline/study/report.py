@@ -1,0 +1,176 @@
+"""`gudgeon report` of a scene of contacts: its sweep against its reference, error beside run time."""
+
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+
+from modaldb.schema import NodalRecord
+from pipeline.cycle_report import reproducible
+from pipeline.errors import InputError, StageError
+from pipeline.machine import machine
+from pipeline.reference import nodal_runs
+from pipeline.stages import Job, SceneError, SolverError, run_job, variant
+from pipeline.study.assemble import Point, fineness, finest_of, point, quantities, rows
+from pipeline.study.changes import change_rows
+from pipeline.study.choice import choose, keep
+from pipeline.study.document import Document, Quantity
+from pipeline.study.effort import Effort
+from pipeline.study.front import with_front
+from pipeline.study.output import write_report
+from pipeline.study.reference import Reference, external_reference, reference_run
+from pipeline.study.runs import spread, timed, trajectory_of
+from pipeline.study.sweep import Setting, contradiction, finer, settings_of
+
+Tell = Callable[[str, float], None]
+EXPLICIT = ("step", "accuracy")
+"""Keys whose values in a sweep replace the finer runs that are made otherwise."""
+TIMING = (
+    "CPU seconds of the solution alone, one thread, least of {repeat} runs after a short one that loads and compiles;"
+    " a run beyond a minute is repeated once. Timed runs never go beside each other or beside anything else of the"
+    " report: what --jobs spreads over processes are the finer runs that only serve as references, before or after."
+    " Cold: the stage in an empty database; warm: with everything at hand. Nodal runs are timed once."
+)
+
+
+def report_job(job: Job, how: Effort, progress: Tell) -> Document:
+    """Run a scene's sweep, write `report.{json,csv,png,html}` into the job's folder, and keep it in the database.
+
+    Everything that is finished is kept: after an interruption the report goes on where it was.
+
+    Raises:
+        InputError: a setting that the scene names is wrong, or what it names of a reference is.
+    """
+    settings, left_out = _settings(job)
+    run_job(job, "morph", progress)
+    nodal = nodal_runs(job, progress)
+    external = external_reference(job, nodal)
+    points = _points(job, settings, left_out, how.repeat, progress)
+    points = _with_finer(job, points, how.jobs, progress)
+    if not any(one.ran for one in points):
+        raise InputError(f"{job.path}: report: no setting ran: {'; '.join(_failure(one) for one in points)}")
+    reference = external if external is not None and _says(external) else _finest(job, points)
+    found = quantities(points, reference, nodal, job)
+    counting = {one.name for one in found if one.counts}
+    runs = with_front(rows(points, nodal, job, reference, counting))
+    document = Document(
+        scene=job.name,
+        command=f"gudgeon report {shlex.quote(str(job.path))}",
+        reference={"kind": reference.kind, "source": reference.source},
+        machine=machine(),
+        version=version("gudgeon"),
+        quantities=found,
+        runs=runs,
+        left_out=left_out,
+        changes=change_rows(job, progress),
+        choice=choose(runs, how.tolerance),
+        window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
+        until=job.scene.report.until,
+        notes=_notes(job, nodal, found),
+        timing=TIMING.format(repeat=how.repeat),
+    )
+    keep(job, document)
+    write_report(document, job.out)
+    progress("report", 1.0)
+    return document
+
+
+def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
+    """Return what runs, and what contradicts itself; misspelt changes shall not come out after the nodal runs."""
+    for changes in job.scene.report.changes.values():
+        variant(job, changes)
+    able, left_out = [], []
+    for setting in settings_of(job):
+        if (why := contradiction(job, setting)) is None:
+            able.append(setting)
+        else:
+            left_out.append({"name": setting.name, "why": why})
+    return able, left_out
+
+
+def _points(
+    job: Job, settings: Sequence[Setting], left_out: list[dict[str, str]], repeat: int, progress: Tell
+) -> list[Point]:
+    """Time every setting, alone; one that was thought up and cannot be is left out."""
+    points = []
+    for number, setting in enumerate(settings):
+        stage = f"setting {number + 1} of {len(settings)}"
+        progress(stage, number / len(settings))
+        changed = variant(job, setting.changes)
+        try:
+            points.append(point(setting, changed, timed(changed, repeat, lambda share: None)))
+        except (InputError, SceneError) as error:
+            if setting.named:
+                raise
+            why = str(error).splitlines()[0].removeprefix(f"{job.path}: ")
+            left_out.append({"name": setting.name, "why": why})
+        except (StageError, SolverError) as error:
+            points.append(point(setting, changed, None, str(error).splitlines()[0]))
+    return points
+
+
+def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) -> list[Point]:
+    """Give every point the runs that tell its time error."""
+    paths = [path.rsplit(".", 1)[-1] for path in job.scene.report.sweep]
+    given = any(path in EXPLICIT for path in paths) or any(
+        one.setting.changes.get("run", {}).keys() & set(EXPLICIT) for one in points
+    )
+    if given:
+        return list(points)
+    wanted = {
+        number: finer(one.job, one.setting, fineness(one.job, one.trajectory))
+        for number, one in enumerate(points)
+        if one.ran
+    }
+    progress("finer steps", 0.0)
+    spread(
+        job, [setting.changes for settings in wanted.values() for setting in settings], jobs,
+        lambda share: progress("finer steps", min(share, 0.999)),
+    )  # fmt: skip
+    found = list(points)
+    for number, settings in wanted.items():
+        runs = []
+        for setting in settings:
+            changed = variant(job, setting.changes)
+            trajectory = trajectory_of(changed)
+            if trajectory.result == "FINISHED":
+                runs.append((setting.name, fineness(changed, trajectory), trajectory))
+        found[number] = replace(points[number], finer=tuple(runs))
+    return found
+
+
+def _says(reference: Reference) -> bool:
+    return bool(reference.expected) or reference.force is not None or reference.slaps is not None
+
+
+def _finest(job: Job, points: Sequence[Point]) -> Reference:
+    """Return the finest run of the scheme that the scene itself has, or of the first one that ran."""
+    own = point(Setting("", {}), job, None).scheme[0]
+    for scheme in dict.fromkeys([own, *(one.scheme[0] for one in points)]):
+        if (best := finest_of(points, scheme)) is not None:
+            name, trajectory = best
+            found = reference_run(job, trajectory, None, name)
+            return replace(found, source=f"the finest setting of the sweep: {name}")
+    raise AssertionError("a run has finished")
+
+
+def _failure(one: Point) -> str:
+    return f"{one.setting.name}: {one.failure or one.trajectory.result}"
+
+
+def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity]) -> list[str]:
+    notes = []
+    if job.scene.joint and len(nodal) > 1:
+        until = reproducible(job, list(nodal))
+        if until < job.scene.run.duration * (1 - 1e-3):
+            notes.append(
+                f"The two finest nodal runs agree to 5 % in force up to {until * 1e3:.3g} ms; what comes later depends"
+                " on the last digits of any model."
+            )
+    uncounted = [one.name for one in found if not one.counts and one.converges is False]
+    if uncounted:
+        notes.append(
+            f"Not counted, because the sweep is the only reference and they do not converge over it:"
+            f" {', '.join(uncounted)}."
+        )
+    return notes

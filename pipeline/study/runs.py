@@ -1,0 +1,191 @@
+"""Runs of a report and what they take: kept in the database, so that what is done is not done again. Starts the solver.
+
+A timed run stands alone: no other run of the report goes beside it, libraries are loaded and loops compiled before, and
+the least of its repeats counts. Runs that serve as references only are not timed and may go side by side.
+"""
+
+import hashlib
+import multiprocessing
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import modaldb
+import solver
+from modaldb.schema import MeasurementRecord, Trajectory
+from pipeline.errors import InputError
+from pipeline.machine import machine
+from pipeline.products import STAGES, combined, measurement_product
+from pipeline.scenefile import named
+from pipeline.stages import Job, SceneError, run_job, variant
+from pipeline.study.document import Seconds, StageSeconds
+from pipeline.study.memory import peak_memory
+from solver.simulation import simulate
+from solver.system import System, compile_system
+
+LONG = 60.0
+"""Seconds after which a run is repeated no more, though it is to run more often."""
+Parts = dict[str, dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Timed:
+    """A run with what it took."""
+
+    trajectory: Trajectory
+    coordinates: int
+    cpu: float
+    wall: float
+    stages: dict[str, StageSeconds]
+    peak_mib: float
+
+
+def compiled(job: Job) -> System:
+    """Return a job's system; its records are made where they are missing.
+
+    Raises:
+        InputError, StageError, SceneError, SolverError: see `run_job` and `compile_system`.
+    """
+    with named(job.path, InputError, SceneError):
+        run_job(job, "morph")
+        morphs = {name: steps["morph"].key for name, steps in job.components().items()}
+        return compile_system(job.store, job.scene, morphs)
+
+
+def trajectory_of(job: Job) -> Trajectory:
+    """Return a job's run, read back where it is in the database; not timed."""
+    product = job.trajectory()
+    if not job.store.has(product.key):
+        job.store.put(product.key, product.kind, simulate(compiled(job)), product.inputs)
+    return job.store.get(product.key, "trajectory")
+
+
+def timed(job: Job, repeat: int, progress: Callable[[float], None]) -> Timed:
+    """Return a job's run and what it takes, read back where both are in the database.
+
+    Args:
+        repeat: Runs after a short one that loads and compiles; the least time counts.
+    """
+    product = job.trajectory()
+    measured = measurement_product(job.name, product.key, _how(repeat))
+    stages = _stages(job)
+    if not (job.store.has(measured.key) and job.store.has(product.key)):
+        trajectory, record = _measure(job, repeat, progress)
+        job.store.put(product.key, product.kind, trajectory, product.inputs)
+        job.store.put(measured.key, measured.kind, record, measured.inputs)
+    trajectory, record = job.store.get(product.key, "trajectory"), job.store.get(measured.key, "measurement")
+    least, first, again = (record.seconds[name] for name in ("integration", "cold", "warm"))
+    stages["solve"] = StageSeconds(Seconds(**first), Seconds(**again))
+    counts = trajectory.counts
+    return Timed(
+        trajectory, counts["coordinates"], least["cpu"], least["wall"], stages, record.peak_mib
+    )  # fmt: skip
+
+
+def spread(job: Job, changes: Sequence[dict[str, Any]], jobs: int, progress: Callable[[float], None]) -> None:
+    """Make the trajectories of some variants that are not timed, on several processes; what fails is left out.
+
+    Args:
+        changes: Of the scene, as nested tables.
+        jobs: Processes.
+    """
+    missing = [item for item in changes if not _has(variant(job, item))]
+    if jobs < 2 or len(missing) < 2:
+        for number, item in enumerate(missing):
+            progress(number / len(missing))
+            _make(job, item)
+        return
+    with ProcessPoolExecutor(min(jobs, len(missing)), multiprocessing.get_context("spawn")) as pool:
+        for number, _ in enumerate(pool.map(_make, [job] * len(missing), missing)):
+            progress((number + 1) / len(missing))
+
+
+def _has(job: Job) -> bool:
+    return job.store.has(job.trajectory().key)
+
+
+def _make(job: Job, changes: dict[str, Any]) -> None:
+    try:
+        trajectory_of(variant(job, changes))
+    except (InputError, SceneError, solver.SolverError):
+        return  # It will say so again where its errors are asked for.
+
+
+def _measure(job: Job, repeat: int, progress: Callable[[float], None]) -> tuple[Trajectory, MeasurementRecord]:
+    short = job.scene.run.duration * 1e-3
+    system = compiled(job)
+    scene = job.scene.model_copy(
+        update={"run": job.scene.run.model_copy(update={"duration": short, "samples": 10, "frames": 2})}
+    )
+    simulate(replace(system, scene=scene))
+    begun, parts, trajectory = time.perf_counter(), [], None
+    with peak_memory() as peak:
+        for number in range(repeat):
+            progress(number / repeat)
+            whole: Parts = {}
+            with _clock(whole, "whole"):
+                system = compiled(job)
+                with _clock(whole, "integration"):
+                    trajectory = simulate(system)
+            parts.append(whole)
+            if number and time.perf_counter() - begun > LONG:
+                break
+    assert trajectory is not None
+    least = {name: min((p[name] for p in parts), key=lambda s: s["cpu"]) for name in ("whole", "integration")}
+    seconds = {"integration": least["integration"], "cold": parts[0]["whole"], "warm": least["whole"]}
+    return trajectory, MeasurementRecord(seconds, peak.mib, machine())
+
+
+def _stages(job: Job) -> dict[str, StageSeconds]:
+    """Return what meshing, modes and design take in an empty database, and with everything at hand."""
+    keys = [step.key for steps in job.components().values() for step in steps.values()]
+    product = measurement_product(job.name, combined(sorted(set(keys))), _how(1))
+    if not job.store.has(product.key):
+        seconds: Parts = {}
+        with tempfile.TemporaryDirectory() as folder, peak_memory() as peak:
+            empty = replace(job, store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
+            for state in ("cold", "warm"):
+                for stage in STAGES[:3]:
+                    with _clock(seconds, f"{stage} {state}"), named(job.path, InputError):
+                        run_job(empty, stage)
+            _keep(empty, job)
+        job.store.put(product.key, product.kind, MeasurementRecord(seconds, peak.mib, machine()), product.inputs)
+    seconds = job.store.get(product.key, "measurement").seconds
+    return {
+        stage: StageSeconds(Seconds(**seconds[f"{stage} cold"]), Seconds(**seconds[f"{stage} warm"]))
+        for stage in STAGES[:3]
+    }
+
+
+def _keep(made: Job, job: Job) -> None:
+    """Put what was made for a measurement into the database too."""
+    for steps in made.components().values():
+        for step in steps.values():
+            if not job.store.has(step.key):
+                job.store.put(step.key, step.kind, made.store.get(step.key, step.kind), step.inputs)
+
+
+@contextmanager
+def _clock(parts: Parts, name: str) -> Iterator[None]:
+    wall, cpu = time.perf_counter(), time.process_time()
+    yield
+    parts[name] = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
+
+
+def _how(repeat: int) -> dict[str, Any]:
+    return {"machine": machine(), "code": _code(), "repeat": repeat}
+
+
+@cache
+def _code() -> str:
+    """Return a digest of the code that is timed: what it takes may change where what it makes does not."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(solver.__file__).parent.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
