@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup solver-env demo test lint bench bench-peers reports lock clean help
+.PHONY: setup browser solver-env demo test lint bench bench-peers reports lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -12,6 +12,8 @@ PEERS_PYTHON ?= $(BIN)/python
 SCENES := $(filter-out piston modes-validation,$(patsubst data/%/scene.toml,%,$(wildcard data/*/scene.toml)))
 # gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
 SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1
+# Read by the tests, which open a report's page in it.
+BROWSERS := chromium chromium-browser google-chrome google-chrome-stable
 # What a command imports before it can say that nothing is to be done, and what takes longest to load.
 COMPILED := numpy scipy h5py pydantic pydantic_core numba llvmlite skfem meshio matplotlib pyvista
 APT_INSTALL := apt-get install -y --no-install-recommends
@@ -26,7 +28,7 @@ SOLVER_READY := .venv-solver/ready-$(call key,requirements-solver.lock pyproject
 setup: $(READY) ## make .venv with the pinned packages and the system libraries (the targets that need it do it first)
 
 $(READY): $(LOCKED)
-	@$(install_libraries)
+	@$(call install_packages,$(SYSTEM_LIBRARIES),gmsh and the pictures need)
 	@echo "set-up: installing gudgeon itself"
 	@$(call install_project,.venv)
 	@$(BIN)/python -m compileall -q -j 0 $(addprefix .venv/lib/python3*/site-packages/,$(COMPILED)) modaldb pipeline solver
@@ -48,8 +50,12 @@ $(SOLVER_READY):
 demo: setup ## run the piston in its liner from mesh to pictures
 	$(BIN)/gudgeon run data/piston
 
-test: setup ## run the tests
+test: browser ## run the tests
 	$(BIN)/pytest
+
+browser: setup # After the set-up: apt-get does not run twice at once.
+	@for name in $(BROWSERS); do command -v $$name > /dev/null && exit 0; done; \
+	$(call install_packages,chromium,the tests of a report's page need)
 
 lint: setup ## check style and types
 	$(BIN)/ruff check
@@ -101,24 +107,25 @@ endef
 # setuptools warns of what every editable installation does.
 install_project = PYTHONWARNINGS=ignore $(1)/bin/python -m pip install -q --no-deps --no-build-isolation -e .
 
-# What is missing is installed by root, or by sudo where it asks for no password; set-up goes on either way.
-define install_libraries
+# $(call install_packages,PACKAGES,WHO NEEDS THEM). What is missing is installed by root, or by sudo where it asks for no
+# password; set-up goes on either way.
+define install_packages
 	missing=; \
 	if command -v dpkg-query > /dev/null; then \
-	    for name in $(SYSTEM_LIBRARIES); do \
+	    for name in $(1); do \
 	        dpkg-query -W -f '$${Status}' $$name 2> /dev/null | grep -q 'ok installed' || missing="$$missing $$name"; \
 	    done; \
 	else \
-	    echo "set-up: no Debian packages here; gmsh and the pictures need what these hold: $(SYSTEM_LIBRARIES)"; \
+	    echo "set-up: no Debian packages here; $(2) what these hold: $(1)"; \
 	fi; \
 	if [ -n "$$missing" ]; then \
-	    echo "set-up: installing system libraries:$$missing"; \
+	    echo "set-up: installing system packages:$$missing"; \
 	    if [ "$$(id -u)" = 0 ]; then as_root=; \
 	    elif sudo -n true 2> /dev/null; then as_root="sudo -n"; \
 	    else as_root=false; fi; \
 	    { $$as_root apt-get update -qq && \
 	      $$as_root env DEBIAN_FRONTEND=noninteractive $(APT_INSTALL) -qq $$missing; } > /dev/null || \
-	    echo "set-up: not installed; gmsh and the pictures need: sudo $(APT_INSTALL)$$missing"; \
+	    echo "set-up: not installed; $(2): sudo $(APT_INSTALL)$$missing"; \
 	fi
 endef
 

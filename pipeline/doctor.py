@@ -8,6 +8,7 @@ import os
 import platform
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -31,6 +32,8 @@ SYSTEM_LIBRARIES = (
 )  # fmt: skip
 """Debian packages that gmsh and off-screen drawing load, as in the Makefile."""
 APT_COMMAND = f"apt-get install --no-install-recommends {' '.join(SYSTEM_LIBRARIES)}"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+"""Commands that start a browser for the tests of a report's page, as in the Makefile."""
 SLEPC_COMMAND = "apt-get install --no-install-recommends python3-petsc4py python3-slepc4py openmpi-bin"
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 PROBE_TIMEOUT = 60.0
@@ -83,7 +86,8 @@ def examine(database: Path = Path(".gudgeon")) -> list[Finding]:
         findings.append(loading_finding())
     if "pyvista" not in absent:
         findings.append(rendering_finding())
-    return [*findings, backend_finding(), slepc_finding(), database_finding(database), threads_finding(os.environ)]
+    return [*findings, backend_finding(), slepc_finding(), browser_finding(), database_finding(database),
+            threads_finding(os.environ)]  # fmt: skip
 
 
 def render_report(findings: list[Finding]) -> str:
@@ -207,6 +211,14 @@ def slepc_finding() -> Finding:
     # Python's reason comes last, a launcher's first.
     reason = next((line for line in reversed(lines) if "Error" in line), lines[0] if lines else "it says nothing")
     return Finding(name, "missing", f"GUDGEON_SLEPC={text}: {reason}", SLEPC_COMMAND)
+
+
+def browser_finding() -> Finding:
+    """Name the browser that tests open a report's page in; nothing else needs one."""
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if found is None:
+        return Finding("browser", "ok", "none; only tests need one: apt-get install --no-install-recommends chromium")
+    return Finding("browser", "ok", f"{found}, for tests")
 
 
 def database_finding(database: Path) -> Finding:

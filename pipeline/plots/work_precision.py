@@ -91,7 +91,7 @@ def _tolerance(axes: Axes, tolerance: float) -> None:
     if low < tolerance < high:
         axes.axhline(tolerance, color=RED, linewidth=0.9, linestyle=(0, (5, 4)), zorder=1)
         axes.annotate(
-            f"tolerance {size_text(tolerance)}", (1.0, tolerance), xycoords=("axes fraction", "data"), xytext=(-2, 3),
+            f"tolerance {tick_text(tolerance)}", (1.0, tolerance), xycoords=("axes fraction", "data"), xytext=(-2, 3),
             textcoords="offset points", ha="right", fontsize=8, color=RED,
         )  # fmt: skip
 

@@ -66,7 +66,7 @@ def error_chart(document: Document) -> str:
         parts.append(
             f'<line class="tolerance" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}"/>'
             f'<text class="tolerance" x="{WIDTH - RIGHT}" y="{y - 4:.1f}" text-anchor="end">tolerance'
-            f" {size_text(document.choice.tolerance)}</text>"
+            f" {tick_text(document.choice.tolerance)}</text>"
         )
     spots = [(across.at(max(run.cpu_seconds, 1e-9)), up.at(max(error, floor))) for _, run, error in points]
     parts.append(_front(points, spots))

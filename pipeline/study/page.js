@@ -151,7 +151,7 @@
     if (tolerance !== undefined && tolerance > up.low && tolerance < up.high) {
       const y = up.at(tolerance);
       make("line", { class: "tolerance", x1: box.left, x2: box.right, y1: y, y2: y }, svg);
-      make("text", { class: "tolerance", x: box.right, y: y - 4, "text-anchor": "end" }, svg, `tolerance ${percent(tolerance)}`);
+      make("text", { class: "tolerance", x: box.right, y: y - 4, "text-anchor": "end" }, svg, `tolerance ${tick(tolerance)}`);
     }
     for (const point of shown) {
       point.x = across.at(Math.max(point.run.cpu_seconds, 1e-9));
@@ -195,10 +195,17 @@
   const sortable = (table) => {
     const body = table.tBodies[0];
     [...table.tHead.rows[0].cells].forEach((head, column) => {
-      const button = document.createElement("button");
-      button.type = "button";
+      // A real button would be missing where a printed page repeats the heading.
+      const button = document.createElement("span");
+      button.tabIndex = 0;
+      button.setAttribute("role", "button");
       button.append(...head.childNodes);
       head.append(button);
+      button.addEventListener("keydown", (event) => {
+        if (event.key !== "Enter" && event.key !== " ") return;
+        event.preventDefault();
+        button.click();
+      });
       button.addEventListener("click", () => {
         const down = head.getAttribute("aria-sort") === "ascending";
         for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");

@@ -70,11 +70,10 @@ def _head(document: Document, title: str) -> str:
 
 
 def _sections(document: Document, picture: bytes | None) -> list[str]:
-    quantities = len(document.quantities) > 1 or any(run.truncation or run.time for run in document.runs)
     return [
         _section("Error against run time", _chart(document)),
         _section("Runs", _RUNS_NOTE + runs_table(document)),
-        _section("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if quantities else "",
+        _section("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if document.quantities else "",
         _section("Quantities", quantities_table(document)) if document.quantities else "",
         _convergence(document),
         _section("Design changes: reuse against recompute", changes_table(document)) if document.changes else "",

@@ -104,6 +104,16 @@ def test_backend_states(monkeypatch: pytest.MonkeyPatch) -> None:
     assert doctor.backend_finding().state == "missing"
 
 
+def test_browser_is_named_and_missed_by_tests_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a browser nothing is broken; any of the known commands will do."""
+    monkeypatch.setattr(doctor.shutil, "which", lambda name: "/bin/chrome" if name == "google-chrome" else None)
+    assert doctor.browser_finding() == Finding("browser", "ok", "/bin/chrome, for tests")
+    monkeypatch.setattr(doctor.shutil, "which", lambda name: None)
+    finding = doctor.browser_finding()
+    assert finding.state == "ok"
+    assert "apt-get install --no-install-recommends chromium" in finding.detail
+
+
 def test_database_states(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder, a folder to be made, a file in the way, a folder that refuses."""
     assert doctor.database_finding(tmp_path).detail.endswith("writable")
@@ -142,11 +152,12 @@ def test_report_is_aligned() -> None:
     assert doctor.render_report(findings[:1]).splitlines()[-1] == "nothing needs mending"
 
 
-def test_system_libraries_are_those_of_the_makefile() -> None:
-    """Set-up installs what doctor asks for."""
-    listed = re.search(r"^SYSTEM_LIBRARIES := (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
+@pytest.mark.parametrize("name", ["SYSTEM_LIBRARIES", "BROWSERS"])
+def test_lists_are_those_of_the_makefile(name: str) -> None:
+    """Set-up installs what doctor asks for, and leaves out what doctor finds."""
+    listed = re.search(rf"^{name} := (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
     assert listed is not None
-    assert tuple(listed[1].split()) == doctor.SYSTEM_LIBRARIES
+    assert tuple(listed[1].split()) == getattr(doctor, name)
 
 
 def test_packages_are_those_of_the_project() -> None:
