@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from pipeline.plots.style import FAINT, INK, RED, new_figure, save, styled
+from pipeline.plots.style import FAINT, GREY, INK, RED, new_figure, save, styled
 from pipeline.study.document import Document, Run
-from pipeline.study.looks import LEAST, Look, drawn, floor_of, looks, places
+from pipeline.study.looks import LEAST, Look, drawn, floor_of, looks, places, references
 from pipeline.study.words import flagged, seconds_text, size_text, tick_text, verdict
 
 MARKS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D"}
@@ -54,7 +54,16 @@ def _points(axes: Axes, document: Document, points: list[tuple[int, Run, float]]
     at = [(max(run.cpu_seconds, 1e-9), max(error, floor)) for _, run, error in points]
     axes.set_xscale("log")
     axes.set_yscale("log")
-    _limits(axes, np.array(at), floor)
+    beside = references(document.runs)
+    _limits(axes, np.array(at), [max(run.cpu_seconds, 1e-9) for _, run in beside], floor)
+    for number, run in beside:
+        axes.axvline(run.cpu_seconds, color=GREY, linewidth=1.1, linestyle=(0, (2, 3)), zorder=1)
+        left = axes.transData.transform((run.cpu_seconds, floor))[0] > axes.bbox.x0 + axes.bbox.width / 2
+        axes.annotate(
+            f"{number + 1}: reference, {seconds_text(run.cpu_seconds)}", (run.cpu_seconds, 1.0),
+            xycoords=("data", "axes fraction"), xytext=(-4 if left else 4, -8), textcoords="offset points",
+            ha="right" if left else "left", fontsize=8, color=FAINT,
+        )  # fmt: skip
     front = sorted(spot for spot, (_, run, _) in zip(at, points, strict=True) if run.front)
     axes.plot(*np.array(front).T, color=INK, alpha=0.55, linewidth=1.1, zorder=2)
     chosen = document.choice.run if document.choice is not None else None
@@ -75,10 +84,11 @@ def _points(axes: Axes, document: Document, points: list[tuple[int, Run, float]]
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: tick_text(value)))
 
 
-def _limits(axes: Axes, at: np.ndarray, floor: float) -> None:
+def _limits(axes: Axes, at: np.ndarray, beside: list[float], floor: float) -> None:
     """Set both ranges, at least half a decade each, and ticks at 1, 2, 5 where there are few decades."""
     for number, axis in enumerate((axes.xaxis, axes.yaxis)):
-        low, high = np.log10(at[:, number].min()), np.log10(at[:, number].max())
+        values = np.append(at[:, number], [] if number else beside)
+        low, high = np.log10(values.min()), np.log10(values.max())
         room = max(0.08 * (high - low), 0.1, 0.5 * (0.5 - high + low))
         low, high = (np.log10(floor) if number else low - room), high + room
         (axes.set_ylim if number else axes.set_xlim)(10**low, 10**high)

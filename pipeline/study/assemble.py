@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 
 from modaldb.schema import NodalRecord, Trajectory
 from pipeline.stages import Job
-from pipeline.study.convergence import converges, order_of, said
-from pipeline.study.document import Chain, Errors, Quantity, Run
+from pipeline.study.document import Errors, Quantity, Run
 from pipeline.study.reference import DRIFT, HISTORIES, Reference, errors_against, largest, reference_run
 from pipeline.study.runs import Timed
+from pipeline.study.series import chain as chain_of
+from pipeline.study.series import settling
 from pipeline.study.sweep import OWN_ACCURACY, Setting, basis_of, scheme_of
 
 BEYOND = "force, whole run"
@@ -103,30 +104,22 @@ def quantities(
 
 
 def _quantity(name: str, unit: str, links: Links, reference: Reference, base: Job) -> Quantity:
-    chains, axes, worst = [], {}, 0.0
+    chains = []
     for axis, found in (("basis", links.basis), ("step", links.step)):
         for chain in found:
             kept = [(run, size, errors[name], apart[name]) for run, size, errors, apart in chain
                     if name in errors and name in apart]  # fmt: skip
             if len(kept) < 2:
                 continue
-            runs, sizes, values, apart = (list(column) for column in zip(*kept, strict=True))
-            verdict = converges(apart)
-            steps = [1.0 / size for size in sizes] if axis == "basis" else sizes
-            order = order_of(steps, apart) if verdict else None
-            chains.append(Chain(axis, runs, sizes, values, apart, verdict, order))
-            if verdict is False:
-                worst = max(worst, abs(apart[-2]))
-            if verdict is not None:
-                axes[axis] = axes.get(axis, True) and verdict
-    settles = None if not axes else all(axes.values())
+            chains.append(chain_of(axis, *zip(*kept, strict=True)))
+    settles, why = settling(name, chains)
     measure = "L2" if name in HISTORIES else "absolute" if _is_absolute(name, reference) else "relative"
     interest, report = base.scene.report.interest, base.scene.report
     counts = (not interest or name in interest) and not (reference.kind == "finest" and settles is False)
     if name == BEYOND and not interest and report.until and report.until < base.scene.run.duration:
         counts = False
     return Quantity(
-        name, unit, measure, reference.expected.get(name), counts, settles, said(name, axes, worst), chains
+        name, unit, measure, reference.expected.get(name), counts, settles, why, chains
     )  # fmt: skip
 
 

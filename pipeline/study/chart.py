@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from html import escape
 
 from pipeline.study.document import Chain, Document, Quantity, Run
-from pipeline.study.looks import GREY, LEAST, drawn, floor_of, looks, places
+from pipeline.study.looks import GREY, LEAST, drawn, floor_of, looks, places, references
 from pipeline.study.words import seconds_text, size_text, tick_text
 
 WIDTH, HEIGHT = 900, 460
@@ -58,7 +58,9 @@ def error_chart(document: Document) -> str:
     if not points:
         return "<p>No run has an error: there is no reference.</p>"
     floor = floor_of([error for *_, error in points])
-    across = spread([max(run.cpu_seconds, 1e-9) for _, run, _ in points], LEFT, WIDTH - RIGHT)
+    beside = references(document.runs)
+    seconds = [max(run.cpu_seconds, 1e-9) for run in [run for _, run, _ in points] + [run for _, run in beside]]
+    across = spread(seconds, LEFT, WIDTH - RIGHT)
     up = spread([max(error, floor) for *_, error in points], HEIGHT - BOTTOM, TOP, low=floor)
     parts = [_grid(across, up), _titles("CPU time of a run", "largest error of a run")]
     if document.choice is not None and up.low < document.choice.tolerance < up.high:
@@ -69,6 +71,7 @@ def error_chart(document: Document) -> str:
             f" {tick_text(document.choice.tolerance)}</text>"
         )
     spots = [(across.at(max(run.cpu_seconds, 1e-9)), up.at(max(error, floor))) for _, run, error in points]
+    parts += [_reference(across.at(max(run.cpu_seconds, 1e-9)), number, run) for number, run in beside]
     parts.append(_front(points, spots))
     found = looks(document)
     for (number, run, error), (x, y) in zip(points, spots, strict=True):
@@ -155,6 +158,18 @@ def _front(points: list[tuple[int, Run, float]], spots: list[tuple[float, float]
     """Return the line through the runs that nothing beats."""
     on = sorted((spot for (_, run, _), spot in zip(points, spots, strict=True) if run.front), key=lambda spot: spot[0])
     return f'<polyline class="front" points="{_points(on)}"/>' if on else ""
+
+
+def _reference(x: float, number: int, run: Run) -> str:
+    """Return the line that stands at the seconds of what the others are compared with."""
+    title = escape(f"{number + 1}: {run.name}, the reference, {seconds_text(run.cpu_seconds)}")
+    left = x > WIDTH / 2
+    return (
+        f'<g class="reference"><title>{title}</title>'
+        f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>'
+        f'<text x="{x + (-6 if left else 6):.1f}" y="{TOP + 10}" text-anchor="{"end" if left else "start"}">'
+        f"{number + 1}: reference, {seconds_text(run.cpu_seconds)}</text></g>"
+    )
 
 
 def _numbers(points: list[tuple[int, Run, float]], spots: list[tuple[float, float]], colours: list[str]) -> list[str]:

@@ -43,7 +43,7 @@ class Run:
     scheme: str
     """What it has in common with runs that differ in basis or step only."""
     settings: dict[str, Any]
-    """What it changes of the scene, by dotted path."""
+    """What it changes of the scene, as nested tables."""
     coordinates: int
     result: str
     """`FINISHED`, or why it failed."""

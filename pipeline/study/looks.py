@@ -44,6 +44,12 @@ def drawn(runs: Sequence[Run]) -> list[tuple[int, Run, float]]:
     return [(i, run, abs(run.largest_error)) for i, run in enumerate(runs) if run.largest_error is not None]
 
 
+def references(runs: Sequence[Run]) -> list[tuple[int, Run]]:
+    """Return the nodal runs that have no error because the others are compared with them: number from 0, run."""
+    found = [(i, run) for i, run in enumerate(runs) if run.kind == "nodal" and run.largest_error is None]
+    return [(i, run) for i, run in found if run.result == "FINISHED"]
+
+
 def floor_of(errors: Sequence[float]) -> float:
     """Return the error that the lower edge stands for: below the least that is above round-off."""
     seen = [error for error in errors if error >= LEAST]

@@ -142,7 +142,9 @@
     // Axes stay as they are while schemes are hidden.
     const seen = all.map((point) => point.error).filter((error) => error >= least);
     const floor = seen.length ? Math.min(...seen) / 3 : least;
-    const across = spread(all.map((p) => Math.max(p.run.cpu_seconds, 1e-9)), box.left, box.right);
+    const beside = report.runs.map((run, number) => ({ run, number }))
+      .filter(({ run }) => run.kind === "nodal" && run.largest_error === null && run.result === "FINISHED" && !hidden.has(run.scheme));
+    const across = spread([...all, ...beside].map((p) => Math.max(p.run.cpu_seconds, 1e-9)), box.left, box.right);
     const up = spread(all.map((p) => Math.max(p.error, floor)), box.bottom, box.top, floor);
     grid(svg, across, up, box);
     const label = name === "" ? "largest error of a run" : `error: ${name}`;
@@ -152,6 +154,12 @@
       const y = up.at(tolerance);
       make("line", { class: "tolerance", x1: box.left, x2: box.right, y1: y, y2: y }, svg);
       make("text", { class: "tolerance", x: box.right, y: y - 4, "text-anchor": "end" }, svg, `tolerance ${tick(tolerance)}`);
+    }
+    for (const { run, number } of beside) {
+      const x = across.at(Math.max(run.cpu_seconds, 1e-9)), left = x > width / 2;
+      const group = make("g", { class: "reference" }, svg);
+      make("line", { x1: x, x2: x, y1: box.top, y2: box.bottom }, group);
+      make("text", { x: x + (left ? -6 : 6), y: box.top + 10, "text-anchor": left ? "end" : "start" }, group, `${number + 1}: reference, ${seconds(run.cpu_seconds)}`);
     }
     for (const point of shown) {
       point.x = across.at(Math.max(point.run.cpu_seconds, 1e-9));

@@ -109,8 +109,8 @@ def _chart(document: Document) -> str:
     legend = "".join(_legend(scheme, look) for scheme, look in looks(document).items())
     notes = (
         "The line is the Pareto front: what lies above it costs more or errs more than a run on it. Grey squares are"
-        " all nodal degrees of freedom. Numbers are those of the table. Hollow marks on the lower edge: below"
-        f" {LEAST:.0e}, or the reference itself."
+        " all nodal degrees of freedom. Numbers are those of the table. A hollow mark on the lower edge"
+        f" has an error below {LEAST:.0e}; a dotted line stands at the time of the reference."
     )
     return (
         f'<figure><div class="controls"><label for="quantity">Error of</label><select id="quantity">{chosen}</select>'

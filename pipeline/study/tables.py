@@ -148,6 +148,8 @@ def _name(number: int, run: Run) -> str:
 def _result(run: Run) -> str:
     if run.result != "FINISHED":
         return f'<span class="bad">{escape(run.result)}</span>'
+    if run.kind == "nodal" and run.largest_error is None:
+        return "reference"
     return size_text(run.largest_error)
 
 

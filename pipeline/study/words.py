@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pipeline.study.document import Document, Quantity, Run
@@ -62,7 +63,7 @@ def tick_text(value: float) -> str:
 
 def setting_texts(run: Run) -> list[str]:
     """Return what a run changes of the scene, as `--set` takes it."""
-    return [f"{key}={_toml(value)}" for key, value in run.settings.items()]
+    return [f"{path}={_toml(value)}" for path, value in _paths(run.settings)]
 
 
 def flagged(document: Document) -> list[Quantity]:
@@ -82,9 +83,15 @@ def machine_text(document: Document) -> str:
 
 def verdict(document: Document) -> str:
     """Return what the tolerance chooses, or how one is given."""
-    if document.choice is not None:
-        return document.choice.why
-    return "No tolerance was given; --tolerance 1% names the cheapest run that meets it."
+    choice = document.choice
+    if choice is None:
+        return "No tolerance was given; --tolerance 1% names the cheapest run that meets it."
+    if choice.run is None:
+        return f"Tolerance {tick_text(choice.tolerance)}: {choice.why}"
+    return (
+        f"{choice.run} meets {tick_text(choice.tolerance)}: error {size_text(choice.error)} ({choice.of}),"
+        f" {seconds_text(choice.cpu_seconds)} of CPU time; {choice.why}"
+    )
 
 
 def change_columns(document: Document) -> list[str]:
@@ -103,6 +110,15 @@ def change_text(key: str, value: Any) -> str:
     if key.endswith(("error", "change")):
         return error_text(value)
     return count_text(value) if isinstance(value, int) else f"{value:.4g}"
+
+
+def _paths(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the dotted path of each value in nested tables."""
+    for key, value in tables.items():
+        if isinstance(value, dict):
+            yield from ((f"{key}.{path}", one) for path, one in _paths(value))
+        else:
+            yield key, value
 
 
 def _toml(value: Any) -> str:

@@ -116,7 +116,8 @@ def test_address_that_names_nothing(browser: str, tmp_path: Path) -> None:
     for address in ("#q=nothing", "#q=%E0%A4%A"):
         shown, console = browse(browser, page(documents.small()), tmp_path, address)
         assert console == []
-        assert len(Elements(shown).points()) == 3
+        assert len(Elements(shown).points()) == 2
+        assert "3: reference, 31 s" in shown
 
 
 CLICKS = """<script>
@@ -163,7 +164,9 @@ def test_errors_of_a_page_are_noticed(old: str, new: str, complaint: str, browse
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_chart_stands_there_without_script(name: str) -> None:
     document = DOCUMENTS[name]()
-    assert len(Elements(page(document)).points()) == len(with_errors(document))
+    text = page(document)
+    assert len(Elements(text).points()) == len(with_errors(document))
+    assert ("3: reference, 31 s" in text) == (name == "small")
 
 
 def test_whole_in_one_file() -> None:
