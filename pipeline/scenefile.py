@@ -15,7 +15,7 @@ from pipeline.errors import InputError
 Model = TypeVar("Model", bound=BaseModel)
 SCENE_FILE = "scene.toml"
 UNSET = "unset"
-KEY = re.compile(r"(component|wheel|body|contact|joint|force|report|run)\.")
+KEY = re.compile(r"(component|wheel|body|contact|joint|force|report|run|stress)\.")
 
 
 def scene_path(scene: str | Path) -> Path:
@@ -121,10 +121,12 @@ def merge(tables: dict[str, Any], changes: Mapping[str, Any]) -> None:
     for name, value in changes.items():
         if value == UNSET:
             tables.pop(name, None)
-        elif isinstance(value, Mapping) and isinstance(tables.get(name), dict):
+        elif isinstance(value, Mapping):
+            below = tables.get(name)
+            tables[name] = below if isinstance(below, dict) else {}
             merge(tables[name], value)
         else:
-            tables[name] = dict(value) if isinstance(value, Mapping) else value
+            tables[name] = value
 
 
 def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:

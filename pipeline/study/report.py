@@ -1,5 +1,6 @@
 """`gudgeon report` of a scene of contacts: its sweep against its reference, error beside run time."""
 
+import math
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -23,6 +24,8 @@ from pipeline.study.runs import spread, timed, trajectory_of
 from pipeline.study.sweep import Setting, contradiction, finer, settings_of
 
 Tell = Callable[[str, float], None]
+PATIENCE = 20.0
+"""CPU seconds that a setting of the default sweep may take at least; more only where others take as much."""
 EXPLICIT = ("step", "accuracy")
 """Keys whose values in a sweep replace the finer runs that are made otherwise."""
 TIMING = (
@@ -40,6 +43,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
 
     Raises:
         InputError: a setting that the scene names is wrong, or what it names of a reference is.
+        StageError: no setting ran.
     """
     settings, left_out = _settings(job)
     run_job(job, "morph", progress)
@@ -48,7 +52,8 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
     points = _points(job, settings, left_out, how.repeat, progress)
     points = _with_finer(job, points, how.jobs, progress)
     if not any(one.ran for one in points):
-        raise InputError(f"{job.path}: report: no setting ran: {'; '.join(_failure(one) for one in points)}")
+        why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
+        raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
     reference = external if external is not None and _says(external) else _finest(job, points)
     found = quantities(points, reference, nodal, job)
     counting = {one.name for one in found if one.counts}
@@ -85,26 +90,34 @@ def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
             able.append(setting)
         else:
             left_out.append({"name": setting.name, "why": why})
+    if not able:
+        first = left_out[0]
+        raise InputError(f"{job.path}: report: no setting can be; {first['name']}: {first['why']}")
     return able, left_out
 
 
 def _points(
     job: Job, settings: Sequence[Setting], left_out: list[dict[str, str]], repeat: int, progress: Tell
 ) -> list[Point]:
-    """Time every setting, alone; one that was thought up and cannot be is left out."""
-    points = []
+    """Time every setting, alone; one that was thought up and cannot be, or is far too slow, is left out."""
+    points: list[Point] = []
     for number, setting in enumerate(settings):
         stage = f"setting {number + 1} of {len(settings)}"
         progress(stage, number / len(settings))
         changed = variant(job, setting.changes)
+        dearest = max((one.timed.cpu for one in points if one.timed is not None), default=math.inf)
+        limit = math.inf if setting.named or job.scene.report.sweep else max(PATIENCE, 10 * dearest)
         try:
-            points.append(point(setting, changed, timed(changed, repeat, lambda share: None)))
+            points.append(point(setting, changed, timed(changed, repeat, limit)))
         except (InputError, SceneError) as error:
             if setting.named:
                 raise
             why = str(error).splitlines()[0].removeprefix(f"{job.path}: ")
             left_out.append({"name": setting.name, "why": why})
         except (StageError, SolverError) as error:
+            if limit < math.inf:
+                left_out.append({"name": setting.name, "why": str(error).splitlines()[0]})
+                continue
             points.append(point(setting, changed, None, str(error).splitlines()[0]))
     return points
 

@@ -5,6 +5,7 @@ the least of its repeats counts. Runs that serve as references only are not time
 """
 
 import hashlib
+import math
 import multiprocessing
 import tempfile
 import time
@@ -19,7 +20,7 @@ from typing import Any
 import modaldb
 import solver
 from modaldb.schema import MeasurementRecord, Trajectory
-from pipeline.errors import InputError
+from pipeline.errors import InputError, StageError
 from pipeline.machine import machine
 from pipeline.products import STAGES, combined, measurement_product
 from pipeline.scenefile import named
@@ -66,17 +67,21 @@ def trajectory_of(job: Job) -> Trajectory:
     return job.store.get(product.key, "trajectory")
 
 
-def timed(job: Job, repeat: int, progress: Callable[[float], None]) -> Timed:
+def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
     """Return a job's run and what it takes, read back where both are in the database.
 
     Args:
         repeat: Runs after a short one that loads and compiles; the least time counts.
+        limit: CPU seconds after which a run is given up.
+
+    Raises:
+        StageError: it took longer than the limit.
     """
     product = job.trajectory()
     measured = measurement_product(job.name, product.key, _how(repeat))
     stages = _stages(job)
     if not (job.store.has(measured.key) and job.store.has(product.key)):
-        trajectory, record = _measure(job, repeat, progress)
+        trajectory, record = _measure(job, repeat, limit)
         job.store.put(product.key, product.kind, trajectory, product.inputs)
         job.store.put(measured.key, measured.kind, record, measured.inputs)
     trajectory, record = job.store.get(product.key, "trajectory"), job.store.get(measured.key, "measurement")
@@ -117,7 +122,7 @@ def _make(job: Job, changes: dict[str, Any]) -> None:
         return  # It will say so again where its errors are asked for.
 
 
-def _measure(job: Job, repeat: int, progress: Callable[[float], None]) -> tuple[Trajectory, MeasurementRecord]:
+def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, MeasurementRecord]:
     short = job.scene.run.duration * 1e-3
     system = compiled(job)
     scene = job.scene.model_copy(
@@ -127,12 +132,11 @@ def _measure(job: Job, repeat: int, progress: Callable[[float], None]) -> tuple[
     begun, parts, trajectory = time.perf_counter(), [], None
     with peak_memory() as peak:
         for number in range(repeat):
-            progress(number / repeat)
             whole: Parts = {}
             with _clock(whole, "whole"):
                 system = compiled(job)
                 with _clock(whole, "integration"):
-                    trajectory = simulate(system)
+                    trajectory = simulate(system, _guard(limit))
             parts.append(whole)
             if number and time.perf_counter() - begun > LONG:
                 break
@@ -140,6 +144,17 @@ def _measure(job: Job, repeat: int, progress: Callable[[float], None]) -> tuple[
     least = {name: min((p[name] for p in parts), key=lambda s: s["cpu"]) for name in ("whole", "integration")}
     seconds = {"integration": least["integration"], "cold": parts[0]["whole"], "warm": least["whole"]}
     return trajectory, MeasurementRecord(seconds, peak.mib, machine())
+
+
+def _guard(limit: float) -> Callable[[float], None]:
+    """Return what ends a run after some CPU seconds."""
+    until = time.process_time() + limit
+
+    def watch(share: float) -> None:
+        if time.process_time() > until:
+            raise StageError(f"given up at {share:.0%} after {limit:.0f} CPU s")
+
+    return watch
 
 
 def _stages(job: Job) -> dict[str, StageSeconds]:

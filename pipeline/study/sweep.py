@@ -189,12 +189,12 @@ def contradiction(job: Job, setting: Setting) -> str | None:
     """Return why a setting cannot be, or None.
 
     Raises:
-        InputError: it cannot, and the scene names it.
+        InputError: it cannot, and the scene names it, or a key is misspelt.
     """
     try:
         variant(job, setting.changes)
     except InputError as error:
-        if setting.named:
+        if setting.named or "unknown key" in str(error):
             raise
         return str(error).splitlines()[0].removeprefix(f"{job.path}: ")
     return None

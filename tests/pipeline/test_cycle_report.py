@@ -1,14 +1,12 @@
 """What a report says of a cycle: the rigid piston's side force, how far runs agree, and the table."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from modaldb.schema import NodalRecord
 from pipeline.cycle_report import GRID, cycle_errors, mechanism_of, reproducible
-from pipeline.report import table_text
 from pipeline.stages import Job, open_job, run_job, variant
 
 PISTON = Path(__file__).resolve().parents[2] / "data/piston"
@@ -166,48 +164,3 @@ def test_comparison_of_the_whole_run(job: Job) -> None:
     whole = variant(job, {"report": {"until": 0.04}})
     errors = cycle_errors(whole, nodal(after=0.02, scale=2.0), nodal())
     assert errors["force"] == errors["force, whole run"] > 0.5
-
-
-# The text
-
-ERRORS = {
-    "slap impulse": 0.0123, "energy lost": 0.2, "force": 0.0345, "liner displacement": 0.0067, "slap time": 0.00012,
-    "force, whole run": 0.5,
-}  # fmt: skip
-
-
-def document(**given: Any) -> dict[str, Any]:
-    """Return a report of two models."""
-    numbers = {
-        "coordinates": 94, "step": 1e-6, "steps": 40000, "impulse_error": 0.01, "force_error": 0.02,
-        "energy_drift": 1e-4, "wall_seconds": 9.87, "cpu_seconds": 12.3,
-    }  # fmt: skip
-    return {
-        "reference": "nodal synthesis at 2 µs", "window": 4e-5, "until": 0.012, "reproducible": 0.0102,
-        "machine": {"cpu": "a processor", "cores": 2},
-        "rows": [{"model": name, "errors": errors} | numbers for name, errors in (("30 + 30", ERRORS), ("bare", {}))],
-        "changes": [],
-    } | given  # fmt: skip
-
-
-def test_text_of_a_cycle() -> None:
-    lines = table_text(document()).splitlines()
-    assert lines[0] == "Reference: nodal synthesis at 2 µs; a processor, 2 cores"
-    assert lines[1] == "Compared up to 12 ms."
-    assert lines[2].startswith("The two finest nodal runs agree to 5 % in force up to 10.2 ms; what comes later")
-    head = lines.index(
-        "| model | slap impulse | energy lost | force | liner displacement | slap time | force, whole run |"
-    )
-    assert lines[head - 1] == ""
-    assert lines[head + 1] == "|---|---|---|---|---|---|---|"
-    assert lines[head + 2 :] == ["| 30 + 30 | 1.23% | 20.00% | 3.45% | 0.67% | 0.01% | 50.00% |"]
-
-
-def test_text_of_a_scene_without_a_cycle() -> None:
-    plain = document(until=None, reproducible=None)
-    plain["rows"] = [row | {"errors": {"pulse": 0.1}} for row in plain["rows"]]
-    text = table_text(plain)
-    assert "slap" not in text
-    assert "Compared" not in text
-    assert "finest nodal runs" not in text
-    assert "| bare | 94 | +1.00% | 2.00% | 1e-04 | 40,000 | 12.3 s |" in text

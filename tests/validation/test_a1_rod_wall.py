@@ -13,8 +13,8 @@ import pytest
 
 import modaldb
 from pipeline.frequency_table import FIELDS
-from pipeline.reference import reference_of
 from pipeline.stages import RunReport, open_job, plan, run
+from pipeline.study.force import pulse_reference
 
 SCENE = Path(__file__).parents[2] / "data" / "rod-wall"
 EXACT = json.loads((SCENE / "A1_rod_rigid_wall.json").read_text())["expected"]
@@ -57,7 +57,7 @@ def test_force_with_wave_guide_dashpot(folder: Path) -> None:
         SCENE, set={"contact.wall.dashpot": "wave-guide"}, db=folder / "db", out=folder / "dashpot", until="solve"
     )
     history = modaldb.open(folder / "db").get(done.stages["solve"].key, "trajectory")
-    reference = reference_of(job, [])
+    reference = pulse_reference(job)
     assert reference is not None
     assert np.linalg.norm(reference.force) ** 2 * job.scene.run.duration / 4000 == pytest.approx(
         EXACT["contact_force_plateau"]["value"] ** 2 * EXACT["contact_duration"]["value"], rel=1e-3

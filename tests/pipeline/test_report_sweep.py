@@ -1,0 +1,151 @@
+"""What a report sweeps, and what its numbers say: settings, chains, and the cheapest setting."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline.errors import InputError
+from pipeline.stages import Job, open_job, variant
+from pipeline.study.choice import choose
+from pipeline.study.convergence import converges, order_of, said
+from pipeline.study.document import Run
+from pipeline.study.sweep import Setting, basis_of, contradiction, finer, scheme_of, settings_of
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+
+
+def job(scene: str, **report: Any) -> Job:
+    """Return a scene with nothing but this in what its report sweeps."""
+    bare = variant(open_job(DATA / scene), {"report": {"models": "unset", "sweep": "unset"}})
+    return variant(bare, {"report": report})
+
+
+def names(scene: str) -> list[str]:
+    return [setting.name for setting in settings_of(job(scene))]
+
+
+def test_models_are_crossed_with_the_sweep() -> None:
+    models = {"plain": {}, "dashpot": {"contact": {"wall": {"dashpot": "wave-guide"}}}}
+    sweep = {"component.rod.modes.normal_count": [10, 20], "run.step": [1e-6, 5e-7]}
+    found = settings_of(job("rod-wall", models=models, sweep=sweep))
+    assert [setting.name for setting in found] == [
+        f"{model}, {modes} modes, {step} µs" for model in models for modes in (10, 20) for step in ("1", "0.5")
+    ]
+    assert found[-1].changes == {
+        "contact": {"wall": {"dashpot": "wave-guide"}},
+        "component": {"rod": {"modes": {"normal_count": 20}}},
+        "run": {"step": 5e-7},
+    }
+
+
+def test_stars_mean_all_elastic_components() -> None:
+    sweep = {"component.*.modes.normal_count": [7]}
+    (beam,) = settings_of(job("beam-sphere", sweep=sweep))
+    assert beam.changes == {"component": {"beam": {"modes": {"normal_count": 7}}}}  # The ball is rigid.
+    (both,) = settings_of(job("bars-transverse", sweep=sweep))
+    assert both.changes["component"].keys() == {"upper", "lower"}
+
+
+def test_default_sweep() -> None:
+    found = names("rod-wall")
+    assert found[:5] == ["25 modes", "50 modes", "100 modes", "200 modes", "recipe ritz"]
+    assert {"integrator event", "integrator trapezoid", "penalty"} <= set(found[5:])
+    assert names("rigid") == ["as in the scene"]
+    law = names("hertz")
+    assert law[0] == "as in the scene"
+    assert {"integrator discrete-gradient", "accuracy 1e-06"} <= set(law)
+
+
+def test_what_contradicts_itself_is_left_out_with_its_reason() -> None:
+    scene = job("hertz")
+    bad = Setting("integrator kick", {"run": {"integrator": "kick"}}, named=False)
+    assert "'kick' cannot carry" in (contradiction(scene, bad) or "")
+    with pytest.raises(InputError, match="'kick' cannot carry"):
+        contradiction(scene, Setting("kick", {"run": {"integrator": "kick"}}))
+    assert contradiction(scene, Setting("", {})) is None
+
+
+def test_schemes_hold_all_but_basis_and_step() -> None:
+    scene = job("rod-wall")
+    same = [{}, {"component": {"rod": {"modes": {"normal_count": 9, "recipe": "ritz"}}}}, {"run": {"step": 1e-7}}]
+    assert len({scheme_of(variant(scene, changes)) for changes in same}) == 1
+    assert len({basis_of(variant(scene, changes)) for changes in same}) == 2
+    others = [{"contact": {"wall": {"dashpot": "wave-guide"}}}, {"run": {"duration": 1e-4}}]
+    assert len({scheme_of(variant(scene, changes))[0] for changes in [*others, {}]}) == 3
+    assert scheme_of(variant(scene, others[0]))[1] == "residual, dashpot, kick"
+
+
+def test_finer_runs_tell_the_time_error() -> None:
+    stepped, law, located = job("rod-wall"), job("hertz"), job("two-mass")
+    assert [one.changes["run"] for one in finer(stepped, Setting("a", {}), 4e-7)] == [{"step": 2e-7}, {"step": 1e-7}]
+    assert [one.changes["run"]["accuracy"] for one in finer(law, Setting("a", {}), 1e-8)] == pytest.approx([1e-10])
+    assert finer(located, Setting("a", {}), 1.0) == []
+
+
+# Convergence
+
+
+@pytest.mark.parametrize(
+    ("differences", "verdict"),
+    [
+        ([0.4, 0.1, 0.0], True),
+        ([0.4, 0.39, 0.38, 0.0], False),  # The finest stands apart: nothing was approached.
+        ([0.1, 0.4, 0.0], False),
+        ([8e-4, 9e-4, 0.0], True),  # Settled, though without a trend.
+        ([0.4, 0.0], None),
+        ([math.inf, 0.1, 0.0], False),
+    ],
+)
+def test_convergence(differences: list[float], verdict: bool | None) -> None:
+    assert converges(differences) is verdict
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
+def test_order_allows_for_the_finest_run_being_no_truth(order: float) -> None:
+    steps = np.array([8.0, 4.0, 2.0, 1.0])
+    assert order_of(steps, 0.3 * (steps**order - 1.0)) == pytest.approx(order, abs=0.03)
+
+
+def test_order_is_not_fitted_to_round_off() -> None:
+    assert order_of([4.0, 2.0, 1.0], [1e-13, 1e-15, 0.0]) is None
+    assert order_of([4.0, 2.0, 1.0], [0.1, math.inf, 0.0]) is None
+
+
+def test_words() -> None:
+    text = said("force", {"basis": True, "step": False}, 0.38)
+    assert text == "force does not converge with step over this sweep; the last but one run is 38.0% away: not fitted"
+    assert said("force", {"basis": True, "step": True}, 0.0) == "settles with basis and step"
+    assert said("force", {}, 0.0) == "too few runs to tell"
+
+
+# The cheapest setting
+
+
+def run(name: str, error: float | None, cpu: float, **given: Any) -> Run:
+    plain: dict[str, Any] = {
+        "name": name, "kind": "reduced", "scheme": "", "settings": {name: 1}, "coordinates": 1, "result": "FINISHED",
+        "errors": {"impulse": error} if error is not None else {}, "largest_error": error, "largest_of": "impulse",
+        "truncation": None, "truncation_against": "", "time": None, "time_against": "", "energy_drift": 0.0,
+        "momentum_residual": 0.0, "step": None, "steps": 1, "factorisations": None, "iterations": None,
+        "cpu_seconds": cpu, "wall_seconds": cpu, "stages": {}, "peak_mib": None, "front": False,
+    }  # fmt: skip
+    return Run(**(plain | given))
+
+
+def test_cheapest_setting_that_meets_the_tolerance() -> None:
+    runs = [
+        run("dear", 1e-4, 9.0),
+        run("cheap", 9e-3, 2.0),
+        run("wrong", 0.2, 0.1),
+        run("nodal", 1e-3, 0.5, kind="nodal"),
+        run("failed", None, 0.01, result="DIVERGED"),
+    ]
+    assert choose(runs, 0.01).run == "cheap"
+    assert choose(runs, 1e-3).run == "dear"
+    none = choose(runs, 1e-5)
+    assert none.run is None
+    assert none.why == "none meets 1e-05; nearest is dear, 0.0001 in impulse"
+    assert choose(runs[3:], 0.5).run is None
