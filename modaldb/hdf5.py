@@ -10,14 +10,14 @@ import os
 import types
 import typing
 from collections.abc import Collection
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from io import BufferedRandom, BufferedReader
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
 
 from modaldb.errors import RecordDamaged, RecordMismatch
-from modaldb.schema import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
+from modaldb.schema import KINDS, READABLE_VERSIONS, SCHEMA_VERSION, Json
 
 MAGIC = b"GUDGEON-RECORD 1\n"
 USERBLOCK = 512
@@ -143,6 +143,8 @@ def _write_group(group: Any, record: Any) -> None:
 def _read_group(group: Any, cls: type, prefix: str, only: Collection[str] | None) -> Any:
     hints, values = typing.get_type_hints(cls), {}
     for entry in fields(cls):
+        if hints[entry.name] == Json and entry.name not in group.attrs and entry.default_factory is not MISSING:
+            continue  # Written before the field was there.
         values[entry.name] = _read_field(group, entry.name, hints[entry.name], prefix + entry.name, only)
     return cls(**values)
 

@@ -293,6 +293,8 @@ class NodalRecord:
     """[s], (f,)"""
     masters: dict[str, Array] = field(default_factory=dict)
     """As ContactHistory.master, by contact, (f, functions)."""
+    quantities: Json = field(default_factory=dict)
+    """As in Trajectory, where they have the same definition."""
 
 
 @dataclass(frozen=True)
@@ -372,6 +374,8 @@ class MeasurementRecord:
     """Part → {"wall", "cpu"} [s]: stages in an empty database, or a solution and what surrounds it."""
     peak_mib: float
     """Largest resident memory of the process meanwhile."""
+    counts: Json
+    """Work that was done, `factorisations` of it."""
     machine: Json
 
 

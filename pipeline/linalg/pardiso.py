@@ -13,6 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from pipeline.errors import StageError
+from pipeline.linalg.tally import TALLY
 
 SYMMETRIC_INDEFINITE, POSITIVE_DEFINITE = -2, 2
 ANALYSE_AND_FACTORISE, FACTORISE, SOLVE, RELEASE = 12, 22, 33, -1
@@ -54,6 +55,7 @@ class PardisoFactor:
         self._iparm[SINGLE_PRECISION] = single
         self._iparm[BLOCK_SIZE] = self._block if self._block > 1 else 0
         self._held, self._narrowed = True, False
+        TALLY.factorisations += 1
         self._call(ANALYSE_AND_FACTORISE, self._nothing())
 
     def refactorise(self, matrix: sparse.csr_matrix) -> None:
@@ -65,6 +67,7 @@ class PardisoFactor:
         Raises:
             StageError: PARDISO refused the matrix.
         """
+        TALLY.factorisations += 1
         values, starts, columns = self._upper(matrix)
         same = np.array_equal(starts, self._starts) and np.array_equal(columns, self._columns)
         if same and not self._narrowed:

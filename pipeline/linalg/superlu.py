@@ -5,6 +5,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pipeline.errors import StageError
+from pipeline.linalg.tally import TALLY
 
 
 class SuperLUFactor:
@@ -26,6 +27,7 @@ class SuperLUFactor:
 
     def refactorise(self, matrix: sparse.csr_matrix) -> None:
         """Factorise another matrix; nothing of the one before is used."""
+        TALLY.factorisations += 1
         try:
             self._lu = splu(
                 sparse.csc_matrix(matrix),

@@ -66,6 +66,7 @@ class Run:
     """[s]; None where the integrator chooses its own."""
     steps: int | None
     factorisations: int | None
+    """Of sparse matrices: for the bases of a reduced run, for the steps of a nodal one."""
     iterations: int | None
     """Pivots of the contact problem, Newton iterations of the nodal synthesis."""
     cpu_seconds: float

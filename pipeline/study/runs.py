@@ -21,6 +21,7 @@ import modaldb
 import solver
 from modaldb.schema import MeasurementRecord, Trajectory
 from pipeline.errors import InputError, StageError
+from pipeline.linalg.tally import TALLY
 from pipeline.machine import machine
 from pipeline.products import STAGES, combined, measurement_product
 from pipeline.scenefile import named
@@ -45,6 +46,8 @@ class Timed:
     wall: float
     stages: dict[str, StageSeconds]
     peak_mib: float
+    factorisations: int
+    """Of the bases it stands on."""
 
 
 def compiled(job: Job) -> System:
@@ -79,7 +82,7 @@ def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
     """
     product = job.trajectory()
     measured = measurement_product(job.name, product.key, _how(repeat))
-    stages = _stages(job)
+    stages, factorisations = _stages(job)
     if not (job.store.has(measured.key) and job.store.has(product.key)):
         trajectory, record = _measure(job, repeat, limit)
         job.store.put(product.key, product.kind, trajectory, product.inputs)
@@ -89,7 +92,7 @@ def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
     stages["solve"] = StageSeconds(Seconds(**first), Seconds(**again))
     counts = trajectory.counts
     return Timed(
-        trajectory, counts["coordinates"], least["cpu"], least["wall"], stages, record.peak_mib
+        trajectory, counts["coordinates"], least["cpu"], least["wall"], stages, record.peak_mib, factorisations
     )  # fmt: skip
 
 
@@ -143,7 +146,7 @@ def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, Measureme
     assert trajectory is not None
     least = {name: min((p[name] for p in parts), key=lambda s: s["cpu"]) for name in ("whole", "integration")}
     seconds = {"integration": least["integration"], "cold": parts[0]["whole"], "warm": least["whole"]}
-    return trajectory, MeasurementRecord(seconds, peak.mib, machine())
+    return trajectory, MeasurementRecord(seconds, peak.mib, {}, machine())
 
 
 def _guard(limit: float) -> Callable[[float], None]:
@@ -157,25 +160,29 @@ def _guard(limit: float) -> Callable[[float], None]:
     return watch
 
 
-def _stages(job: Job) -> dict[str, StageSeconds]:
-    """Return what meshing, modes and design take in an empty database, and with everything at hand."""
+def _stages(job: Job) -> tuple[dict[str, StageSeconds], int]:
+    """Return what mesh, modes and design take in an empty database and with all at hand; and the factorisations."""
     keys = [step.key for steps in job.components().values() for step in steps.values()]
-    product = measurement_product(job.name, combined(sorted(set(keys))), _how(1))
+    product = measurement_product(job.name, combined(sorted(set(keys))), {"machine": machine()})
     if not job.store.has(product.key):
         seconds: Parts = {}
         with tempfile.TemporaryDirectory() as folder, peak_memory() as peak:
             empty = replace(job, store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
+            before = TALLY.factorisations
             for state in ("cold", "warm"):
                 for stage in STAGES[:3]:
                     with _clock(seconds, f"{stage} {state}"), named(job.path, InputError):
                         run_job(empty, stage)
             _keep(empty, job)
-        job.store.put(product.key, product.kind, MeasurementRecord(seconds, peak.mib, machine()), product.inputs)
-    seconds = job.store.get(product.key, "measurement").seconds
-    return {
-        stage: StageSeconds(Seconds(**seconds[f"{stage} cold"]), Seconds(**seconds[f"{stage} warm"]))
+        counts = {"factorisations": TALLY.factorisations - before}
+        record = MeasurementRecord(seconds, peak.mib, counts, machine())
+        job.store.put(product.key, product.kind, record, product.inputs)
+    found = job.store.get(product.key, "measurement")
+    stages = {
+        stage: StageSeconds(Seconds(**found.seconds[f"{stage} cold"]), Seconds(**found.seconds[f"{stage} warm"]))
         for stage in STAGES[:3]
     }
+    return stages, found.counts["factorisations"]
 
 
 def _keep(made: Job, job: Job) -> None:

@@ -128,6 +128,7 @@ def check_wheel(record: Any) -> None:
 
 def check_measurement(record: Any) -> None:
     assert record.seconds == {"mesh": {"wall": 0.5, "cpu": 0.75}, "modes": {"wall": 2.0, "cpu": 3.5}}
+    assert record.counts == {"factorisations": 2}
     assert (record.peak_mib, record.machine) == (412.5, {"cpu": "a processor", "cores": 2})
 
 

@@ -234,6 +234,7 @@ def measurement() -> MeasurementRecord:
     return MeasurementRecord(
         seconds={"mesh": {"wall": 0.5, "cpu": 0.75}, "modes": {"wall": 2.0, "cpu": 3.5}},
         peak_mib=412.5,
+        counts={"factorisations": 2},
         machine={"cpu": "a processor", "cores": 2},
     )
 
