@@ -107,6 +107,9 @@ def build_parser() -> argparse.ArgumentParser:
         "--tolerance", type=_tolerance, metavar="T", help="name the cheapest setting that meets it (default 1%%)"
     )
     report.set_defaults(threads=1)
+    stress = _command(commands, "stress", "put the scene to its extremes and judge what comes out", _stress)
+    stress.add_argument("--only", type=_names, default=(), metavar="NAME,...", help="these cases or groups alone")
+    stress.add_argument("--cases", type=Path, metavar="FILE", help="TOML file of further cases, as docs/stress.md says")
     export = _command(commands, "export", "write mode shapes or results as .vtu files for ParaView", _export)
     export.add_argument("what", choices=("modes", "results"))
     export.add_argument("--every", type=_positive, default=5, metavar="N", help="every Nth frame (default 5)")
@@ -236,6 +239,12 @@ def _report(options: argparse.Namespace) -> int:
     return 0
 
 
+def _stress(options: argparse.Namespace) -> int:
+    document, table = _job(options).stress(options.cases, options.only, _Console(options.json).progress)
+    print(json.dumps(document, indent=1) if options.json else table)
+    return 0 if document["passed"] else 1
+
+
 def _export(options: argparse.Namespace) -> int:
     files = _job(options).export(options.what, options.every)
     print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))
@@ -276,6 +285,10 @@ def _tolerance(text: str) -> float:
         return parse_tolerance(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name for one in text.split(",") if (name := one.strip()))
 
 
 def _positive(text: str) -> int:

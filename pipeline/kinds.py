@@ -74,6 +74,14 @@ class SceneJob(Protocol):
         """Run every setting of the scene's sweep, write the report's files and keep it in the database."""
         ...
 
+    def stress(self, cases: Path | None, only: tuple[str, ...], progress: Progress) -> tuple[dict[str, Any], str]:
+        """Put the scene to its extremes: a file of further cases, and names of cases or groups, all where empty.
+
+        Returns:
+            The document of docs/stress.md, and its table as text.
+        """
+        ...
+
     def export(self, what: str, every: int) -> list[Path]:
         """Write files for other programs and return them."""
         ...

@@ -14,6 +14,7 @@ from modaldb.store import FolderStore
 from pipeline.checks import checked, law_notes
 from pipeline.component import Component
 from pipeline.errors import InputError, StageError
+from pipeline.extremes.settings import Stress
 from pipeline.kinds import Place, open_job, run
 from pipeline.pictures import plot_stage
 from pipeline.products import STAGES, Product, combined, component_products, plot_inputs, solve_product
@@ -43,6 +44,7 @@ class SceneFile(Scene):
     component: dict[str, Component]
     report: Report = Report()
     plot: Plot = Plot()
+    stress: Stress = Stress()
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,12 @@ class Job:
         from pipeline.study.report import report_job
 
         return report_job(self, how, progress)
+
+    def stress(self, cases: Path | None, only: tuple[str, ...], progress: Progress) -> tuple[dict[str, Any], str]:
+        """Put the scene to its extremes and return the document and its table as text."""
+        from pipeline.extremes.stress import stress_job
+
+        return stress_job(self, cases, only, progress)
 
     def export(self, what: str, every: int) -> list[Path]:
         """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files."""

@@ -25,6 +25,8 @@ MOST_HALVINGS = 8
 """Of the step, before a stated accuracy is given up."""
 FACTORS: dict[str, float | None] = {"kick": None, "trapezoid": 4.0, "discrete-gradient": 0.05}
 """dt·ω_c that integrators take by themselves; at 0.05 the discrete gradient resolves a blow in about sixty steps."""
+LARGEST: dict[str, float] = {"kick": STEP_FACTOR, "trapezoid": 100.0, "discrete-gradient": 0.5, "collocation": 1.0}
+"""dt·ω_c of a given step above which it is divided: explicit contact gains energy, the others step over blows."""
 
 
 @dataclass(frozen=True)
@@ -46,14 +48,21 @@ class Schedule:
 
 
 def plan_steps(
-    duration: float, step: float | None, samples: int, frames: int, critical: float, factor: float | None = None
+    duration: float,
+    step: float | None,
+    samples: int,
+    frames: int,
+    critical: float,
+    factor: float | None = None,
+    most: float = STEP_FACTOR,
 ) -> Schedule:
     """Choose the steps of a run.
 
     Args:
         step: The scene's [s]; None chooses factor/ω_c, 0.2/ω_c for the explicit integrator.
         critical: ω_c [rad/s].
-        factor: Of an integrator that takes a given step as it is, however large; None for the explicit one.
+        factor: dt·ω_c that an integrator takes by itself; None for the explicit one.
+        most: dt·ω_c above which a given step is divided.
     """
     # Nothing that moves by itself sets no step: one for each sample does.
     largest = (factor or STEP_FACTOR) / critical if critical > 0 else duration / samples
@@ -61,12 +70,28 @@ def plan_steps(
         per_frame = max(1, min(round(samples / frames), math.ceil(duration / largest / frames)))
         stride = math.ceil(duration / largest / (frames * per_frame))
         return Schedule(duration / (frames * per_frame * stride), 1, stride, per_frame, frames)
-    substeps = 1 if factor is not None else math.ceil(step / largest * (1 - 1e-12))
+    substeps = parts_of(step, critical, most)
     dt = step / substeps
     count = math.ceil(duration / dt * (1 - 1e-12))
     stride = max(1, count // samples)
     per_frame = max(1, count // (stride * frames))
     return Schedule(dt, substeps, stride, per_frame, math.ceil(count / (stride * per_frame)))
+
+
+def parts_of(step: float, critical: float, most: float) -> int:
+    """Return how many equal parts of a given step [s] stay at or below most/ω_c."""
+    return max(1, math.ceil(step * critical / most * (1 - 1e-12)))
+
+
+def suggested(system: System) -> float:
+    """Return the step that a system's integrator takes by itself [s]; of collocation, one that resolves a blow.
+
+    Raises:
+        SolverError: the contact's compliance is singular.
+    """
+    critical = system.critical_frequency()
+    factor = FACTORS.get(system.scene.integrator) or STEP_FACTOR
+    return factor / critical if critical > 0 else system.scene.run.duration / system.scene.run.samples
 
 
 def sample_plan(duration: float, samples: int, frames: int) -> Schedule:
@@ -94,8 +119,10 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     critical = 0.0 if name in SAMPLED else system.critical_frequency()
     if name in SAMPLED:
         plan = sample_plan(run.duration, run.samples, run.frames)
+        if run.step is not None:
+            system, plan = _chosen(system, plan, run.step)
     else:
-        plan = plan_steps(run.duration, run.step, run.samples, run.frames, critical, FACTORS[name])
+        plan = plan_steps(run.duration, run.step, run.samples, run.frames, critical, FACTORS[name], LARGEST[name])
     found = _march(system, plan, critical, progress)
     if name in SAMPLED or run.accuracy is None or run.step is not None:
         return found
@@ -107,6 +134,15 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
         if name == "discrete-gradient" and _difference(before, found) <= run.accuracy:
             return found
     return replace(found, result=Result.INACCURATE.name)
+
+
+def _chosen(system: System, plan: Schedule, step: float) -> tuple[System, Schedule]:
+    """Leave the step to the accuracy where a given one [s] of collocation steps over blows."""
+    parts = parts_of(step, system.critical_frequency(), LARGEST[system.scene.integrator])
+    if parts == 1:
+        return system, plan
+    run = system.scene.run.model_copy(update={"step": None})
+    return replace(system, scene=system.scene.model_copy(update={"run": run})), replace(plan, substeps=parts)
 
 
 def _difference(one: Trajectory, other: Trajectory) -> float:

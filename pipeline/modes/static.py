@@ -131,19 +131,22 @@ def residual_shapes(
     B_free, B_rigid, M_rigid_free = sparse.csr_matrix(B[:, free]), B @ rigid, M_rigid[free]
     touched = np.unique(B_free.indices)
     B_touched = sparse.csr_matrix(B_free[:, touched])
-    kept = (B @ normal.Phi) / normal.angular_frequencies
+    at_rows, whole_modes = B @ normal.Phi, "ritz_dropped" not in normal.quality
+    kept = at_rows / normal.angular_frequencies
+    # Of a slender body nearly all of G Bᵀ cancels: its round-off lies in the low kept modes, and goes with them.
+    M_modes = (model.M @ normal.Phi)[free] if whole_modes else np.empty((len(free), 0))
     R, fields = np.empty((B.shape[0], B.shape[0])), np.zeros((B.shape[1], pressures.shape[1]))
     for start in range(0, B.shape[0], BLOCK):
         rows = slice(start, start + BLOCK)
         loads = B_free[rows].toarray()
         loads -= B_rigid[rows] @ M_rigid_free.T
         X = own.grounded(loads.T)
-        R[:, rows] = B_touched @ X[touched] - B_rigid @ (M_rigid_free.T @ X) - kept @ kept[rows].T
+        taken = at_rows @ (M_modes.T @ X) if whole_modes else kept @ kept[rows].T
+        R[:, rows] = B_touched @ X[touched] - B_rigid @ (M_rigid_free.T @ X) - taken
         fields[free] += X @ pressures[rows]
     fields -= rigid @ (M_rigid.T @ fields)
     fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
-    if "ritz_dropped" not in normal.quality:
-        # Of a slender body nearly all of G Bᵀ cancels here: round-off that is left lies in the low kept modes.
+    if whole_modes:
         fields -= normal.Phi @ (normal.Phi.T @ (model.M @ fields))
     if flexibility is None:
         own.free()

@@ -20,7 +20,7 @@ METHODS: dict[str, dict[str, Any]] = {
     "discrete-gradient": {"method": "residual"},
     "collocation": LAW,
 }
-STEPS = {"kick": 4e-7, "trapezoid": 2e-6, "discrete-gradient": 2e-6, "collocation": 2e-5}
+STEPS = {"kick": 4e-7, "trapezoid": 2e-6, "discrete-gradient": 2e-6, "collocation": 8e-6}
 """Coarse enough for the error to stand above round-off, fine enough to show its order [s]."""
 DURATION = 1.6e-4
 """Of a rod of 400 µs of contact: closed from the start to the end."""

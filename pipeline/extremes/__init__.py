@@ -1,0 +1,1 @@
+"""`gudgeon stress`: the extremes of a scene, and whether each comes out right."""

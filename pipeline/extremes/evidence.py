@@ -1,0 +1,87 @@
+"""What a run tells, as the rules read it: numbers alone, of a scene of any kind."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class FirstContact:
+    """The first contact of a run: of located blows, or of the sampled force."""
+
+    start: float
+    """[s]"""
+    impulse: float
+    """[N s]"""
+    duration: float
+    """[s]"""
+    force: float
+    """Largest [N]; 0 where a blow takes no time."""
+
+
+@dataclass(frozen=True)
+class Blows:
+    """A contact of one row between rigid bodies, or under Newton's restitution."""
+
+    restitution: float | None
+    """What its bodies part with; None where no closed form knows it."""
+    mass: float
+    """Effective mass 1 / (row · row) [kg]."""
+    closing: np.ndarray
+    """Speed of approach of each blow [m/s], (b,)."""
+    approach: float
+    """Speed of approach at the start [m/s]."""
+    alone: bool
+    """Whether nothing but this contact acts on rigid bodies: then its impulse is known."""
+    impact: bool
+    """Whether a blow takes no time, so that its loss is known."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What one run found. c: contact rows."""
+
+    frequencies: dict[str, np.ndarray] = field(default_factory=dict)
+    """ω of each component's coordinates [rad/s]."""
+    nested: dict[str, bool] = field(default_factory=dict)
+    """Whether they are modes of the whole mesh, so that more degrees of freedom lower them."""
+    shear: dict[str, float] = field(default_factory=dict)
+    """Shear modulus of each elastic component [Pa]."""
+    orthogonality: float | None = None
+    """Largest departure of ΦᵀMΦ from I that any component's extraction found."""
+    contact: FirstContact | None = None
+    readings: dict[str, tuple[float, str]] = field(default_factory=dict)
+    """Value and unit of the quantities of a run without contact."""
+    blows: Blows | None = None
+    integrator: str = ""
+    energy_drift: float | None = None
+    momentum_residual: float | None = None
+    """None where no body can move freely, or nothing pushes it."""
+    momentum_round_off: float = 0.0
+    """What the last digit of the bodies' own momentum is, over the impulse."""
+    rise: float | None = None
+    """Largest growth of mechanical energy less work of loads, over the energy that is exchanged."""
+    loss: float = 0.0
+    """Energy dissipated [J]."""
+    exchanged: float = 0.0
+    """[J]"""
+    penetration: float | None = None
+    """Deepest overlap at a frame beyond what the bodies yield [m]."""
+    penetration_bound: float | None = None
+    """What layers, laws and round-off allow for the energy that is there [m]."""
+    condition: float | None = None
+    """Of the contacts' compliance or mobility at unit diagonal; of the kept stiffness where nothing touches."""
+    steps: int = 0
+    substeps: int = 1
+    step: float = 0.0
+    """[s]"""
+    seconds: float = 0.0
+    """Of modes and solver."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A case that was not run to its end, and why."""
+
+    reason: str
+    seconds: float = 0.0
