@@ -9,7 +9,7 @@ import pytest
 
 from modaldb.schema import Trajectory
 from solver.integrators import INTEGRATORS, make
-from solver.simulation import simulate
+from solver.simulation import LARGEST, simulate
 from tests.solver.systems import build, rod_records
 
 LAW = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}
@@ -20,7 +20,7 @@ METHODS: dict[str, dict[str, Any]] = {
     "discrete-gradient": {"method": "residual"},
     "collocation": LAW,
 }
-STEPS = {"kick": 4e-7, "trapezoid": 2e-6, "discrete-gradient": 2e-6, "collocation": 8e-6}
+STEPS = {"kick": 4e-7, "trapezoid": 2e-6, "discrete-gradient": 2e-6, "collocation": 2e-5}
 """Coarse enough for the error to stand above round-off, fine enough to show its order [s]."""
 DURATION = 1.6e-4
 """Of a rod of 400 µs of contact: closed from the start to the end."""
@@ -44,7 +44,8 @@ def test_every_member_has_a_case() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(STEPS))
-def test_the_error_falls_as_declared(name: str, tmp_path: Path) -> None:
+def test_the_error_falls_as_declared(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(LARGEST, name, math.inf)  # What is too large for a law is not for this linear one.
     exact = solved(tmp_path / "exact", "event", METHODS[name])
     errors = []
     for number in range(3):
