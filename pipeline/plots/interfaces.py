@@ -1,56 +1,54 @@
 """Choices of kept interface, a line each: coordinates, error of frequency and magnification, and CPU seconds."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from pipeline.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, new_figure, save, styled
+from pipeline.wheel.report import FREQUENCY, MAGNIFICATION, Comparison, InterfaceRow
 
 LEAST = 1e-10
 """Errors are drawn no lower than this."""
 FEW = 1.2
 """Decades up to which an axis has ticks within them."""
-PANELS = (
-    ("coordinates", "coordinates", "{:,.0f}"),
-    ("frequency_error", "largest frequency error", "{:.1e}"),
-    ("magnification_error", "magnification error", "{:.1e}"),
-    ("cpu", "CPU time with sector [s]", "{:.1f}"),
+PANELS: tuple[tuple[Callable[[InterfaceRow], float], str, str], ...] = (
+    (lambda row: row.coordinates, "coordinates", "{:,.0f}"),
+    (lambda row: row.errors[FREQUENCY], "largest frequency error", "{:.1e}"),
+    (lambda row: row.errors[MAGNIFICATION], "magnification error", "{:.1e}"),
+    (lambda row: row.cpu, "CPU time with sector [s]", "{:.1f}"),
 )
 """What stands along the axis of each panel, its label, and how values are written."""
 LEFT, WIDTH, GAP = 0.25, 0.163, 0.022
 """Of the panels, in the figure."""
 
 
-def draw(document: dict[str, Any], path: Path) -> None:
-    """Draw a report's rows, the full wheel as a line at its coordinates and seconds.
+def draw(found: Comparison, path: Path) -> None:
+    """Draw the choices, the full wheel as a line at its coordinates and seconds.
 
     Args:
-        document: As `pipeline.wheel.report.report_wheel` returns it.
         path: The PNG file, written in one step.
     """
-    full, *rows = (
-        row | {"cpu": row["cpu_sector"] + row["cpu_modes"] + row["cpu_response"]} for row in document["rows"]
-    )
-    faces = document["sector"]["face_dofs"]
-    colours = [_colour(row["kept"], faces) for row in rows]
+    full, *rows = found.rows
+    colours = [_colour(row.kept, found.sector["face_dofs"]) for row in rows]
     with styled():
         figure = new_figure(
-            f"{document['scene']}: choices of kept interface",
-            f"{document['sectors']} mistuned sectors; lowest {document['compared']} frequencies; engine order"
-            f" {document['engine_order']}; tuned harmonics = full wheel to {document['harmonics_against_full']:.0e}",
+            f"{found.scene}: choices of kept interface",
+            f"{found.sectors} mistuned sectors; lowest {found.compared} frequencies; engine order"
+            f" {found.engine_order}; tuned harmonics = full wheel to {found.harmonics_against_full:.0e}",
         )
         for number, (value, label, written) in enumerate(PANELS):
             axes = figure.add_axes((LEFT + (WIDTH + GAP) * number, 0.13, WIDTH, 0.73))
-            whole = full[value] if value in ("coordinates", "cpu") else None
-            _panel(axes, [max(abs(row[value]), LEAST) for row in rows], whole, colours, written)
+            whole = value(full) or None
+            _panel(axes, [max(abs(value(row)), LEAST) for row in rows], whole, colours, written)
             axes.set_xlabel(label, fontsize=8.5)
             if number == 0:
-                axes.set_yticks(range(len(rows)), [row["model"] for row in rows], fontsize=8.5)
-        note = f"grey: the full wheel, {full['coordinates']:,} dofs, {full['cpu']:.1f} s; magnification"
-        figure.text(0.035, 0.03, f"{note} {full['magnification']:.4f}", fontsize=8.5, color=FAINT)
+                axes.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=8.5)
+        note = f"grey: the full wheel, {full.coordinates:,} dofs, {full.cpu:.1f} s; magnification"
+        figure.text(0.035, 0.03, f"{note} {full.magnification:.4f}", fontsize=8.5, color=FAINT)
+        path.parent.mkdir(parents=True, exist_ok=True)
         scratch = path.with_name(f".{path.name}.part")
         save(figure, scratch)
         scratch.replace(path)

@@ -1,23 +1,30 @@
 """`gudgeon report` of a wheel: every choice of kept interface against the full wheel, error beside size and seconds."""
 
-import csv
-import io
-import json
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+import shlex
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from modaldb.schema import WheelRecord
-from pipeline.cyclic import sector_parts
+from pipeline.cyclic import SectorParts, sector_parts
 from pipeline.errors import InputError, StageError
 from pipeline.machine import machine
 from pipeline.runreport import Progress
 from pipeline.scenefile import named
+from pipeline.study.choice import choose
+from pipeline.study.document import Document, Errors, Quantity, Run, Seconds, StageSeconds, Table
 from pipeline.study.effort import Effort
-from pipeline.textfile import write_text
+from pipeline.study.front import with_front
+from pipeline.study.output import write_report
+from pipeline.study.series import chain, settling
+from pipeline.wheel.settings import KeptInterface
 from pipeline.wheel.solve import (
     Case,
+    Modes,
     amplitudes,
     full_modes,
     kept_dofs,
@@ -30,48 +37,115 @@ from pipeline.wheel.solve import (
 if TYPE_CHECKING:
     from pipeline.wheel.job import WheelJob
 
+Timed = TypeVar("Timed", SectorParts, Modes)
 FULL = "full wheel"
+FREQUENCY, TUNED, MAGNIFICATION, RESPONSE = "frequencies", "frequencies, tuned", "magnification", "response"
+MEASURES = {FREQUENCY: "relative", TUNED: "relative", MAGNIFICATION: "relative", RESPONSE: "L2"}
+UNITS = {FREQUENCY: "Hz", TUNED: "Hz", MAGNIFICATION: "1", RESPONSE: "m/N"}
+PICTURE = "interfaces.png"
+TIMING = (
+    "CPU seconds from the sector's matrices to the modes and the response of the mistuned wheel, least of {repeat} runs"
+    " of each choice, one after the other; the sector's own reduction, once for all choices, is among those of each."
+    " The full wheel is solved once and kept. Warm: with the sector's reduction at hand."
+)
 
 
 @dataclass(frozen=True)
 class InterfaceRow:
     """One choice of kept interface, on the mistuned wheel unless it says otherwise."""
 
-    model: str
-    coordinates: int
-    kept: int
-    """Physical dofs of a face."""
-    interface_modes: int
-    """Of the whole wheel, the rigid ones that nothing holds among them."""
-    frequency_error: float
-    """Largest relative error of the compared frequencies."""
-    tuned_frequency_error: float
-    """The same of the tuned wheel."""
-    magnification: float
-    magnification_error: float
-    """Relative, signed."""
-    response_error: float
-    """Relative L2 error of all blades' complex amplitudes over the band."""
+    name: str
+    scheme: str
+    record: WheelRecord
+    errors: Errors
+    """Against the full wheel: largest relative error of the compared frequencies, mistuned and tuned; of the
+    magnification, signed; relative L2 error of all blades' complex amplitudes over the band."""
     cpu_sector: float
     """For the sector's own reduction, once for all choices [s]."""
-    cpu_modes: float
-    """From the sector's matrices to the modes of the mistuned wheel [s]."""
-    cpu_response: float
+    wall_sector: float
     """[s]"""
+    wall: float
+    """For modes and response, that reduction aside [s]."""
+
+    @property
+    def coordinates(self) -> int:
+        """Of the whole wheel."""
+        return self.record.counts["coordinates"]
+
+    @property
+    def kept(self) -> int:
+        """Physical dofs of a face."""
+        return self.record.counts["kept"]
+
+    @property
+    def magnification(self) -> float:
+        """Largest amplitude over that of the tuned wheel."""
+        return self.record.quantities["magnification"]["value"]
+
+    @property
+    def cpu(self) -> float:
+        """From the sector's matrices to the response [s]."""
+        return self.cpu_sector + self.record.counts["cpu_modes"] + self.record.counts["cpu_response"]
 
 
-def report_wheel(job: "WheelJob", how: Effort, progress: Progress) -> dict[str, Any]:
-    """Compare every choice and write `report.json`, `report.csv` and `report.png` into the job's folder.
+@dataclass(frozen=True)
+class Comparison:
+    """Every choice beside the full wheel, which is the first row."""
+
+    scene: str
+    sectors: int
+    compared: int
+    """Lowest frequencies."""
+    fixed_count: int
+    sector: dict[str, Any]
+    """Dofs of a sector, of its face, of the wheel."""
+    engine_order: int
+    harmonics_against_full: float
+    """Largest relative difference of the tuned wheel's frequencies by harmonics from those of all its dofs."""
+    truncation_error: float
+    """Of the largest amplitude by the compared modes, against a direct solution."""
+    rows: list[InterfaceRow]
+
+
+def report_wheel(job: "WheelJob", how: Effort, progress: Progress) -> Document:
+    """Compare every choice and write `report.{json,csv,png,html}` and `interfaces.png` into the job's folder.
 
     Args:
         how: Its timed runs are those of each choice; the least time counts. The full wheel is solved once and kept.
 
-    Returns:
-        The document of `report.json`.
-
     Raises:
         InputError: a choice does not fit the mesh.
         StageError: a numerical routine failed.
+    """
+    found = compare(job, how, progress)
+    runs = with_front(_runs(job, found))
+    document = Document(
+        scene=job.name,
+        command=f"gudgeon report {shlex.quote(str(job.path))}",
+        reference={"kind": "nodal", "source": f"the mistuned wheel with all its {found.rows[0].coordinates:,} dofs"},
+        machine=machine(),
+        version=version("gudgeon"),
+        quantities=_quantities(found),
+        runs=runs,
+        left_out=[],
+        changes=[],
+        choice=choose(runs, how.tolerance),
+        tables=[_table(found)],
+        timing=TIMING.format(repeat=how.repeat),
+    )
+    from pipeline.plots.interfaces import draw
+
+    draw(found, job.out / PICTURE)
+    write_report(document, job.out, picture=(job.out / PICTURE).read_bytes())
+    progress("report", 1.0)
+    return document
+
+
+def compare(job: "WheelJob", how: Effort, progress: Progress) -> Comparison:
+    """Solve every choice, and the full wheel unless it stands in the database.
+
+    Raises:
+        InputError, StageError: see `report_wheel`.
     """
     job.run("modes", progress)
     name, wheel = job.scene.only
@@ -79,71 +153,39 @@ def report_wheel(job: "WheelJob", how: Effort, progress: Progress) -> dict[str, 
     with named(job.path, InputError, StageError):
         case = job.case()
         # What is misspelt in them shall not come out after the full wheel.
-        dofs = {key: kept_dofs(case.sector, one, f"report.choices.{key}") for key, one in choices.items()}
+        for key, one in choices.items():
+            kept_dofs(case.sector, one, f"report.choices.{key}")
         full = _full(job, case, progress)
-        rows = [_row(FULL, full, full)]
-        runs = (sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}") for _ in range(how.repeat))
-        parts = min(runs, key=lambda one: one.cpu_seconds)
+        none = dict.fromkeys(MEASURES, 0.0)
+        rows = [InterfaceRow(FULL, "all nodal dofs", full, none, 0.0, 0.0, full.counts["wall"])]
+        parts, wall = _fastest(lambda: sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}"), how.repeat)
         for number, (key, choice) in enumerate(choices.items()):
             progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
-            mistuned = min(
-                (reduced_modes(case, parts, dofs[key], True) for _ in range(how.repeat)), key=lambda one: one.cpu_seconds
-            )
-            pair = reduced_modes(case, parts, dofs[key], False), mistuned
-            rows.append(_row(key, wheel_record(case, job.modes().key, choice, pair, parts.cpu_seconds), full))
+            record, seconds = _solved(job, case, parts, (key, choice), how.repeat)
+            errors = _errors(record, full)
+            rows.append(InterfaceRow(key, scheme_of(choice), record, errors, parts.cpu_seconds, wall, seconds))
     tuned = job.store.get(job.modes().key, "cyclic")
-    document = {
-        "scene": job.name,
-        "wheel": name,
-        "sectors": wheel.sectors,
-        "compared": wheel.count,
-        "fixed_count": wheel.fixed_count,
-        "sector": tuned.quality,
-        "engine_order": wheel.response.engine_order,
-        "harmonics_against_full": reduction_error(tuned, full.tuned_frequencies),
-        "truncation_error": full.quantities["truncation_error"]["value"],
-        "machine": machine(),
-        "rows": [asdict(row) for row in rows],
-    }
-    write_text(job.out / "report.json", json.dumps(document, indent=1))
-    write_text(job.out / "report.csv", _csv(document["rows"]))
-    from pipeline.plots.interfaces import draw
-
-    draw(document, job.out / "report.png")
-    progress("report", 1.0)
-    return document
+    return Comparison(
+        job.name, wheel.sectors, wheel.count, wheel.fixed_count, tuned.quality, wheel.response.engine_order,
+        reduction_error(tuned, full.tuned_frequencies), full.quantities["truncation_error"]["value"], rows,
+    )  # fmt: skip
 
 
-def table_text(document: dict[str, Any]) -> str:
-    """Return a report as a Markdown table."""
-    size = document["sector"]
-    lines = [
-        f"{document['sectors']} sectors of {size['sector_dofs']:,} dofs, {size['face_dofs']} on a face,"
-        f" {document['fixed_count']} fixed-interface modes of each; the lowest {document['compared']} frequencies are"
-        f" compared; {document['machine']['cpu']}, {document['machine']['cores']} cores",
-        f"Tuned: harmonics against the full wheel differ by {document['harmonics_against_full']:.1e} at most. Full"
-        f" wheel: these modes give the largest amplitude to {document['truncation_error']:.1e} of a direct solution.",
-        "",
-        "| kept interface | dofs kept per face | interface modes | coordinates | frequency error | magnification |"
-        " its error | response error (L2) | CPU modes | CPU response |",
-        "|---" * 10 + "|",
-    ]
-    for row in document["rows"]:
-        whole = row["model"] == FULL
-        errors = (
-            ("–", "–", "–")
-            if whole
-            else (
-                f"{row['frequency_error']:.1e}", f"{row['magnification_error']:+.2%}", f"{row['response_error']:.2%}"
-            )
-        )  # fmt: skip
-        lines.append(
-            f"| {row['model']} | {row['kept']} | {row['interface_modes']} | {row['coordinates']:,} | {errors[0]} |"
-            f" {row['magnification']:.4f} | {errors[1]} | {errors[2]} | {row['cpu_modes']:.2f} s |"
-            f" {row['cpu_response']:.3f} s |"
-        )
-    once = document["rows"][-1]["cpu_sector"]
-    return "\n".join([*lines, "", f"Beside that, the sector's own reduction takes {once:.2f} s once for all choices."])
+def scheme_of(choice: KeptInterface) -> str:
+    """Return what choices have in common that differ in their number of interface modes only."""
+    return f"{choice.kept if choice.kept == 'all' else ', '.join(choice.kept) or 'none'} kept"
+
+
+def _solved(
+    job: "WheelJob", case: Case, parts: SectorParts, choice: tuple[str, KeptInterface], repeat: int
+) -> tuple[WheelRecord, float]:
+    """Return the response by a choice, and the wall seconds for modes and response of its fastest run."""
+    key, interface = choice
+    dofs = kept_dofs(case.sector, interface, f"report.choices.{key}")
+    mistuned, wall = _fastest(lambda: reduced_modes(case, parts, dofs, True), repeat)
+    pair = reduced_modes(case, parts, dofs, False), mistuned
+    record = wheel_record(case, job.modes().key, interface, pair, parts.cpu_seconds)
+    return record, wall + record.counts["cpu_response"]
 
 
 def _full(job: "WheelJob", case: Case, progress: Progress) -> WheelRecord:
@@ -153,30 +195,116 @@ def _full(job: "WheelJob", case: Case, progress: Progress) -> WheelRecord:
         progress("full wheel, tuned", 0.0)
         tuned = full_modes(case, False)
         progress("full wheel, mistuned", 0.4)
-        mistuned = full_modes(case, True)
+        mistuned, wall = _fastest(lambda: full_modes(case, True), 1)
         progress("full wheel, direct", 0.8)
         record = wheel_record(case, job.modes().key, None, (tuned, mistuned), 0.0)
         record.quantities["truncation_error"] = {"value": truncation_error(case, record), "unit": "1"}
+        record.counts["wall"] = wall + record.counts["cpu_response"]
         job.store.put(product.key, product.kind, record, product.inputs)
     return job.store.get(product.key, "wheel")
 
 
-def _row(name: str, record: WheelRecord, full: WheelRecord) -> InterfaceRow:
-    ours, theirs = amplitudes(record.mistuned), amplitudes(full.mistuned)
-    gain, exact = (one.quantities["magnification"]["value"] for one in (record, full))
-    counts = record.counts
-    return InterfaceRow(
-        name, counts["coordinates"], counts["kept"], counts["interface_modes"],
-        float(np.abs(record.mistuned_frequencies / full.mistuned_frequencies - 1).max()),
-        float(np.abs(record.tuned_frequencies / full.tuned_frequencies - 1).max()), gain, gain / exact - 1,
-        float(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)), counts["cpu_sector"], counts["cpu_modes"],
-        counts["cpu_response"],
-    )  # fmt: skip
+def _fastest(make: Callable[[], Timed], repeat: int) -> tuple[Timed, float]:
+    """Return what took the least CPU time of some runs, and its wall seconds."""
+    found = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        made = make()
+        found.append((made, time.perf_counter() - start))
+    return min(found, key=lambda one: one[0].cpu_seconds)
 
 
-def _csv(rows: list[dict[str, Any]]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]))
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+def _errors(record: WheelRecord, other: WheelRecord) -> Errors:
+    """Return how far a wheel is from another one."""
+    ours, theirs = amplitudes(record.mistuned), amplitudes(other.mistuned)
+    gain, exact = (one.quantities["magnification"]["value"] for one in (record, other))
+    return {
+        FREQUENCY: float(np.abs(record.mistuned_frequencies / other.mistuned_frequencies - 1).max()),
+        TUNED: float(np.abs(record.tuned_frequencies / other.tuned_frequencies - 1).max()),
+        MAGNIFICATION: gain / exact - 1,
+        RESPONSE: float(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)),
+    }
+
+
+def _series(found: Comparison) -> list[list[InterfaceRow]]:
+    """Return the choices of each scheme, few interface modes first."""
+    schemes = dict.fromkeys(row.scheme for row in found.rows[1:])
+    return [
+        sorted((row for row in found.rows[1:] if row.scheme == scheme), key=lambda row: row.coordinates)
+        for scheme in schemes
+    ]
+
+
+def _quantities(found: Comparison) -> list[Quantity]:
+    quantities = []
+    for name, measure in MEASURES.items():
+        chains = []
+        for rows in _series(found):
+            if len(rows) > 1:
+                apart = [_errors(row.record, rows[-1].record)[name] for row in rows]
+                values = [row.errors[name] for row in rows]
+                chains.append(
+                    chain("basis", [row.name for row in rows], [row.coordinates for row in rows], values, apart)
+                )
+        settles, why = settling(name, chains)
+        reference = found.rows[0].magnification if name == MAGNIFICATION else None
+        quantities.append(Quantity(name, UNITS[name], measure, reference, True, settles, why, chains))
+    return quantities
+
+
+def _runs(job: "WheelJob", found: Comparison) -> list[Run]:
+    largest = {row.name: rows[-1] for rows in _series(found) for row in rows}
+    runs = []
+    for row in found.rows:
+        whole, counts = row.name == FULL, row.record.counts
+        best = None if whole or largest[row.name] is row else largest[row.name]
+        worst = max(row.errors, key=lambda name: abs(row.errors[name]))
+        interface = None if whole else (job.scene.report.choices.get(row.name) or job.wheel.interface)
+        settings = {} if interface is None else {"interface": interface.model_dump(mode="json", exclude_none=True)}
+        runs.append(
+            Run(
+                name=row.name, kind="nodal" if whole else "reduced", scheme=row.scheme,
+                settings={"wheel": {job.scene.only[0]: settings}} if settings else {}, coordinates=row.coordinates,
+                result="FINISHED", errors={} if whole else row.errors,
+                largest_error=None if whole else abs(row.errors[worst]), largest_of=None if whole else worst,
+                truncation=None if best is None else _errors(row.record, best.record),
+                truncation_against="all dofs" if whole else best.name if best else "the largest basis of its scheme",
+                time=None, time_against="modes have no time step", energy_drift=None, momentum_residual=None,
+                step=None, steps=None, factorisations=None, iterations=None, cpu_seconds=row.cpu,
+                wall_seconds=row.wall_sector + row.wall, stages=_stages(counts, row), peak_mib=None, front=False,
+            )
+        )  # fmt: skip
+    return runs
+
+
+def _stages(counts: dict[str, Any], row: InterfaceRow) -> dict[str, StageSeconds]:
+    """Return the seconds of the whole computation, and those where the sector's own reduction is at hand."""
+    warm = counts["cpu_modes"] + counts["cpu_response"]
+    return {"solve": StageSeconds(Seconds(row.wall_sector + row.wall, row.cpu), Seconds(row.wall, warm))}
+
+
+def _table(found: Comparison) -> Table:
+    size = found.sector
+    note = (
+        f"{found.sectors} sectors of {size['sector_dofs']:,} dofs, {size['face_dofs']} on a face, {found.fixed_count}"
+        f" fixed-interface modes of each; the lowest {found.compared} frequencies are compared, engine order"
+        f" {found.engine_order}. Tuned: harmonics against the full wheel differ by {found.harmonics_against_full:.1e}"
+        f" at most. Full wheel: these modes give the largest amplitude to {found.truncation_error:.1e} of a direct"
+        f" solution. The sector's own reduction takes {found.rows[-1].cpu_sector:.2f} s of CPU time, once for all"
+        " choices."
+    )
+    columns = [
+        "kept interface", "dofs kept per face", "interface modes", "coordinates", "frequency error", "magnification",
+        "its error", "response error (L2)", "CPU modes", "CPU response",
+    ]  # fmt: skip
+    rows = []
+    for row in found.rows:
+        errors, counts = row.errors, row.record.counts
+        told = [f"{errors[FREQUENCY]:.1e}", f"{errors[MAGNIFICATION]:+.2%}", f"{errors[RESPONSE]:.2%}"]
+        first, second, third = ["–"] * 3 if row.name == FULL else told
+        rows.append(
+            [row.name, f"{row.kept}", f"{counts['interface_modes']}", f"{row.coordinates:,}", first,
+             f"{row.magnification:.4f}", second, third, f"{counts['cpu_modes']:.2f} s",
+             f"{counts['cpu_response']:.3f} s"]
+        )  # fmt: skip
+    return Table("Choices of kept interface", columns, rows, note)

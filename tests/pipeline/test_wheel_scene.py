@@ -17,9 +17,12 @@ from pipeline.plots.wheel import harmonic_of
 from pipeline.plots.wheel_shape import whole_wheel
 from pipeline.runreport import RunReport
 from pipeline.status import status
+from pipeline.study.effort import Effort
+from pipeline.study.output import report_text
 from pipeline.wheel import report as report_module
 from pipeline.wheel import solve
 from pipeline.wheel.job import WheelJob
+from pipeline.wheel.report import FREQUENCY, MAGNIFICATION, RESPONSE, Comparison, compare
 from tests.validation.scenes import DATA
 
 SECTORS, COUNT, MODES = 6, 12, 4
@@ -147,50 +150,72 @@ def test_response_is_written(made: tuple[Path, RunReport]) -> None:
 
 
 @pytest.fixture(scope="module")
-def compared(made: tuple[Path, RunReport]) -> dict[str, Any]:
-    return job(made[0], report__choices=CHOICES).report(1, lambda stage, share: None)[0]
+def compared(made: tuple[Path, RunReport]) -> Comparison:
+    return compare(job(made[0], report__choices=CHOICES), Effort(repeat=1), silent)
 
 
-def test_harmonics_equal_the_whole_wheel(compared: dict[str, Any]) -> None:
-    assert compared["harmonics_against_full"] < WHOLE
-    assert compared["rows"][0]["coordinates"] == compared["sector"]["wheel_dofs"]
+def silent(stage: str, share: float) -> None:
+    """Tell nobody."""
 
 
-def test_choices_of_kept_interface(compared: dict[str, Any]) -> None:
+def test_harmonics_equal_the_whole_wheel(compared: Comparison) -> None:
+    assert compared.harmonics_against_full < WHOLE
+    assert compared.rows[0].coordinates == compared.sector["wheel_dofs"]
+
+
+def test_choices_of_kept_interface(compared: Comparison) -> None:
     """All kept and all by modes are one space; more columns are never worse; sizes are what was asked for."""
-    rows = {row["model"]: row for row in compared["rows"]}
-    face, rim = compared["sector"]["face_dofs"], rows["rim, 2"]["kept"]
-    assert rows["all"]["kept"] == face
-    assert rows["all"]["coordinates"] == rows["all by modes"]["coordinates"] == SECTORS * (face + 6)
-    assert rows["none, 8"]["coordinates"] == SECTORS * (8 + 6)
-    assert rows["rim, 2"]["coordinates"] == SECTORS * (rim + 2 + 6)
-    assert rows["rim, 2"]["interface_modes"] == SECTORS * 2
-    error = {name: row["frequency_error"] for name, row in rows.items()}
+    rows = {row.name: row for row in compared.rows}
+    face, rim = compared.sector["face_dofs"], rows["rim, 2"].kept
+    assert rows["all"].kept == face
+    assert rows["all"].coordinates == rows["all by modes"].coordinates == SECTORS * (face + 6)
+    assert rows["none, 8"].coordinates == SECTORS * (8 + 6)
+    assert rows["rim, 2"].coordinates == SECTORS * (rim + 2 + 6)
+    assert rows["rim, 2"].record.counts["interface_modes"] == SECTORS * 2
+    error = {name: row.errors[FREQUENCY] for name, row in rows.items()}
     np.testing.assert_allclose(error["all by modes"], error["all"], rtol=1e-4)
     assert error["all"] <= error["none, 8"] * (1 + 1e-4) <= error["none, 2"] * (1 + 2e-4)
     assert error["none, 8"] < 5e-3
-    assert abs(rows["none, 8"]["magnification_error"]) < 0.02
-    assert rows["full wheel"]["frequency_error"] == rows["full wheel"]["response_error"] == 0
-    np.testing.assert_allclose(rows["all by modes"]["response_error"], rows["all"]["response_error"], rtol=1e-3)
+    assert abs(rows["none, 8"].errors[MAGNIFICATION]) < 0.02
+    np.testing.assert_allclose(rows["all by modes"].errors[RESPONSE], rows["all"].errors[RESPONSE], rtol=1e-3)
 
 
-def test_modes_give_the_amplitude_of_a_direct_solution(compared: dict[str, Any]) -> None:
-    assert 0 < compared["truncation_error"] < 1e-2
+def test_modes_give_the_amplitude_of_a_direct_solution(compared: Comparison) -> None:
+    assert 0 < compared.truncation_error < 1e-2
 
 
 def test_report_is_written_and_the_full_wheel_kept(
-    made: tuple[Path, RunReport], compared: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+    made: tuple[Path, RunReport], compared: Comparison, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Errors are against the full wheel, their truncation against the largest basis of the same kept dofs."""
     counts: Counter[str] = Counter()
     monkeypatch.setattr(report_module, "full_modes", lambda *_: counts.update(["full"]))
-    document, text = job(made[0], report__choices={"none, 2": CHOICES["none, 2"]}).report(1, lambda stage, share: None)
+    one = job(made[0], report__choices={name: CHOICES[name] for name in ("none, 2", "none, 8", "all")})
+    document = one.report(Effort(repeat=1), silent)
     assert not counts
     out = made[0] / "out"
-    assert json.loads((out / "report.json").read_text()) == document
-    assert [row["model"] for row in csv.DictReader((out / "report.csv").open())] == ["full wheel", "none, 2"]
-    assert (out / "report.png").stat().st_size > 20_000
+    assert json.loads((out / "report.json").read_text()) == document.as_json()
+    runs = {run.name: run for run in document.runs}
+    assert [row["name"] for row in csv.DictReader((out / "report.csv").open())] == list(runs)
+    assert all((out / name).stat().st_size > 20_000 for name in ("report.png", "interfaces.png", "report.html"))
+    assert runs["full wheel"].kind == "nodal"
+    assert runs["full wheel"].errors == {}
+    few, many = runs["none, 2"], runs["none, 8"]
+    rows = {row.name: row for row in compared.rows}
+    assert few.errors[FREQUENCY] == pytest.approx(rows["none, 2"].errors[FREQUENCY], rel=1e-6)
+    assert (few.truncation_against, many.truncation) == ("none, 8", None)
+    assert few.truncation is not None
+    ratio = rows["none, 2"].record.mistuned_frequencies / rows["none, 8"].record.mistuned_frequencies
+    assert few.truncation[FREQUENCY] == pytest.approx((ratio - 1).max(), rel=1e-6)
+    assert few.settings == {"wheel": {"disk": {"interface": {"kept": [], "interface_count": 2}}}}
+    assert few.scheme == many.scheme == "none kept"
+    assert few.largest_of == RESPONSE
+    assert runs["all"].cpu_seconds > 0
+    text = report_text(document)
     assert "| none, 2 | 0 | 12 | 48 |" in text
-    assert document["rows"][0]["magnification"] == compared["rows"][0]["magnification"]
+    assert f"| full wheel | {compared.rows[0].kept} | 0 |" in text
+    (chain,) = document.quantities[0].chains
+    assert (chain.runs, chain.differences[-1], chain.converges) == (["none, 2", "none, 8"], 0.0, None)
 
 
 def test_reduced_frequencies_lie_above(made: tuple[Path, RunReport]) -> None:
