@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-SCHEMA_VERSION = 4
-READABLE_VERSIONS = (1, 2, 3, 4)
+SCHEMA_VERSION = 5
+READABLE_VERSIONS = (1, 2, 3, 4, 5)
 """A field that an older version lacks takes its default."""
 
 Array = np.ndarray

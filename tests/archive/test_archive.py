@@ -220,6 +220,11 @@ def check_trajectory_3(record: Any) -> None:
     assert np.array_equal(record.gauges["skirt.crown"], ramp(4, start=8.0))
 
 
+def check_nodal_5(record: Any) -> None:
+    check_nodal_2(record)
+    assert record.quantities == {"knock.start": {"value": 0.25, "unit": "s"}}
+
+
 CHECKS: dict[str, Callable[[Any], None]] = {
     "mesh": check_mesh,
     "modes": check_modes,
@@ -237,6 +242,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v2": {"modes": check_modes_2, "nodal": check_nodal_2, "trajectory": check_trajectory_2},
     "v3": {"modes": check_modes_3, "nodal": check_nodal_2, "trajectory": check_trajectory_3},
     "v4": {"modes": check_modes_4, "nodal": check_nodal_2, "trajectory": check_trajectory_3},
+    "v5": {"modes": check_modes_4, "nodal": check_nodal_5, "trajectory": check_trajectory_3},
 }
 """What those of one version hold, or lack."""
 

@@ -162,6 +162,7 @@ def nodal() -> NodalRecord:
         motion={"skirt": ramp(4, 12, start=5.0)},
         frame_times=ramp(2, start=1.0),
         masters={"knock": ramp(2, 16)},
+        quantities={"knock.start": {"value": 0.25, "unit": "s"}},
     )
 
 
