@@ -1,85 +1,89 @@
 """A scene as a problem in all nodal dofs: same meshes, same points, same surface layer, same loads and rod."""
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 from scipy import sparse
 
-from modaldb.schema import MeshRecord, TractionModes
+from modaldb.schema import TractionModes
 from modaldb.traction import along_direction, chart_coordinates
-from pipeline.component import Component
 from pipeline.errors import InputError
-from pipeline.femodel import FEModel
-from pipeline.interface import contact_points
 from pipeline.loads import load_rows
-from pipeline.mesh import movement_of
-from pipeline.model import build_model
-from pipeline.morph import moved_mesh
 from pipeline.nodal import (
     NodalBody,
     NodalContact,
     NodalLoad,
     NodalProblem,
     NodalRod,
+    PointProblem,
     SlidingSurface,
     SplineWeights,
     free_body,
     gravity,
     static_start,
 )
-from pipeline.patch import patch_point, patch_row
+from pipeline.nodal_meeting import meeting_problem, refuse_contacts
+from pipeline.nodal_part import Part, load_part
 from pipeline.stages import Job, basic_surface, free_twists, obstacle_of
-from pipeline.tie import refuse_rigid
 from pipeline.traction import traction_space
 
+LINES = ("bar", "beam", "rigid")
+"""Geometries whose points are few."""
 START_STEP = 1e-6
 """Over which loads and the crank pin's motion are taken for the deformation at the start [s]."""
 
 
-@dataclass(frozen=True)
-class _Part:
-    """One body of the scene on its mesh."""
-
-    name: str
-    mesh: MeshRecord
-    model: FEModel
-    component: Component
-    settings: Any
-
-    @property
-    def position(self) -> np.ndarray:
-        return np.asarray(self.settings.position, float)
-
-
-def nodal_problem(job: Job) -> NodalProblem:
+def nodal_problem(job: Job) -> NodalProblem | PointProblem:
     """Return the scene in all nodal dofs, on the mesh of the changed design where it has a change.
 
+    Points that slide over another body, a joint, and many points of a solid on a layer against an obstacle go to the
+    loop with sliding contact; all else to that of bodies that meet at fixed points.
+
     Raises:
-        InputError: the scene has more bodies than points on one can meet, or a contact has no layer to press against.
+        InputError: the scene has what neither carries.
     """
+    scene = job.scene
+    for name in scene.moving():
+        raise InputError(f"{job.path}: report.nodal: knows no moving forces, leave force.{name} out")
+    if not scene.contact:
+        raise InputError(f"{job.path}: report.nodal: is for scenes with contacts, this one has none")
+    refuse_contacts(job)
+    sliding = bool(scene.masters() or scene.joint)
+    return _sliding_problem(job) if sliding or _layered_solid(job) else meeting_problem(job)
+
+
+def _layered_solid(job: Job) -> bool:
+    """Whether one free or held solid presses layers of its points against obstacles."""
+    scene = job.scene
+    if scene.others() or len(scene.body) != 1 or scene.springs():
+        return False
+    component = job.scene.component[scene.component_of(next(iter(scene.body)))]
+    layers = all(contact.surface_stiffness is not None for contact in scene.contact.values())
+    return layers and component.geometry.kind not in LINES and not component.supports
+
+
+def _sliding_problem(job: Job) -> NodalProblem:
     scene, masters = job.scene, job.scene.masters()
     slaves = {contact.body for contact in scene.contact.values()}
     over = {master.body for master in masters.values()}
-    if len(slaves) != 1 or len(over) > 1 or slaves | over != set(scene.body) or len(scene.joint) > 1:
+    if len(slaves) != 1 or len(over) > 1 or slaves | over != set(scene.body) or len(scene.joint) > 1 or scene.springs():
         raise InputError(
-            f"{job.path}: report.nodal: is for the contact points of one body, against obstacles or one other body, and"
-            " one joint"
+            f"{job.path}: report.nodal: where points slide or a joint drives, it is for the contact points of one body,"
+            " against obstacles or one other body, one joint and no springs"
         )
-    for name in scene.moving():
-        raise InputError(f"{job.path}: report.nodal: knows no moving forces, leave force.{name} out")
     for name, contact in scene.contact.items():
-        if contact.surface_stiffness is None:
-            raise InputError(f"{job.path}: report.nodal: contact.{name} needs surface_stiffness, nodes need a spring")
-    slave = _part(job, slaves.pop())
-    master = _part(job, over.pop()) if over else None
+        if contact.surface_stiffness is None or contact.against.shape == "body":
+            raise InputError(
+                f"{job.path}: report.nodal: contact.{name} needs surface_stiffness and an obstacle or a surface where"
+                " points slide or a joint drives"
+            )
+    slave = _solid(job, slaves.pop())
+    master = _solid(job, over.pop()) if over else None
     loads = [_gas(job, name, slave) for name in scene.gas()]
     if any(scene.run.gravity):
         loads.append(gravity(slave.model, np.asarray(scene.run.gravity)))
     spin = np.cross(np.asarray(slave.settings.angular_velocity), slave.model.nodes - slave.model.properties.centre)
     velocity = (np.asarray(slave.settings.velocity) + spin) @ slave.model.directions.T
     body = free_body(
-        slave.name, slave.model, velocity.ravel(), twists=free_twists(job, slave.name), damping=_beta(slave),
+        slave.name, slave.model, velocity.ravel(), twists=free_twists(job, slave.name), damping=slave.stiffness_factor,
         loads=tuple(loads),
     )  # fmt: skip
     problem = NodalProblem(
@@ -93,44 +97,31 @@ def nodal_problem(job: Job) -> NodalProblem:
     return static_start(problem, START_STEP) if scene.joint else problem
 
 
-def _part(job: Job, name: str) -> _Part:
-    component_name = job.scene.component_of(name)
-    component = job.scene.component[component_name]
-    base = job.store.get(job.components()[component_name]["base-mesh"].key, "mesh")
-    movement = movement_of(component, job.folder, component_name)
-    mesh = base if movement is None else moved_mesh(base, movement)
-    where = f"component.{component_name}"
-    if mesh.cell_type not in ("tetra10", "line3"):
+def _solid(job: Job, name: str) -> Part:
+    part = load_part(job, name)
+    if part.mesh.cell_type not in ("tetra10", "line3"):
         raise InputError(
-            f"{job.path}: report.nodal: is for solids and bars, {where}.geometry is '{component.geometry.kind}'"
+            f"{job.path}: report.nodal: where points slide or a joint drives, it is for solids and bars,"
+            f" component.{job.scene.component_of(name)}.geometry is '{part.component.geometry.kind}'"
         )
-    refuse_rigid(component.interface, f"{job.path}: {where}", "report.nodal")
-    model = build_model(mesh, component.material, component.supports, where, component.geometry)
-    if model.held.any() and len(model.rigid_twists):
-        raise InputError(f"{job.path}: report.nodal: is for bodies free or held, {where}.supports hold it in part")
-    return _Part(name, mesh, model, component, job.scene.body[name])
+    if part.model.held.any() and len(part.model.rigid_twists):
+        raise InputError(
+            f"{job.path}: report.nodal: where points slide or a joint drives, it is for bodies free or held,"
+            f" component.{job.scene.component_of(name)}.supports hold it in part"
+        )
+    return part
 
 
-def _beta(part: _Part) -> float:
-    return part.settings.damping.stiffness_factor if part.settings.damping else 0.0
-
-
-def _held_body(part: _Part) -> NodalBody:
+def _held_body(part: Part) -> NodalBody:
     if not part.model.held.any():
-        return free_body(part.name, part.model, np.zeros(part.model.K.shape[0]), damping=_beta(part))
+        return free_body(part.name, part.model, np.zeros(part.model.K.shape[0]), damping=part.stiffness_factor)
     K, M = part.model.free_matrices()
-    return NodalBody(part.name, K, M, damping=_beta(part))
+    return NodalBody(part.name, K, M, damping=part.stiffness_factor)
 
 
-def _contact(job: Job, name: str, slave: _Part, master: _Part | None) -> NodalContact:
+def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalContact:
     contact = job.scene.contact[name]
-    interface, where = slave.component.interface[contact.interface], f"contact.{name}.interface"
-    if interface.kind == "patch":
-        points = patch_point(slave.mesh, interface, where)
-        rows = patch_row(slave.mesh, slave.model, interface, where)
-    else:
-        points = contact_points(slave.mesh, interface, where)
-        rows = slave.model.rows(points.nodes, points.normals)
+    points, rows = slave.contact_rows(contact.interface, f"contact.{name}.interface")
     placed = points.points + slave.position
     if name in job.scene.masters():
         assert master is not None
@@ -149,7 +140,7 @@ def _contact(job: Job, name: str, slave: _Part, master: _Part | None) -> NodalCo
 
 
 def _surface(
-    job: Job, name: str, slave: _Part, master: _Part, placed: np.ndarray
+    job: Job, name: str, slave: Part, master: Part, placed: np.ndarray
 ) -> tuple[SlidingSurface, TractionModes]:
     over = job.scene.masters()[name]
     found = traction_space(master.mesh, master.component.interface[over.interface], f"contact.{name}.against")
@@ -163,7 +154,7 @@ def _surface(
     return SlidingSurface(rows, weights, slide), space
 
 
-def _gas(job: Job, name: str, slave: _Part) -> NodalLoad:
+def _gas(job: Job, name: str, slave: Part) -> NodalLoad:
     force = job.scene.gas()[name]
     joint = job.scene.joint[force.joint]
     rows = load_rows(slave.mesh, slave.model, slave.component.interface[force.interface], f"force.{name}.interface")
@@ -174,7 +165,7 @@ def _gas(job: Job, name: str, slave: _Part) -> NodalLoad:
     return NodalLoad(rows.B.toarray()[0], mean)
 
 
-def _rod(job: Job, slave: _Part) -> NodalRod:
+def _rod(job: Job, slave: Part) -> NodalRod:
     ((name, joint),) = job.scene.joint.items()
     held = load_rows(slave.mesh, slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
     along, lateral = joint.axes

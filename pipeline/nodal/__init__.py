@@ -7,21 +7,26 @@ Midpoint rule for the elastic bodies, discrete gradient of the contact potential
 
 so that without loads and damping ½vᵀMv + ½uᵀKu + ΣV keeps its value to Newton's tolerance at any step: contact can gain
 no energy. S of each body is factorised once; contact enters through the low-rank G S⁻¹ Gᵀ, Newton runs on the touching
-points only. `body` has the rule for one body, `coupling` what happens between them, `simulate` the loop.
+points only. `body` has the rule for one body, `coupling` what happens between them where points slide or press a layer,
+`simulate` the loop. Bodies that meet at fixed points, with any law or rigidly, have `points` and the loop of `meeting`,
+compiled in `narrow` where bodies are bars, beams or rigid.
 """
 
+from pipeline.nodal.points import facing
 from pipeline.nodal.problem import (
     NodalBody,
     NodalContact,
     NodalLoad,
     NodalProblem,
     NodalRod,
+    PointContact,
+    PointProblem,
     SlidingSurface,
     Weights,
 )
 from pipeline.nodal.simulate import simulate_nodal
 from pipeline.nodal.sliding import SplineWeights
-from pipeline.nodal.start import free_body, gravity, static_start
+from pipeline.nodal.start import free_body, gravity, static_start, supported_body
 
 __all__ = [
     "NodalBody",
@@ -29,11 +34,15 @@ __all__ = [
     "NodalLoad",
     "NodalProblem",
     "NodalRod",
+    "PointContact",
+    "PointProblem",
     "SlidingSurface",
     "SplineWeights",
     "Weights",
+    "facing",
     "free_body",
     "gravity",
     "simulate_nodal",
     "static_start",
+    "supported_body",
 ]

@@ -88,6 +88,15 @@ class MovingBody:
         """Return the velocity of one port now [m/s]."""
         return float((self._ports[number] @ self.v)[0] + self.ports_rigid[number] @ self.p)
 
+    def rates(self) -> np.ndarray:
+        """Return the velocity of the ports now [m/s], (p,)."""
+        return self._ports @ self.v + self.ports_rigid @ self.p
+
+    def motion(self) -> np.ndarray:
+        """Return displacements and velocities now, rigid motion included, (2, dofs)."""
+        Phi = self._Phi[:, : self.rigid_count]
+        return np.array([self.u + Phi @ self.q, self.v + Phi @ self.p])
+
     def predict(self, loads: np.ndarray) -> np.ndarray:
         """Begin a step under constant loads (l,); returns where the ports end without forces on them [m], (p,)."""
         h = self.step
@@ -146,6 +155,6 @@ class MovingBody:
             return
         mass = self._Phi.T @ self._MPhi - np.eye(self._Phi.shape[1])
         scale = float((self.K.diagonal() / self.M.diagonal()).max())
-        strain = np.abs(self._Phi.T @ (self.K @ self._Phi)).max() / scale
+        strain = np.abs(self._Phi.T @ (self.K @ self._Phi)).max() / (scale or 1.0)
         if max(np.abs(mass).max(), strain) > RIGID_TOLERANCE:
             raise StageError(f"nodal: body '{name}': rigid motions strain it or are not mass-orthonormal")

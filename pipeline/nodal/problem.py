@@ -56,6 +56,19 @@ class NodalBody:
     """The columns of `rigid` as translation and rotation about the centre [kg^-½, kg^-½ m^-1], (r, 6)."""
     loads: tuple[NodalLoad, ...] = ()
 
+    def centre_motion(self, motion: np.ndarray) -> np.ndarray:
+        """Return velocity, displacement since the start and velocity at the start of the centre of mass, (3, 6).
+
+        Args:
+            motion: Displacements and velocities now, (2, dofs).
+        """
+        if self.rigid is None or self.twists is None:
+            return np.zeros((3, 6))
+        zero = np.zeros(len(self.rigid))
+        u, v = (zero if x is None else x for x in (self.displacement, self.velocity))
+        rates = np.array([motion[1], motion[0] - u, v]) @ (self.M @ self.rigid)
+        return rates @ self.twists
+
 
 @dataclass(frozen=True)
 class SlidingSurface:
@@ -114,3 +127,32 @@ class NodalProblem:
     rod: NodalRod | None = None
     frames: int = 0
     """Number of equally spaced times, the last at the end, at which the masters' surfaces are kept."""
+
+
+@dataclass(frozen=True)
+class PointContact:
+    """Points at which fixed rows of bodies meet, or a row meets something rigid. c: points."""
+
+    rows: tuple[sparse.csr_matrix | None, ...]
+    """∂g/∂u of each body of the problem, (c, dofs); None of one that has no part in it."""
+    gap: np.ndarray
+    """g₀: gaps where u = 0 [m], (c,)."""
+    directions: np.ndarray
+    """Direction of each point's force on `body`, (c, 3)."""
+    body: int
+    """Number of the body that has the contact in the scene."""
+    other: int | None = None
+    """Number of the body that it is against; None for something rigid."""
+    law: np.ndarray | None = None
+    """K, n, χ, c of F = max(0, K dⁿ (1 + χ ḋ/v⁻) + c ḋ) at each point, (c, 4); None where nothing yields but bodies."""
+
+
+@dataclass(frozen=True)
+class PointProblem:
+    """Bodies that meet at fixed points, for a time [s]. Loads are constant; all contacts have laws, or none has."""
+
+    bodies: tuple[NodalBody, ...]
+    contacts: dict[str, PointContact]
+    duration: float
+    flying: bool = False
+    """Whether nothing but one contact acts, so that there is a restitution."""

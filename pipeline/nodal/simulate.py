@@ -7,24 +7,30 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from modaldb.schema import NodalRecord
+from modaldb.schema import Json, NodalRecord
 from pipeline.nodal.body import MovingBody
 from pipeline.nodal.coupling import Coupling, StepForces, master_ports, slave_ports
-from pipeline.nodal.problem import NodalBody, NodalProblem
+from pipeline.nodal.measure import body_quantities, resultant_quantities
+from pipeline.nodal.meeting import simulate_points
+from pipeline.nodal.problem import NodalBody, NodalProblem, PointProblem
 from pipeline.nodal.threads import one_thread
 
 PROGRESS_STRIDE = 64
 
 
-def simulate_nodal(problem: NodalProblem, step: float, progress: Callable[[float], None] | None = None) -> NodalRecord:
-    """Integrate the problem with a fixed step [s].
+def simulate_nodal(
+    problem: NodalProblem | PointProblem, step: float, progress: Callable[[float], None] | None = None
+) -> NodalRecord:
+    """Integrate a problem with a fixed step [s].
 
     Args:
         progress: Told the share done from time to time.
 
     Raises:
-        StageError: Newton's method did not converge in a step, or a body's rigid motions are none.
+        StageError: contact did not converge in a step, or a body's rigid motions are none.
     """
+    if isinstance(problem, PointProblem):
+        return simulate_points(problem, step, progress)
     wall, cpu = time.perf_counter(), time.process_time()
     count = max(1, round(problem.duration / step))
     with ExitStack() as stack:
@@ -101,7 +107,18 @@ class _Run:
             sum(len(moving.u) for _, moving in self.bodies), self._iterations, wall, cpu,
             forces=forces, motion=self._motion,
             frame_times=self.times[self._frames] if self.problem.frames else None, masters=masters,
+            quantities=self._quantities(),
         )  # fmt: skip
+
+    def _quantities(self) -> Json:
+        """Return name → {"value", "unit"} as the solver names them."""
+        found: Json = {}
+        for name, forces in self._contact_forces.items():
+            values = resultant_quantities(self.times[1:], forces)
+            found |= {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}
+        for body, moving in self.bodies:
+            found |= body_quantities(body.name, body.centre_motion(moving.motion()))
+        return found
 
     def _keep(self, n: int, found: StepForces) -> None:
         self._iterations += found.iterations

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy import sparse
 from scipy.linalg import qr
 
 from pipeline.femodel import FEModel
@@ -43,10 +44,54 @@ def free_body(
     )  # fmt: skip
 
 
+def supported_body(
+    name: str, model: FEModel, twists: np.ndarray, momentum: np.ndarray, *, damping: float, field: np.ndarray
+) -> tuple[NodalBody, sparse.csr_matrix]:
+    """Return a body of any kind on the dofs that its supports leave; a rigid one on its rigid coordinates.
+
+    Under a field a body that is held starts as its weight deforms it.
+
+    Args:
+        twists: Mass-normalised rigid motions that it may make, (r, 6).
+        momentum: Linear and angular about the centre at the start [kg m/s, kg m²/s], (6,).
+        damping: β of C = β K [s].
+        field: Gravity [m/s²], (3,).
+
+    Returns:
+        The body, and the displacement of the model's dofs by its own, (dofs of the model, dofs).
+    """
+    rates = twists @ momentum
+    motions, every = replace(model, rigid_twists=twists).rigid_modes, model.rigid_modes
+    if model.mesh.cell_type == "vertex":
+        r = len(twists)
+        none, one = sparse.csr_matrix((r, r)), sparse.csr_matrix(np.eye(r))
+        loads = (_steady(model.properties.mass * (twists[:, :3] @ field)),) if field.any() else ()
+        body = NodalBody(name, none, one, rates, damping=damping, rigid=np.eye(r), twists=twists, loads=loads)
+        return body, sparse.csr_matrix(motions)
+    free = model.free
+    K, M = model.free_matrices()
+    loads = (_steady(gravity(model, field).row[free]),) if field.any() else ()
+    suppressed = None
+    if len(twists) < every.shape[1]:
+        rest = qr(every.T @ (model.M @ motions))[0][:, len(twists) :] if len(twists) else np.eye(every.shape[1])
+        suppressed = (every @ rest)[free]
+    body = NodalBody(
+        name, K, M, (motions @ rates)[free], damping=damping, rigid=motions[free], suppressed=suppressed, twists=twists,
+        loads=loads,
+    )  # fmt: skip
+    if loads and model.held.any():
+        body = replace(body, displacement=_deformation(body, loads[0].row))
+    return body, sparse.csr_matrix(sparse.eye(len(model.held), format="csr")[:, free])
+
+
 def gravity(model: FEModel, field: np.ndarray) -> NodalLoad:
     """Return the weight of a body on which nothing is held, in a field (3,) [m/s²]."""
     row = model.M @ np.tile(model.directions @ field, len(model.nodes))
-    return NodalLoad(np.asarray(row), lambda times: np.ones(len(times) - 1))
+    return _steady(np.asarray(row))
+
+
+def _steady(row: np.ndarray) -> NodalLoad:
+    return NodalLoad(row, lambda times: np.ones(len(times) - 1))
 
 
 def static_start(problem: NodalProblem, step: float) -> NodalProblem:

@@ -10,7 +10,7 @@ from modaldb.schema import NodalRecord
 from pipeline.cycle_report import reproducible
 from pipeline.errors import InputError, StageError
 from pipeline.machine import machine
-from pipeline.reference import nodal_runs
+from pipeline.nodal_runs import nodal_runs
 from pipeline.stages import Job, SceneError, SolverError, run_job, variant
 from pipeline.study.assemble import Point, fineness, finest_of, point, quantities, rows
 from pipeline.study.changes import change_rows
