@@ -374,11 +374,17 @@ def _balance(contacts, motion, values, depth, rate, h, stiffness, constant, star
     """Keep the energy balance: what laws lose is integrated from forces and rates, not from states."""
     stored, total = 0.0, 0.0
     for i in range(len(values)):
-        law = contacts.law[i]
+        law, given = contacts.law[i], 0.0
         for j in range(4):
-            deep, fast = depth[i, j], rate[i, j]
-            elastic = law[0] * deep ** law[1] if deep > 0.0 else 0.0
-            motion.books[0] += h * WEIGHTS[j] * (values[i, j] - elastic) * fast
+            given = max(given, values[i, j])
+        if given == 0.0:
+            # A surface that recovers by itself gives all that it stored away, however long the step.
+            motion.books[0] += law_energy(law, depth[i, 0]) - law_energy(law, depth[i, 3])
+        else:
+            for j in range(4):
+                deep, fast = depth[i, j], rate[i, j]
+                elastic = law[0] * deep ** law[1] if deep > 0.0 else 0.0
+                motion.books[0] += h * WEIGHTS[j] * (values[i, j] - elastic) * fast
         stored += law_energy(law, depth[i, 3]) + 0.5 * contacts.series[i] * values[i, 3] ** 2
     for k in range(len(motion.y)):
         y, v = motion.y[k], motion.v[k]
