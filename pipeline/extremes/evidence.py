@@ -59,6 +59,10 @@ class Evidence:
     """None where no body can move freely, or nothing pushes it."""
     momentum_round_off: float = 0.0
     """What the last digit of the bodies' own momentum is, over the impulse."""
+    energy_round_off: float = 0.0
+    """What the last digit of all energy is, over the energy exchanged."""
+    time_round_off: float = 0.0
+    """What the last digit of places makes of the time of the first touch [s]."""
     rise: float | None = None
     """Largest growth of mechanical energy less work of loads, over the energy that is exchanged."""
     loss: float = 0.0

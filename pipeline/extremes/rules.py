@@ -22,8 +22,10 @@ accuracy of 1e-8, explicit and implicit contact to what dt·ω_c leaves."""
 PER_STEP = 1e-16
 """What round-off adds to the energy balance in each step."""
 ROUND_OFFS = 16.0
-"""How often the last digit of a momentum may come into its balance."""
+"""How often the last digit of a place, a momentum or an energy may come into a result."""
 ORTHONORMAL = 1e-9
+SEEN = 1e-3
+"""Share of what energy allows from which frames have seen an overlap."""
 SETTLED = 0.01
 """Share by which splitting a few elements may lower a frequency."""
 UNIT_OF: dict[str, Dimension] = {"s": TIME, "m": LENGTH, "N": FORCE, "N s": IMPULSE}
@@ -70,6 +72,10 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
             return Finding("similarity", np.inf, SAME, "first contact in other units (there is none)")
         for name, dimension in (("start", TIME), ("impulse", IMPULSE), ("duration", TIME), ("force", FORCE)):
             pairs.append((getattr(one, name) / units.of(dimension), getattr(other, name)))
+        start, expected = pairs[0]
+        blurred = ROUND_OFFS * (found.time_round_off / units.time + base.time_round_off)
+        if abs(start - expected) <= blurred:
+            pairs[0] = (expected, expected)
     else:
         for name, (value, unit) in base.readings.items():
             if unit in UNIT_OF and name in found.readings:
@@ -191,7 +197,9 @@ def penetration(found: Evidence, compared: Compared) -> Finding | None:
 def monotone(found: Evidence, compared: Compared) -> Finding | None:
     """Stiffer surfaces overlap less, softer ones more."""
     factor, before, after = compared.factor, compared.base.penetration, found.penetration
-    if factor is None or not before or after is None:
+    if factor is None or before is None or after is None or compared.base.penetration_bound is None:
+        return None
+    if before < SEEN * compared.base.penetration_bound:
         return None
     value, bound = (after, before) if factor > 1 else (before, after)
     return Finding("monotone", value, bound * (1 + SAME), "stiffer surfaces overlap less [m]")
@@ -213,7 +221,7 @@ RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
 
 def _kept(found: Evidence) -> float:
     """Return the energy drift that an integrator promises."""
-    return KEPT[found.integrator] + PER_STEP * found.steps
+    return KEPT[found.integrator] + PER_STEP * found.steps + ROUND_OFFS * found.energy_round_off
 
 
 def _apart(one: float, other: float) -> float:

@@ -145,6 +145,7 @@ def _compiled(job: Job) -> System:
 
 def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord], seconds: float) -> Evidence:
     """Collect a run's evidence."""
+    eps = float(np.finfo(float).eps)
     elastic = {name: record for name, record in modes.items() if len(record.angular_frequencies)}
     mechanical = found.energies[:, :3].sum(axis=1) - found.energies[:, 4]
     exchanged = float(sum(np.ptp(found.energies[:, i]) for i in range(3)))
@@ -167,6 +168,8 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         energy_drift=found.energy_drift,
         momentum_residual=found.momentum_residual if moved and pushed else None,
         momentum_round_off=_last_digit(system, found),
+        energy_round_off=eps * float(np.abs(found.energies).max(initial=0.0)) / exchanged if exchanged > 0 else 0.0,
+        time_round_off=_blur(system),
         rise=float((mechanical - lowest).max()) / exchanged if exchanged > 0 else None,
         loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
         exchanged=exchanged,
@@ -189,6 +192,13 @@ def _last_digit(system: System, found: Trajectory) -> float:
     speed = max((float(np.abs(found.velocities[:, k]).max(initial=0.0)) for k in system.rigid), default=0.0)
     masses = [body.morph.mass for body in system.bodies.values()]
     return float(np.finfo(float).eps) * max(masses) ** 0.5 * speed / pushed if pushed > 0 else 0.0
+
+
+def _blur(system: System) -> float:
+    """Return what the last digit of places makes of the time at which gaps close [s]."""
+    places = [float(np.abs(c.points + system.scene.body[c.body].position).max()) for c in system.contacts]
+    speed = float(np.abs(system.rows @ system.velocity).max(initial=0.0))
+    return float(np.finfo(float).eps) * max(places, default=0.0) / speed if speed > 0 else 0.0
 
 
 def _shear(job: Job, component: str) -> float:
