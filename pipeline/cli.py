@@ -219,9 +219,12 @@ def _plan(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(rows, indent=1))
         return 0
-    for row in rows["terms"]:
-        size = "" if row["bytes"] is None else f"{row['bytes']:>12,} B"
-        print(f"{'in ' if row['present'] else 'out'}  {row['body']}: {row['term']:30} {size:>15}  {row['reason']}")
+    bodies = list(dict.fromkeys(row["body"] for row in rows["terms"]))
+    for row in sorted(rows["terms"], key=lambda row: (bodies.index(row["body"]), not row["present"])):
+        size = "" if row["bytes"] is None or not row["fields"] else f"{row['bytes']:,} B"
+        print(
+            f"{'in ' if row['present'] else 'out'}  {row['body'] + ': ' + row['term']:38} {size:>15}  {row['reason']}"
+        )
     known = rows["bytes"]
     print(
         f"\nthe solver will read {known:,} bytes" if known is not None else "\nbytes are known once the modes are made"

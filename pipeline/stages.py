@@ -32,6 +32,11 @@ from solver.scene import Body, Scene, carriers
 
 __all__ = ["Job", "RunReport", "SceneError", "SolverError", "open_job", "plan", "run", "run_job", "status"]
 
+PLACES = {
+    "points": "interfaces", "patch": "interfaces", "traction": "tractions",
+    "mean": "loads", "pressure": "loads", "tie": "loads",
+}  # fmt: skip
+"""Group of a modal record in which an interface of each kind stands."""
 EDGE_SHARE = 1e-3
 """Share of a contact's impulse at the edge of its interface from which a run says so."""
 if TYPE_CHECKING:
@@ -188,11 +193,17 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
 
 def plan(job: Job) -> dict[str, Any]:
     """Return what the solver will read of each record, what it leaves out and why, and the bytes of both."""
-    from solver.terms import scene_terms
+    from solver.terms import Stock, scene_terms
 
-    rows, read, seen = [], 0, {}
-    for term in scene_terms(job.scene):
-        steps = job.components()[job.scene.component_of(term.body)]
+    rows, read, seen, components = [], 0, {}, job.components()
+    stocks = {}
+    for body in job.scene.body:
+        component = job.scene.component[job.scene.component_of(body)]
+        places = [f"{PLACES[item.kind]}/{name}" for name, item in component.interface.items()]
+        places += [f"gauges/{name}" for name in component.gauge]
+        stocks[body] = Stock(component.geometry.kind != "rigid", bool(component.supports), tuple(places))
+    for term in scene_terms(job.scene, stocks):
+        steps = components[job.scene.component_of(term.body)]
         keys = {"mesh": steps["mesh"].key, "modes": steps["modes"].key, "morph": steps["morph"].key}
         sizes = [_field_bytes(job.store, keys, path) for path in term.fields]
         size = None if None in sizes else sum(size for size in sizes if size is not None)

@@ -122,6 +122,11 @@ class Contact(BaseModel):
         return self
 
     @property
+    def rubs(self) -> bool:
+        """Whether friction can hold it at all."""
+        return self.friction is not None and self.friction.static > 0
+
+    @property
     def smooth_law(self) -> bool:
         """Whether its force is a nonlinear function of indentation."""
         return self.law is not None and self.law.kind != "linear"

@@ -14,7 +14,7 @@ from solver.errors import SceneError, SolverError
 from solver.fittings import Springs, compile_gauges, compile_springs, sides_of
 from solver.result import Result
 from solver.scene import Scene, carriers
-from solver.terms import Term, fields_read, scene_terms
+from solver.terms import Stock, Term, fields_read, scene_terms
 
 DEPENDENT = 1e-13
 """Pivot of a point's compliance, relative to it, at which the point depends on others."""
@@ -186,7 +186,8 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     Raises:
         SceneError: an interface or the residual flexibility is missing, or an obstacle does not face its surface.
     """
-    terms = scene_terms(scene)
+    stocks = {name: _stock(store, morphs[scene.component_of(name)]) for name in scene.body}
+    terms = scene_terms(scene, stocks)
     bodies, offsets, size = {}, {}, 0
     for name, settings in scene.body.items():
         fields = (fields_read(terms, name, record) for record in ("morph", "modes"))
@@ -210,6 +211,13 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
         loads=loads, position=position, velocity=velocity, terms=terms, **arrays,
         **compile_gauges(bodies, offsets, contacts, size),
     )  # fmt: skip
+
+
+def _stock(store: Store, morph_key: str) -> Stock:
+    """Return what the records of a component hold; of their arrays the sizes alone are looked at."""
+    modes_key = store.get(morph_key, "morph", only=()).modes_key
+    store.get(modes_key, "modes", only=())  # Says what is wrong where it is missing or damaged.
+    return Stock.of(store.sizes(modes_key))
 
 
 def _settled(scene: Scene, points: int) -> Scene:

@@ -148,7 +148,7 @@ def test_terms_of_a_driven_pair() -> None:
     assert present == {
         ("part", "rigid motion"), ("part", "elastic flight"), ("part", "contact right"), ("part", "contact left"),
         ("part", "surface layer of right"), ("part", "surface layer of left"), ("part", "joint rod"),
-        ("part", "load gas"), ("part", "residual flexibility"),
+        ("part", "load gas"), ("part", "residual flexibility"), ("part", "sliding of right"),
         ("plate", "rigid motion"), ("plate", "elastic flight"), ("plate", "traction space top"), ("plate", "damping"),
         ("plate", "residual flexibility"),
     }  # fmt: skip

@@ -103,7 +103,12 @@ print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "mat
     assert loaded == []
     # The note on coarse meshes reads the estimates of the modes' errors, after the solver.
     asked = [[kind, only] for kind, only in asked if not set(FIELDS) <= set(only or [])]
-    fields = {f"{kind}:{field}" for kind, only in asked for field in only or ["everything"] if kind != "trajectory"}
+    fields = {
+        f"{kind}:{field}"
+        for kind, only in asked
+        for field in (["everything"] if only is None else only)
+        if kind != "trajectory"
+    }
     assert fields == {
         "morph:centre", "morph:inertia", "morph:rigid_twists", "morph:points/tip",
         "modes:angular_frequencies", "modes:interfaces/tip/rows", "modes:interfaces/tip/normals",
