@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from pipeline.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, RED, new_figure, save, styled
+from pipeline.vectors.study import ROOT, UNDER, Comparison
 
 CASES = {"static": "static, end of the way", "sudden": "suddenly applied there", "moving": "travelling"}
-MEASURES = {"under": "displacement under the force", "root": "stress at the root"}
+MEASURES = (UNDER, ROOT)
 LEAST = 1e-5
 """Errors below it stand on the lower edge."""
 SHOWN = 6
@@ -29,34 +30,34 @@ LOOKS = {
 """Colour, line and mark by what a basis' name begins with; the longest that fits counts."""
 
 
-def draw(document: dict[str, Any], path: Path) -> None:
-    """Draw a report of vectors.
+def draw(found: Comparison, path: Path) -> None:
+    """Draw every basis in every case.
 
     Args:
-        document: As `pipeline.vectors.report.vectors_report` returns it.
         path: The PNG file, written in one step.
     """
     with styled():
         subtitle = (
-            f"{document['dofs']:,} dofs  ·  reference: all nodal dofs, same time steps  ·  relative L2 errors, below"
+            f"{found.dofs:,} dofs  ·  reference: all nodal dofs, same time steps  ·  relative L2 errors, below"
             f" {LEAST:g} on the lower edge"
         )
-        figure = new_figure(f"{document['scene']}: error against the number of vectors", subtitle)
-        for row, (measure, label) in enumerate(MEASURES.items()):
+        figure = new_figure(f"{found.scene}: error against the number of vectors", subtitle)
+        for row, measure in enumerate(MEASURES):
             for column, (case, title) in enumerate(CASES.items()):
                 axes = figure.add_axes((0.1 + 0.3 * column, 0.585 - 0.31 * row, 0.275, 0.27))
-                _panel(axes, document, case, measure)
+                _panel(axes, found, case, measure)
                 if row == 0:
                     axes.set_title(title, fontsize=10, loc="left")
                     axes.tick_params(labelbottom=False)
                 else:
                     axes.set_xlabel("vectors")
                 if column == 0:
-                    axes.set_ylabel(label, fontsize=9)
+                    axes.set_ylabel(measure, fontsize=9)
                 else:
                     axes.tick_params(labelleft=False)
-        _legend(figure, document)
-        _cost(figure, document["cost"])
+        _legend(figure, found)
+        _cost(figure, found.cost)
+        path.parent.mkdir(parents=True, exist_ok=True)
         scratch = path.with_name(f".{path.name}.part")
         save(figure, scratch)
         scratch.replace(path)
@@ -66,11 +67,11 @@ def _look(basis: str) -> tuple[str, str, str]:
     return LOOKS[max((name for name in LOOKS if basis.startswith(name)), key=len)]
 
 
-def _panel(axes: Axes, document: dict[str, Any], case: str, measure: str) -> None:
-    chosen = [row for row in document["rows"] if row["case"] == case]
-    for basis in dict.fromkeys(row["basis"] for row in chosen):
+def _panel(axes: Axes, found: Comparison, case: str, measure: str) -> None:
+    chosen = [row for row in found.rows if row.case == case]
+    for basis in dict.fromkeys(row.basis for row in chosen):
         colour, line, mark = _look(basis)
-        points = [(row["vectors"], max(row[measure], LEAST)) for row in chosen if row["basis"] == basis]
+        points = [(row.vectors, max(row.errors[measure], LEAST)) for row in chosen if row.basis == basis]
         axes.plot(
             *np.array(points).T, line, color=colour, marker=mark, markersize=4, linewidth=1.4, clip_on=False,
             zorder=3 if colour == BLUE else 2,
@@ -78,15 +79,15 @@ def _panel(axes: Axes, document: dict[str, Any], case: str, measure: str) -> Non
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(LEAST, 0.5)
-    axes.xaxis.set_major_locator(FixedLocator(document["counts"]))
+    axes.xaxis.set_major_locator(FixedLocator(found.settings.counts))
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xticklabels([str(count) for count in document["counts"]])
+    axes.set_xticklabels([str(count) for count in found.settings.counts])
 
 
-def _legend(figure: Figure, document: dict[str, Any]) -> None:
+def _legend(figure: Figure, found: Comparison) -> None:
     axes = figure.add_axes((0.03, 0.005, 0.44, 0.19))
     axes.axis("off")
-    names = {_look(row["basis"]): row["basis"] for row in document["rows"]}
+    names = {_look(row.basis): row.basis for row in found.rows}
     for number, ((colour, line, mark), name) in enumerate(names.items()):
         height = 0.95 - 0.135 * number
         axes.plot([0.02, 0.11], [height] * 2, line, color=colour, linewidth=1.4)

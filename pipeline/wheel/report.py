@@ -1,11 +1,9 @@
 """`gudgeon report` of a wheel: every choice of kept interface against the full wheel, error beside size and seconds."""
 
 import shlex
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from pipeline.machine import machine
 from pipeline.runreport import Progress
 from pipeline.scenefile import named
 from pipeline.study.choice import choose
+from pipeline.study.clock import fastest
 from pipeline.study.document import Document, Errors, Quantity, Run, Seconds, StageSeconds, Table
 from pipeline.study.effort import Effort
 from pipeline.study.front import with_front
@@ -24,7 +23,6 @@ from pipeline.study.series import chain, settling
 from pipeline.wheel.settings import KeptInterface
 from pipeline.wheel.solve import (
     Case,
-    Modes,
     amplitudes,
     full_modes,
     kept_dofs,
@@ -37,7 +35,6 @@ from pipeline.wheel.solve import (
 if TYPE_CHECKING:
     from pipeline.wheel.job import WheelJob
 
-Timed = TypeVar("Timed", SectorParts, Modes)
 FULL = "full wheel"
 FREQUENCY, TUNED, MAGNIFICATION, RESPONSE = "frequencies", "frequencies, tuned", "magnification", "response"
 MEASURES = {FREQUENCY: "relative", TUNED: "relative", MAGNIFICATION: "relative", RESPONSE: "L2"}
@@ -158,12 +155,12 @@ def compare(job: "WheelJob", how: Effort, progress: Progress) -> Comparison:
         full = _full(job, case, progress)
         none = dict.fromkeys(MEASURES, 0.0)
         rows = [InterfaceRow(FULL, "all nodal dofs", full, none, 0.0, 0.0, full.counts["wall"])]
-        parts, wall = _fastest(lambda: sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}"), how.repeat)
+        parts, once = fastest(lambda: sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}"), how.repeat)
         for number, (key, choice) in enumerate(choices.items()):
             progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
             record, seconds = _solved(job, case, parts, (key, choice), how.repeat)
             errors = _errors(record, full)
-            rows.append(InterfaceRow(key, scheme_of(choice), record, errors, parts.cpu_seconds, wall, seconds))
+            rows.append(InterfaceRow(key, scheme_of(choice), record, errors, parts.cpu_seconds, once.wall, seconds))
     tuned = job.store.get(job.modes().key, "cyclic")
     return Comparison(
         job.name, wheel.sectors, wheel.count, wheel.fixed_count, tuned.quality, wheel.response.engine_order,
@@ -182,10 +179,10 @@ def _solved(
     """Return the response by a choice, and the wall seconds for modes and response of its fastest run."""
     key, interface = choice
     dofs = kept_dofs(case.sector, interface, f"report.choices.{key}")
-    mistuned, wall = _fastest(lambda: reduced_modes(case, parts, dofs, True), repeat)
+    mistuned, taken = fastest(lambda: reduced_modes(case, parts, dofs, True), repeat)
     pair = reduced_modes(case, parts, dofs, False), mistuned
     record = wheel_record(case, job.modes().key, interface, pair, parts.cpu_seconds)
-    return record, wall + record.counts["cpu_response"]
+    return record, taken.wall + record.counts["cpu_response"]
 
 
 def _full(job: "WheelJob", case: Case, progress: Progress) -> WheelRecord:
@@ -195,23 +192,13 @@ def _full(job: "WheelJob", case: Case, progress: Progress) -> WheelRecord:
         progress("full wheel, tuned", 0.0)
         tuned = full_modes(case, False)
         progress("full wheel, mistuned", 0.4)
-        mistuned, wall = _fastest(lambda: full_modes(case, True), 1)
+        mistuned, taken = fastest(lambda: full_modes(case, True), 1)
         progress("full wheel, direct", 0.8)
         record = wheel_record(case, job.modes().key, None, (tuned, mistuned), 0.0)
         record.quantities["truncation_error"] = {"value": truncation_error(case, record), "unit": "1"}
-        record.counts["wall"] = wall + record.counts["cpu_response"]
+        record.counts["wall"] = taken.wall + record.counts["cpu_response"]
         job.store.put(product.key, product.kind, record, product.inputs)
     return job.store.get(product.key, "wheel")
-
-
-def _fastest(make: Callable[[], Timed], repeat: int) -> tuple[Timed, float]:
-    """Return what took the least CPU time of some runs, and its wall seconds."""
-    found = []
-    for _ in range(repeat):
-        start = time.perf_counter()
-        made = make()
-        found.append((made, time.perf_counter() - start))
-    return min(found, key=lambda one: one[0].cpu_seconds)
 
 
 def _errors(record: WheelRecord, other: WheelRecord) -> Errors:

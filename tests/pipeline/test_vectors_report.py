@@ -5,7 +5,6 @@ import json
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,8 +17,11 @@ from pipeline.modes.normal import NormalModes
 from pipeline.nodal_scene import nodal_problem
 from pipeline.recipes.ritz_vectors import RitzVectors
 from pipeline.stages import open_job, run_job
+from pipeline.study.effort import Effort
+from pipeline.study.output import report_text
+from pipeline.vectors import report as report_module
 from pipeline.vectors.problem import Problem, problem_of
-from pipeline.vectors.report import vectors_report, vectors_text
+from pipeline.vectors.study import OF_ALL, ROOT, UNDER, Comparison, compare
 from pipeline.vectors.travelling import Root, Travel, difference, nodal_history, reduced_history
 from tests.pipeline.small import write_scene
 
@@ -108,15 +110,15 @@ def everything(way: tuple[Travel, Root]) -> NormalModes:
 
 
 @pytest.fixture(scope="module")
-def document(folder: Path) -> dict[str, Any]:
-    return vectors_report(open_job(folder, db=folder / "db", out=folder / "out"), 1, silent)
+def compared(folder: Path) -> Comparison:
+    return compare(open_job(folder, db=folder / "db", out=folder / "out"), 1, silent)
 
 
-def errors(document: dict[str, Any], case: str, basis: str, count: int) -> tuple[float, float]:
+def errors(compared: Comparison, case: str, basis: str, count: int) -> tuple[float, float]:
     """Return the errors under the force and at the root."""
-    keys = {"case": case, "basis": basis, "vectors": count}
-    (row,) = [row for row in document["rows"] if keys.items() <= row.items()]
-    return row["under"], row["root"]
+    row = compared.row(case, basis, count)
+    assert row is not None
+    return row.errors[UNDER], row.errors[ROOT]
 
 
 @pytest.mark.parametrize("standing", [False, True])
@@ -169,43 +171,44 @@ def test_energy_norm_is_the_stress_of_the_root(way: tuple[Travel, Root], problem
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_static_answer_is_exact_with_the_load_in_the_basis(document: dict[str, Any], count: int) -> None:
+def test_static_answer_is_exact_with_the_load_in_the_basis(compared: Comparison, count: int) -> None:
     for basis in ("normal + static", "Ritz", "normal + Ritz, half each"):
-        assert max(errors(document, "static", basis, count)) < 1e-9, basis
-    assert min(errors(document, "static", "normal", count)) > 1e-4
-    assert errors(document, "static", "Ritz of half the way, kept", count)[0] > 1e-4
+        assert max(errors(compared, "static", basis, count)) < 1e-9, basis
+    assert min(errors(compared, "static", "normal", count)) > 1e-4
+    assert errors(compared, "static", "Ritz of half the way, kept", count)[0] > 1e-4
 
 
-def test_ritz_vectors_beat_as_many_normal_modes(document: dict[str, Any]) -> None:
+def test_ritz_vectors_beat_as_many_normal_modes(compared: Comparison) -> None:
     for case, basis in (("sudden", "Ritz"), ("moving", "Ritz, again at each place")):
         for count in COUNTS:
-            ours, normal = errors(document, case, basis, count), errors(document, case, "normal", count)
+            ours, normal = errors(compared, case, basis, count), errors(compared, case, "normal", count)
             assert ours[0] < 0.9 * normal[0], (case, count)
-        assert errors(document, case, basis, 8)[0] < 0.5 * errors(document, case, basis, 2)[0]
+        assert errors(compared, case, basis, 8)[0] < 0.5 * errors(compared, case, basis, 2)[0]
 
 
-def test_vectors_made_again_beat_vectors_that_are_kept(document: dict[str, Any]) -> None:
+def test_vectors_made_again_beat_vectors_that_are_kept(compared: Comparison) -> None:
     for count in COUNTS:
-        again = errors(document, "moving", "Ritz, again at each place", count)
-        kept = errors(document, "moving", "Ritz of half the way, kept", count)
+        again = errors(compared, "moving", "Ritz, again at each place", count)
+        kept = errors(compared, "moving", "Ritz of half the way, kept", count)
         assert again[0] < kept[0]
         assert again[1] < 0.7 * kept[1]
 
 
-def test_bases_that_need_more_vectors_are_left_out(document: dict[str, Any]) -> None:
+def test_bases_that_need_more_vectors_are_left_out(compared: Comparison) -> None:
     """Eight places: eight static shapes leave no normal mode beside them."""
-    assert not [row for row in document["rows"] if row["basis"] == "normal + static of all places"]
+    assert not [row for row in compared.rows if row.basis == OF_ALL]
 
 
-def test_reference_says_its_own_error(document: dict[str, Any]) -> None:
-    assert document["time_error"]["static"] is None
-    assert document["time_error"]["moving"]["under"] < 1e-4
-    assert document["steps"] == 800
+def test_reference_says_its_own_error(compared: Comparison) -> None:
+    assert compared.time_error["static"] is None
+    assert compared.time_error["moving"] is not None
+    assert compared.time_error["moving"][UNDER] < 1e-4
+    assert compared.steps == 800
 
 
-def test_price(document: dict[str, Any]) -> None:
-    assert [row["vectors"] for row in document["cost"]] == [8]
-    row = document["cost"][0]
+def test_price(compared: Comparison) -> None:
+    assert [row["vectors"] for row in compared.cost] == [8]
+    row = compared.cost[0]
     assert row["again"] == pytest.approx(row["again_share"] * row["scratch"])
     assert 0 < row["again"] < row["scratch"]
 
@@ -216,17 +219,31 @@ def test_number_of_solves(way: tuple[Travel, Root]) -> None:
     assert (source.factorisations, source.solved) == (1, 24)
 
 
-def test_files_and_table(folder: Path, document: dict[str, Any]) -> None:
+def test_files_and_table(folder: Path, compared: Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs are the bases under the force that travels, the nodal dofs the first of them; all cases stand in tables."""
+    monkeypatch.setattr(report_module, "compare", lambda *_: compared)
     out = folder / "out"
-    assert json.loads((out / "report.json").read_text())["rows"] == document["rows"]
+    document = open_job(folder, db=folder / "db", out=out).report(Effort(repeat=1), silent)
+    assert json.loads((out / "report.json").read_text()) == document.as_json()
     with (out / "report.csv").open() as file:
-        assert len(list(csv.DictReader(file))) == len(document["rows"])
-    with (out / "cost.csv").open() as file:
-        assert int(next(csv.DictReader(file))["dofs"]) == document["dofs"]
-    assert (out / "report.png").read_bytes().startswith(b"\x89PNG")
-    text = vectors_text(document)
+        assert len(list(csv.DictReader(file))) == len(document.runs)
+    assert all((out / name).read_bytes().startswith(b"\x89PNG") for name in ("report.png", "vectors.png"))
+    nodal, *runs = document.runs
+    assert (nodal.kind, nodal.errors, nodal.time) == ("nodal", {}, compared.time_error["moving"])
+    assert {run.name for run in runs} == {
+        f"{r.basis}, {r.vectors} vectors" for r in compared.rows if r.case == "moving"
+    }
+    for run in runs:
+        assert run.largest_error == max(run.errors.values()) == run.errors[run.largest_of or ""]
+        assert run.cpu_seconds == sum(stage.warm.cpu for stage in run.stages.values() if stage.warm)
+    best = [chain for chain in document.quantities[0].chains if chain.runs[0].startswith("Ritz, again")]
+    assert [chain.sizes for chain in best] == [list(COUNTS)]
+    assert best[0].differences[0] > best[0].differences[-1] == 0.0
+    text = report_text(document)
     assert "| Ritz, again at each place |" in text
     assert "half the step changes the reference by" in text
+    under, root = errors(compared, "static", "normal", 8)
+    assert f"| {under:.1e} / {root:.1e} |" in text
 
 
 @pytest.mark.parametrize(
