@@ -14,7 +14,6 @@ from pipeline.extremes.evidence import Evidence, FirstContact, Refusal
 from pipeline.extremes.slivers import with_slivers
 from pipeline.extremes.trial import Trial, approach, integrators_of, suggested_step
 from pipeline.products import table_path
-from pipeline.stages import variant
 
 AGREES = 0.01
 """Relative difference of an impulse that a too large step may make, divided as it is."""
@@ -45,6 +44,8 @@ class Subject:
     meshes: Mapping[str, MeshRecord]
     """Mesh of each component that a body uses, before any change."""
     run: Callable[[Trial], Evidence | Refusal]
+    changed: Callable[[Mapping[str, Any]], Any]
+    """Returns the job with nested tables of changes put into its scene."""
     known: dict[str, Any] = field(default_factory=dict)
     """What one case found and others use."""
 
@@ -130,7 +131,7 @@ def contact_stiffness(subject: Subject, operation: Any) -> Trial:
     start = subject.contact().start
     if not elastic:  # What presses rigid bodies takes so much longer or shorter.
         changes["run"] = {"duration": start + (scene.run.duration - start) * factor ** (-1 / (exponent + 1))}
-    return Trial(variant(subject.job, changes), factor=factor)
+    return Trial(subject.changed(changes), factor=factor)
 
 
 def mass(subject: Subject, operation: Any) -> Trial:
@@ -167,7 +168,7 @@ def step(subject: Subject, operation: Any) -> Trial:
         subject.known["step"] = _stepped(subject)
     name, suggested = subject.known["step"]
     changes = {"integrator": name, "step": suggested * operation.factor, "accuracy": "unset"}
-    return Trial(variant(subject.job, {"run": changes}), agreement=AGREES)
+    return Trial(subject.changed({"run": changes}), agreement=AGREES)
 
 
 def _stepped(subject: Subject) -> tuple[str, float]:
@@ -177,7 +178,7 @@ def _stepped(subject: Subject) -> tuple[str, float]:
     for name in names:
         try:
             given = {} if name == own else {"step": "unset"}
-            job = variant(subject.job, {"run": {"integrator": name, "accuracy": "unset"} | given})
+            job = subject.changed({"run": {"integrator": name, "accuracy": "unset"} | given})
             return name, job.scene.run.step or suggested_step(job)
         except InputError as error:
             reasons.append(str(error))
@@ -198,7 +199,7 @@ def restitution(subject: Subject, operation: Any) -> Trial:
             unset = dict.fromkeys(("law", "surface_stiffness", "dashpot"), "unset")
             changes[name] = {"method": "impact", "restitution": operation.value} | unset
     run = {"integrator": "auto", "step": "unset", "accuracy": "unset"}
-    return Trial(variant(subject.job, {"contact": changes, "run": run}))
+    return Trial(subject.changed({"contact": changes, "run": run}))
 
 
 def grazing(subject: Subject, operation: Any) -> Trial:
@@ -233,7 +234,7 @@ def grazing(subject: Subject, operation: Any) -> Trial:
         n = law.exponent
         left = (scene.run.duration - first.start) * factor ** ((1 - n) / (n + 1))
         changes["run"] = {"duration": first.start + left}
-    return Trial(variant(subject.job, changes), units=units)
+    return Trial(subject.changed(changes), units=units)
 
 
 def penetration(subject: Subject, operation: Any) -> Trial:
@@ -243,7 +244,7 @@ def penetration(subject: Subject, operation: Any) -> Trial:
     name = next(iter(subject.contacts.values())).body
     direction, gap, size = approach(subject.job)
     place = np.array(subject.scene.body[name].position) - direction * (gap + operation.share * size)
-    return Trial(variant(subject.job, {"body": {name: {"position": place.tolist()}}}))
+    return Trial(subject.changed({"body": {name: {"position": place.tolist()}}}))
 
 
 def poisson(subject: Subject, operation: Any) -> Trial:
@@ -300,8 +301,8 @@ def collinear(subject: Subject, operation: Any) -> Trial:
         if contact.method == "residual" and contact.law is None and contact.surface_stiffness is None
     }
     rest = {"contact": bare} | ({"run": {"integrator": "auto", "step": "unset"}} if bare else {})
-    like = Trial(variant(subject.job, {"component": once} | rest))
-    return Trial(variant(subject.job, {"component": twice} | rest), like=like, agreement=SAME_SPACE)
+    like = Trial(subject.changed({"component": once} | rest))
+    return Trial(subject.changed({"component": twice} | rest), like=like, agreement=SAME_SPACE)
 
 
 def other_units(subject: Subject, operation: Any) -> Trial:
@@ -317,7 +318,7 @@ def size(subject: Subject, operation: Any) -> Trial:
 
 def set_values(subject: Subject, operation: Any) -> Trial:
     """Change keys of the scene."""
-    return Trial(variant(subject.job, operation.values))
+    return Trial(subject.changed(operation.values))
 
 
 OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {

@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,21 @@ COLUMNS: tuple[str, ...] = (
     "case", "group", "verdict", "reason", "rule", "rests_on", "value", "bound", "energy_drift", "momentum_residual",
     "penetration", "condition", "integrator", "steps", "substeps", "seconds",
 )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Place:
+    """A scene of any kind, and how its cases are run."""
+
+    job: Any
+    run: Callable[[Trial, Path], Evidence | Refusal]
+    """Runs a trial with a folder for what is not kept."""
+    meshes: Mapping[str, MeshRecord]
+    """Mesh of each component in use, before any change."""
+    known: dict[str, Any]
+    """What operations need to know of it."""
+    changed: Callable[[Mapping[str, Any]], Any]
+    """Returns the job with nested tables of changes put into its scene."""
 
 
 @dataclass(frozen=True)
@@ -69,41 +84,31 @@ def stress_job(job: Job, cases: Path | None, only: tuple[str, ...], progress: Pr
     chosen = chosen_cases(settings, cases, only, job.path)
     own = job if settings.duration is None else variant(job, {"run": {"duration": settings.duration}})
 
-    def runs(trial: Trial, folder: Path) -> Evidence | Refusal:
-        return run_trial(trial, folder, progress)
-
-    def meshes() -> Mapping[str, MeshRecord]:
-        return {n: job.store.get(steps["base-mesh"].key, "mesh") for n, steps in own.components().items()}
-
     run_job(own, "morph", progress)
-    known = {"points": contact_points(own)}
-    return stress_cases(own, chosen, runs, meshes(), known, progress)
+    meshes = {n: own.store.get(steps["base-mesh"].key, "mesh") for n, steps in own.components().items()}
+    place = Place(
+        own, lambda trial, folder: run_trial(trial, folder, progress), meshes, {"points": contact_points(own)},
+        lambda changes: variant(own, changes),
+    )  # fmt: skip
+    return stress_cases(place, chosen, progress)
 
 
-def stress_cases(
-    job: Any, cases: Mapping[str, Case], runs: Any, meshes: Mapping[str, MeshRecord], known: dict[str, Any],
-    progress: Progress,
-) -> tuple[dict[str, Any], str]:  # fmt: skip
+def stress_cases(place: Place, cases: Mapping[str, Case], progress: Progress) -> tuple[dict[str, Any], str]:
     """Run cases, judge them, and write `stress.json`, `stress.csv` and `stress.png` into the job's folder.
-
-    Args:
-        runs: Runs a trial with a folder for what is not kept, and returns its evidence.
-        known: What operations need to know of the scene.
 
     Returns:
         The document and its table as text.
     """
+    job = place.job
     with tempfile.TemporaryDirectory(prefix="gudgeon-stress-") as scratch:
-        base = runs(Trial(job), Path(scratch) / "base")
+        base = place.run(Trial(job), Path(scratch) / "base")
         if isinstance(base, Refusal):
             raise StageError(f"{job.path}: the scene itself cannot be run: {base.reason}")
         rows = []
         for number, (name, case) in enumerate(cases.items()):
             progress(f"case {number + 1} of {len(cases)}", number / len(cases))
             with tempfile.TemporaryDirectory(dir=scratch) as folder:
-                own = Path(folder)
-                subject = Subject(job, base, own, meshes, lambda trial, own=own: runs(trial, own / "run"), known)
-                rows.append(_row(name, case, subject))
+                rows.append(_row(name, case, _subject(place, base, Path(folder))))
     document = _document(job, rows, base)
     write_text(job.out / "stress.json", json.dumps(document, indent=1))
     write_text(job.out / "stress.csv", _csv(document["rows"]))
@@ -112,6 +117,13 @@ def stress_cases(
     draw(document, job.out / "stress.png")
     progress("stress", 1.0)
     return document, table_text(document)
+
+
+def _subject(place: Place, base: Evidence, folder: Path) -> Subject:
+    return Subject(
+        place.job, base, folder, place.meshes, lambda trial: place.run(trial, folder / "run"), place.changed,
+        place.known,
+    )  # fmt: skip
 
 
 def _row(name: str, case: Case, subject: Subject) -> Row:
@@ -130,7 +142,9 @@ def _row(name: str, case: Case, subject: Subject) -> Row:
         return _written(name, case, Verdict("does not apply", str(reason)), None)
     except REFUSALS as error:
         found, trial, base = Refusal(str(error).replace("\n", "; ")), Trial(subject.job), subject.base
-    stretch = dict(trial.stretch) if trial.stretch is not None else None
+    known, stretch = trial.stretch, None
+    if known is not None:  # Harmonics of a wheel stretch as its sector does.
+        stretch = {key: known[key.partition(",")[0]] for key in base.frequencies}
     compared = Compared(base, trial.units, stretch, trial.agreement, trial.factor)
     return _written(name, case, judge(case, found, compared), found)
 

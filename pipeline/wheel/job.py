@@ -1,10 +1,11 @@
 """The stages of a wheel, `mesh → modes → solve → plot`: what is fresh is not made again."""
 
+import copy
 import csv
 import io
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from pipeline.kinds import Place
 from pipeline.pictures import plot_stage
 from pipeline.products import Product, component_products, cyclic_product, plot_inputs, wheel_product
 from pipeline.runreport import Progress, RunReport, StageReport
-from pipeline.scenefile import check_scene, named
+from pipeline.scenefile import check_scene, merge, named
 from pipeline.status import remember
 from pipeline.study.document import Document
 from pipeline.study.effort import Effort
@@ -133,22 +134,68 @@ class WheelJob:
         )  # fmt: skip
 
     def plan(self) -> dict[str, Any]:
-        """Return what each stage reads of the records before it."""
+        """Return what is read of the records, what is left out and why, and the bytes of both."""
+        name, keys = self.scene.only[0], {"mesh": self.mesh().key, "cyclic": self.modes().key}
         rows = []
-        for stage, product in (("modes", self.mesh()), ("solve", self.mesh()), ("plot", self.modes())):
-            size = sum(self.store.sizes(product.key).values()) if self.store.has(product.key) else None
+        for term, present, reason, fields in self._terms():
+            known = all(self.store.has(keys[field.partition(":")[0]]) for field in fields)
+            size = sum(self._bytes(keys, field) for field in fields) if known else None
             rows.append(
-                {"body": self.scene.only[0], "term": stage, "present": True, "reason": "", "fields": [product.kind],
+                {"body": name, "term": term, "present": present, "reason": reason, "fields": list(fields),
                  "bytes": size}
             )  # fmt: skip
-        sizes = [row["bytes"] for row in rows]
+        sizes = [row["bytes"] for row in rows if row["present"]]
         return {"scene": self.name, "terms": rows, "bytes": None if None in sizes else sum(sizes)}
+
+    def _terms(self) -> list[tuple[str, bool, str, tuple[str, ...]]]:
+        """List name, presence, reason and `record:path` of what is read."""
+        wheel, interface, mesh = self.wheel, self.wheel.interface, ("mesh:nodes", "mesh:cells", "mesh:surfaces")
+        whole, most, some = interface.kept == "all", interface.interface_count, sum(one != 0 for one in self.changes)
+        held, response = [one.surface for one in self.component.supports], wheel.response
+        others = "all of them" if most is None else f"{most} of each sector"
+        return [
+            ("tuned modes", True, f"{wheel.mode_count} of each harmonic 0…{wheel.sectors // 2}", mesh),
+            ("supports", bool(held), f"hold {', '.join(held) or 'nothing'}", ()),
+            ("reduced wheel", True, f"{wheel.count} lowest modes, tuned and mistuned", mesh),
+            ("mistuning", some > 0, f"stiffness of {some} blades is changed", ()),
+            ("kept dofs", bool(interface.kept), f"interface.kept is {_listed(interface.kept)}", ()),
+            ("interface modes", not whole and most != 0, "all dofs are kept" if whole else others, ()),
+            ("fixed-interface modes", wheel.fixed_count > 0, f"fixed_count is {wheel.fixed_count}", ()),
+            ("response", True, f"engine order {response.engine_order}, loss factor {response.loss_factor:g}", ()),
+            ("reduction error", True, "against the harmonics' frequencies", self._tuned_frequencies("cyclic:")),
+            ("rotation", False, "the wheel stands still: neither gyroscopic nor centrifugal terms", ()),
+            ("shapes of the sector", False, "needed for pictures only",
+             tuple(f"cyclic:harmonics/{n}/{part}" for n in self._harmonics() for part in ("real", "imaginary"))),
+        ]  # fmt: skip
+
+    def _harmonics(self) -> range:
+        return range(self.wheel.sectors // 2 + 1)
+
+    def _tuned_frequencies(self, prefix: str = "") -> tuple[str, ...]:
+        return tuple(f"{prefix}harmonics/{n}/angular_frequencies" for n in self._harmonics())
+
+    def _bytes(self, keys: dict[str, str], field: str) -> int:
+        record, _, path = field.partition(":")
+        sizes = self.store.sizes(keys[record])
+        return sum(size for name, size in sizes.items() if name == path or name.startswith(f"{path}/"))
 
     def report(self, how: Effort, progress: Progress) -> Document:
         """Compare every choice of kept interface with the full wheel."""
         from pipeline.wheel.report import report_wheel
 
         return report_wheel(self, how, progress)
+
+    def changed(self, changes: Mapping[str, Any]) -> "WheelJob":
+        """Return the job with nested tables of changes put into its scene."""
+        tables = copy.deepcopy(self.tables)
+        merge(tables, changes)
+        return wheel_job(Place(self.name, self.path, tables, self.store, self.out))
+
+    def stress(self, cases: Path | None, only: tuple[str, ...], progress: Progress) -> tuple[dict[str, Any], str]:
+        """Put the wheel to its extremes and return the document and its table as text."""
+        from pipeline.extremes.wheel import stress_wheel
+
+        return stress_wheel(self, cases, only, progress)
 
     def export(self, what: str, every: int) -> list[Path]:
         """Refuse: there is no exporter of wheels.
@@ -193,7 +240,7 @@ class WheelJob:
         tell("solve", 0.3)
         pair = solve.reduced_modes(case, parts, choice, False), solve.reduced_modes(case, parts, choice, True)
         record = solve.wheel_record(case, self.modes().key, wheel.interface, pair, parts.cpu_seconds)
-        tuned = self.store.get(self.modes().key, "cyclic")
+        tuned = self.store.get(self.modes().key, "cyclic", only=self._tuned_frequencies())
         error = {"value": solve.reduction_error(tuned, record.tuned_frequencies), "unit": "1"}
         return replace(record, quantities=record.quantities | {"reduction.frequency_error": error})
 
@@ -247,6 +294,10 @@ def wheel_job(place: Place) -> WheelJob:
     with named(place.path, InputError):
         changes = wheel.mistuning.changes(wheel.sectors, place.path.parent, f"wheel.{name}.mistuning")
     return WheelJob(place.name, place.path, place.tables, scene, changes, place.store, place.out)
+
+
+def _listed(kept: str | tuple[str, ...]) -> str:
+    return f"'{kept}'" if isinstance(kept, str) else ", ".join(kept) or "empty"
 
 
 def _response_table(record: WheelRecord) -> str:

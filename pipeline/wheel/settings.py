@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from pipeline.component import Component
 from pipeline.errors import InputError
+from pipeline.extremes.settings import Stress
 from pipeline.products import find_file
 from pipeline.symmetry import CyclicSymmetry
 
@@ -153,6 +154,7 @@ class WheelFile(BaseModel):
     component: dict[str, Component]
     wheel: dict[str, Wheel] = Field(min_length=1, max_length=1)
     report: WheelReport = WheelReport()
+    stress: Stress = Stress()
 
     @property
     def only(self) -> tuple[str, Wheel]:
