@@ -9,27 +9,45 @@ from typing import Any
 import numpy as np
 
 import modaldb
+from pipeline.scenefile import UNSET
 from pipeline.stages import Job, RunReport, run_job, variant
 from pipeline.study.force import GRID, smooth
 from pipeline.study.reference import histories
 
 
 def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[str, Any]]:
-    """Return one row for each design change that a scene's report names."""
-    if not job.scene.report.changes:
+    """Return one row for each design change that a scene's report names; where it names none, for the scene's own."""
+    design, changes = job, job.scene.report.changes
+    if not changes:
+        design, changes = _own_change(job)
+    if not changes:
         return []
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        base = replace(_on_rung(job, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
+        base = replace(_on_rung(design, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
         progress("first run", 0.0)
         cold = run_job(base, "solve")
-        for name, changes in job.scene.report.changes.items():
+        for name, tables in changes.items():
             progress(f"change {name}", 0.0)
-            changed = variant(base, changes)
+            changed = variant(base, tables)
             reused = run_job(changed, "solve")
             recomputed = run_job(_on_rung(changed, "recompute"), "solve")
             rows.append(_row(base, name, (cold, reused, recomputed)))
     return rows
+
+
+def _own_change(job: Job) -> tuple[Job, dict[str, dict[str, Any]]]:
+    """Return the scene without the profiles that move its surfaces, and those as a change."""
+    moved = {
+        name: component.change.profile
+        for name, component in job.scene.component.items()
+        if component.change.profile.table is not None or component.change.profile.offset != 0
+    }
+    if not moved:
+        return job, {}
+    bare = {name: {"change": {"profile": {"table": UNSET, "offset": UNSET, "scale": UNSET}}} for name in moved}
+    given = {name: {"change": {"profile": job.tables["component"][name]["change"]["profile"]}} for name in moved}
+    return variant(job, {"component": bare}), {"the scene's own": {"component": given}}
 
 
 def _on_rung(job: Job, rung: str) -> Job:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline import reference
+from pipeline import nodal_runs
 from pipeline.cli import main
 from pipeline.errors import InputError
 from pipeline.stages import Job, open_job
 from pipeline.study import runs
+from pipeline.study.changes import change_rows
 from pipeline.study.document import Document, Run
 from pipeline.study.effort import Effort
 from pipeline.study.force import GRID, ForceReference, pulse_reference, smooth
@@ -93,9 +94,8 @@ def test_errors_are_split(made: tuple[Path, Job, Document]) -> None:
     # What the basis lacks is most of its error, and the parts make up the whole.
     assert few.truncation["force"] > 10 * few.time["force"]
     assert few.errors["force"] <= few.truncation["force"] + most.errors["force"] + 1e-12
-    assert few.errors["impulse"] == pytest.approx(
-        few.truncation["impulse"] + most.errors["impulse"], abs=abs(few.truncation["impulse"] * most.errors["impulse"])
-    )
+    both = (1 + few.truncation["impulse"]) * (1 + most.errors["impulse"]) - 1
+    assert few.errors["impulse"] == pytest.approx(both, abs=1e-9)
     assert found["nodal synthesis, 8 µs"].truncation is None
     assert found["nodal synthesis, 8 µs"].time == pytest.approx(found["nodal synthesis, 8 µs"].errors, abs=1e-9)
 
@@ -122,6 +122,16 @@ def test_change(made: tuple[Path, Job, Document]) -> None:
     assert row["force_error"] < 0.1 * row["force_change"]
 
 
+def test_the_scenes_own_change_is_compared_where_none_is_named(tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "scene")
+    job = open_job(scene, set={"component.skirt.change.profile.table": "barrel.csv"}, db=tmp_path / "db")
+    (row,) = change_rows(job, silent)
+    assert row["change"] == "the scene's own"
+    assert row["reuse_stages"]["modes"] == "fresh"
+    assert row["force_change"] > 0.01
+    assert row["force_error"] < 0.1 * row["force_change"]
+
+
 def test_files(made: tuple[Path, Job, Document]) -> None:
     folder, _, document = made
     assert json.loads((folder / "out" / "report.json").read_text()) == document.as_json()
@@ -138,7 +148,7 @@ def test_what_is_done_is_not_done_again(made: tuple[Path, Job, Document], monkey
     def never(*arguments: object) -> None:
         raise AssertionError("it ran again")
 
-    monkeypatch.setattr(reference, "simulate_nodal", never)
+    monkeypatch.setattr(nodal_runs, "simulate_nodal", never)
     monkeypatch.setattr(runs, "simulate", never)
     monkeypatch.setattr(runs, "_measure", never)
     job = open_job(folder / "scene", db=folder / "db", out=folder / "again")
