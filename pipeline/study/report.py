@@ -26,6 +26,8 @@ from pipeline.study.sweep import Setting, contradiction, finer, settings_of
 Tell = Callable[[str, float], None]
 PATIENCE = 20.0
 """CPU seconds that a setting of the default sweep may take at least; more only where others take as much."""
+FINER = 6.0
+"""What finer runs take together, in times of the run itself."""
 EXPLICIT = ("step", "accuracy")
 """Keys whose values in a sweep replace the finer runs that are made otherwise."""
 TIMING = (
@@ -133,7 +135,7 @@ def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) ->
     wanted = {
         number: finer(one.job, one.setting, fineness(one.job, one.trajectory))
         for number, one in enumerate(points)
-        if one.ran
+        if one.timed is not None and one.ran and (one.setting.named or FINER * one.timed.cpu < PATIENCE)
     }
     progress("finer steps", 0.0)
     spread(
