@@ -8,8 +8,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 # An interpreter with the extra `peers`: they may stand in an environment of their own.
 PEERS_PYTHON ?= $(BIN)/python
-# The piston is compared on a mesh of its own, where nodal dofs finish in minutes; nothing touches in modes-validation.
-SCENES := $(filter-out piston modes-validation,$(patsubst data/%/scene.toml,%,$(wildcard data/*/scene.toml)))
+# The piston stands for itself on coarse meshes and over one stroke, where nodal dofs finish in minutes.
+SCENES := $(filter-out data/piston/scene.toml data/piston/coarse.toml,$(sort $(wildcard data/*/*.toml)))
 # gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
 SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1
 # Read by the tests, which open a report's page in it.
@@ -68,12 +68,18 @@ bench: setup ## time what the tests only count
 bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow it by `ARGS="--sizes 27k"`
 	$(BIN)/python -m tests.benchmarks.modes --peers-python $(PEERS_PYTHON) $(ARGS)
 
-reports: setup ## write error against run time of every scene to docs/reports
-	@for scene in $(SCENES); do \
-	    echo "$(BIN)/gudgeon report data/$$scene --out docs/reports/$$scene"; \
-	    $(BIN)/gudgeon report data/$$scene --out docs/reports/$$scene; \
-	done
-	$(BIN)/gudgeon report data/piston/coarse.toml --out docs/reports/piston
+reports: setup ## write error against run time and extremes of every scene to docs/reports; what is done is kept
+	@rm -f docs/reports/seconds.csv
+	@for file in $(SCENES); do \
+	    name=$$(echo $$file | sed 's,^data/,,; s,/scene\.toml$$,,; s,\.toml$$,,'); \
+	    for command in report stress; do \
+	        echo "$(BIN)/gudgeon $$command $$file --out docs/reports/$$name"; \
+	        begun=$$(date +%s); \
+	        $(BIN)/gudgeon $$command $$file --out docs/reports/$$name > docs/reports/.last || { cat docs/reports/.last; exit 1; }; \
+	        echo "$$name,$$command,$$(($$(date +%s) - begun))" >> docs/reports/seconds.csv; \
+	    done; \
+	done; rm -f docs/reports/.last
+	@$(BIN)/python -m pipeline.study.index docs/reports
 
 lock: setup ## pin again what pyproject.toml asks for; `make lock UPGRADE=--upgrade` takes newer versions
 	@echo "lock: requirements.lock"

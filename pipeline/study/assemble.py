@@ -147,8 +147,8 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
         None if finest is None else _apart(job, trajectory, finest[1], finest[0], reference),
         finest[0] if finest else ("exact motion between located events" if located else "it is the finest"),
         trajectory.energy_drift, trajectory.momentum_residual, None if located else counts["step"], counts["steps"],
-        timed.factorisations, counts.get("newton_iterations", counts.get("pivots")), timed.cpu, timed.wall, timed.stages,
-        timed.peak_mib, False,
+        timed.factorisations, counts.get("newton_iterations", counts.get("pivots")), timed.cpu, timed.wall,
+        timed.stages, timed.peak_mib, False,
     )  # fmt: skip
 
 
