@@ -7,6 +7,7 @@ from typing import Any
 
 from modaldb.schema import ReportRecord
 from pipeline.errors import InputError
+from pipeline.kinds import SceneJob
 from pipeline.products import Product, report_product
 from pipeline.runreport import Progress
 from pipeline.stages import Job, variant
@@ -44,12 +45,14 @@ def keep(job: Job, document: Document) -> None:
     job.store.put(product.key, product.kind, ReportRecord(document.as_json()), product.inputs)
 
 
-def chosen(job: Job, tolerance: float) -> tuple[Job, str]:
+def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
     """Return a job with the setting that its report found for a tolerance, and what to say of it.
 
     Raises:
-        InputError: no report of this scene is in the database, or none of its settings meets the tolerance.
+        InputError: the scene is of another kind, it has no report in the database, or no setting meets the tolerance.
     """
+    if not isinstance(job, Job):
+        raise InputError(f"{job.path}: --tolerance: is for scenes of bodies in contact; set what the report names")
     product = kept_report(job)
     if not job.store.has(product.key):
         raise InputError(
@@ -65,7 +68,7 @@ def chosen(job: Job, tolerance: float) -> tuple[Job, str]:
     return replace(variant(job, found.settings or {}), out=job.out), said
 
 
-def run_chosen(job: Job, tolerance: float, until: str, progress: Progress) -> Any:
+def run_chosen(job: SceneJob, tolerance: float, until: str, progress: Progress) -> Any:
     """Run a scene with the setting that its report found for a tolerance; a note says which."""
     ready, said = chosen(job, tolerance)
     report = ready.run(until, progress)

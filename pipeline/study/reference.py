@@ -54,9 +54,9 @@ def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
     pulse = pulse_reference(job)
     if report.reference is not None:
         path = find_file(report.reference, job.folder, f"{job.path}: report.reference")
-        title = json.loads(path.read_text(encoding="utf-8")).get("title", path.stem)
-        kind = "published" if "source" in json.loads(path.read_text(encoding="utf-8")) else "analytic"
-        return Reference(kind, f"{title} ({path.name})", expected, pulse, None)
+        about = json.loads(path.read_text(encoding="utf-8"))
+        kind = "analytic" if "derivation" in about else "published"
+        return Reference(kind, f"{about.get('title', path.stem)} ({path.name})", expected, pulse, None)
     if finest is None:
         return None
     source = f"nodal synthesis at {finest.step * 1e6:g} µs"
