@@ -10,7 +10,7 @@ point closes when its gap half-way through the step would be negative, and stays
 
 (Moreau and Jean's rule with θ = ½ and no restitution, V. Acary, Z. Angew. Math. Mech. 96 (2016) 585-603, but for the
 maximum.) Its work h λ̄ (ġ + ġ⁺)/2 is never positive: a closing loses what the mass that W sees in one step had, which
-goes to zero with the step, and a closed point none. Constraints on gaps would let closed nodes swing from step to step.
+goes to zero with step and mesh, and a closed point none. Constraints on gaps would let closed nodes swing for ever.
 """
 
 from typing import NamedTuple

@@ -7,6 +7,9 @@ from typing import Protocol
 import numpy as np
 from scipy import sparse
 
+ROUND_OFF = 1e-9
+"""Share of a body's largest mass-normalised rigid coordinate below which another is none."""
+
 
 class Weights(Protocol):
     """Which functions of a surface each point touches, for a distance slid."""
@@ -67,6 +70,7 @@ class NodalBody:
         zero = np.zeros(len(self.rigid))
         u, v = (zero if x is None else x for x in (self.displacement, self.velocity))
         rates = np.array([motion[1], motion[0] - u, v]) @ (self.M @ self.rigid)
+        rates[np.abs(rates) < ROUND_OFF * np.abs(rates).max(axis=1, initial=0.0, keepdims=True)] = 0.0
         return rates @ self.twists
 
 
