@@ -3,6 +3,7 @@ generalised force works on; rows 2 j and 2 j + 1 are the lateral and along displ
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -184,25 +185,26 @@ def compile_driving(
         joints.append(HeldPoint(name, joint, joint.body, np.array([place @ lateral, place @ along])))
         for axis in (lateral, along):
             rows.append(_over_all(body, offsets, axis @ body.wrench_rows(load.resultant), axis @ load.rows, size))
-            owners.append((joint.body, joint.interface, axis))
+        owners.append((joint.body, joint.interface, np.array([lateral, along])))
     for name, force in scene.given().items():
         body = bodies[force.body]
         make = _travelling if isinstance(force, MovingForce) else _pressing
         load, elastic = make(scene, name, body)
         given.append(load)
-        for rigid, row, mix in zip(body.wrench_rows(load.resultant), elastic, np.eye(len(elastic)), strict=True):
+        for rigid, row in zip(body.wrench_rows(load.resultant), elastic, strict=True):
             rows.append(_over_all(body, offsets, rigid, row, size))
-            owners.append((force.body, force.interface, mix))
+        owners.append((force.body, force.interface, np.eye(len(elastic))))
     residual = np.zeros((len(rows), len(rows)))
-    for a, (body, interface, mix) in enumerate(owners):
-        for b, (other, at, weights) in enumerate(owners):
-            if body == other:
-                residual[a, b] = mix @ bodies[body].residual(interface, at) @ weights
     to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(rows)))
-    for contact in contacts:
-        for a, (body, interface, mix) in enumerate(owners):
+    ends = np.cumsum([0, *(len(mix) for _, _, mix in owners)])
+    places = [slice(int(first), int(last)) for first, last in pairwise(ends)]
+    for (body, interface, mix), here in zip(owners, places, strict=True):
+        for (other, at, weights), there in zip(owners, places, strict=True):
+            if body == other:
+                residual[here, there] = mix @ bodies[body].residual(interface, at) @ weights.T
+        for contact in contacts:
             if body == contact.body and METHODS[scene.contact[contact.name].method].flexible:
-                to_gap[contact.rows, a] = -bodies[body].residual(contact.interface, interface) @ mix
+                to_gap[contact.rows, here] = -bodies[body].residual(contact.interface, interface) @ mix.T
     gravity = np.zeros(size)
     for name, body in bodies.items():
         pull = body.rigid_velocity(np.asarray(scene.run.gravity), np.zeros(3))
@@ -210,7 +212,7 @@ def compile_driving(
         if body.modal.participation is not None:
             elastic = slice(offsets[name] + body.rigid_count, offsets[name] + len(body.stiffness))
             gravity[elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
-    damping = np.array([bodies[body].stiffness_factor for body, _, _ in owners])
+    damping = np.array([bodies[body].stiffness_factor for body, _, mix in owners for _ in mix])
     stacked = np.array(rows).reshape(-1, size)
     return Driving(joints, given, stacked, residual, to_gap, damping, gravity)
 

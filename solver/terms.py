@@ -33,7 +33,7 @@ class Stock:
     """What the records of a body's component hold, as far as terms depend on it."""
 
     elastic: bool = True
-    """Whether it has elastic coordinates."""
+    """Whether it deforms."""
     held: bool = True
     """Whether supports hold it, so that modes take part in translations."""
     places: tuple[str, ...] = ()
@@ -45,7 +45,8 @@ class Stock:
         places = dict.fromkeys(
             path.rpartition("/")[0] for path in sizes if path.startswith(tuple(f"{group}/" for group in PLACES))
         )
-        return cls(sizes.get("angular_frequencies", 0) > 0, "participation" in sizes, tuple(places))
+        elastic = sizes.get("angular_frequencies", 0) > 0 or "residual_flexibility" in sizes
+        return cls(elastic, "participation" in sizes, tuple(places))
 
 
 def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list[Term]:
@@ -79,7 +80,7 @@ def _motion(body: str, stock: Stock) -> Iterator[Term]:
         "rigid motion", body, True, "what supports and freedom leave of it",
         ("morph:centre", "morph:inertia", "morph:rigid_twists"),
     )  # fmt: skip
-    reason = "modes move exactly" if stock.elastic else "a rigid body has no modes"
+    reason = "modes move exactly" if stock.elastic else "a rigid body does not deform"
     yield Term("elastic flight", body, stock.elastic, reason, ("modes:angular_frequencies",))
 
 
