@@ -64,10 +64,10 @@ def _sliding_problem(job: Job) -> NodalProblem:
     scene, masters = job.scene, job.scene.masters()
     slaves = {contact.body for contact in scene.contact.values()}
     over = {master.body for master in masters.values()}
-    if len(slaves) != 1 or len(over) > 1 or slaves | over != set(scene.body) or len(scene.joint) > 1 or scene.springs():
+    if len(slaves) != 1 or len(over) > 1 or slaves | over != set(scene.body) or len(scene.joint) > 1:
         raise InputError(
             f"{job.path}: report.nodal: where points slide or a joint drives, it is for the contact points of one body,"
-            " against obstacles or one other body, one joint and no springs"
+            " against obstacles or one other body, and one joint"
         )
     for name, contact in scene.contact.items():
         if contact.surface_stiffness is None or contact.against.shape == "body":

@@ -349,3 +349,10 @@ def test_a_scene_without_contact_is_refused(tmp_path: Path) -> None:
     job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
     with pytest.raises(InputError, match=r"report\.nodal: is for scenes with contacts, this one has none"):
         nodal_problem(job)
+
+
+def test_what_slides_needs_layers(tmp_path: Path) -> None:
+    unset = {"contact.thrust.surface_stiffness": "unset"}
+    job = open_job(ROOT / "data/piston/coarse.toml", set=unset, db=tmp_path / "db", out=tmp_path / "out")
+    with pytest.raises(InputError, match=r"contact\.thrust needs surface_stiffness and an obstacle or a surface"):
+        nodal_problem(job)
