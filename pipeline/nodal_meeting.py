@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from pipeline.errors import InputError
-from pipeline.nodal import PointContact, PointProblem, facing, supported_body
+from pipeline.nodal import NodalBody, PointContact, PointProblem, facing, supported_body
 from pipeline.nodal_part import Part, load_part
 from pipeline.stages import Job, free_twists, obstacle_of
 
@@ -49,22 +49,14 @@ def refuse_contacts(job: Job) -> None:
             raise InputError(f"{where}.friction: given, it carries frictionless contact only")
 
 
-def _body(job: Job, part: Part):  # type: ignore[no-untyped-def]
-    settings = part.settings
-    momentum = np.concatenate(
-        [
-            part.model.properties.mass * np.asarray(settings.velocity),
-            part.model.properties.inertia @ np.asarray(settings.angular_velocity),
-        ]
-    )
-    return supported_body(
-        part.name,
-        part.model,
-        free_twists(job, part.name),
-        momentum,
-        damping=part.stiffness_factor,
-        field=np.asarray(job.scene.run.gravity),
-    )
+def _body(job: Job, part: Part) -> tuple[NodalBody, sparse.csr_matrix]:
+    """Return a body as it starts, and the displacement of its model's dofs by its own."""
+    properties, settings = part.model.properties, part.settings
+    linear = properties.mass * np.asarray(settings.velocity)
+    momentum = np.concatenate([linear, properties.inertia @ np.asarray(settings.angular_velocity)])
+    field = np.asarray(job.scene.run.gravity)
+    twists = free_twists(job, part.name)
+    return supported_body(part.name, part.model, twists, momentum, damping=part.stiffness_factor, field=field)
 
 
 def _contact(job: Job, name: str, parts: list[Part], reductions: list[sparse.csr_matrix]) -> PointContact:
