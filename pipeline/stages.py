@@ -127,9 +127,16 @@ class Job:
             from pipeline.vectors.report import vectors_report
 
             return vectors_report(self, how, progress)
+        if not (self.scene.contact or self.scene.force or self.scene.joint or self._is_rigid()):
+            from pipeline.study.frequencies import frequencies_report
+
+            return frequencies_report(self, how, progress)
         from pipeline.study.report import report_job
 
         return report_job(self, how, progress)
+
+    def _is_rigid(self) -> bool:
+        return all(self.scene.component[name].geometry.kind == "rigid" for name in self.components())
 
     def stress(self, cases: Path | None, only: tuple[str, ...], progress: Progress) -> tuple[dict[str, Any], str]:
         """Put the scene to its extremes and return the document and its table as text."""
