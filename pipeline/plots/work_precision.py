@@ -16,7 +16,7 @@ from pipeline.study.words import flagged, seconds_text, size_text, tick_text, ve
 MARKS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D"}
 SHOWN = 16
 """Runs that the legend names; of more, those on the front."""
-BOX = (0.085, 0.15, 0.535, 0.705)
+BOX = (0.098, 0.15, 0.522, 0.705)
 """Of the axes, in the figure."""
 LEGEND = (0.65, 0.335)
 """Left edge and width of the legend, in the figure."""
