@@ -1,13 +1,13 @@
 """Charts of a report's page as SVG that needs no script: error over run time, and quantities over a sweep."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 
 from pipeline.study.document import Chain, Document, Quantity, Run
 from pipeline.study.looks import GREY, LEAST, drawn, floor_of, looks, places, references
-from pipeline.study.words import seconds_text, size_text, tick_text
+from pipeline.study.words import count_text, seconds_text, size_text, step_text, tick_text
 
 WIDTH, HEIGHT = 900, 460
 LEFT, RIGHT, TOP, BOTTOM = 72, 18, 14, 48
@@ -110,10 +110,11 @@ def chain_chart(document: Document, quantity: Quantity, axis: str) -> str:
         parts.append(f'<polyline points="{_points(where)}" stroke="{colour}" fill="none"/>')
         parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.5" fill="{colour}"/>' for x, y in where]
     ends = {min(x for x, _ in points), max(x for x, _ in points)}
+    what, size = _sizes(document, quantity, axis)
     for value in sorted(ends):
         x = f"{across.at(value):.1f}"
-        parts.append(f'<text x="{x}" y="{height - 18}" text-anchor="middle">{_end_text(axis, value)}</text>')
-    parts.append(f'<text x="{(44 + width - 8) / 2}" y="{height - 4}" text-anchor="middle">{_axis_text(axis)}</text>')
+        parts.append(f'<text x="{x}" y="{height - 18}" text-anchor="middle">{size(value)}</text>')
+    parts.append(f'<text x="{(44 + width - 8) / 2}" y="{height - 4}" text-anchor="middle">{what}</text>')
     label = f"{quantity.name}: distance from the finest value along {axis}"
     return (
         f'<svg class="small" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(label)}">'
@@ -191,12 +192,18 @@ def _chain_points(chain: Chain) -> list[tuple[float, float]]:
     ]
 
 
-def _axis_text(axis: str) -> str:
-    return {"basis": "coordinates", "step": "step", "mesh": "dofs"}.get(axis, escape(axis))
-
-
-def _end_text(axis: str, value: float) -> str:
-    return f"{value * 1e6:.3g} µs" if axis == "step" and value < 1 else f"{value:,.0f}"
+def _sizes(document: Document, quantity: Quantity, axis: str) -> tuple[str, Callable[[float], str]]:
+    """Return what the sizes of an axis are, and how they are written."""
+    if axis == "basis":
+        return "coordinates", count_text
+    if axis == "mesh":
+        return "edge length", lambda value: f"{value * 1e3:.3g} mm"
+    if axis != "step":
+        return escape(axis), lambda value: f"{value:.3g}"
+    steps = {run.step for run in document.runs}
+    if any(size in steps for chain in quantity.chains if chain.axis == axis for size in chain.sizes):
+        return "step", step_text
+    return "accuracy", lambda value: f"{value:.0e}"
 
 
 def _points(spots: list[tuple[float, float]]) -> str:

@@ -7,7 +7,7 @@ gives of it without a reference stands beside.
 import math
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 
 import numpy as np
@@ -190,7 +190,9 @@ def _quantity(job: Job, name: str, meshes: Sequence[Meshed], reference: Referenc
         apart = [one.frequencies[name] / last - 1 for one in having]
         values = apart if exact is None else [one.frequencies[name] / exact - 1 for one in having]
         sizes = [one.edges[component] for one in having]
-        chains.append(chain("mesh", [one.setting.name for one in having], sizes, values, apart))
+        found = chain("mesh", [one.setting.name for one in having], sizes, values, apart)
+        known = exact is not None and reference.kind != "finest"
+        chains.append(replace(found, order=observed_order(found)) if known else found)
     settles, why = settling(name, chains)
     interest = job.scene.report.interest
     counts = exact is not None and (not interest or name in interest)
@@ -213,27 +215,18 @@ def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
     )  # fmt: skip
 
 
-def observed_order(chains: Sequence[Chain], exact: bool) -> float | None:
-    """Return the order at which a frequency's error shrinks with the edge length, None where none can be fitted.
-
-    Args:
-        exact: Whether the chain's values are errors; else its differences from the finest mesh tell.
-    """
-    if not chains or chains[0].converges is not True:
+def observed_order(found: Chain) -> float | None:
+    """Return the order at which a chain's errors shrink with the edge length, None where none can be fitted."""
+    errors = np.abs(found.values)
+    if found.converges is not True or len(errors) < FITTED or not (errors > 0).all():
         return None
-    if not exact:
-        return chains[0].order
-    errors = np.abs(chains[0].values)
-    if len(errors) < FITTED or not (errors > 0).all():
-        return None
-    return float(np.polyfit(np.log(chains[0].sizes), np.log(errors), 1)[0])
+    return float(np.polyfit(np.log(found.sizes), np.log(errors), 1)[0])
 
 
 def _table(found: Sequence[Quantity], meshes: Sequence[Meshed], reference: Reference) -> Table:
-    exact = reference.kind != "finest"
     rows = []
     for one in found:
-        order = observed_order(one.chains, exact and one.reference is not None)
+        order = one.chains[0].order if one.chains else None
         cells = []
         for mesh in meshes:
             errors = _errors(mesh, reference.expected)
@@ -244,5 +237,8 @@ def _table(found: Sequence[Quantity], meshes: Sequence[Meshed], reference: Refer
              NOTHING if order is None else f"{order:.1f}", *cells]
         )  # fmt: skip
     columns = ["frequency", "reference [Hz]", "order", *(mesh.setting.name for mesh in meshes)]
-    note = "Error / error as the run itself estimates it; the order is that of the error in the mean edge length."
+    note = (
+        "Error / error as the run itself estimates it; the order is that of the error in the mean edge length. Modes"
+        " are compared by their number: on a coarse mesh they may stand in another order."
+    )
     return Table("Frequencies: error and estimate", columns, rows, note)

@@ -71,7 +71,7 @@ def test_convergence_and_estimate(document: Document) -> None:
         assert chain.converges is True
         assert quantity.converges is True
         assert chain.differences[-1] == 0.0
-    order = observed_order(document.quantities[0].chains, True)
+    order = document.quantities[0].chains[0].order
     assert order == pytest.approx(4.0, abs=0.8)
     (table,) = document.tables
     assert table.columns[3:] == [run.name for run in document.runs]
@@ -184,9 +184,7 @@ def test_observed_order() -> None:
     sizes = [0.8, 0.4, 0.2, 0.1]
     errors = [3 * size**3 for size in sizes]
     names = ["a", "b", "c", "d"]
-    chain = Chain("mesh", names, sizes, errors, errors, True, 1.5)
-    assert observed_order([chain], True) == pytest.approx(3.0)
-    assert observed_order([chain], False) == 1.5
-    assert observed_order([Chain("mesh", names, sizes, errors, errors, False, None)], True) is None
-    assert observed_order([Chain("mesh", names, sizes, [0.0] * 4, errors, True, None)], True) is None
-    assert observed_order([], True) is None
+    assert observed_order(Chain("mesh", names, sizes, errors, errors, True, None)) == pytest.approx(3.0)
+    assert observed_order(Chain("mesh", names, sizes, errors, errors, False, None)) is None
+    assert observed_order(Chain("mesh", names, sizes, [0.0] * 4, errors, True, None)) is None
+    assert observed_order(Chain("mesh", names[:2], sizes[:2], errors[:2], errors[:2], True, None)) is None
