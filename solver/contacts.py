@@ -163,7 +163,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         layer = np.full(len(gap), 1.0 / contact.law.stiffness)
     _check_yielding(scene, name, (body, master), _noticed(residual.diagonal(), interface, body) + layer)
     surface = _surface(scene, name, body, points, rows.shape[1])
-    if other is not None and master is not None and contact.rubs:
+    if other is not None and master is not None and contact.friction is not None:
         far = _surface(scene, name, master, other.points, other.rows.shape[1])
         other = replace(other, tangents=-far.tangents)
     return ContactBlock(
@@ -278,7 +278,7 @@ def _surface(scene: Scene, name: str, body: FlexibleBody, points: np.ndarray, si
     if contact.law is not None:
         law[:] = contact.law.coefficients()
     tangents, friction, belt = np.zeros((c, size)), np.zeros((c, 2)), np.zeros(c)
-    if contact.friction is not None and contact.rubs:
+    if contact.friction is not None:
         if size > body.rigid_count:
             raise SceneError(f"contact.{name}.friction: body '{body.name}' is elastic; friction acts on rigid bodies")
         line = np.asarray(contact.friction.direction, float)

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from solver.forces import Force
 from solver.forces.gas import GasPressure
@@ -109,22 +109,22 @@ class Contact(BaseModel):
     restitution: Annotated[float, Field(ge=0, le=1)] | None = Field(
         default=None, description="Separation speed over approach speed, for method 'impact'; 0 sticks until pulled"
     )
-    friction: Friction | None = Field(default=None, description="For rigid contact of rigid bodies")
+    friction: Friction | None = Field(default=None, description="For rigid contact of rigid bodies; static = 0 is none")
     dashpot: Literal["none", "wave-guide"] = Field(
         default="none",
         description="wave-guide: impedance of the truncated modes beside R; for single-point contacts on bars only",
     )
+
+    @field_validator("friction")
+    @classmethod
+    def _holds(cls, value: Friction | None) -> Friction | None:
+        return value if value is not None and value.static > 0 else None
 
     @model_validator(mode="after")
     def _consistent(self) -> "Contact":
         if (wrong := METHODS[self.method].refuses(self)) is not None:
             raise ValueError(wrong)
         return self
-
-    @property
-    def rubs(self) -> bool:
-        """Whether friction can hold it at all."""
-        return self.friction is not None and self.friction.static > 0
 
     @property
     def smooth_law(self) -> bool:

@@ -116,10 +116,10 @@ def _own_side(name: str, contact: Contact) -> Iterator[Term]:
         (f"{path}/areas",),
     )  # fmt: skip
     yield Term(f"restitution of {name}", body, bounce, f"method is '{contact.method}'")
-    yield Term(f"friction of {name}", body, contact.rubs, _friction_reason(contact))
-    still = not (isinstance(contact.against, Plane) and any(contact.against.velocity))
-    reason = "nothing rubs on it" if not contact.rubs else "the obstacle stands still" if still else "against.velocity"
-    yield Term(f"belt of {name}", body, contact.rubs and not still, reason)
+    rubs, moves = contact.friction is not None, isinstance(contact.against, Plane) and any(contact.against.velocity)
+    yield Term(f"friction of {name}", body, rubs, f"friction {'is given' if rubs else 'is not given, or zero'}")
+    reason = f"the obstacle {'moves' if moves else 'stands still'}" if rubs else "nothing rubs on it"
+    yield Term(f"belt of {name}", body, rubs and moves, reason)
     yield Term(f"dashpot of {name}", body, contact.dashpot != "none", f"dashpot is '{contact.dashpot}'")
 
 
@@ -128,12 +128,6 @@ def _faced(contact: Contact) -> str:
     if isinstance(against, MasterSurface | OtherBody):
         return f"against {against.interface} of {against.body}"
     return f"against a {against.shape}"
-
-
-def _friction_reason(contact: Contact) -> str:
-    if contact.friction is None:
-        return "friction is not given"
-    return f"friction.static is {contact.friction.static:g}"
 
 
 def _elements(scene: Scene, body: str) -> Iterator[Term]:

@@ -356,7 +356,7 @@ def _lines(system: System, directions: np.ndarray) -> np.ndarray:
     lines = np.zeros_like(directions)
     for item in system.contacts:
         friction = system.scene.contact[item.name].friction
-        if friction is not None and friction.static > 0:
+        if friction is not None:
             line = np.asarray(friction.direction, float)
             lines[item.rows] = line / np.linalg.norm(line)
     return lines

@@ -1,6 +1,7 @@
 """Small records and systems made without gmsh or scikit-fem, for tests of the solver alone."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 
 import modaldb
 from modaldb.schema import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
+from modaldb.store import FolderStore
 from solver.implicit import Trapezoid
 from solver.outcome import Samples
 from solver.scene import Scene
@@ -160,11 +162,29 @@ def build(folder: Path, records: tuple[ModalRecord, MorphRecord], scene: dict[st
 
 def build_all(folder: Path, records: dict[str, tuple[ModalRecord, MorphRecord]], scene: dict[str, Any]) -> System:
     """Store the records of each component and compile a scene against them."""
+    return compile_system(stored(folder, records), Scene.model_validate(scene), {name: name for name in records})
+
+
+def stored(folder: Path, records: dict[str, tuple[ModalRecord, MorphRecord]]) -> FolderStore:
+    """Store the records of each component: its design under its name, its modes under `name-modes`."""
     store = modaldb.open(folder / "db")
     for name, (modal, morph) in records.items():
         store.put(f"{name}-modes", "modes", modal, {})
         store.put(name, "morph", replace(morph, modes_key=f"{name}-modes"), {})
-    return compile_system(store, Scene.model_validate(scene), {name: name for name in records})
+    return store
+
+
+def arrays(item: Any) -> Iterator[np.ndarray]:
+    """Yield every array of a system, bodies' own records aside."""
+    if isinstance(item, np.ndarray):
+        yield item
+    elif is_dataclass(item):
+        for entry in fields(item):
+            if entry.name not in ("scene", "bodies", "terms"):
+                yield from arrays(getattr(item, entry.name))
+    elif isinstance(item, list | tuple):
+        for one in item:
+            yield from arrays(one)
 
 
 @dataclass(frozen=True)

@@ -5,15 +5,13 @@ The lists in that file were written from the physics of the scenes, not from wha
 
 import re
 import tomllib
-from collections.abc import Iterator
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-import modaldb
 from modaldb import hdf5
 from modaldb.schema import GaugeModes, ModalRecord, MorphRecord
 from pipeline.stages import open_job
@@ -23,6 +21,7 @@ from solver.scene import Scene
 from solver.system import System, compile_system
 from solver.terms import Stock, scene_terms
 from tests.solver.systems import (
+    arrays,
     block_records,
     block_scene,
     driven_pair_records,
@@ -30,6 +29,7 @@ from tests.solver.systems import (
     pair_scene,
     plate_records,
     rigid_records,
+    stored,
 )
 
 DATA = Path(__file__).parents[2] / "data"
@@ -202,13 +202,10 @@ MADE: dict[str, tuple[Records, dict[str, Any]]] = {
 }  # fmt: skip
 
 
-def stored(kind: str, folder: Path) -> tuple[Any, Scene]:
+def kept(kind: str, folder: Path) -> tuple[Any, Scene]:
     """Put the records of a made scene into a store."""
-    store, (records, scene) = modaldb.open(folder / "db"), MADE[kind]
-    for name, (modal, morph) in records.items():
-        store.put(f"{name}-modes", "modes", modal, {})
-        store.put(name, "morph", replace(morph, modes_key=f"{name}-modes"), {})
-    return store, Scene.model_validate(scene)
+    records, scene = MADE[kind]
+    return stored(folder, records), Scene.model_validate(scene)
 
 
 def wanted(store: Any, scene: Scene) -> list[tuple[str, ...]]:
@@ -224,7 +221,7 @@ def compile_made(store: Any, scene: Scene) -> System:
 
 @pytest.mark.parametrize("kind", MADE)
 def test_made_scenes_read_what_their_terms_say(kind: str, tmp_path: Path, opened: Opened) -> None:
-    store, scene = stored(kind, tmp_path)
+    store, scene = kept(kind, tmp_path)
     expected = set()
     for body, record, path in wanted(store, scene):
         own = scene.component_of(body)
@@ -237,7 +234,7 @@ def test_made_scenes_read_what_their_terms_say(kind: str, tmp_path: Path, opened
 @pytest.mark.parametrize("kind", MADE)
 def test_nothing_is_read_in_vain(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without any one field of a term the system is another one, or none; inertia counts only where a body turns."""
-    store, scene = stored(kind, tmp_path)
+    store, scene = kept(kind, tmp_path)
     whole, read = list(arrays(compile_made(store, scene))), compiled.fields_read
     for missing in wanted(store, scene):
         sizes = store.sizes(f"{missing[0]}-modes" if missing[1] == "modes" else missing[0])
@@ -256,16 +253,3 @@ def test_nothing_is_read_in_vain(kind: str, tmp_path: Path, monkeypatch: pytest.
             continue
         same = len(found) == len(whole) and all(map(np.array_equal, found, whole))
         assert not same, f"{missing} changes nothing"
-
-
-def arrays(item: Any) -> Iterator[np.ndarray]:
-    """Yield every array of a system, bodies' own records aside."""
-    if isinstance(item, np.ndarray):
-        yield item
-    elif is_dataclass(item):
-        for entry in fields(item):
-            if entry.name not in ("scene", "bodies", "terms"):
-                yield from arrays(getattr(item, entry.name))
-    elif isinstance(item, list | tuple):
-        for one in item:
-            yield from arrays(one)
