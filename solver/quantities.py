@@ -172,7 +172,7 @@ def _pressed(
     given, size, radius, centre = np.zeros(6), 0.0, 0.0, system.bodies[name].morph.centre
     impulses = end.impulses[contact.rows, None] * contact.directions
     friction = system.scene.contact[contact.name].friction
-    if friction is not None and friction.static > 0 and len(end.drags):
+    if friction is not None and len(end.drags):
         line = np.asarray(friction.direction, float)
         impulses = impulses + end.drags[contact.rows, None] * line / np.linalg.norm(line)
     sides = [(contact.body, contact.points, 1.0)]
