@@ -1,7 +1,7 @@
 """Charts of a report's page as SVG that needs no script: error over run time, and quantities over a sweep."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -14,6 +14,7 @@ LEFT, RIGHT, TOP, BOTTOM = 72, 18, 14, 48
 """Of the chart and its margins [px]."""
 SMALL = (260, 150)
 """Of a small plot [px]."""
+WHAT = {"basis": "coordinates", "mesh": "edge length"}
 FLAGGED, SETTLED = "#b32d2a", "#1f5fa8"
 
 
@@ -87,10 +88,26 @@ def error_chart(document: Document) -> str:
     return f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{label}">{"".join(parts)}</svg>'
 
 
-def chain_chart(document: Document, quantity: Quantity, axis: str) -> str:
-    """Return how far a quantity is from its finest value along one axis of the sweep, one line a chain."""
-    lines = [_chain_points(chain) for chain in quantity.chains if chain.axis == axis]
-    flags = [chain.converges for chain in quantity.chains if chain.axis == axis]
+def axes_of(document: Document, quantity: Quantity) -> dict[str, list[Chain]]:
+    """Return the chains of a quantity by what their sizes are: coordinates, edge length, step or accuracy."""
+    runs, found = {run.name: run for run in document.runs}, {}
+    for one in quantity.chains:
+        what = WHAT.get(one.axis, one.axis)
+        if one.axis == "step":
+            steps = [runs[name].step for name in one.runs if name in runs]
+            what = "step" if any(size in steps for size in one.sizes) else "accuracy"
+        found.setdefault(what, []).append(one)
+    return found
+
+
+def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain]) -> str:
+    """Return how far a quantity is from its finest value along one axis of the sweep, one line a chain.
+
+    Args:
+        what: The sizes of the chains are.
+    """
+    lines = [_chain_points(chain) for chain in chains]
+    flags = [chain.converges for chain in chains]
     points = [point for line in lines for point in line]
     width, height = SMALL
     if not points:
@@ -110,12 +127,11 @@ def chain_chart(document: Document, quantity: Quantity, axis: str) -> str:
         parts.append(f'<polyline points="{_points(where)}" stroke="{colour}" fill="none"/>')
         parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.5" fill="{colour}"/>' for x, y in where]
     ends = {min(x for x, _ in points), max(x for x, _ in points)}
-    what, size = _sizes(document, quantity, axis)
     for value in sorted(ends):
         x = f"{across.at(value):.1f}"
-        parts.append(f'<text x="{x}" y="{height - 18}" text-anchor="middle">{size(value)}</text>')
-    parts.append(f'<text x="{(44 + width - 8) / 2}" y="{height - 4}" text-anchor="middle">{what}</text>')
-    label = f"{quantity.name}: distance from the finest value along {axis}"
+        parts.append(f'<text x="{x}" y="{height - 18}" text-anchor="middle">{_size_text(what, value)}</text>')
+    parts.append(f'<text x="{(44 + width - 8) / 2}" y="{height - 4}" text-anchor="middle">{escape(what)}</text>')
+    label = f"{quantity.name}: distance from the finest value by {what}"
     return (
         f'<svg class="small" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(label)}">'
         f"{''.join(parts)}</svg>"
@@ -189,21 +205,16 @@ def _chain_points(chain: Chain) -> list[tuple[float, float]]:
     return [
         (size, max(abs(difference), LEAST))
         for size, difference in zip(chain.sizes[:-1], chain.differences[:-1], strict=True)
+        if size > 0
     ]
 
 
-def _sizes(document: Document, quantity: Quantity, axis: str) -> tuple[str, Callable[[float], str]]:
-    """Return what the sizes of an axis are, and how they are written."""
-    if axis == "basis":
-        return "coordinates", count_text
-    if axis == "mesh":
-        return "edge length", lambda value: f"{value * 1e3:.3g} mm"
-    if axis != "step":
-        return escape(axis), lambda value: f"{value:.3g}"
-    steps = {run.step for run in document.runs}
-    if any(size in steps for chain in quantity.chains if chain.axis == axis for size in chain.sizes):
-        return "step", step_text
-    return "accuracy", lambda value: f"{value:.0e}"
+def _size_text(what: str, value: float) -> str:
+    if what == "coordinates":
+        return count_text(value)
+    if what == "step":
+        return step_text(value)
+    return f"{value * 1e3:.3g} mm" if what == "edge length" else f"{value:.1g}"
 
 
 def _points(spots: list[tuple[float, float]]) -> str:

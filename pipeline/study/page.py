@@ -11,8 +11,8 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-from pipeline.study.chart import chain_chart, error_chart, mark_path
-from pipeline.study.document import Document, Quantity, Table
+from pipeline.study.chart import axes_of, chain_chart, error_chart, mark_path
+from pipeline.study.document import Chain, Document, Quantity, Table
 from pipeline.study.looks import LEAST, Look, looks
 from pipeline.study.tables import changes_table, errors_table, kind_table, quantities_table, runs_table
 from pipeline.study.words import SETTLES, flagged, machine_text, verdict
@@ -141,12 +141,12 @@ def _convergence(document: Document) -> str:
 
 
 def _card(document: Document, quantity: Quantity) -> str:
-    axes = list(dict.fromkeys(chain.axis for chain in quantity.chains))
-    plots = "".join(chain_chart(document, quantity, axis) for axis in axes)
+    axes = axes_of(document, quantity)
+    plots = "".join(chain_chart(quantity, what, chains) for what, chains in axes.items())
     orders = [
-        f"order in {escape(axis)}: {', '.join(f'{order:.1f}' for order in found)}"
-        for axis in axes
-        if (found := _orders(quantity, axis))
+        f"order in {escape(what)}: {' to '.join(f'{order:.1f}' for order in found)}"
+        for what, chains in axes.items()
+        if (found := _orders(chains))
     ]
     flag = ' class="bad"' if quantity.converges is False else ""
     return (
@@ -155,9 +155,9 @@ def _card(document: Document, quantity: Quantity) -> str:
     )
 
 
-def _orders(quantity: Quantity, axis: str) -> list[float]:
-    """Return least and greatest order of an axis, one where they are the same."""
-    found = [chain.order for chain in quantity.chains if chain.axis == axis and chain.order is not None]
+def _orders(chains: Sequence[Chain]) -> list[float]:
+    """Return least and greatest order of some chains, one where they are the same."""
+    found = [chain.order for chain in chains if chain.order is not None]
     return sorted({round(min(found), 1), round(max(found), 1)}) if found else []
 
 

@@ -78,7 +78,7 @@ def quantities_table(document: Document) -> str:
         f"<td>{NOTHING if one.reference is None else f'{one.reference:.6g}'}</td>"
         f'<td class="short">{"yes" if one.counts else "no"}</td>'
         f'<td class="text words"><span{_flag(one)}>{SETTLES[one.converges]}</span>'
-        f"{'<small>' if one.why else ''}{escape(one.why)}{'</small>' if one.why else ''}</td></tr>"
+        f"{f'<small>{escape(one.why)}</small>' if one.why not in ('', SETTLES[one.converges]) else ''}</td></tr>"
         for one in document.quantities
     ]
     heads = ["quantity", "unit", "error is", "reference", "in the largest error", "over the sweep"]

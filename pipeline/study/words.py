@@ -21,9 +21,10 @@ def error_text(value: float | None, measure: str = "relative", unit: str = "") -
         return "0"
     sign = "" if measure == "L2" else "+"
     if measure == "absolute":
-        return f"{value:{sign}.1e} {unit}".rstrip().replace("-", "−", 1)
-    text = f"{value:{sign}.2%}" if abs(value) >= PERCENT else f"{value:{sign}.1e}"
-    return text.replace("-", "−", 1) if value < 0 else text
+        text = f"{value:{sign}.1e} {unit}".rstrip()
+    else:
+        text = f"{value:{sign}.2%}" if abs(value) >= PERCENT else f"{value:{sign}.1e}"
+    return f"−{text[1:]}" if value < 0 else text
 
 
 def size_text(value: float | None) -> str:
