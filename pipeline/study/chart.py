@@ -117,7 +117,8 @@ def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain]) -> str:
     if across.low == across.high:
         return ""
     parts = []
-    for tick in up.ticks() if len(up.ticks()) > 1 else [up.low, up.high]:
+    heights = sorted({float(f"{y:.2g}") for _, y in points})
+    for tick in up.ticks() if len(up.ticks()) > 1 else dict.fromkeys((heights[0], heights[-1])):
         y = up.at(tick)
         parts.append(f'<line class="grid" x1="44" x2="{width - 8}" y1="{y:.1f}" y2="{y:.1f}"/>')
         parts.append(f'<text x="40" y="{y + 3:.1f}" text-anchor="end">{tick_text(tick)}</text>')
