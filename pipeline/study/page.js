@@ -80,7 +80,7 @@
     hide();
     const run = point.run, lines = [`${percent(point.error)} ${name === "" ? `largest error, of ${run.largest_of}` : name}`];
     const of = name === "" ? run.largest_of : name;
-    for (const [part, label] of [["truncation", "of it basis"], ["time", "of it step"]])
+    for (const [part, label] of [["truncation", "of that, basis"], ["time", "of that, step"]])
       if (run[part] && run[part][of] !== undefined && run[part][of] !== null)
         lines.push(`${label}: ${percent(Math.abs(run[part][of]))}`);
     lines.push(`CPU ${seconds(run.cpu_seconds)}, wall ${seconds(run.wall_seconds)}`);

@@ -136,10 +136,12 @@ def _name(number: int, run: Run) -> str:
     if run.front:
         name += '&nbsp;<span class="best-run" title="on the front">●</span>'
     lines = [escape(text) for text in setting_texts(run)]
-    if run.truncation_against:
-        lines.append(f"basis: against {escape(run.truncation_against)}")
-    if run.time_against:
-        lines.append(f"step: against {escape(run.time_against)}")
+    for part, found, against in (
+        ("basis", run.truncation, run.truncation_against),
+        ("step", run.time, run.time_against),
+    ):
+        if against:
+            lines.append(f"{part}: {'—' if found is None else 'against'} {escape(against)}")
     if not lines:
         return name
     return f"<details><summary>{name}</summary>{''.join(f'<code>{line}</code>' for line in lines)}</details>"
