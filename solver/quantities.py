@@ -3,7 +3,7 @@
 import numpy as np
 
 from modaldb.schema import Json
-from solver.blows import blow_quantities, departure, merged, rebound, smoothed_peak
+from solver.blows import blow_quantities, departure, merged, rebound, sampled_blows, smoothed_peak
 from solver.contacts import ContactRows
 from solver.outcome import Outcome
 from solver.system import System
@@ -41,7 +41,7 @@ def quantities(
                 if blows[:, 3].max() > 0 and system.resolution >= interval:
                     values |= smoothed_peak(forces[:, number] @ along, interval, system.resolution)
             else:
-                values |= _of_samples(system, end, dt, interval, forces[:, number], along)
+                values |= _of_samples(system, end, dt, interval, forces[:, number], along, len(contact.points))
             values |= _rebound(system, end, contact, along)
         if number < len(end.slips):
             values |= _of_slips(end.slips[number])
@@ -85,18 +85,21 @@ def _leaving(system: System, end: Outcome) -> Json:
 
 
 def _of_samples(
-    system: System, end: Outcome, dt: float, interval: float, forces: np.ndarray, along: np.ndarray
+    system: System, end: Outcome, dt: float, interval: float, forces: np.ndarray, along: np.ndarray, points: int
 ) -> dict[str, tuple[float, str]]:
-    """Return what a history of resultants (s, 3) tells of a contact that pushes `along`."""
+    """Return what a history of resultants (s, 3) tells of a contact of so many points that pushes `along`."""
     touching = np.flatnonzero(np.abs(forces).sum(axis=1))
     first, last = end.extreme[4], end.extreme[5]
     if len(system.contacts) > 1:
         first, last = touching[0] * interval, (touching[-1] + 1) * interval - dt
-    return {
+    blows = sampled_blows(forces @ along, interval) if system.scene.integrator in LOCATED else np.empty((0, 7))
+    values = blow_quantities(merged(blows, system.resolution)) if len(blows) else {}
+    values |= {
         "force_peak": (float((forces @ along).max()), "N"),
         "start": (float(first), "s"),
         "duration": (float(last - first + dt), "s"),
     }
+    return values | (smoothed_peak(forces @ along, interval, system.resolution) if points == 1 else {})
 
 
 def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, tuple[float, str]]:
