@@ -51,8 +51,8 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
     Raises:
         InputError: the scene is of another kind, it has no report in the database, or no setting meets the tolerance.
     """
-    if not isinstance(job, Job):
-        raise InputError(f"{job.path}: --tolerance: is for scenes of bodies in contact; set what the report names")
+    if not isinstance(job, Job) or job.scene.report.vectors is not None:
+        raise InputError(f"{job.path}: --tolerance: not for reports of wheels and vectors; set what the report names")
     product = kept_report(job)
     if not job.store.has(product.key):
         raise InputError(

@@ -267,6 +267,13 @@ def test_what_cannot_be_compared_is_refused(
     assert message in capsys.readouterr().err
 
 
+def test_tolerance_chooses_no_vectors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """They are no setting of the scene."""
+    arguments = ["run", str(folder), "--tolerance", "1%", "--db", str(folder / "db"), "--out", str(folder / "other")]
+    assert main(arguments) == 2
+    assert "--tolerance: not for reports of wheels and vectors" in capsys.readouterr().err
+
+
 def test_design_change_is_refused(folder: Path) -> None:
     changed = {"component.beam.change.profile.offset": 1e-4, "component.beam.change.profile.surface": "front"}
     with pytest.raises(InputError, match=r"knows no design change, leave component\.beam\.change out"):
