@@ -34,10 +34,31 @@ def blow_quantities(blows: np.ndarray) -> dict[str, Quantity]:
         values |= {"first_peak": (float(first[3]), "N")}
     for number, blow in enumerate(blows[:SHOWN] if len(blows) > 1 else [], 1):
         for place, (key, unit) in enumerate(PER_BLOW):
-            if key.startswith("force") and blow[3] == 0:
+            if (key.startswith("force") and blow[3] == 0) or np.isnan(blow[place]):
                 continue
             values[f"blow{number}.{key}"] = (float(blow[place]), unit)
     return values
+
+
+def sampled_blows(force: np.ndarray, interval: float) -> np.ndarray:
+    """Return the blows in a history, to within an interval, (b, 7) as `Trajectory.episodes`, speeds unknown (NaN).
+
+    Args:
+        force: Mean force over each interval [N], (s,).
+        interval: [s]
+    """
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], force > 0, [False]])))
+    blows = np.full((len(ends) // 2, 7), np.nan)
+    for blow, first, end in zip(blows, ends[::2], ends[1::2], strict=True):
+        highest = first + int(force[first:end].argmax())
+        blow[:5] = (
+            first * interval,
+            end * interval,
+            interval * force[first:end].sum(),
+            force[highest],
+            (highest + 0.5) * interval,
+        )
+    return blows
 
 
 def merged(blows: np.ndarray, resolution: float) -> np.ndarray:
