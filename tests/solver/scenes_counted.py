@@ -192,10 +192,10 @@ def _contact(name: str, **keys: Any) -> Scene:
     return {"contact": {name: keys}}
 
 
-def explicit(duration: float = 1.0) -> dict[str, Family]:
-    """Families of the explicit integrator; durations are scaled."""
-    rod = Case({"part": systems.rod_records(4)}, merged(systems.rod_scene(), _run("kick", 2e-4 * duration, 4e-6)))
-    block = Case({"part": systems.block_records(3)}, merged(systems.block_scene(), _run("kick", 2e-4 * duration, 2e-6)))
+def explicit(finer: int = 1) -> dict[str, Family]:
+    """Families of the explicit integrator."""
+    rod = Case({"part": systems.rod_records(4)}, merged(systems.rod_scene(), _run("kick", 2e-4, 4e-6 / finer)))
+    block = Case({"part": systems.block_records(3)}, merged(systems.block_scene(), _run("kick", 2e-4, 2e-6 / finer)))
     none, layer = _contact("wall", dashpot="none"), _contact("wall", surface_stiffness=1e14)
     return {
         "kick, one point": family(
@@ -209,15 +209,15 @@ def explicit(duration: float = 1.0) -> dict[str, Family]:
     }  # fmt: skip
 
 
-def implicit(duration: float = 1.0) -> dict[str, Family]:
+def implicit(finer: int = 1) -> dict[str, Family]:
     """Families of the implicit integrator."""
     block = Case(
-        {"part": systems.block_records(3)}, merged(systems.block_scene(), _run("trapezoid", 2e-4 * duration, 4e-6))
+        {"part": systems.block_records(3)}, merged(systems.block_scene(), _run("trapezoid", 2e-4, 4e-6 / finer))
     )
     parts = {"part": systems.block_records(3), "plate": systems.plate_records(3)}
-    pair = Case(parts, merged(systems.pair_scene(), _run("trapezoid", 4e-5 * duration, 2e-6)))
+    pair = Case(parts, merged(systems.pair_scene(), _run("trapezoid", 4e-5, 2e-6 / finer)))
     push = {"kind": "moving", "body": "part", "interface": "track", "force": 9.0, "at": [0.005, 0.001]}
-    guided = merged(systems.piston_scene(clearance=1e-5), _run("trapezoid", 2e-4 * duration, 4e-6))
+    guided = merged(systems.piston_scene(clearance=1e-5), _run("trapezoid", 2e-4, 4e-6 / finer))
     drives = {key: guided.pop(key) for key in ("joint", "force")}
     guided = merged(guided, {"body": {"part": {"velocity": [1.0, 0.0, 0.0]}}})
     modal, morph = systems.piston_records(3)
@@ -241,9 +241,9 @@ def implicit(duration: float = 1.0) -> dict[str, Family]:
     }  # fmt: skip
 
 
-def located(duration: float = 1.0) -> dict[str, Family]:
+def located() -> dict[str, Family]:
     """Families of located events."""
-    rod = Case({"part": systems.rod_records(4)}, merged(systems.rod_scene(), _run("event", 3e-4 * duration)))
+    rod = Case({"part": systems.rod_records(4)}, merged(systems.rod_scene(), _run("event", 3e-4)))
     foot = {"foot": ([0.0, 0.0, 0.0], [0.0, 0.0, -1.0])}
     floor = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
     ball: Scene = {
@@ -251,7 +251,7 @@ def located(duration: float = 1.0) -> dict[str, Family]:
         "contact": {"floor": {"body": "part", "interface": "foot", "against": floor, "method": "constraint"}},
         "run": {"gravity": [0.0, 0.0, -9.81]},
     }
-    rigid = Case({"part": systems.rigid_records(1.0, foot)}, merged(ball, _run("event", 0.2 * duration)))
+    rigid = Case({"part": systems.rigid_records(1.0, foot)}, merged(ball, _run("event", 0.2)))
     rubs = {"direction": [1.0, 0, 0], "static": 0.3}
     moves = floor | {"velocity": [0.5, 0, 0]}
     spring = {"force": {"s": {"kind": "spring", "body": "part", "direction": [1, 0, 0], "stiffness": 1e3}}}
@@ -270,16 +270,16 @@ def located(duration: float = 1.0) -> dict[str, Family]:
     }  # fmt: skip
 
 
-def smooth(duration: float = 1.0) -> dict[str, Family]:
+def smooth(finer: int = 1) -> dict[str, Family]:
     """Families of contact laws."""
     found, law = {}, {"kind": "hertz", "stiffness": 2e9}
     spring = {"force": {"s": {"kind": "spring", "body": "part", "direction": [1, 0, 0], "stiffness": 1e3}}}
     lossy = _contact("wall", law={"kind": "hunt-crossley", "stiffness": 2e9, "restitution": 0.5})
     mass = {"part": systems.rigid_records(1.0, {"tip": ([systems.LENGTH, 0, 0], [1.0, 0, 0])})}
-    for name, step in (("collocation", None), ("discrete-gradient", 4e-6)):
+    for name, step in (("collocation", None), ("discrete-gradient", 4e-6 / finer)):
         method = "residual" if name == "collocation" else "penalty"
-        rod = merged(systems.rod_scene(law=law, method=method), _run(name, 3e-4 * duration, step))
-        point = merged(systems.rod_scene(law=law, method="penalty"), _run(name, 6e-4 * duration, step))
+        rod = merged(systems.rod_scene(law=law, method=method), _run(name, 3e-4, step))
+        point = merged(systems.rod_scene(law=law, method="penalty"), _run(name, 6e-4, step))
         found[f"{name}, elastic"] = family(
             Case({"part": systems.rod_records(3)}, rod), {"no gravity": STILL, "no gauges": UNREAD}, {"gauge": READ}
         )
@@ -289,10 +289,10 @@ def smooth(duration: float = 1.0) -> dict[str, Family]:
     return found
 
 
-def families(duration: float = 1.0) -> dict[str, Family]:
+def families(finer: int = 1) -> dict[str, Family]:
     """Return all families.
 
     Args:
-        duration: Of the tiny scenes' own.
+        finer: By what the steps of integrators that are given one are divided.
     """
-    return explicit(duration) | implicit(duration) | located(duration) | smooth(duration)
+    return explicit(finer) | implicit(finer) | located() | smooth(finer)
