@@ -16,6 +16,8 @@ from pipeline.study.words import flagged, seconds_text, size_text, tick_text, ve
 MARKS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D"}
 SHOWN = 16
 """Runs that the legend names; of more, those on the front."""
+SCHEMES, CLOSE = 14, 0.0185
+"""Schemes that the legend names, and the least distance of its lines, in the figure."""
 BOX = (0.098, 0.15, 0.522, 0.705)
 """Of the axes, in the figure."""
 LEGEND = (0.65, 0.335)
@@ -32,7 +34,9 @@ def draw(document: Document, path: Path) -> None:
     """
     with styled():
         subtitle = f"reference: {document.reference['source']}"
-        figure = new_figure(f"{document.scene}: error against run time", "")
+        figure = new_figure("", "")
+        title = f"{document.scene}: error against run time"
+        _line(figure, 0.035, 1 - 50 / 1200, title, 0.93, fontsize=14, fontweight="bold", va="center")
         _line(figure, 0.035, 1 - 100 / 1200, subtitle, 0.93, fontsize=9.5, color=FAINT, va="center")
         points = drawn(document.runs)
         axes = figure.add_axes(BOX)
@@ -126,8 +130,8 @@ def _legend(figure: Figure, document: Document, points: list[tuple[int, Run, flo
     left, width = LEGEND
     found = looks(document)
     height = 0.845
-    step = min(0.028, 0.3 / max(len(found), 1))
-    for scheme, look in found.items():
+    step = min(0.028, 0.3 / max(min(len(found), SCHEMES), 1))
+    for scheme, look in list(found.items())[:SCHEMES]:
         mark = Line2D([left + 0.008], [height], marker=MARKS[look.mark], color=look.colour, markersize=5.5)
         mark.set_transform(figure.transFigure)
         figure.add_artist(mark)
@@ -143,10 +147,22 @@ def _legend(figure: Figure, document: Document, points: list[tuple[int, Run, flo
     title = "runs" if few else f"on the front, of {len(points)} runs"
     figure.text(left, height, f"{title}: largest error, CPU time", fontsize=8, color=FAINT, va="center")
     height -= 0.032
-    step = min(0.043, (height - 0.05) / max(len(named), 1))
-    for number, run, _ in sorted(named, key=lambda point: point[1].cpu_seconds):
+    room = int((height - 0.06) / CLOSE)
+    step = min(0.043, (height - 0.06) / max(min(len(named), room), 1))
+    for number, run, _ in _some(sorted(named, key=lambda point: point[1].cpu_seconds), room):
         _entry(figure, (left, height, width, step), f"{number + 1}", run, found[run.scheme].colour)
         height -= step
+    hidden = [f"{count} more {what}" for count, what in
+              ((len(named) - room, "runs"), (len(found) - SCHEMES, "schemes")) if count > 0]  # fmt: skip
+    if hidden:
+        figure.text(left, height, f"and {', '.join(hidden)}", fontsize=7.5, color=FAINT, va="center")
+
+
+def _some(points: list[tuple[int, Run, float]], room: int) -> list[tuple[int, Run, float]]:
+    """Return as many points as there is room for, evenly from the first to the last."""
+    if len(points) <= room:
+        return points
+    return [points[round(i * (len(points) - 1) / (room - 1))] for i in range(room)]
 
 
 def _entry(figure: Figure, box: tuple[float, float, float, float], number: str, run: Run, colour: str) -> None:
@@ -175,10 +191,10 @@ def _foot(figure: Figure, document: Document) -> None:
 
 def _line(figure: Figure, x: float, y: float, text: str, width: float, **look: object) -> float:
     """Write one line, shortened to a share of the figure's width; returns the width it takes."""
-    artist = figure.text(x, y, text.replace("$", r"\$"), **look)  # pyright: ignore[reportArgumentType]
+    artist = figure.text(x, y, text, parse_math=False, **look)  # pyright: ignore[reportArgumentType]
     full = figure.bbox.width
     while (taken := artist.get_window_extent().width / full) > width and len(text) > 4:
         text = text[: max(4, int(len(text) * min(0.98, width / taken)) - 1)].rstrip(" …")
-        artist.set_text(f"{text}…".replace("$", r"\$"))
+        artist.set_text(f"{text}…")
         text += "…"
     return taken

@@ -6,7 +6,7 @@ from typing import Any
 from pipeline.study.document import Chain, Choice, Document, Quantity, Run, Seconds, StageSeconds, Table
 from pipeline.study.front import with_front
 
-BITING = """</script><script>throw new Error("injected")</script> & "quoted" <b onclick='x'>"""
+BITING = """</script><script>throw new Error("injected")</script> & "quoted" <b onclick='x'> $\\q{$"""
 
 
 def run(name: str, error: float | None, seconds: float, **other: Any) -> Run:
@@ -128,6 +128,15 @@ def biting() -> Document:
         left_out=[{"name": BITING, "why": BITING}], changes=[{"change": BITING, "note": BITING}], choice=choice,
         notes=[BITING], tables=[Table(BITING, ["a", BITING], [["b", BITING]], BITING)], timing=BITING,
     )  # fmt: skip
+
+
+def crowd() -> Document:
+    """Return seventy runs of as many schemes, all on the front."""
+    runs = [
+        run(f"setting {i} of many, with a name that is rather long", 0.5 / 1.15**i, 0.01 * 1.2**i, scheme=f"scheme {i}")
+        for i in range(70)
+    ]
+    return document(runs, [quantity("impulse")])
 
 
 def unmatched() -> Document:
