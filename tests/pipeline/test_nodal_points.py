@@ -194,6 +194,22 @@ def test_the_two_loops_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert max(compiled.energy_drift, factored.energy_drift) < ENERGY
 
 
+def test_what_a_body_may_not_do_is_left_out(tmp_path: Path) -> None:
+    """A symmetric blow turns neither beam, so that it is the same where the upper one may not turn."""
+    coarse = {f"component.{n}.mesh.size": 0.05 for n in ("upper", "lower")}
+    coarse |= {f"component.{n}.modes.substructures": 1 for n in ("upper", "lower")}
+    coarse |= {f"component.{n}.modes.fixed_count": 4 for n in ("upper", "lower")} | {"run.duration": 5e-4}
+    free = simulate_nodal(nodal_problem(job_of("bars-transverse", tmp_path, coarse)), 2e-6)
+    guided = nodal_problem(job_of("bars-transverse", tmp_path, coarse | {"body.upper.freedom": ["z"]}))
+    assert isinstance(guided, PointProblem)
+    assert guided.bodies[0].suppressed is not None
+    held = simulate_nodal(guided, 2e-6)
+    assert free.force[:, 2].max() > 1000
+    np.testing.assert_allclose(held.force, free.force, atol=1e-6 * free.force[:, 2].max())
+    assert value(held, "upper.velocity_z") == pytest.approx(value(free, "upper.velocity_z"), rel=1e-6)
+    assert max(held.energy_drift, free.energy_drift) < ENERGY
+
+
 def faces(upper: FEModel, lower: FEModel, gap: float) -> PointProblem:
     """Return two blocks that meet face on face at the nodes of their mid-sides, at 0.1 m/s."""
     high, low = on_plane(upper, 2, 0.0), on_plane(lower, 2, 0.01)
