@@ -9,7 +9,7 @@ STRICT = ConfigDict(extra="forbid", frozen=True)
 
 
 class Nodal(BaseModel):
-    """The nodal synthesis as reference."""
+    """The nodal synthesis beside the models; its finest run is the reference where no file is."""
 
     model_config = STRICT
     steps: tuple[float, ...] = Field(default=(2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Coarse to fine [s]")
