@@ -2,6 +2,7 @@
 
 import math
 import shlex
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version
@@ -28,8 +29,6 @@ PATIENCE = 20.0
 """CPU seconds that a setting of the default sweep may take at least; more only where others take as much."""
 FINER = 6.0
 """What finer runs take together, in times of the run itself."""
-EXPLICIT = ("step", "accuracy")
-"""Keys whose values in a sweep replace the finer runs that are made otherwise."""
 TIMING = (
     "CPU seconds of the solution alone, one thread, least of {repeat} runs after a short one that loads and compiles;"
     " a run beyond a minute is repeated once. Timed runs never go beside each other or beside anything else of the"
@@ -126,16 +125,14 @@ def _points(
 
 def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) -> list[Point]:
     """Give every point the runs that tell its time error."""
-    paths = [path.rsplit(".", 1)[-1] for path in job.scene.report.sweep]
-    given = any(path in EXPLICIT for path in paths) or any(
-        one.setting.changes.get("run", {}).keys() & set(EXPLICIT) for one in points
-    )
-    if given:
-        return list(points)
+    paces = Counter((one.scheme, one.basis) for one in points)
     wanted = {
         number: finer(one.job, one.setting, fineness(one.job, one.trajectory))
         for number, one in enumerate(points)
-        if one.timed is not None and one.ran and (one.setting.named or FINER * one.timed.cpu < PATIENCE)
+        if paces[one.scheme, one.basis] == 1  # Else the steps that are named are the references of each other.
+        and one.timed is not None
+        and one.ran
+        and (one.setting.named or FINER * one.timed.cpu < PATIENCE)
     }
     progress("finer steps", 0.0)
     spread(

@@ -1,5 +1,6 @@
 """The integrator of contact laws: flight exact, contact by collocation with steps from the accuracy asked for."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -327,10 +328,15 @@ class _Steps:
 
 def _highest(cubic: np.ndarray) -> tuple[float, float]:
     """Return the largest value of a cubic on [0, 1], and where it is."""
-    roots = np.roots([3 * cubic[3], 2 * cubic[2], cubic[1]]) if cubic[3] else np.empty(0)
-    places = np.array([0.0, 1.0, *(root.real for root in roots if root.imag == 0 and 0 < root.real < 1)])
-    values = np.polyval(cubic[::-1], places)
-    return float(values.max()), float(places[values.argmax()])
+    c0, c1, c2, c3 = map(float, cubic)
+    found = [(c0, 0.0), (c0 + c1 + c2 + c3, 1.0)]
+    under = c2 * c2 - 3 * c3 * c1
+    if under >= 0:
+        # The roots of 3 c₃ x² + 2 c₂ x + c₁, without the difference of nearly equal numbers.
+        larger = -(c2 + math.copysign(math.sqrt(under), c2))
+        roots = [over / below for over, below in ((larger, 3 * c3), (c1, larger)) if below != 0]
+        found += [(((c3 * x + c2) * x + c1) * x + c0, x) for x in roots if 0 < x < 1]
+    return max(found)
 
 
 def _touching(gap: float, rate: float, later: float, later_rate: float, h: float) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from modaldb.schema import ModalRecord, MorphRecord, Trajectory
 from solver import SceneError, simulate
 from solver.laws import Law
 from solver.laws.restitution import delivered_restitution
+from solver.smooth.collocation import _highest
 from solver.smooth.respond import free, responses
 from tests.solver.systems import block_records, block_scene, build_all, rigid_records, rod_records, rod_scene
 
@@ -403,3 +404,13 @@ def test_free_motion_turns_and_drifts() -> None:
     np.testing.assert_allclose(moved, [0.4, np.sin(1.2) / 3], rtol=1e-15)
     np.testing.assert_allclose(turned, [0, -3 * np.sin(1.2)], rtol=1e-15)
     np.testing.assert_array_equal(back, there)
+
+
+def test_highest_value_of_a_cubic() -> None:
+    places, rng = np.linspace(0.0, 1.0, 2001), np.random.default_rng(1)
+    for _ in range(500):
+        cubic = rng.normal(size=4) * 10.0 ** rng.integers(-6, 6, 4) * rng.integers(0, 2, 4)
+        value, place = _highest(cubic)
+        size, seen = np.abs(cubic).sum(), np.polyval(cubic[::-1], places).max()
+        assert seen - 1e-12 * size <= value <= seen + 1e-5 * size
+        assert np.polyval(cubic[::-1], place) == pytest.approx(value, abs=1e-12 * size)
