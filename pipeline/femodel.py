@@ -18,6 +18,29 @@ class MassProperties:
 
 
 @dataclass(frozen=True)
+class BeamStiffness:
+    """Stiffness of beam elements before it is added up: strain energy without the round-off of K Φ.
+
+    Each element's own rigid motion is taken off first, which is most of the motion in a slender beam.
+    """
+
+    blocks: np.ndarray
+    """(e, a, a)"""
+    dofs: np.ndarray
+    """Deflection and turn of node after node, (e, a)."""
+    distances: np.ndarray
+    """Of each element's nodes from its first one [m], (e, a/2)."""
+
+    def product(self, Phi: np.ndarray) -> np.ndarray:
+        """Return ΦᵀKΦ of columns (dofs, m), (m, m)."""
+        local = Phi[self.dofs]
+        w, turn = local[:, 0::2], local[:, 1::2]
+        w = w - w[:, :1] + turn[:, :1] * self.distances[:, :, None]
+        bent = np.stack([w, turn - turn[:, :1]], axis=2).reshape(local.shape)
+        return np.einsum("eai,eaj->ij", bent, np.einsum("eab,ebj->eaj", self.blocks, bent), optimize=True)
+
+
+@dataclass(frozen=True)
 class FEModel:
     """Linear elastic body before reduction. Dof = d·node + i: along `directions[i]`, or about `rotations[i]`."""
 
@@ -35,6 +58,8 @@ class FEModel:
     """Mass-normalised rigid motions that the supports leave: translation, rotation about the centre, (r, 6)."""
     held: np.ndarray
     """Which dofs a support holds at zero, (dofs,). K and M have all dofs nevertheless."""
+    parts: BeamStiffness | None = None
+    """Elements of a beam; None of anything else."""
 
     @property
     def nodes(self) -> np.ndarray:

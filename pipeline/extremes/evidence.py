@@ -47,6 +47,8 @@ class Evidence:
     """Whether they are modes of the whole mesh, so that more degrees of freedom lower them."""
     shear: dict[str, float] = field(default_factory=dict)
     """Shear modulus of each elastic component [Pa]."""
+    estimated: float | None = None
+    """Largest relative error of a kept mode's frequency that the elements' estimate tells."""
     orthogonality: float | None = None
     """Largest departure of ΦᵀMΦ from I that any component's extraction found."""
     contact: FirstContact | None = None

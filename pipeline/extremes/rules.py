@@ -24,6 +24,9 @@ PER_STEP = 1e-16
 ROUND_OFFS = 16.0
 """How often the last digit of a place, a momentum or an energy may come into a result."""
 ORTHONORMAL = 1e-9
+LOCKED = 0.03
+"""Estimated error of a frequency above which elements lock, where those of the scene as it is make a third of it."""
+MORE = 3.0
 SEEN = 1e-3
 """Share of what energy allows from which frames have seen an overlap."""
 SETTLED = 0.01
@@ -165,6 +168,14 @@ def shear(found: Evidence, compared: Compared) -> Finding | None:
     return Finding("shear", max(falls), SAME, "ω²/G rises with ν (Rayleigh)") if falls else None
 
 
+def resolved(found: Evidence, compared: Compared) -> Finding | None:
+    """The error that elements are known to make stays small: they do not lock."""
+    if found.estimated is None:
+        return None
+    bound = max(LOCKED, MORE * (compared.base.estimated or 0.0))
+    return Finding("resolved", found.estimated, bound, "estimated error of frequencies")
+
+
 def momentum(found: Evidence, compared: Compared) -> Finding | None:
     """Momentum of free bodies against the impulses on them."""
     if found.momentum_residual is None:
@@ -214,8 +225,8 @@ def orthogonality(found: Evidence, compared: Compared) -> Finding | None:
 
 RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
     "similarity": similarity, "frequencies": frequencies, "collision": collision, "loss": loss,
-    "agreement": agreement, "nested": nested, "shear": shear, "momentum": momentum, "energy": energy,
-    "creation": creation, "penetration": penetration, "monotone": monotone, "orthogonality": orthogonality,
+    "agreement": agreement, "nested": nested, "shear": shear, "resolved": resolved, "momentum": momentum,
+    "energy": energy, "creation": creation, "penetration": penetration, "monotone": monotone, "orthogonality": orthogonality,
 }  # fmt: skip
 
 

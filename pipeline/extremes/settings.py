@@ -128,8 +128,8 @@ Operation = Annotated[
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[
-    "similarity", "frequencies", "collision", "loss", "agreement", "nested", "shear", "momentum", "energy", "creation",
-    "penetration", "monotone", "orthogonality",
+    "similarity", "frequencies", "collision", "loss", "agreement", "nested", "shear", "resolved", "momentum", "energy",
+    "creation", "penetration", "monotone", "orthogonality",
 ]  # fmt: skip
 
 

@@ -155,11 +155,17 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     depth, allowed = _penetration(system, found)
     moved = any(body.rigid_count for body in system.bodies.values())
     pushed = any(history.force.any() for history in found.contacts.values()) or bool(found.joints)
+    estimates = [
+        float(np.nanmax(r.discretisation_errors[: r.normal_count]))
+        for r in elastic.values()
+        if r.discretisation_errors is not None and np.isfinite(r.discretisation_errors[: r.normal_count]).any()
+    ]
     checks = [float(r.quality["orthogonality"]) for r in elastic.values() if "orthogonality" in r.quality]
     return Evidence(
         frequencies={name: record.angular_frequencies for name, record in elastic.items()},
         nested={name: record.recipe in WHOLE for name, record in elastic.items()},
         shear={n: _shear(job, n) for n in elastic},
+        estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
         contact=first_contact(found, system.resolution),
         readings={n: (e["value"], e["unit"]) for n, e in found.quantities.items()} if not found.contacts else {},

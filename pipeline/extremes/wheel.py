@@ -51,7 +51,7 @@ def _run(trial: Trial, scratch: Path, progress: Progress) -> Evidence | Refusal:
     return Evidence(
         frequencies={name: one.angular_frequencies for name, one in names.items()},
         nested=dict.fromkeys(names, True),
-        shear=dict.fromkeys(names, material.lame[1]),
+        shear={name: material.lame[1] for name in names},
         orthogonality=max(float(one.quality["orthogonality"]) for one in names.values()),
         condition=(highest / lowest) ** 2,
         seconds=time.perf_counter() - start,

@@ -24,7 +24,7 @@ def lanczos_pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
         StageError: ARPACK gave up.
     """
     shift = lower_shift(model, problem)
-    factor = factorise(problem.K - shift * problem.M)
+    factor = factorise(problem.K - shift * problem.M, definite=model.parts is not None)
 
     def invert(load: np.ndarray) -> np.ndarray:
         return problem.elastic(factor.solve(np.ravel(load)))
@@ -72,7 +72,7 @@ def _static_estimate(problem: Problem) -> float:
     K, M, rigid = problem.K, problem.M, problem.rigid
     grounded = linalg.qr(rigid.T, mode="economic", pivoting=True)[2][: rigid.shape[1]]
     free = np.setdiff1d(np.arange(K.shape[0]), grounded)
-    factor = factorise(sparse.csr_matrix(K[free][:, free]))
+    factor = factorise(sparse.csr_matrix(K[free][:, free]), definite=True)
     u = np.random.default_rng(0).standard_normal(K.shape[0])
     for _ in range(2):
         load = M @ u

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import StageError
-from pipeline.femodel import FEModel
-from pipeline.linalg import factorise
+from pipeline.femodel import BeamStiffness, FEModel
+from pipeline.linalg import evened, factorise
 from pipeline.modes import slepc
 from pipeline.modes.blocks import block_pairs
 from pipeline.modes.lanczos import SPARE, lanczos_pairs, lower_shift
@@ -20,6 +20,8 @@ RESIDUAL_TOLERANCE = 1e-8
 ROUND_OFF_SHARE = 10.0
 """The residual may be this much of the round-off floor over the mode's eigenvalue: bending of fine beams reaches it."""
 ORTHOGONALITY_TOLERANCE = 1e-10
+SMALL_MIXING = 1e-5
+"""Of modes by round-off, up to which one step of perturbation is exact."""
 MIXING_LIMIT = 1e-2
 """eps·max(K_ii/M_ii) over the first eigenvalue: above it, round-off mixes rigid and elastic modes (tets of aspect
 1000), although every residual still reads 1e-16."""
@@ -61,14 +63,36 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
             f" be told apart (round-off floor {floor:.2g}, first eigenvalue {values[0]:.2g} rad²/s²); the mesh has"
             " slivers, extreme contrast, ν next to 0.5, or parts that hang together by an edge only"
         )
-    inertia = _inertia(problem, pairs, count)
+    inertia = _inertia(model, problem, pairs, count)
     if missed := int(inertia["inertia_found"] - inertia["inertia_expected"]):
         raise StageError(f"modes: the inertia count finds {missed:+d} modes beside the {count} extracted")
     vectors = vectors * np.where(vectors[np.abs(vectors).argmax(0), range(count)] < 0, -1, 1)
-    values, quality = _verified(problem, vectors, floor)
     Phi = np.zeros((len(model.held), count))
     Phi[model.free] = vectors
+    exact = None
+    if model.parts is not None:
+        Phi, exact = _parted(model.parts, Phi)
+        vectors = Phi[model.free]
+    values, quality = _verified(problem, vectors, floor, exact)
     return NormalModes(np.sqrt(values), Phi, quality | inertia)
+
+
+def _parted(parts: BeamStiffness, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return modes (dofs, m) without what round-off of K mixed into them, and their eigenvalues [rad²/s²], (m,).
+
+    ΦᵀKΦ by elements is diagonal but for round-off E: one step of perturbation, φⱼ + Σᵢ φᵢ Eᵢⱼ/(λⱼ − λᵢ), takes it out.
+    """
+    projected = parts.product(Phi)
+    values = projected.diagonal()
+    apart = values - values[:, None]
+    np.fill_diagonal(apart, np.inf)
+    with np.errstate(divide="ignore"):
+        mixed = projected / apart
+    np.fill_diagonal(mixed, 0.0)
+    if np.abs(mixed).max(initial=0.0) < SMALL_MIXING:
+        Phi = Phi + Phi @ mixed
+        values = parts.product(Phi).diagonal()
+    return Phi, values
 
 
 def _pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
@@ -79,7 +103,7 @@ def _pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
     return Pairs(*slepc.slepc_pairs(problem.K, problem.M, problem.rigid, shift, count + SPARE))
 
 
-def _inertia(problem: Problem, pairs: Pairs, count: int) -> dict[str, float]:
+def _inertia(model: FEModel, problem: Problem, pairs: Pairs, count: int) -> dict[str, float]:
     """Return a shift in the gap after the last wanted pair, how many elastic eigenvalues are below it, and pairs."""
     if pairs.proven is not None:
         sigma, below = pairs.proven
@@ -92,7 +116,8 @@ def _inertia(problem: Problem, pairs: Pairs, count: int) -> dict[str, float]:
     if slepc.command() is not None:
         negative = slepc.slepc_negative_pivots(problem.K, problem.M, sigma)
     else:
-        factor = factorise(problem.K - sigma * problem.M)
+        shifted = problem.K - sigma * problem.M
+        factor = factorise(shifted if model.parts is None else evened(shifted))
         negative = factor.negative_pivots()
         factor.free()
     return _count(sigma, negative - problem.rigid.shape[1], gap_after + 1)
@@ -102,11 +127,20 @@ def _count(shift: float, found: int, expected: int) -> dict[str, float]:
     return {"inertia_shift": float(shift), "inertia_found": found, "inertia_expected": expected}
 
 
-def _verified(problem: Problem, Phi: np.ndarray, floor: float) -> tuple[np.ndarray, dict[str, float]]:
-    """Return the modes' Rayleigh quotients, which carry less round-off than the method's own values, and quality."""
+def _verified(
+    problem: Problem, Phi: np.ndarray, floor: float, exact: np.ndarray | None
+) -> tuple[np.ndarray, dict[str, float]]:
+    """Return the modes' Rayleigh quotients, which carry less round-off than the method's own values, and quality.
+
+    Args:
+        exact: The quotients, where elements gave them, (m,).
+    """
     forces, momenta = problem.K @ Phi, problem.M @ Phi
-    values = np.einsum("dm,dm->m", Phi, forces) / np.einsum("dm,dm->m", Phi, momenta)
-    residual = np.linalg.norm(forces - momenta * values, axis=0) / np.linalg.norm(forces, axis=0)
+    values = np.einsum("dm,dm->m", Phi, forces) if exact is None else exact
+    values = values / np.einsum("dm,dm->m", Phi, momenta)
+    # Forces and moments of beams have units of their own: each is measured by the mass that it moves.
+    weight = 1.0 if exact is None else 1 / np.sqrt(problem.M.diagonal())[:, None]
+    residual = np.linalg.norm((forces - momenta * values) * weight, axis=0) / np.linalg.norm(forces * weight, axis=0)
     basis = np.column_stack([problem.rigid, Phi])
     gram = basis.T @ np.column_stack([problem.M_rigid, momenta])
     orthogonality = float(np.abs(gram - np.eye(basis.shape[1])).max())

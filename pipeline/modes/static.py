@@ -67,7 +67,8 @@ class Flexibility:
         self._K = model.K
         free = model.free
         self._places, self._size = np.searchsorted(free, self.dofs), len(free)
-        self.factor = factorise(_pinned(model.free_matrices()[0], np.setdiff1d(free, self.dofs, True), free))
+        pinned = _pinned(model.free_matrices()[0], np.setdiff1d(free, self.dofs, True), free)
+        self.factor = factorise(pinned, definite=model.parts is not None)
 
     def grounded(self, loads: np.ndarray) -> np.ndarray:
         """Return K_c⁻¹ loads over `dofs`, (c, k).

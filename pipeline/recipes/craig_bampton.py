@@ -199,7 +199,7 @@ def condensed(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, fixed_coun
     Psi = np.empty((len(dofs), len(touching)))
     if len(dofs) and len(touching):
         K_ii, load = sparse.csr_matrix(model.K[dofs][:, dofs]), K_ib[:, touching].toarray()
-        factor = factorise(K_ii)
+        factor = factorise(K_ii, definite=model.parts is not None)
         Psi = -factor.solve(load)
         factor.free()
         rest = float(np.abs(K_ii @ Psi + load).max()) / float(np.abs(load).max(initial=0.0) or 1.0)
