@@ -152,7 +152,9 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     for blows in found.episodes.values():  # Those between two samples, too.
         exchanged = max(exchanged, 0.25 * float((blows[:, 2] * np.abs(blows[:, 5])).max(initial=0.0)))
     lowest = np.minimum.accumulate(mechanical) if len(mechanical) else mechanical
-    depth, allowed = _penetration(system, found)
+    # What a dashpot keeps a surface from giving back counts as lost for a while, and its depth as overlap.
+    lagging = bool(system.dashpot.any())
+    depth, allowed = (None, None) if lagging else _penetration(system, found)
     moved = any(body.rigid_count for body in system.bodies.values())
     pushed = any(history.force.any() for history in found.contacts.values()) or bool(found.joints)
     estimates = [
@@ -176,7 +178,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         momentum_round_off=_last_digit(system, found),
         energy_round_off=eps * float(np.abs(found.energies).max(initial=0.0)) / exchanged if exchanged > 0 else 0.0,
         time_round_off=_blur(system),
-        rise=float((mechanical - lowest).max()) / exchanged if exchanged > 0 else None,
+        rise=float((mechanical - lowest).max()) / exchanged if exchanged > 0 and not lagging else None,
         loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
         exchanged=exchanged,
         penetration=depth,
