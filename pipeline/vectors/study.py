@@ -31,8 +31,6 @@ from pipeline.vectors.travelling import (
     static_field,
 )
 
-Sets = Callable[[int], Sequence[NormalModes]]
-"""From a number of vectors to one set, or one for each place."""
 OF_ALL = "normal + static of all places"
 """It has as many static shapes as there are places."""
 SAMPLES = 20
@@ -56,8 +54,10 @@ class VectorRow:
     """Relative L2 norms against all nodal dofs at the same time steps."""
     apart: Errors
     """The same from the largest number of vectors of its basis; only of the force that travels."""
+    before: Seconds | None
+    """For the factorisation and the normal modes that the vectors need; only of the force that travels."""
     generation: Seconds | None
-    """For the vectors, the factorisation that all share aside; only of the force that travels."""
+    """For the vectors themselves."""
     solution: Seconds | None
 
 
@@ -75,8 +75,6 @@ class Comparison:
     """By case, what half the step changes of the reference."""
     nodal: Seconds
     """For the reference of the force that travels."""
-    normal: Seconds
-    """For the largest number of normal modes, which all bases share."""
     rows: list[VectorRow]
     cost: list[dict[str, Any]]
 
@@ -84,6 +82,18 @@ class Comparison:
         """Return a basis of so many vectors, None where it needs more."""
         found = [row for row in self.rows if (row.case, row.basis, row.vectors) == (case, basis, vectors)]
         return found[0] if found else None
+
+
+@dataclass(frozen=True)
+class Basis:
+    """A kind of vectors."""
+
+    make: Callable[[int], Sequence[NormalModes]]
+    """From a number of vectors to one set, or one for each place."""
+    normals: Callable[[int], int] = lambda n: 0
+    """How many of so many are normal modes."""
+    factorised: bool = True
+    """Whether the stiffness is factorised for it."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +105,15 @@ class _Study:
     root: Root
     source: RitzVectors
     normal: NormalModes
+    factorisation: Seconds
+    """For the factor that the source keeps."""
+    extraction: Callable[[int], Seconds]
+    """For so many normal modes."""
+
+    def before(self, basis: Basis, count: int) -> Seconds:
+        """Return what comes before so many vectors of a basis."""
+        parts = [self.extraction(basis.normals(count))] + [self.factorisation] * basis.factorised
+        return Seconds(sum(part.wall for part in parts), sum(part.cpu for part in parts))
 
 
 @dataclass
@@ -123,8 +142,16 @@ def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
     settings, model = problem.settings, travel.model
     if settings.counts[-1] > (most := largest_count(model)):
         raise InputError(f"{job.path}: report.vectors.counts: {settings.counts[-1]} given, the mesh has {most} at most")
-    normal, taken = fastest(lambda: normal_modes(model, settings.counts[-1]), 1)
-    study, found = _Study(settings, travel, root, RitzVectors(model), normal), _Found()
+    extracted: dict[int, Seconds] = {0: Seconds(0.0, 0.0)}
+
+    def extraction(count: int) -> Seconds:
+        if count not in extracted:
+            extracted[count] = fastest(lambda: normal_modes(model, count), 1)[1]
+        return extracted[count]
+
+    normal = normal_modes(model, settings.counts[-1])
+    source, taken = fastest(lambda: RitzVectors(model), 1)
+    study, found = _Study(settings, travel, root, source, normal, taken, extraction), _Found()
     for case, title in TITLES.items():
         _case(case, study, found, repeat, lambda share, title=title: progress(title, share))
     study.source.free()
@@ -134,7 +161,7 @@ def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
         cost += price(problem.finer(size), settings, repeat)
     return Comparison(
         job.name, len(model.free), settings, steps_of(settings), travel.duration, found.time_error,
-        found.nodal["moving"], taken, found.rows, cost,
+        found.nodal["moving"], found.rows, cost,
     )  # fmt: skip
 
 
@@ -150,13 +177,13 @@ def _case(case: str, study: _Study, found: _Found, repeat: int, tell: Callable[[
         flow = study.source.flexibility.solve(travel.loads([1.0]))[:, 0]
         exact = float(travel.loads([1.0])[:, 0] @ flow)
         found.time_error[case] = None
-        for basis, count, sets in _bases(settings, _standing(study)):
-            under, ours = static_field(travel, sets(count)[0])
+        for name, count, basis in _bases(settings, _standing(study)):
+            under, ours = static_field(travel, basis.make(count)[0])
             errors = {
                 UNDER: abs(under / exact - 1),
                 ROOT: root.difference(ours[None, root.dofs], flow[None, root.dofs]),
             }
-            found.rows.append(VectorRow(case, basis, count, errors, {}, None, None))
+            found.rows.append(VectorRow(case, name, count, errors, {}, None, None, None))
         return
     moving = case == "moving"
     travel = travel if moving else travel.standing(1.0)
@@ -169,58 +196,63 @@ def _case(case: str, study: _Study, found: _Found, repeat: int, tell: Callable[[
         UNDER: difference(reference.under, finer.under[1::2]),
         ROOT: root.difference(reference.root, finer.root),
     }
-    histories: dict[tuple[str, int], tuple[History, Seconds, Seconds]] = {}
-    for basis, count, sets in _bases(settings, _travelling(study) if moving else _standing(study)):
-        vectors, generation = fastest(lambda sets=sets, count=count: sets(count), repeat if moving else 1)
+    histories: dict[tuple[str, int], tuple[History, tuple[Seconds, Seconds, Seconds]]] = {}
+    for name, count, basis in _bases(settings, _travelling(study) if moving else _standing(study)):
+        vectors, generation = fastest(lambda basis=basis, count=count: basis.make(count), repeat if moving else 1)
         ours, solution = fastest(
             lambda vectors=vectors: reduced_history(travel, root, vectors, steps, samples), repeat if moving else 1
         )
-        histories[basis, count] = ours, generation, solution
-    last = {basis: ours for (basis, _), (ours, _, _) in histories.items()}
-    for (basis, count), (ours, generation, solution) in histories.items():
-        errors, apart = _apart(root, ours, reference), _apart(root, ours, last[basis]) if moving else {}
-        taken = (generation, solution) if moving else (None, None)
-        found.rows.append(VectorRow(case, basis, count, errors, apart, *taken))
+        histories[name, count] = ours, (study.before(basis, count), generation, solution)
+    last = {name: ours for (name, _), (ours, _) in histories.items()}
+    for (name, count), (ours, taken) in histories.items():
+        errors, apart = _apart(root, ours, reference), _apart(root, ours, last[name]) if moving else {}
+        found.rows.append(VectorRow(case, name, count, errors, apart, *(taken if moving else (None, None, None))))
 
 
 def _apart(root: Root, one: History, other: History) -> Errors:
     return {UNDER: difference(one.under, other.under), ROOT: root.difference(one.root, other.root)}
 
 
-def _standing(study: _Study) -> dict[str, Sets]:
+def _standing(study: _Study) -> dict[str, Basis]:
     """Return the bases of a force at the end of its way."""
     load, aside, source, normal = study.travel.loads([1.0]), study.travel.loads([0.5]), study.source, study.normal
     return {
-        "normal": lambda n: [lowest(normal, n)],
-        "normal + static": lambda n: [source.generate(load, n, lowest(normal, n - 1))],
-        "Ritz": lambda n: [source.generate(load, n)],
-        "normal + Ritz, half each": lambda n: [source.generate(load, n, lowest(normal, n // 2))],
-        "Ritz of half the way, kept": lambda n: [source.generate(aside, n)],
+        "normal": Basis(lambda n: [lowest(normal, n)], lambda n: n, False),
+        "normal + static": Basis(lambda n: [source.generate(load, n, lowest(normal, n - 1))], lambda n: n - 1),
+        "Ritz": Basis(lambda n: [source.generate(load, n)]),
+        "normal + Ritz, half each": Basis(
+            lambda n: [source.generate(load, n, lowest(normal, n // 2))], lambda n: n // 2
+        ),
+        "Ritz of half the way, kept": Basis(lambda n: [source.generate(aside, n)]),
     }
 
 
-def _travelling(study: _Study) -> dict[str, Sets]:
+def _travelling(study: _Study) -> dict[str, Basis]:
     """Return the bases of a force that travels: made again at each place, or once."""
     travel, places, source, normal = study.travel, study.settings.places, study.source, study.normal
     middles = [(number + 0.5) / places for number in range(places)]
     loads, together, half = [travel.loads([x]) for x in middles], travel.loads(middles), travel.loads([0.5])
     return {
-        "normal": lambda n: [lowest(normal, n)],
-        "normal + static, again at each place": lambda n: source.generate_all(loads, n, lowest(normal, n - 1)),
-        "Ritz, again at each place": lambda n: source.generate_all(loads, n),
-        "normal + Ritz, half each, again": lambda n: source.generate_all(loads, n, lowest(normal, n // 2)),
-        OF_ALL: lambda n: [source.generate(together, n, lowest(normal, n - places))],
-        "Ritz of all places": lambda n: [source.generate(together, n)],
-        "Ritz of half the way, kept": lambda n: [source.generate(half, n)],
+        "normal": Basis(lambda n: [lowest(normal, n)], lambda n: n, False),
+        "normal + static, again at each place": Basis(
+            lambda n: source.generate_all(loads, n, lowest(normal, n - 1)), lambda n: n - 1
+        ),
+        "Ritz, again at each place": Basis(lambda n: source.generate_all(loads, n)),
+        "normal + Ritz, half each, again": Basis(
+            lambda n: source.generate_all(loads, n, lowest(normal, n // 2)), lambda n: n // 2
+        ),
+        OF_ALL: Basis(lambda n: [source.generate(together, n, lowest(normal, n - places))], lambda n: n - places),
+        "Ritz of all places": Basis(lambda n: [source.generate(together, n)]),
+        "Ritz of half the way, kept": Basis(lambda n: [source.generate(half, n)]),
     }
 
 
-def _bases(settings: Vectors, bases: dict[str, Sets]) -> list[tuple[str, int, Sets]]:
+def _bases(settings: Vectors, bases: dict[str, Basis]) -> list[tuple[str, int, Basis]]:
     """Return each basis at each count that it can have."""
     least = {OF_ALL: settings.places + 1}
     return [
-        (basis, count, sets)
-        for basis, sets in bases.items()
+        (name, count, basis)
+        for name, basis in bases.items()
         for count in settings.counts
-        if count >= least.get(basis, 1)
+        if count >= least.get(name, 1)
     ]

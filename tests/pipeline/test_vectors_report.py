@@ -235,7 +235,13 @@ def test_files_and_table(folder: Path, compared: Comparison, monkeypatch: pytest
     }
     for run in runs:
         assert run.largest_error == max(run.errors.values()) == run.errors[run.largest_of or ""]
-        assert run.cpu_seconds == sum(stage.warm.cpu for stage in run.stages.values() if stage.warm)
+        modes, solve = (run.stages[stage] for stage in ("modes", "solve"))
+        assert modes.cold is not None
+        assert modes.warm is not None
+        assert solve.cold is not None
+        assert run.cpu_seconds == modes.cold.cpu + solve.cold.cpu
+        # What comes before the vectors: modes, a factor, or both.
+        assert modes.cold.cpu > modes.warm.cpu
     best = [chain for chain in document.quantities[0].chains if chain.runs[0].startswith("Ritz, again")]
     assert [chain.sizes for chain in best] == [list(COUNTS)]
     assert best[0].differences[0] > best[0].differences[-1] == 0.0
