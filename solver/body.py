@@ -84,10 +84,9 @@ class FlexibleBody:
 
 
 def load_body(
-    store: Store, name: str, settings: Body, morph_key: str, morph_fields: Iterable[str], modal_fields: Iterable[str]
+    store: Store, name: str, settings: Body, morph_key: str, morph: MorphRecord, modal_fields: Iterable[str]
 ) -> FlexibleBody:
-    """Read from the database just the named fields of a body."""
-    morph = store.get(morph_key, "morph", only=list(morph_fields))
+    """Read from the database just the named fields of the modes of a body's design."""
     modal = store.get(morph.modes_key, "modes", only=list(modal_fields))
     beta = settings.damping.stiffness_factor if settings.damping else 0.0
     return FlexibleBody(name, morph_key, morph, modal, free_twists(morph, settings, name), beta)

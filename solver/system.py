@@ -186,12 +186,14 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     Raises:
         SceneError: an interface or the residual flexibility is missing, or an obstacle does not face its surface.
     """
-    stocks = {name: _stock(store, morphs[scene.component_of(name)]) for name in scene.body}
-    terms = scene_terms(scene, stocks)
+    keys = {name: morphs[scene.component_of(name)] for name in scene.body}
+    asked = scene_terms(scene)  # Of a design that is the same whatever its modes hold.
+    designs = {name: store.get(key, "morph", only=fields_read(asked, name, "morph")) for name, key in keys.items()}
+    terms = scene_terms(scene, {name: _stock(store, morph.modes_key) for name, morph in designs.items()})
     bodies, offsets, size = {}, {}, 0
     for name, settings in scene.body.items():
-        fields = (fields_read(terms, name, record) for record in ("morph", "modes"))
-        bodies[name] = load_body(store, name, settings, morphs[scene.component_of(name)], *fields)
+        fields = fields_read(terms, name, "modes")
+        bodies[name] = load_body(store, name, settings, keys[name], designs[name], fields)
         offsets[name] = size
         size += len(bodies[name].stiffness)
     if not size:
@@ -213,11 +215,10 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     )  # fmt: skip
 
 
-def _stock(store: Store, morph_key: str) -> Stock:
-    """Return what the records of a component hold; of their arrays the sizes alone are looked at."""
-    modes_key = store.get(morph_key, "morph", only=()).modes_key
-    store.get(modes_key, "modes", only=())  # Says what is wrong where it is missing or damaged.
-    return Stock.of(store.sizes(modes_key))
+def _stock(store: Store, modes_key: str) -> Stock:
+    """Return what the modes of a component hold; of their arrays the sizes alone are looked at."""
+    # Where there are none, reading them says what is wrong.
+    return Stock.of(store.sizes(modes_key)) if store.has(modes_key) else Stock()
 
 
 def _settled(scene: Scene, points: int) -> Scene:
