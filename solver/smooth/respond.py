@@ -1,8 +1,13 @@
-"""Exact motion of coordinates under forces that are polynomials of time: ÿ + ω² y = Σ α_m τ^m, at rest at τ = 0."""
+"""Exact motion of coordinates under forces that are polynomials of time: ÿ + ω² y = Σ α_m τ^m, at rest at τ = 0.
 
+Compiled: dense output asks for it at every sample.
+"""
+
+from functools import cache
 from math import factorial
 
 import numpy as np
+from numba import njit
 
 SMALL = 0.5
 """ωτ up to which the series is summed; beyond it the polynomial solution loses less than three digits."""
@@ -17,39 +22,65 @@ def responses(omega: np.ndarray, degree: int, time: np.ndarray) -> tuple[np.ndar
         omega: [rad/s], (n,), zero for coordinates without stiffness.
         time: [s], (t,).
     """
-    late = np.asarray(time, float)[:, None]
-    x, tau, speed = np.broadcast_arrays(omega * late, late, omega)
-    low = x <= SMALL
-    y, v = np.empty((degree + 1, *x.shape)), np.empty((degree + 1, *x.shape))
-    _series(x[low], tau[low], y, v, low)
-    _forward(speed[~low], x[~low], tau[~low], y, v, ~low)
+    place, rate = _coefficients(degree)
+    late, speed = np.ascontiguousarray(time, float), np.ascontiguousarray(omega, float)
+    y, v = np.empty((2, degree + 1, len(late), len(speed)))
+    _respond(speed, late, place, rate, y, v)
     return y, v
 
 
-def _series(x: np.ndarray, tau: np.ndarray, y: np.ndarray, v: np.ndarray, where: np.ndarray) -> None:
-    square = -(x**2)
+@cache
+def _coefficients(degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return those of the series of displacement and velocity, (degree + 1, TERMS) each."""
+    place, rate = np.empty((2, degree + 1, TERMS))
+    for m in range(degree + 1):
+        for j in range(TERMS):
+            place[m, j] = factorial(m) / factorial(m + 2 + 2 * j)
+            rate[m, j] = factorial(m) / factorial(m + 1 + 2 * j)
+    return place, rate
+
+
+@njit(cache=True)
+def _respond(omega, time, place, rate, y, v):  # type: ignore[no-untyped-def]
+    for i in range(len(time)):
+        tau = time[i]
+        for k in range(len(omega)):
+            if omega[k] * tau <= SMALL:
+                _series(omega[k] * tau, tau, place, rate, y[:, i, k], v[:, i, k])
+            else:
+                _forward(omega[k], tau, y[:, i, k], v[:, i, k])
+
+
+@njit(cache=True)
+def _series(x, tau, place, rate, y, v):  # type: ignore[no-untyped-def]
+    power = tau
     for m in range(len(y)):
-        place, rate = np.zeros_like(x), np.zeros_like(x)
-        for j in reversed(range(TERMS)):
-            place = place * square + factorial(m) / factorial(m + 2 + 2 * j)
-            rate = rate * square + factorial(m) / factorial(m + 1 + 2 * j)
-        y[m, where], v[m, where] = place * tau ** (m + 2), rate * tau ** (m + 1)
+        here, fast = 0.0, 0.0
+        for j in range(TERMS - 1, -1, -1):
+            here = place[m, j] - here * x * x
+            fast = rate[m, j] - fast * x * x
+        v[m] = fast * power
+        power *= tau
+        y[m] = here * power
 
 
-def _forward(
-    omega: np.ndarray, x: np.ndarray, tau: np.ndarray, y: np.ndarray, v: np.ndarray, where: np.ndarray
-) -> None:
+@njit(cache=True)
+def _forward(omega, tau, y, v):  # type: ignore[no-untyped-def]
     """Integrate by parts from m = 0 up: y_m = (τ^m − m (m−1) y_{m−2}) / ω², v_m = m y_{m−1}."""
-    found = [2 * np.sin(x / 2) ** 2 / omega**2, (tau - np.sin(x) / omega) / omega**2]
-    for m in range(2, len(y)):
-        found.append((tau**m - m * (m - 1) * found[m - 2]) / omega**2)
+    sine, half, power = np.sin(omega * tau), np.sin(0.5 * omega * tau), 1.0
     for m in range(len(y)):
-        y[m, where] = found[m]
-        v[m, where] = m * found[m - 1] if m else np.sin(x) / omega
+        if m == 0:
+            y[0], v[0] = 2 * half**2 / omega**2, sine / omega
+        elif m == 1:
+            y[1], v[1] = (tau - sine / omega) / omega**2, y[0]
+        else:
+            y[m], v[m] = (power - m * (m - 1) * y[m - 2]) / omega**2, m * y[m - 1]
+        power *= tau
 
 
 def free(omega: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Return y←y, y←ẏ, ẏ←y, ẏ←ẏ over times (t,), (4, t, n)."""
     late = np.asarray(time, float)[:, None]
     x = omega * late
-    return np.array([np.cos(x), late * np.sinc(x / np.pi), -omega * np.sin(x), np.cos(x)])
+    cosine = np.cos(x)
+    return np.array([cosine, late * np.sinc(x / np.pi), -omega * np.sin(x), cosine])
