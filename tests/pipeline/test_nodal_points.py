@@ -98,6 +98,37 @@ def test_a_hinged_beam_swings_against_a_stop(tmp_path: Path) -> None:
     assert run.energy_drift < ENERGY
 
 
+SHEET = """
+[component.sheet]
+geometry = { kind = "rectangle", lx = 0.2, ly = 0.02, thickness = 0.01, state = "plane-stress" }
+material = { E = 210e9, nu = 0.0, rho = 7800.0 }
+mesh = { size = 0.01 }
+interface.end = { surface = "right", kind = "KIND" }
+modes = { recipe = "macneal", normal_count = 4 }
+[body.sheet]
+velocity = [1.0, 0, 0]
+[contact.wall]
+body = "sheet"
+interface = "end"
+against = { shape = "plane", point = [0.1, 0, 0], normal = [-1, 0, 0] }
+method = "residual"
+[run]
+duration = 1e-4
+"""
+
+
+@pytest.mark.parametrize("kind", ["patch", "points"])
+def test_plane_part_on_a_wall_has_the_bar_pulse(kind: str, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(SHEET.replace("KIND", kind))
+    job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
+    run_job(job, "morph")
+    run = simulate_nodal(nodal_problem(job), 2e-7)
+    assert value(run, "wall.impulse") == pytest.approx(2 * 0.312, rel=1e-2)
+    middle = (run.times > 1e-5) & (run.times < 6e-5)
+    assert -run.force[middle, 0].mean() == pytest.approx(2e-4 * np.sqrt(210e9 * 7800.0), rel=5e-3)
+    assert run.energy_drift < ENERGY
+
+
 BALL = """
 [component.ball]
 geometry = { kind = "rigid", mass = 2.0, points = { foot = { at = [0, 0, -0.1], normal = [0, 0, -1] } } }
