@@ -71,24 +71,26 @@ def _nodal_run(found: Comparison) -> Run:
     return _blank(
         f"all nodal dofs, {found.steps:,} steps", "nodal", "all nodal dofs", found, found.dofs, {},
         (None, "all nodal dofs"), (found.time_error["moving"], finer), {"solve": StageSeconds(found.nodal, None)},
+        found.nodal_mib,
     )  # fmt: skip
 
 
 def _run(found: Comparison, row: VectorRow) -> Run:
-    assert row.before is not None
-    assert row.generation is not None
-    assert row.solution is not None
-    cold = Seconds(row.before.wall + row.generation.wall, row.before.cpu + row.generation.cpu)
+    taken = row.taken
+    assert taken is not None
+    cold = Seconds(taken.before.wall + taken.generation.wall, taken.before.cpu + taken.generation.cpu)
     return _blank(
         _name(row), "reduced", row.basis, found, row.vectors, row.errors,
         (row.errors, "all nodal dofs at the same steps"), (None, "the reference has the same steps"),
-        {"modes": StageSeconds(cold, row.generation), "solve": StageSeconds(row.solution, row.solution)},
+        {"modes": StageSeconds(cold, taken.generation), "solve": StageSeconds(taken.solution, taken.solution)},
+        taken.peak_mib,
     )  # fmt: skip
 
 
 def _blank(
     name: str, kind: str, scheme: str, found: Comparison, coordinates: int, errors: Errors,
     truncation: tuple[Errors | None, str], time: tuple[Errors | None, str], stages: dict[str, StageSeconds],
+    peak_mib: float,
 ) -> Run:  # fmt: skip
     worst = max(errors, key=lambda key: errors[key], default=None)
     cold = [one.cold for one in stages.values() if one.cold is not None]
@@ -98,7 +100,7 @@ def _blank(
         truncation_against=truncation[1], time=time[0], time_against=time[1], energy_drift=None,
         momentum_residual=None, step=found.duration / found.steps, steps=found.steps, factorisations=None,
         iterations=None, cpu_seconds=sum(one.cpu for one in cold), wall_seconds=sum(one.wall for one in cold),
-        stages=stages, peak_mib=None, front=False,
+        stages=stages, peak_mib=peak_mib, front=False,
     )  # fmt: skip
 
 

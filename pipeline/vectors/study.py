@@ -19,6 +19,7 @@ from pipeline.scenefile import named
 from pipeline.stages import Job, run_job
 from pipeline.study.clock import fastest
 from pipeline.study.document import Errors, Seconds
+from pipeline.study.memory import peak_memory
 from pipeline.vectors.cost import price
 from pipeline.vectors.problem import problem_of
 from pipeline.vectors.travelling import (
@@ -44,6 +45,18 @@ UNDER, ROOT = "displacement under the force", "stress at the root"
 
 
 @dataclass(frozen=True)
+class Taken:
+    """What a basis takes under the force that travels."""
+
+    before: Seconds
+    """For the factorisation and the normal modes that the vectors need."""
+    generation: Seconds
+    """For the vectors themselves."""
+    solution: Seconds
+    peak_mib: float
+
+
+@dataclass(frozen=True)
 class VectorRow:
     """A basis of so many vectors, in one case."""
 
@@ -54,11 +67,8 @@ class VectorRow:
     """Relative L2 norms against all nodal dofs at the same time steps."""
     apart: Errors
     """The same from the largest number of vectors of its basis; only of the force that travels."""
-    before: Seconds | None
-    """For the factorisation and the normal modes that the vectors need; only of the force that travels."""
-    generation: Seconds | None
-    """For the vectors themselves."""
-    solution: Seconds | None
+    taken: Taken | None
+    """Only of the force that travels."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +85,7 @@ class Comparison:
     """By case, what half the step changes of the reference."""
     nodal: Seconds
     """For the reference of the force that travels."""
+    nodal_mib: float
     rows: list[VectorRow]
     cost: list[dict[str, Any]]
 
@@ -122,7 +133,7 @@ class _Found:
 
     rows: list[VectorRow] = field(default_factory=list)
     time_error: dict[str, Errors | None] = field(default_factory=dict)
-    nodal: dict[str, Seconds] = field(default_factory=dict)
+    nodal: dict[str, tuple[Seconds, float]] = field(default_factory=dict)
 
 
 def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
@@ -161,7 +172,7 @@ def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
         cost += price(problem.finer(size), settings, repeat)
     return Comparison(
         job.name, len(model.free), settings, steps_of(settings), travel.duration, found.time_error,
-        found.nodal["moving"], found.rows, cost,
+        *found.nodal["moving"], found.rows, cost,
     )  # fmt: skip
 
 
@@ -183,30 +194,33 @@ def _case(case: str, study: _Study, found: _Found, repeat: int, tell: Callable[[
                 UNDER: abs(under / exact - 1),
                 ROOT: root.difference(ours[None, root.dofs], flow[None, root.dofs]),
             }
-            found.rows.append(VectorRow(case, name, count, errors, {}, None, None, None))
+            found.rows.append(VectorRow(case, name, count, errors, {}, None))
         return
     moving = case == "moving"
     travel = travel if moving else travel.standing(1.0)
     steps, samples = steps_of(settings), SAMPLES * settings.places
-    reference, found.nodal[case] = fastest(
-        lambda: nodal_history(travel, root, steps, samples, lambda share: tell(0.3 * share)), 1
-    )
+    with peak_memory() as peak:
+        reference, taken = fastest(
+            lambda: nodal_history(travel, root, steps, samples, lambda share: tell(0.3 * share)), 1
+        )
+    found.nodal[case] = taken, peak.mib
     finer = nodal_history(travel, root, 2 * steps, samples, lambda share: tell(0.3 + 0.6 * share))
     found.time_error[case] = {
         UNDER: difference(reference.under, finer.under[1::2]),
         ROOT: root.difference(reference.root, finer.root),
     }
-    histories: dict[tuple[str, int], tuple[History, tuple[Seconds, Seconds, Seconds]]] = {}
+    histories: dict[tuple[str, int], tuple[History, Taken]] = {}
     for name, count, basis in _bases(settings, _travelling(study) if moving else _standing(study)):
-        vectors, generation = fastest(lambda basis=basis, count=count: basis.make(count), repeat if moving else 1)
-        ours, solution = fastest(
-            lambda vectors=vectors: reduced_history(travel, root, vectors, steps, samples), repeat if moving else 1
-        )
-        histories[name, count] = ours, (study.before(basis, count), generation, solution)
+        with peak_memory() as peak:
+            vectors, generation = fastest(lambda basis=basis, count=count: basis.make(count), repeat if moving else 1)
+            ours, solution = fastest(
+                lambda vectors=vectors: reduced_history(travel, root, vectors, steps, samples), repeat if moving else 1
+            )
+        histories[name, count] = ours, Taken(study.before(basis, count), generation, solution, peak.mib)
     last = {name: ours for (name, _), (ours, _) in histories.items()}
     for (name, count), (ours, taken) in histories.items():
         errors, apart = _apart(root, ours, reference), _apart(root, ours, last[name]) if moving else {}
-        found.rows.append(VectorRow(case, name, count, errors, apart, *(taken if moving else (None, None, None))))
+        found.rows.append(VectorRow(case, name, count, errors, apart, taken if moving else None))
 
 
 def _apart(root: Root, one: History, other: History) -> Errors:

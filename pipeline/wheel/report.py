@@ -18,6 +18,7 @@ from pipeline.study.clock import fastest
 from pipeline.study.document import Document, Errors, Quantity, Run, Seconds, StageSeconds, Table
 from pipeline.study.effort import Effort
 from pipeline.study.front import with_front
+from pipeline.study.memory import peak_memory
 from pipeline.study.output import write_report
 from pipeline.study.series import chain, settling
 from pipeline.wheel.settings import KeptInterface
@@ -179,9 +180,11 @@ def _solved(
     """Return the response by a choice, and the wall seconds for modes and response of its fastest run."""
     key, interface = choice
     dofs = kept_dofs(case.sector, interface, f"report.choices.{key}")
-    mistuned, taken = fastest(lambda: reduced_modes(case, parts, dofs, True), repeat)
+    with peak_memory() as peak:
+        mistuned, taken = fastest(lambda: reduced_modes(case, parts, dofs, True), repeat)
     pair = reduced_modes(case, parts, dofs, False), mistuned
     record = wheel_record(case, job.modes().key, interface, pair, parts.cpu_seconds)
+    record.counts["peak_mib"] = peak.mib
     return record, taken.wall + record.counts["cpu_response"]
 
 
@@ -192,10 +195,12 @@ def _full(job: "WheelJob", case: Case, progress: Progress) -> WheelRecord:
         progress("full wheel, tuned", 0.0)
         tuned = full_modes(case, False)
         progress("full wheel, mistuned", 0.4)
-        mistuned, taken = fastest(lambda: full_modes(case, True), 1)
+        with peak_memory() as peak:
+            mistuned, taken = fastest(lambda: full_modes(case, True), 1)
         progress("full wheel, direct", 0.8)
         record = wheel_record(case, job.modes().key, None, (tuned, mistuned), 0.0)
         record.quantities["truncation_error"] = {"value": truncation_error(case, record), "unit": "1"}
+        record.counts["peak_mib"] = peak.mib
         record.counts["wall"] = taken.wall + record.counts["cpu_response"]
         job.store.put(product.key, product.kind, record, product.inputs)
     return job.store.get(product.key, "wheel")
@@ -258,7 +263,8 @@ def _runs(job: "WheelJob", found: Comparison) -> list[Run]:
                 truncation_against="all dofs" if whole else best.name if best else "the largest basis of its scheme",
                 time=None, time_against="modes have no time step", energy_drift=None, momentum_residual=None,
                 step=None, steps=None, factorisations=None, iterations=None, cpu_seconds=row.cpu,
-                wall_seconds=row.wall_sector + row.wall, stages=_stages(counts, row), peak_mib=None, front=False,
+                wall_seconds=row.wall_sector + row.wall, stages=_stages(counts, row),
+                peak_mib=counts["peak_mib"], front=False,
             )
         )  # fmt: skip
     return runs

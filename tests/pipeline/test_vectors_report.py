@@ -240,6 +240,8 @@ def test_files_and_table(folder: Path, compared: Comparison, monkeypatch: pytest
         assert modes.warm is not None
         assert solve.cold is not None
         assert run.cpu_seconds == modes.cold.cpu + solve.cold.cpu
+        assert run.peak_mib is not None
+        assert run.peak_mib > 10
         # What comes before the vectors: modes, a factor, or both.
         assert modes.cold.cpu > modes.warm.cpu
     best = [chain for chain in document.quantities[0].chains if chain.runs[0].startswith("Ritz, again")]

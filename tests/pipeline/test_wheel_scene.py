@@ -211,6 +211,7 @@ def test_report_is_written_and_the_full_wheel_kept(
     assert few.scheme == many.scheme == "none kept"
     assert few.largest_of == RESPONSE
     assert runs["all"].cpu_seconds > 0
+    assert all(run.peak_mib is not None and run.peak_mib > 10 for run in document.runs)
     text = report_text(document)
     assert "| none, 2 | 0 | 12 | 48 |" in text
     assert f"| full wheel | {compared.rows[0].kept} | 0 |" in text
