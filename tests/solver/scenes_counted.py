@@ -230,7 +230,8 @@ def implicit(finer: int = 1) -> dict[str, Family]:
     return {
         "trapezoid": family(
             block, {"dashpot 'none'": _contact("wall", dashpot="none"), "no gravity": STILL},
-            {"surface layer": _contact("wall", surface_stiffness=1e14), "moving force": {"force": {"f": push}}},
+            {"surface layer": _contact("wall", surface_stiffness=1e14), "moving force": {"force": {"f": push}},
+             "damping": DAMPED, "gravity": _weight(9.81, 0, 0)},
             UNGAUGED, each=True,
         ),
         "trapezoid, sliding pair": family(pair, {}, {"moving force": {"force": {"f": push}}}, HEAVY),
