@@ -8,14 +8,12 @@ import json
 import sys
 import tempfile
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 import solver
 from solver import simulate
-from solver.integrators import INTEGRATORS
 from solver.scene import Scene
 from solver.system import compile_system
 from tests.solver import systems
@@ -63,8 +61,6 @@ def operations(case: Case, folder: Path) -> dict[str, Any]:
 def main() -> None:
     """Print the counts of every case."""
     found: dict[str, dict[str, Any]] = {}
-    for place in INTEGRATORS.values():
-        import_module(place.partition(":")[0])
     systems.SPACING = 0.06  # Few functions: they are all interpreted.
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, one) in enumerate(families().items()):
