@@ -1,5 +1,6 @@
 """Colour and mark of each scheme, and where numbers of points stand, for the page and the picture of a report."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -40,8 +41,9 @@ def looks(document: Document) -> dict[str, Look]:
 
 
 def drawn(runs: Sequence[Run]) -> list[tuple[int, Run, float]]:
-    """Return the runs that have an error: number from 0, run, size of its largest error."""
-    return [(i, run, abs(run.largest_error)) for i, run in enumerate(runs) if run.largest_error is not None]
+    """Return the runs that have a finite error: number from 0, run, size of its largest error."""
+    known = [(i, run, abs(run.largest_error)) for i, run in enumerate(runs) if run.largest_error is not None]
+    return [point for point in known if math.isfinite(point[2])]
 
 
 def references(runs: Sequence[Run]) -> list[tuple[int, Run]]:

@@ -1,5 +1,6 @@
 """Tables of a report's page as HTML; what a cell sorts by stands beside its text."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -194,7 +195,7 @@ def _size(value: float | None) -> float | None:
 
 
 def _key(value: float | str | None) -> str:
-    return "" if value is None else escape(str(value))
+    return "" if value is None or (isinstance(value, float) and not math.isfinite(value)) else escape(str(value))
 
 
 def _class(kind: str) -> str:

@@ -130,6 +130,16 @@ def biting() -> Document:
     )  # fmt: skip
 
 
+def infinite() -> Document:
+    """Return a run whose error is no number, one whose error is none at all, and one at round-off."""
+    runs = [
+        run("blown up", math.inf, 1.0),
+        run("lost", math.nan, 2.0),
+        run("exact", 2e-16, 3.0, step=None, cpu_seconds=0.0),
+    ]  # fmt: skip
+    return document(runs, [quantity("impulse")])
+
+
 def crowd() -> Document:
     """Return seventy runs of as many schemes, all on the front."""
     runs = [

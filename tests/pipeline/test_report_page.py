@@ -4,6 +4,7 @@
 """
 
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -20,7 +21,7 @@ from pipeline.study.page import page
 from tests.pipeline import documents
 from tests.pipeline.documents import BITING
 
-DOCUMENTS = {name: getattr(documents, name) for name in ("small", "large", "biting", "unmatched")}
+DOCUMENTS = {name: getattr(documents, name) for name in ("small", "large", "biting", "unmatched", "infinite")}
 CONSOLE = re.compile(r":CONSOLE[:(]\d+[)]?\] (.*)$", re.MULTILINE)
 """What a page writes to the console, uncaught errors and refused loads among it, as Chromium logs it."""
 
@@ -73,12 +74,9 @@ def browse(browser: str, text: str, folder: Path, address: str = "") -> tuple[st
 
 
 def with_errors(document: Document, quantity: str = "") -> list[int]:
-    """Return the numbers of the runs that have an error, the largest or that of a quantity."""
-    return [
-        number
-        for number, run in enumerate(document.runs)
-        if (run.largest_error if quantity == "" else run.errors.get(quantity)) is not None
-    ]
+    """Return the numbers of the runs that have a finite error, the largest or that of a quantity."""
+    errors = [run.errors.get(quantity) if quantity else run.largest_error for run in document.runs]
+    return [number for number, error in enumerate(errors) if error is not None and math.isfinite(error)]
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)

@@ -12,7 +12,7 @@ from pipeline.study.front import pareto_front, with_front
 from pipeline.study.looks import BOX, GREY, LEAST, floor_of, looks, places
 from tests.pipeline import documents
 
-NAMES = ("small", "large", "crowd", "biting", "unmatched")
+NAMES = ("small", "large", "crowd", "infinite", "biting", "unmatched")
 
 
 @pytest.mark.parametrize("name", NAMES)
