@@ -8,6 +8,7 @@ import json
 import sys
 import tempfile
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -64,10 +65,9 @@ def main() -> None:
     systems.SPACING = 0.06  # Few functions: they are all interpreted.
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, one) in enumerate(families().items()):
-            found[name] = {
-                key: operations(case, Path(folder) / f"{number}-{at}")
-                for at, (key, case) in enumerate(one.cases().items())
-            }
+            places = (Path(folder) / f"{number}-{at}" for at in count())
+            simulate(systems.build_all(next(places), one.plain.records, one.plain.scene))  # Imports what it needs.
+            found[name] = {key: operations(case, next(places)) for key, case in one.cases().items()}
     json.dump(found, sys.stdout, indent=1)
 
 
