@@ -63,8 +63,8 @@ class Evidence:
     """What the last digit of the bodies' own momentum is, over the impulse."""
     energy_round_off: float = 0.0
     """What the last digit of all energy is, over the energy exchanged."""
-    time_round_off: float = 0.0
-    """What the last digit of places makes of the time of the first touch [s]."""
+    gap_round_off: float = 0.0
+    """What the last digit of places is, over the least gap at the start."""
     rise: float | None = None
     """Largest growth of mechanical energy less work of loads, over the energy that is exchanged."""
     loss: float = 0.0

@@ -75,10 +75,6 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
             return Finding("similarity", np.inf, SAME, "first contact in other units (there is none)")
         for name, dimension in (("start", TIME), ("impulse", IMPULSE), ("duration", TIME), ("force", FORCE)):
             pairs.append((getattr(one, name) / units.of(dimension), getattr(other, name)))
-        start, expected = pairs[0]
-        blurred = ROUND_OFFS * (found.time_round_off / units.time + base.time_round_off)
-        if abs(start - expected) <= blurred:
-            pairs[0] = (expected, expected)
     else:
         for name, (value, unit) in base.readings.items():
             if unit in UNIT_OF and name in found.readings:
@@ -86,7 +82,8 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
     if not any(b for _, b in pairs):
         return None
     what = "first contact" if base.contact is not None else "readings"
-    return Finding("similarity", max(_apart(a, b) for a, b in pairs), SAME, f"{what} the same in other units")
+    bound = SAME + ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
+    return Finding("similarity", max(_apart(a, b) for a, b in pairs), bound, f"{what} the same in other units")
 
 
 def frequencies(found: Evidence, compared: Compared) -> Finding | None:
@@ -226,7 +223,8 @@ def orthogonality(found: Evidence, compared: Compared) -> Finding | None:
 RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
     "similarity": similarity, "frequencies": frequencies, "collision": collision, "loss": loss,
     "agreement": agreement, "nested": nested, "shear": shear, "resolved": resolved, "momentum": momentum,
-    "energy": energy, "creation": creation, "penetration": penetration, "monotone": monotone, "orthogonality": orthogonality,
+    "energy": energy, "creation": creation, "penetration": penetration, "monotone": monotone,
+    "orthogonality": orthogonality,
 }  # fmt: skip
 
 

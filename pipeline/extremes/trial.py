@@ -177,7 +177,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         momentum_residual=found.momentum_residual if moved and pushed else None,
         momentum_round_off=_last_digit(system, found),
         energy_round_off=eps * float(np.abs(found.energies).max(initial=0.0)) / exchanged if exchanged > 0 else 0.0,
-        time_round_off=_blur(system),
+        gap_round_off=_blur(system),
         rise=float((mechanical - lowest).max()) / exchanged if exchanged > 0 and not lagging else None,
         loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
         exchanged=exchanged,
@@ -203,10 +203,10 @@ def _last_digit(system: System, found: Trajectory) -> float:
 
 
 def _blur(system: System) -> float:
-    """Return what the last digit of places makes of the time at which gaps close [s]."""
+    """Return what the last digit of the points' places is over the least gap; 0 where points touch from the start."""
     places = [float(np.abs(c.points + system.scene.body[c.body].position).max()) for c in system.contacts]
-    speed = float(np.abs(system.rows @ system.velocity).max(initial=0.0))
-    return float(np.finfo(float).eps) * max(places, default=0.0) / speed if speed > 0 else 0.0
+    least = float(system.gap.min(initial=np.inf))
+    return float(np.finfo(float).eps) * max(places) / least if places and least > 0 else 0.0
 
 
 def _shear(job: Job, component: str) -> float:
@@ -227,8 +227,9 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     depth = -(system.gap + ways + pressed @ system.residual)
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
     energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))
-    speed = float(np.abs(found.velocities @ system.rows.T).max(initial=0.0))
-    slack = ROUND_OFF * float(np.abs(ways).max() + system.gap.max(initial=0.0))
+    speeds = np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T)
+    speed = float(speeds.max())
+    slack = ROUND_OFF * float(np.abs(ways).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
     # Explicit contact ends a frame half a step after its forces, and bodies bend meanwhile.
     slack += found.counts["step"] * speed if found.counts["integrator"] == "kick" else 0.0
     worst, allowed = -np.inf, 0.0

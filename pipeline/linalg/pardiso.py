@@ -17,6 +17,8 @@ from pipeline.linalg.tally import TALLY
 
 SYMMETRIC_INDEFINITE, POSITIVE_DEFINITE = -2, 2
 ANALYSE_AND_FACTORISE, FACTORISE, SOLVE, RELEASE = 12, 22, 33, -1
+NOT_DEFINITE = -4
+"""Error of a Cholesky factorisation."""
 NEGATIVE_EIGENVALUES, SINGLE_PRECISION, BLOCK_SIZE = 22, 27, 36
 SETTINGS = {0: 1, 1: 2, 9: 8, 20: 1, 34: 1}
 """iparm by C index. 0: no defaults; 1: METIS ordering; 9: pivots below 1e-8 are perturbed; 20: 1×1 and 2×2 pivots;
@@ -128,6 +130,11 @@ class PardisoFactor:
             whole(loads.shape[1]), self._iparm.ctypes, whole(0), loads.ctypes, answer.ctypes, ctypes.byref(error),
         )  # fmt: skip
         library.MKL_Set_Num_Threads_Local(previous)
+        if error.value == NOT_DEFINITE:
+            raise StageError(
+                f"linear solver: a stiffness of {self._size} unknowns is not positive to the last digit; something"
+                " hangs loose, or elements differ too much in size"
+            )
         if error.value:
             raise StageError(f"linear solver: PARDISO error {error.value} in phase {phase} ({self._size} unknowns)")
         return answer

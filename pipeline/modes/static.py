@@ -134,21 +134,25 @@ def residual_shapes(
     B_touched = sparse.csr_matrix(B_free[:, touched])
     at_rows, whole_modes = B @ normal.Phi, "ritz_dropped" not in normal.quality
     kept = at_rows / normal.angular_frequencies
-    # Of a slender body nearly all of G Bᵀ cancels: its round-off lies in the low kept modes, and goes with them.
+    # Of a slender body nearly all of G Bᵀ cancels: what normal modes carry is taken off the loads, not off the answers,
+    # and what round-off leaves of it is taken off again.
     M_modes = (model.M @ normal.Phi)[free] if whole_modes else np.empty((len(free), 0))
     R, fields = np.empty((B.shape[0], B.shape[0])), np.zeros((B.shape[1], pressures.shape[1]))
     for start in range(0, B.shape[0], BLOCK):
         rows = slice(start, start + BLOCK)
         loads = B_free[rows].toarray()
         loads -= B_rigid[rows] @ M_rigid_free.T
+        if whole_modes:
+            loads -= at_rows[rows] @ M_modes.T
         X = own.grounded(loads.T)
         taken = at_rows @ (M_modes.T @ X) if whole_modes else kept @ kept[rows].T
         R[:, rows] = B_touched @ X[touched] - B_rigid @ (M_rigid_free.T @ X) - taken
         fields[free] += X @ pressures[rows]
     fields -= rigid @ (M_rigid.T @ fields)
-    fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
     if whole_modes:
         fields -= normal.Phi @ (normal.Phi.T @ (model.M @ fields))
+    else:
+        fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
     if flexibility is None:
         own.free()
     whole = R.diagonal() + (kept**2).sum(axis=1)
