@@ -14,6 +14,8 @@ LEFT, RIGHT, TOP, BOTTOM = 72, 18, 14, 48
 """Of the chart and its margins [px]."""
 SMALL = (260, 150)
 """Of a small plot [px]."""
+FEW, NUMBER = 5, 50
+"""Ticks of a small plot, and the width of a number below it [px]."""
 WHAT = {"basis": "coordinates", "mesh": "edge length"}
 FLAGGED, SETTLED = "#b32d2a", "#1f5fa8"
 
@@ -32,11 +34,11 @@ class Axis:
         share = math.log(min(max(value, self.low), self.high) / self.low) / math.log(self.high / self.low)
         return self.start + share * (self.end - self.start)
 
-    def ticks(self) -> list[float]:
-        """Return powers of ten, with 2 and 5 between where they are few."""
+    def ticks(self, most: int = 9) -> list[float]:
+        """Return powers of ten, about `most` of them, with 2 and 5 between where they are few."""
         first, last = math.floor(math.log10(self.low)), math.ceil(math.log10(self.high))
         steps = (1,) if last - first > 3 else (1, 2, 5)
-        stride = max(1, (last - first) // 9)
+        stride = max(1, math.ceil((last - first) / most))
         powers = range(first, last + 1, stride)
         ticks = [float(f"{step}e{power}") for power in powers for step in steps]
         return [tick for tick in ticks if self.low <= tick * 1.0001 and tick <= self.high * 1.0001]
@@ -118,7 +120,7 @@ def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain]) -> str:
         return ""
     parts = []
     heights = sorted({float(f"{y:.2g}") for _, y in points})
-    for tick in up.ticks() if len(up.ticks()) > 1 else dict.fromkeys((heights[0], heights[-1])):
+    for tick in up.ticks(FEW) if len(up.ticks(FEW)) > 1 else dict.fromkeys((heights[0], heights[-1])):
         y = up.at(tick)
         parts.append(f'<line class="grid" x1="44" x2="{width - 8}" y1="{y:.1f}" y2="{y:.1f}"/>')
         parts.append(f'<text x="40" y="{y + 3:.1f}" text-anchor="end">{tick_text(tick)}</text>')
@@ -127,8 +129,8 @@ def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain]) -> str:
         where = [(across.at(x), up.at(y)) for x, y in line]
         parts.append(f'<polyline points="{_points(where)}" stroke="{colour}" fill="none"/>')
         parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.5" fill="{colour}"/>' for x, y in where]
-    ends = {min(x for x, _ in points), max(x for x, _ in points)}
-    for value in sorted(ends):
+    ends = [min(x for x, _ in points), max(x for x, _ in points)]
+    for value in ends if across.at(ends[1]) - across.at(ends[0]) > NUMBER else ends[:1]:
         x = f"{across.at(value):.1f}"
         parts.append(f'<text x="{x}" y="{height - 18}" text-anchor="middle">{_size_text(what, value)}</text>')
     parts.append(f'<text x="{(44 + width - 8) / 2}" y="{height - 4}" text-anchor="middle">{escape(what)}</text>')
