@@ -31,13 +31,18 @@ class BeamStiffness:
     distances: np.ndarray
     """Of each element's nodes from its first one [m], (e, a/2)."""
 
-    def product(self, Phi: np.ndarray) -> np.ndarray:
-        """Return ΦᵀKΦ of columns (dofs, m), (m, m)."""
+    def product(self, Phi: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
+        """Return ΦᵀKX of columns (dofs, m) and (dofs, k), the same by default, (m, k)."""
+        bent = self._bent(Phi)
+        loads = np.einsum("eab,ebj->eaj", self.blocks, bent if other is None else self._bent(other))
+        return np.einsum("eai,eaj->ij", bent, loads, optimize=True)
+
+    def _bent(self, Phi: np.ndarray) -> np.ndarray:
+        """Return the motion of each element's dofs beside its rigid one, (e, a, m)."""
         local = Phi[self.dofs]
         w, turn = local[:, 0::2], local[:, 1::2]
         w = w - w[:, :1] + turn[:, :1] * self.distances[:, :, None]
-        bent = np.stack([w, turn - turn[:, :1]], axis=2).reshape(local.shape)
-        return np.einsum("eai,eaj->ij", bent, np.einsum("eab,ebj->eaj", self.blocks, bent), optimize=True)
+        return np.stack([w, turn - turn[:, :1]], axis=2).reshape(local.shape)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 from scipy import linalg, sparse
 
 from pipeline.errors import StageError
-from pipeline.femodel import FEModel
+from pipeline.femodel import BeamStiffness, FEModel
 from pipeline.linalg import factorise
 from pipeline.modes.normal import NormalModes
 
@@ -145,7 +145,12 @@ def residual_shapes(
         if whole_modes:
             loads -= at_rows[rows] @ M_modes.T
         X = own.grounded(loads.T)
-        taken = at_rows @ (M_modes.T @ X) if whole_modes else kept @ kept[rows].T
+        if whole_modes:
+            taken = at_rows @ (M_modes.T @ X)
+        elif model.parts is not None:
+            taken = at_rows @ _carried(model.parts, normal.Phi, _spread(X, free, B.shape[1]))
+        else:
+            taken = kept @ kept[rows].T
         R[:, rows] = B_touched @ X[touched] - B_rigid @ (M_rigid_free.T @ X) - taken
         fields[free] += X @ pressures[rows]
     fields -= rigid @ (M_rigid.T @ fields)
@@ -161,6 +166,18 @@ def residual_shapes(
     if asymmetry > SYMMETRY_TOLERANCE:
         raise StageError(f"modes: residual flexibility is asymmetric by {asymmetry:.2g}")
     return Residual(0.5 * (R + R.T), scale, fields)
+
+
+def _spread(X: np.ndarray, free: np.ndarray, size: int) -> np.ndarray:
+    """Return columns over some dofs as columns over all."""
+    whole = np.zeros((size, X.shape[1]))
+    whole[free] = X
+    return whole
+
+
+def _carried(parts: BeamStiffness, Phi: np.ndarray, X: np.ndarray) -> np.ndarray:
+    """Return the coordinates of X (dofs, k) in the span of Φ (dofs, m) by strain energy, (m, k)."""
+    return linalg.solve(parts.product(Phi), parts.product(Phi, X), assume_a="pos")
 
 
 def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual, pressures: np.ndarray) -> StaticShapes:
