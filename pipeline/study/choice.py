@@ -22,15 +22,20 @@ def choose(runs: Sequence[Run], tolerance: float) -> Choice:
         best = min(able, key=lambda run: run.cpu_seconds)
         return Choice(
             tolerance, best.name, best.settings, best.largest_error, best.largest_of, best.cpu_seconds,
-            f"the cheapest of {len(able)} of {len(known)} settings that meet {tolerance:g}",
+            f"the cheapest of {len(able)} of {len(known)} settings that meet {_share(tolerance)}",
         )  # fmt: skip
     nearest = min(known, key=lambda run: math.inf if run.largest_error is None else run.largest_error, default=None)
     if nearest is None or nearest.largest_error is None:
         return Choice(tolerance, None, None, None, None, None, "no run has an error that counts")
     return Choice(
         tolerance, None, None, nearest.largest_error, nearest.largest_of, None,
-        f"none meets {tolerance:g}; nearest is {nearest.name}, {nearest.largest_error:.2g} in {nearest.largest_of}",
+        f"none meets {_share(tolerance)}; nearest is {nearest.name}, {_share(nearest.largest_error)} in {nearest.largest_of}",
     )  # fmt: skip
+
+
+def _share(value: float) -> str:
+    """Return a share as the page and the tables write it: percent where that is short."""
+    return f"{100 * value:.3g}%" if value >= 1e-3 else f"{value:.2g}"
 
 
 def kept_report(job: Job) -> Product:
@@ -64,7 +69,7 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
     found = choose(runs, tolerance)
     if found.run is None:
         raise InputError(f"{job.path}: --tolerance: {found.why}")
-    said = f"{found.run}: error {found.error:.2g} ({found.of}) in {found.cpu_seconds:.3g} CPU s, {found.why}"
+    said = f"{found.run}: error {_share(found.error or 0.0)} ({found.of}) in {found.cpu_seconds:.3g} CPU s, {found.why}"
     return replace(variant(job, found.settings or {}), out=job.out), said
 
 
@@ -72,4 +77,4 @@ def run_chosen(job: SceneJob, tolerance: float, until: str, progress: Progress) 
     """Run a scene with the setting that its report found for a tolerance; a note says which."""
     ready, said = chosen(job, tolerance)
     report = ready.run(until, progress)
-    return replace(report, notes=[*report.notes, f"--tolerance {tolerance:g}: {said}"])
+    return replace(report, notes=[*report.notes, f"--tolerance {_share(tolerance)}: {said}"])
