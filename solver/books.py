@@ -70,9 +70,7 @@ def balance(modes, points, masters, books, held, time):  # type: ignore[no-untyp
     for k in range(len(q)):
         kinetic += v[k] * v[k]
         strain += stiffness[k] * q[k] * q[k]
-    for k in range(modes.pulled[0], modes.pulled[1]):
         work += gravity[k] * (q[k] - q0[k])
-    for k in range(modes.damped[0], modes.damped[1]):
         lost += loss[0, k] * q0[k] * q0[k] + loss[1, k] * q0[k] * v0[k] + loss[2, k] * v0[k] * v0[k]
         lost += (loss[3, k] * q0[k] + loss[4, k] * v0[k] + loss[5, k] * force[k]) * force[k]
     layer, now, stress, whole, gaps = 0.0, points.multipliers, points.stress, points.whole, points.gaps

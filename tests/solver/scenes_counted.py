@@ -210,7 +210,10 @@ def explicit(finer: int = 1) -> dict[str, Family]:
 
 
 def implicit(finer: int = 1) -> dict[str, Family]:
-    """Families of the implicit integrator."""
+    """Families of the implicit integrator.
+
+    Damping and gravity have no loops of their own there: with them steps without either took longer, not less.
+    """
     block = Case(
         {"part": systems.block_records(3)}, merged(systems.block_scene(), _run("trapezoid", 2e-4, 4e-6 / finer))
     )
@@ -230,8 +233,7 @@ def implicit(finer: int = 1) -> dict[str, Family]:
     return {
         "trapezoid": family(
             block, {"dashpot 'none'": _contact("wall", dashpot="none"), "no gravity": STILL},
-            {"surface layer": _contact("wall", surface_stiffness=1e14), "moving force": {"force": {"f": push}},
-             "damping": DAMPED, "gravity": _weight(9.81, 0, 0)},
+            {"surface layer": _contact("wall", surface_stiffness=1e14), "moving force": {"force": {"f": push}}},
             UNGAUGED, each=True,
         ),
         "trapezoid, sliding pair": family(pair, {}, {"moving force": {"force": {"f": push}}}, HEAVY),
