@@ -30,18 +30,26 @@ def free_body(
         twists: Mass-normalised rigid motions that it may make, (r, 6); None for all.
         damping: β of C = β K [s].
     """
-    every = model.rigid_modes
-    if twists is None or len(twists) == len(model.rigid_twists):
-        return NodalBody(
-            name, model.K, model.M, velocity, damping=damping, rigid=every, twists=model.rigid_twists, loads=loads
-        )
-    rigid = replace(model, rigid_twists=twists).rigid_modes
-    shares = every.T @ (model.M @ rigid)
-    rest = qr(shares)[0][:, len(twists) :]
+    chosen = model.rigid_twists if twists is None else twists
+    rigid, suppressed = _rigid_split(model, chosen)
     return NodalBody(
-        name, model.K, model.M, velocity, damping=damping, rigid=rigid, suppressed=every @ rest, twists=twists,
+        name, model.K, model.M, velocity, damping=damping, rigid=rigid, suppressed=suppressed, twists=chosen,
         loads=loads,
     )  # fmt: skip
+
+
+def _rigid_split(model: FEModel, twists: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the rigid motions that a model may make, (dofs, r), and the others that its supports leave; None of none.
+
+    Args:
+        twists: Mass-normalised, (r, 6).
+    """
+    every, rigid = model.rigid_modes, replace(model, rigid_twists=twists).rigid_modes
+    if rigid.shape[1] == every.shape[1]:
+        return rigid, None
+    if not len(twists):
+        return rigid, every
+    return rigid, every @ qr(every.T @ (model.M @ rigid))[0][:, len(twists) :]
 
 
 def supported_body(
@@ -61,23 +69,17 @@ def supported_body(
         The body, and the displacement of the model's dofs by its own, (dofs of the model, dofs).
     """
     rates = twists @ momentum
-    motions, every = replace(model, rigid_twists=twists).rigid_modes, model.rigid_modes
     if model.mesh.cell_type == "vertex":
         r = len(twists)
         none, one = sparse.csr_matrix((r, r)), sparse.csr_matrix(np.eye(r))
         loads = (_steady(model.properties.mass * (twists[:, :3] @ field)),) if field.any() else ()
         body = NodalBody(name, none, one, rates, damping=damping, rigid=np.eye(r), twists=twists, loads=loads)
-        return body, sparse.csr_matrix(motions)
-    free = model.free
-    K, M = model.free_matrices()
+        return body, sparse.csr_matrix(replace(model, rigid_twists=twists).rigid_modes)
+    free, (K, M), (motions, others) = model.free, model.free_matrices(), _rigid_split(model, twists)
     loads = (_steady(gravity(model, field).row[free]),) if field.any() else ()
-    suppressed = None
-    if len(twists) < every.shape[1]:
-        rest = qr(every.T @ (model.M @ motions))[0][:, len(twists) :] if len(twists) else np.eye(every.shape[1])
-        suppressed = (every @ rest)[free]
     body = NodalBody(
-        name, K, M, (motions @ rates)[free], damping=damping, rigid=motions[free], suppressed=suppressed, twists=twists,
-        loads=loads,
+        name, K, M, (motions @ rates)[free], damping=damping, rigid=motions[free],
+        suppressed=None if others is None else others[free], twists=twists, loads=loads,
     )  # fmt: skip
     if loads and model.held.any():
         body = replace(body, displacement=_deformation(body, loads[0].row))

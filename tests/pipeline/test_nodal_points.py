@@ -241,6 +241,19 @@ def test_what_a_body_may_not_do_is_left_out(tmp_path: Path) -> None:
     assert max(held.energy_drift, free.energy_drift) < ENERGY
 
 
+def test_motions_may_come_in_any_basis() -> None:
+    model = block((0.02, 0.02, 0.01), (1, 1, 1))
+    turned = np.linalg.qr(np.random.default_rng(2).standard_normal((6, 6)))[0] @ model.rigid_twists
+    momentum = np.arange(1.0, 7.0) * 1e-3
+    for twists in (model.rigid_twists, turned):
+        body, _ = supported_body("block", model, twists, momentum, damping=0.0, field=np.zeros(3))
+        assert body.velocity is not None
+        after, _, before = body.centre_motion(np.array([np.zeros_like(body.velocity), body.velocity]))
+        np.testing.assert_allclose(after[:3], momentum[:3] / model.properties.mass, rtol=1e-9)
+        np.testing.assert_allclose(model.properties.inertia @ after[3:], momentum[3:], rtol=1e-6)
+        np.testing.assert_allclose(before, after)
+
+
 def faces(upper: FEModel, lower: FEModel, gap: float) -> PointProblem:
     """Return two blocks that meet face on face at the nodes of their mid-sides, at 0.1 m/s."""
     high, low = on_plane(upper, 2, 0.0), on_plane(lower, 2, 0.01)
