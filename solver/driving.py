@@ -228,8 +228,10 @@ def _pressing(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, n
     if len(load.rows) != 1:
         raise SceneError(f"force.{name}.interface: '{force.interface}' is no interface of kind 'pressure'")
 
+    pressure = force.over_angle()
+
     def amounts(time: np.ndarray) -> np.ndarray:
-        return force.pressure(joint.angle(time))[:, None]
+        return pressure(joint.angle(time))[:, None]
 
     return GivenLoad(name, body.name, force.interface, load.resultant, amounts, False), load.rows
 

@@ -37,32 +37,36 @@ def flight(stiffness: np.ndarray, damping: np.ndarray, dt: float) -> Flight:
         damping: β [s], (m,).
         dt: [s]
     """
-    m = len(stiffness)
-    found = Flight(np.empty((4, m)), np.empty((2, m)), np.zeros((6, m)))
-    for k, (square, beta) in enumerate(zip(stiffness, damping, strict=True)):
-        # Scaled by the step, the state is (q, q̇ dt, f) and the exponents are near ω dt.
-        A = np.zeros((3, 3))
-        A[0, 1], A[1] = 1.0, [-square * dt**2, -beta * square * dt, dt**2]
-        step, Q = _doubled(A, beta * square / dt)
-        found.motion[:, k] = step[0, 0], step[0, 1] * dt, step[1, 0] / dt, step[1, 1]
-        found.push[:, k] = step[0, 2], step[1, 2] / dt
-        found.loss[:, k] = Q[0, 0], 2 * Q[0, 1] * dt, Q[1, 1] * dt**2, 2 * Q[0, 2], 2 * Q[1, 2] * dt, Q[2, 2]
-    return found
+    # Scaled by the step, the state is (q, q̇ dt, f) and the exponents are near ω dt.
+    A = np.zeros((len(stiffness), 3, 3))
+    A[:, 0, 1], A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = 1.0, -stiffness * dt**2, -damping * stiffness * dt, dt**2
+    step, Q = _doubled(A, damping * stiffness / dt)
+    return Flight(
+        np.array([step[:, 0, 0], step[:, 0, 1] * dt, step[:, 1, 0] / dt, step[:, 1, 1]]),
+        np.array([step[:, 0, 2], step[:, 1, 2] / dt]),
+        np.array(
+            [
+                Q[:, 0, 0], 2 * Q[:, 0, 1] * dt, Q[:, 1, 1] * dt**2, 2 * Q[:, 0, 2], 2 * Q[:, 1, 2] * dt, Q[:, 2, 2],
+            ]
+        ),
+    )  # fmt: skip
 
 
-def _doubled(A: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return exp(A) and ∫₀¹ exp(A s)ᵀ diag(0, rate, 0) exp(A s) ds, doubled up from a short time.
+def _doubled(A: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return exp(A) and ∫₀¹ exp(A s)ᵀ diag(0, rate, 0) exp(A s) ds of each coordinate, doubled up from a short time.
 
     Van Loan's block exponential holds exp(−A), which would drown the integral in round-off for strong damping.
     """
-    halvings = max(0, int(np.ceil(np.log2(np.abs(A[:2, :2]).sum() + 1e-300))))
-    block = np.zeros((6, 6))
-    block[:3, :3], block[3:, 3:] = -A.T, A
-    block[1, 4] = rate
-    both = expm(block / 2**halvings)
-    step = both[3:, 3:]
-    Q = step.T @ both[:3, 3:]
-    for _ in range(halvings):
-        Q = Q + step.T @ Q @ step
-        step = step @ step
+    size = np.abs(A[:, :2, :2]).sum(axis=(1, 2))
+    halvings = np.maximum(0, np.ceil(np.log2(size + 1e-300))).astype(int)
+    block = np.zeros((len(A), 6, 6))
+    block[:, :3, :3], block[:, 3:, 3:] = -A.transpose(0, 2, 1), A
+    block[:, 1, 4] = rate
+    both = expm(block / 2.0 ** halvings[:, None, None])
+    step = both[:, 3:, 3:].copy()
+    Q = step.transpose(0, 2, 1) @ both[:, :3, 3:]
+    for number in range(halvings.max(initial=0)):
+        on = halvings > number
+        Q[on] += step[on].transpose(0, 2, 1) @ Q[on] @ step[on]
+        step[on] = step[on] @ step[on]
     return step, Q

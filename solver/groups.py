@@ -18,6 +18,8 @@ class Modes(NamedTuple):
     """Generalised force of the step, (m,)."""
     more: np.ndarray
     """Its part that is found last, (m,)."""
+    moved: np.ndarray
+    """How far each coordinate went in the step, (m,)."""
     motion: np.ndarray
     push: np.ndarray
     loss: np.ndarray
@@ -25,6 +27,9 @@ class Modes(NamedTuple):
     stiffness: np.ndarray
     gravity: np.ndarray
     """Generalised force of gravity, (m,)."""
+    damped: np.ndarray
+    pulled: np.ndarray
+    """First and last + 1 coordinate that damping and gravity act on, (2,) each."""
 
 
 class Points(NamedTuple):
@@ -35,6 +40,8 @@ class Points(NamedTuple):
     """∂g/∂q, (c, m) and (m, c)."""
     span: np.ndarray
     """First and last + 1 coordinate that any row touches, (2,)."""
+    coordinates: np.ndarray
+    """Their numbers."""
     gap: np.ndarray
     layer: np.ndarray
     """Compliance of each row's surface layer [m/N], (c,)."""
@@ -45,10 +52,12 @@ class Points(NamedTuple):
     contact: np.ndarray
     multipliers: np.ndarray
     last: np.ndarray
-    """λ at the end and at the start of the step [N], (c,)."""
     guess: np.ndarray
-    mean: np.ndarray
-    """λ̄ [N], (c,)."""
+    """λ at the end and at the start of the step, and as expected at the end [N], (c,)."""
+    pressed: np.ndarray
+    amounts: np.ndarray
+    count: np.ndarray
+    """Rows whose λ is not zero, their λ [N], and how many, at the start and at the end of the step, (2, c) and (2,)."""
     image: np.ndarray
     """R λ [m], (c,)."""
     stress: np.ndarray
@@ -57,10 +66,14 @@ class Points(NamedTuple):
     """w under contact forces [m], (c,)."""
     whole: np.ndarray
     """w under all forces [m], (c,)."""
+    after: np.ndarray
+    place: np.ndarray
+    """r and w under all forces at the end of the step, (c,)."""
     free: np.ndarray
     shifted: np.ndarray
     gaps: np.ndarray
-    """g⁺ without the contact forces at the end, with what a pass adds, and as found [m], (c,)."""
+    """g⁺ without masters and contact forces of the end, with what a pass adds, and as found [m], (c,); of contacts that
+    are near."""
     active: np.ndarray
     factor: np.ndarray
     impulses: np.ndarray
@@ -74,6 +87,8 @@ class Masters(NamedTuple):
     columns: np.ndarray
     """∂e/∂q, (F, m) and (m, F)."""
     span: np.ndarray
+    coordinates: np.ndarray
+    """As in `Points`."""
     residual: np.ndarray
     """R [m/N], (F, F)."""
     memory: np.ndarray
@@ -82,6 +97,8 @@ class Masters(NamedTuple):
     """Start and spacing along of each contact's space [m], (k, 2)."""
     height: np.ndarray
     """Coordinate along of each row at σ = 0 [m], (c,)."""
+    start: np.ndarray
+    """Function that each row touches first across, in the first line along; negative beside the space, (c,)."""
     slide: np.ndarray
     """∂σ/∂q of each contact, (k, m)."""
     stress: np.ndarray
@@ -89,26 +106,36 @@ class Masters(NamedTuple):
     """r [N] and w [m], (F,)."""
     whole: np.ndarray
     """w at the end of the last step [m], (F,)."""
+    after: np.ndarray
+    """r at the end of the step [N], (F,)."""
+    image: np.ndarray
+    """R times half the forces of the end of the step [m], (F,)."""
     inward: np.ndarray
     """e of the functions near contact [m], (F,)."""
     filled: np.ndarray
     """Range along in which w of each contact's space is kept, (k, 2)."""
-    place: np.ndarray
+    corner: np.ndarray
     along: np.ndarray
-    old_place: np.ndarray
-    old_along: np.ndarray
-    """Weights at the end and the start of the step, as in `Compliance`."""
+    """Weights at the end and the start of the step, as in `Compliance`, (2, c) and (2, 4, c)."""
+    stand: np.ndarray
+    """Sliding distance at which these weights are [m], (2, k)."""
     sigma: np.ndarray
-    """Sliding distance of each contact now, and when the matrix was made [m], (2, k)."""
+    """Sliding distance of each contact now, at the start of the step, and when the matrix was made [m], (3, k)."""
     way: np.ndarray
     """How far each contact slid in the step [m], (k,)."""
     drag: np.ndarray
     """Force along the way of each contact [N], (k,)."""
     drag_impulse: np.ndarray
     onto: np.ndarray
-    second: np.ndarray
-    """Forces on the functions from λ at the start and at the end of the step [N], (F,)."""
+    """Half the forces on the functions at the start and at the end of the step, and others [N], (3, F)."""
+    force: np.ndarray
+    """Generalised force of those of the end, (m,)."""
+    numbers: np.ndarray
+    amounts: np.ndarray
+    size: np.ndarray
+    """Functions with forces, their forces [N], (F,), and how many, (1,)."""
     work: np.ndarray
+    """[m], (F,)."""
     impulses: np.ndarray
     """[N s], (F,)."""
     refresh: np.ndarray
@@ -125,9 +152,11 @@ class Loads(NamedTuple):
     residual: np.ndarray
     """R among the rows, (L, L)."""
     to_gap: np.ndarray
-    """R from loads to gaps, (c, L)."""
+    """R from loads to gaps, (L, c)."""
     gap_per_load: np.ndarray
-    """Response of gaps at the end of a step to constant loads, (c, L)."""
+    """Response of gaps at the end of a step to constant loads, (L, c)."""
+    numbers: np.ndarray
+    """0 … L − 1."""
     joint_response: np.ndarray
     """Response of P + ½ dt Ṗ to the joint's own constant force, (j, 2, 2)."""
     joint_per_row: np.ndarray
@@ -168,6 +197,6 @@ class Books(NamedTuple):
     energy: np.ndarray
     """Kinetic, strain, contact, dissipated, work of loads and joints [J], (5,)."""
     tally: np.ndarray
-    """Active rows, steps in contact, pivots, matrices made, further passes, (5,)."""
+    """Active rows, steps in contact, pivots, matrices made, further passes, contacts brought near by forces, (6,)."""
     extreme: np.ndarray
     """E₀, largest |E − E₀ − W + D|, largest exchange, deepest penetration, first and last contact, (6,)."""

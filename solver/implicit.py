@@ -1,15 +1,20 @@
 """The implicit integrator: builds the arrays of `solver.trapezoid` from a system."""
 
+import math
+
 import numpy as np
 
 from solver import trapezoid
 from solver.compliance import Compliance
 from solver.flight import flight
 from solver.groups import Books, Loads, Masters, Modes, Points
+from solver.near import bounds
 from solver.outcome import Outcome, Samples
 from solver.result import Result
 from solver.system import System
 
+AHEAD = 4096
+"""Steps whose loads are found at once."""
 REFRESH = 0.2
 """Share of a traction space's spacing that a pair may slide before its matrix is made anew."""
 
@@ -27,7 +32,9 @@ class Trapezoid:
         self.masters = _masters(system, dt, self.modes)
         self.loads = _loads(system, dt, self.modes, self.points)
         self.matrix = _matrix(system, self.modes, self.points, self.masters)
+        self.bounds = bounds(system, self.points.memory, self.masters.memory)
         self.books = _books(system, self.modes, self.loads)
+        self._ahead = 0, np.empty((0, 0)), np.empty((0, 0, 0))
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Advance `len(out.forces)` samples of `stride` steps; False where contact rows are dependent.
@@ -36,18 +43,31 @@ class Trapezoid:
             first: Number of the first step.
             out: Filled, but for the gauges.
         """
-        start = self._dt * np.arange(first, first + len(out.forces) * stride)
-        driving = self._system.driving
-        given, crank = driving.loads(start, self._dt), driving.crank(start + self._dt)
+        given, crank = self._drive(first, len(out.forces) * stride)
         return trapezoid.march(
-            self._dt, self.modes, self.points, self.masters, self.matrix, self.loads, self.books, first, given, crank,
+            self._dt, self.modes, self.points, self.masters, self.matrix, self.loads, self.bounds,
+            self.books, first, given, crank,
             self._directions, out.forces, out.loads, out.energies, out.snapshots, stride,
         )  # fmt: skip
+
+    def _drive(self, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the given loads and the crank pins of some steps; found for many at once, which costs little more."""
+        begin, given, crank = self._ahead
+        if not begin <= first <= first + count <= begin + len(given):
+            begin = first
+            left = math.ceil(self._system.scene.run.duration / self._dt) - first
+            start = self._dt * np.arange(first, first + max(count, min(left, AHEAD)))
+            driving = self._system.driving
+            given, crank = driving.loads(start, self._dt), driving.crank(start + self._dt)
+            self._ahead = begin, given, crank
+        here = slice(first - begin, first - begin + count)
+        return given[here], crank[here]
 
     def outcome(self) -> Outcome:
         """Return where the run stands."""
         points, masters, books = self.points, self.masters, self.books
-        outward = -(masters.residual @ masters.stress + masters.functions @ self.modes.q)
+        held = np.flatnonzero(masters.stress)
+        outward = -(masters.stress[held] @ masters.residual[held] + masters.functions @ self.modes.q)
         return Outcome(
             self.modes.q, self.modes.v, points.multipliers, points.impulses, books.extreme, books.tally, outward,
             masters.impulses, masters.drag_impulse,
@@ -78,8 +98,9 @@ def _span(rows: np.ndarray) -> np.ndarray:
 def _modes(system: System, dt: float) -> Modes:
     step, m = flight(system.stiffness, system.damping, dt), len(system.velocity)
     return Modes(
-        system.position.copy(), system.velocity.copy(), np.zeros((2, m)), np.zeros(m), np.zeros(m), step.motion,
-        step.push, step.loss, system.stiffness, system.driving.gravity,
+        system.position.copy(), system.velocity.copy(), np.zeros((2, m)), np.zeros(m), np.zeros(m), np.zeros(m),
+        step.motion, step.push, step.loss, system.stiffness, system.driving.gravity, _span(system.damping[None]),
+        _span(system.driving.gravity[None]),
     )  # fmt: skip
 
 
@@ -92,16 +113,19 @@ def _points(system: System, dt: float) -> tuple[Points, np.ndarray]:
     zeros = {name: np.zeros(c) for name in _PER_ROW}
     zeros["whole"] = system.driving.to_gap @ system.loads
     points = Points(
-        rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), gap=system.gap, layer=system.layer,
+        rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), coordinates=np.arange(*_span(rows)),
+        gap=system.gap, layer=system.layer,
         residual=system.residual, memory=_memory(np.repeat(beta, counts), dt),
         contact=np.repeat(np.arange(len(counts)), counts), active=np.zeros(c, np.int64), factor=np.zeros((c, c)),
+        pressed=np.zeros((2, c), np.int64), amounts=np.zeros((2, c)), count=np.zeros(2, np.int64),
         **zeros,
     )  # fmt: skip
     return points, directions
 
 
 _PER_ROW = (
-    "multipliers", "last", "guess", "mean", "image", "stress", "strain", "whole", "free", "shifted", "gaps", "impulses",
+    "multipliers", "last", "guess", "image", "stress", "strain", "whole", "after", "place", "free", "shifted", "gaps",
+    "impulses",
 )  # fmt: skip
 
 
@@ -109,28 +133,31 @@ def _masters(system: System, dt: float, modes: Modes) -> Masters:
     functions, count, k = system.functions, len(system.functions), len(system.contacts)
     c, m = len(system.gap), len(modes.q)
     chart, slide, height = np.ones((k, 2)), np.zeros((k, m)), np.zeros(c)
-    beta, place = np.zeros(count), np.full((c, 2), -1)
+    beta, start = np.zeros(count), np.full(c, -1)
     for number, item in enumerate(system.contacts):
         if (over := item.master) is None:
             continue
-        chart[number], height[item.rows], place[item.rows, 0] = over.chart, over.height, over.place
+        chart[number], height[item.rows] = over.chart, over.height
+        start[item.rows] = np.where(over.place >= 0, item.functions.start + over.place, -1)
         beta[item.functions] = system.bodies[over.body].stiffness_factor
         for name, sign in ((item.body, 1.0), (over.body, -1.0)):
             body, first = system.bodies[name], system.offsets[name]
             centre = body.morph.centre[None]
             slide[number, first : first + body.rigid_count] += sign * body.rigid_rows(centre, over.direction[None])[0]
-    sigma = np.stack([slide @ modes.q, np.full(k, np.inf)])
+    sigma = np.stack([slide @ modes.q, slide @ modes.q, np.full(k, np.inf)])
     zeros = {name: np.zeros(count) for name in _PER_FUNCTION}
     return Masters(
         functions=functions, columns=np.ascontiguousarray(functions.T), span=_span(functions),
-        residual=system.function_residual, memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
-        filled=np.zeros((k, 2), np.int64), place=place, along=np.zeros((c, 4)), old_place=place.copy(),
-        old_along=np.zeros((c, 4)), sigma=sigma, way=np.zeros(k), drag=np.zeros(k), drag_impulse=np.zeros(k),
+        coordinates=np.arange(*_span(functions)),
+                residual=system.function_residual, memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
+        start=start, filled=np.zeros((k, 2), np.int64), corner=np.full((2, c), -1), along=np.zeros((2, 4, c)),
+        stand=np.full((2, k), np.nan), sigma=sigma, way=np.zeros(k), drag=np.zeros(k), drag_impulse=np.zeros(k),
+        onto=np.zeros((3, count)), force=np.zeros(m), numbers=np.zeros(count, np.int64), size=np.zeros(1, np.int64),
         refresh=np.array([REFRESH]), **zeros,
     )  # fmt: skip
 
 
-_PER_FUNCTION = ("stress", "strain", "whole", "inward", "onto", "second", "work", "impulses")
+_PER_FUNCTION = ("stress", "strain", "whole", "after", "image", "inward", "amounts", "work", "impulses")
 
 
 def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
@@ -139,6 +166,7 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
     ahead = modes.push[0] + 0.5 * dt * modes.push[1]
     per_row = 0.5 * ((driving.rows * ahead) @ points.rows.T) + driving.to_gap.T * points.memory[2]
     own = (driving.rows * ahead) @ driving.rows.T + driving.residual * memory[1]
+    gap_per_load = (driving.rows * modes.push[0]) @ points.rows.T + driving.to_gap.T * memory[1][:, None]
     held, start = driving.residual @ system.loads, driving.crank(np.zeros(1))[0]
     rod = np.zeros(joints)
     for j, item in enumerate(driving.joints):
@@ -146,8 +174,8 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
         arm = item.anchor + driving.rows[2 * j : 2 * j + 2] @ modes.q - start[j, :2]
         rod[j] = np.hypot(*force) * np.sign(arm @ force)
     return Loads(
-        rows=driving.rows, memory=memory, residual=driving.residual, to_gap=driving.to_gap,
-        gap_per_load=(points.rows * modes.push[0]) @ driving.rows.T + driving.to_gap * memory[1],
+        rows=driving.rows, memory=memory, residual=driving.residual, to_gap=np.ascontiguousarray(driving.to_gap.T),
+        gap_per_load=gap_per_load, numbers=np.arange(count),
         joint_response=np.array([own[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in range(joints)]).reshape(-1, 2, 2),
         joint_per_row=per_row[: 2 * joints],
         anchor=np.array([item.anchor for item in driving.joints]).reshape(joints, 2),
@@ -164,7 +192,8 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
     end = points.memory[2][:, None]
     base = np.diag(system.layer) + 0.5 * ((points.rows * modes.push[0]) @ points.rows.T) + end * system.residual
     functions, end = system.functions, masters.memory[2][:, None]
-    master = 0.5 * ((functions * modes.push[0]) @ functions.T) + end * system.function_residual
+    own = slice(*masters.span)
+    master = 0.5 * ((functions[:, own] * modes.push[0, own]) @ functions[:, own].T) + end * system.function_residual
     space, across = np.zeros((k, 3), np.int64), np.zeros((c, 4))
     for number, item in enumerate(system.contacts):
         if (over := item.master) is not None:
@@ -172,8 +201,8 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
             across[item.rows] = over.across
     return Compliance(
         np.zeros((c, c)) if count else base, base, np.full(c, -1 if count else 0), np.zeros(1, np.int64), master,
-        points.contact, space, masters.place.copy(), across, np.zeros((c, 4)), np.zeros((k, 2), np.int64),
-        np.zeros(count),
+        np.array([[item.rows.start, item.rows.stop] for item in system.contacts]).reshape(k, 2), np.ones(k, np.bool_),
+        space, np.full(c, -1), across, np.zeros((4, c)), np.zeros((k, 2), np.int64), np.zeros(count),
     )  # fmt: skip
 
 
@@ -182,4 +211,4 @@ def _books(system: System, modes: Modes, loads: Loads) -> Books:
     strain = 0.5 * (system.stiffness @ q**2 + loads.stress @ loads.whole)
     energy = np.array([0.5 * float(v @ v), float(strain), 0.0, 0.0, 0.0])
     extreme = np.array([energy.sum(), 0.0, 0.0, 0.0, -1.0, -1.0])
-    return Books(system.rigid, np.zeros(len(system.rigid) + 1), energy, np.zeros(5, np.int64), extreme)
+    return Books(system.rigid, np.zeros(len(system.rigid) + 1), energy, np.zeros(6, np.int64), extreme)

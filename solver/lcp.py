@@ -3,13 +3,13 @@
 Block principal pivoting (Júdice & Pires 1994) with Murty's single pivot as its way out of cycles, warm-started from
 the last active set. The active block's Cholesky factor is kept and changed row by row, so an unchanged set costs two
 triangular solves. R couples points with either sign: pressing one can close its neighbour, so every candidate is
-checked at every solve.
+checked at every solve, but for those of contacts that are proved to stay open.
 """
 
 import numpy as np
 from numba import njit
 
-from solver.compliance import FAST, inner, prepare
+from solver.compliance import FAST, combine, inner, prepare
 
 PATIENCE = 3
 """Block pivots without fewer infeasible rows before single pivots take over."""
@@ -19,7 +19,7 @@ SINGULAR = 1e-14
 
 @njit(cache=True, fastmath=FAST)
 def solve_lcp(matrix, g, active, count, L, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
-    """Solve in place.
+    """Solve in place, over the rows of contacts that are near.
 
     Args:
         matrix: The Compliance C [m/N], (c, c).
@@ -34,17 +34,43 @@ def solve_lcp(matrix, g, active, count, L, multipliers, gaps, tolerance):  # typ
     Returns:
         (size of the active set, pivots made); pivots is -1 where C proved singular.
     """
+    _evaluate(matrix, g, active, count, L, multipliers, gaps)
+    if _fits(matrix, active, count, multipliers, gaps, tolerance):
+        return count, 0
+    return _pivot(matrix, g, active, count, L, multipliers, gaps, tolerance)
+
+
+@inner
+def _fits(matrix, active, count, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
+    """Whether no gap is closed too far, active ones included, and no active multiplier pulls."""
+    for a in range(count):
+        i = active[a]
+        if multipliers[i] < -tolerance / matrix.values[i, i]:
+            return False
+    closed = 0
+    for k in range(len(matrix.block)):
+        if matrix.near[k]:
+            own = gaps[matrix.block[k, 0] : matrix.block[k, 1]]
+            for i in range(len(own)):
+                closed += own[i] < -tolerance
+    return closed == 0
+
+
+@inner
+def _pivot(matrix, g, active, count, L, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
+    """Change the active set until it fits."""
     c, C = len(g), matrix.values
-    is_active = np.zeros(c, np.bool_)
+    is_active, is_near = np.zeros(c, np.bool_), np.zeros(c, np.bool_)
     for a in range(count):
         is_active[active[a]] = True
+    for k in range(len(matrix.block)):
+        is_near[matrix.block[k, 0] : matrix.block[k, 1]] = matrix.near[k]
     fewest, patience, pivots = c + 1, PATIENCE, 0
     while True:
-        _evaluate(C, g, active, count, L, multipliers, gaps)
         worst, last = 0, -1
         for i in range(c):
             # Rows that are not active may not have been made yet; only active ones need their diagonal.
-            wrong = multipliers[i] < -tolerance / C[i, i] if is_active[i] else gaps[i] < -tolerance
+            wrong = multipliers[i] < -tolerance / C[i, i] if is_active[i] else is_near[i] and gaps[i] < -tolerance
             if wrong:
                 worst += 1
                 last = i
@@ -62,17 +88,18 @@ def solve_lcp(matrix, g, active, count, L, multipliers, gaps, tolerance):  # typ
                     count = _remove(active, count, L, i)
                     is_active[i] = False
                     pivots += 1
-            elif gaps[i] < -tolerance:
+            elif is_near[i] and gaps[i] < -tolerance:
                 if not append(matrix, active, count, L, i):
                     return count, -1
                 count += 1
                 is_active[i] = True
                 pivots += 1
+        _evaluate(matrix, g, active, count, L, multipliers, gaps)
 
 
 @inner
-def _evaluate(C, g, active, count, L, multipliers, gaps):  # type: ignore[no-untyped-def]
-    """λ on the active set from L Lᵀ λ = −g, then all gaps."""
+def _evaluate(matrix, g, active, count, L, multipliers, gaps):  # type: ignore[no-untyped-def]
+    """λ on the active set from L Lᵀ λ = −g, then all gaps of contacts that are near."""
     multipliers[:] = 0.0
     y = np.empty(count)
     for a in range(count):
@@ -84,12 +111,12 @@ def _evaluate(C, g, active, count, L, multipliers, gaps):  # type: ignore[no-unt
         y[a] /= L[a, a]
         for b in range(a):
             y[b] -= L[a, b] * y[a]
-    gaps[:] = g
-    for a in range(count):
-        i = active[a]
-        multipliers[i] = y[a]
-        for j in range(len(g)):
-            gaps[j] += C[i, j] * y[a]
+        multipliers[active[a]] = y[a]
+    for k in range(len(matrix.block)):
+        if matrix.near[k]:
+            first, last = matrix.block[k, 0], matrix.block[k, 1]
+            gaps[first:last] = g[first:last]
+            combine(matrix.values, active, y, count, 1.0, first, last, gaps)
 
 
 @inner

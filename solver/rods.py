@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solver.compliance import inner
+from solver.compliance import inner, ordered
 
 SETTLED = 1e-3
 """Change of the multipliers in a pass, relative to the largest, up to which it was the last. At 2e-2 the energy drift
@@ -18,7 +18,7 @@ def aim(dt, modes, loads, given, crank):  # type: ignore[no-untyped-def]
         norm = 0.0
         for axis in range(2):
             row, rate = loads.rows[2 * j + axis], 0.0
-            for k in range(len(row)):
+            for k in range(len(v)):
                 rate += row[k] * v[k]
             here = loads.anchor[j, axis] + loads.place[2 * j + axis]
             middle[j, axis] = 2 * here + dt * rate - loads.pin[j, axis] - crank[j, axis]
@@ -38,16 +38,14 @@ def hold(dt, modes, points, loads, crank):  # type: ignore[no-untyped-def]
         for axis in range(2):
             number = 2 * j + axis
             row, place, rate = loads.rows[number], loads.anchor[j, axis], 0.0
-            for k in range(len(row)):
+            for k in range(len(q)):
                 place += row[k] * q[k]
                 rate += row[k] * v[k]
             for i in range(len(loads.stress)):
                 place += loads.residual[number, i] * loads.stress[i]
-            per_row, to_gap = loads.joint_per_row[number], loads.to_gap
+            per_row, to_gap = loads.joint_per_row[number], loads.to_gap[number]
             for i in range(len(last)):
-                if last[i] != 0.0 or stress[i] != 0.0:
-                    place += to_gap[i, number] * (memory[0, i] * stress[i] + memory[1, i] * last[i])
-                    place += per_row[i] * last[i]
+                place += to_gap[i] * (memory[0, i] * stress[i] + memory[1, i] * last[i]) + per_row[i] * last[i]
             arm[axis] = place - crank[j, axis]
             speed[axis] = rate - crank[j, 2 + axis]
         length = np.hypot(arm[0], arm[1])
@@ -57,22 +55,31 @@ def hold(dt, modes, points, loads, crank):  # type: ignore[no-untyped-def]
         give = n0 * (T[0, 0] * m0 + T[0, 1] * m1) + n1 * (T[1, 0] * m0 + T[1, 1] * m1)
         loads.base[j] = -error / give
         loads.correction[j] = loads.base[j]
-        along, up = loads.joint_per_row[2 * j], loads.joint_per_row[2 * j + 1]
-        for i in range(len(last)):
-            slopes[j, i] = (n0 * along[i] + n1 * up[i]) / give
+        along, up, slope = loads.joint_per_row[2 * j], loads.joint_per_row[2 * j + 1], slopes[j]
+        n0, n1 = n0 / give, n1 / give
+        for i in range(len(slope)):
+            slope[i] = n0 * along[i] + n1 * up[i]
 
 
 @inner
 def adjust(points, loads, iterate):  # type: ignore[no-untyped-def]
     """Let the rods follow the multipliers that were found; returns whether another pass is needed."""
     now, last, guess = points.multipliers, points.last, points.guess
-    change, top = 0.0, 0.0
-    for i in range(len(now)):
-        change, top = max(change, abs(now[i] - guess[i])), max(top, now[i])
-        guess[i] = now[i]
+    change, top = _change(now, guess)
+    guess[:] = now
     for j in range(len(loads.lengths)):
         total, slope = loads.base[j], loads.slopes[j]
         for i in range(len(now)):
             total -= slope[i] * (now[i] - last[i])
         loads.correction[j] = total
     return iterate and change > SETTLED * top
+
+
+@ordered
+def _change(now, guess):  # type: ignore[no-untyped-def]
+    """Return the largest difference and the largest multiplier."""
+    change, top = 0.0, 0.0
+    for i in range(len(now)):
+        change = max(change, abs(now[i] - guess[i]))
+        top = max(top, now[i])
+    return change, top

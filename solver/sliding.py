@@ -2,78 +2,103 @@
 
 import numpy as np
 
-from solver.compliance import inner
+from solver.compliance import combine, gather, inner, pack, scatter, window
 from solver.lcp import append
 
-MARGIN = 4
-"""Functions along kept up to date beside those that points touch."""
+MARGIN = 1
+"""Functions along kept up to date beside those of the window."""
+FAR = 1.0
+"""Gap of a point beyond its traction space [m]."""
 
 
 @inner
-def follow(modes, points, masters, matrix):  # type: ignore[no-untyped-def]
-    """Move the weights with the sliding pairs; returns whether the matrix is out of date."""
-    q, space, sigma, chart, contact = modes.q, matrix.space, masters.sigma, masters.chart, points.contact
-    place, along, height = masters.place, masters.along, masters.height
-    stale = False
-    masters.old_place[:] = place
-    masters.old_along[:] = along
-    for k in range(len(chart)):
-        if space[k, 2] > 0:
+def follow(modes, masters, matrix):  # type: ignore[no-untyped-def]
+    """Move the sliding pairs; returns whether the matrix is out of date."""
+    q, sigma, stale = modes.q, masters.sigma, False
+    for k in range(len(matrix.space)):
+        if matrix.space[k, 2] > 0:
             row, total = masters.slide[k], 0.0
             for i in range(len(q)):
                 total += row[i] * q[i]
             masters.way[k] = total - sigma[0, k]
+            sigma[1, k] = sigma[0, k]
             sigma[0, k] = total
-            stale |= abs(total - sigma[1, k]) > masters.refresh[0] * chart[k, 1]
-    for i in range(len(height)):
-        k = contact[i]
-        last = space[k, 2] - 4
-        if last < 0:
-            continue
-        where = (height[i] + sigma[0, k] - chart[k, 0]) / chart[k, 1]
-        if place[i, 0] < 0 or where < -1e-9 or where > last + 1 + 1e-9:
-            place[i, 1] = -1
-            continue
-        first = min(max(int(np.floor(where)), 0), last)
-        t = where - first
-        s = 1 - t
-        place[i, 1] = first
-        along[i, 0] = s * s * s / 6
-        along[i, 1] = (3 * t * t * t - 6 * t * t + 4) / 6
-        along[i, 2] = (3 * s * s * s - 6 * s * s + 4) / 6
-        along[i, 3] = t * t * t / 6
+            stale |= abs(total - sigma[2, k]) > masters.refresh[0] * masters.chart[k, 1]
     return stale
+
+
+@inner
+def keep_up(masters, matrix, k):  # type: ignore[no-untyped-def]
+    """Bring the weights of a contact's points up to date, those of the end and those of the start of the step."""
+    sigma, stand = masters.sigma, masters.stand
+    if matrix.space[k, 2] == 0:
+        return
+    if stand[1, k] != sigma[1, k]:
+        if stand[0, k] == sigma[1, k]:
+            first, last = matrix.block[k, 0], matrix.block[k, 1]
+            masters.corner[1, first:last] = masters.corner[0, first:last]
+            masters.along[1, :, first:last] = masters.along[0, :, first:last]
+        else:
+            _weigh(masters, matrix, k, 1)
+        stand[1, k] = sigma[1, k]
+    if stand[0, k] != sigma[0, k]:
+        _weigh(masters, matrix, k, 0)
+        stand[0, k] = sigma[0, k]
+
+
+@inner
+def _weigh(masters, matrix, k, moment):  # type: ignore[no-untyped-def]
+    """Set the spline weights along of a contact's points at the end (moment = 0) or at the start of the step (1)."""
+    first, last, columns = matrix.block[k, 0], matrix.block[k, 1], matrix.space[k, 1]
+    highest, chart, along = matrix.space[k, 2] - 4.0, masters.chart, masters.along
+    shift, scale = masters.sigma[moment, k] - chart[k, 0], 1 / chart[k, 1]
+    height, start, corner = masters.height[first:last], masters.start[first:last], masters.corner[moment, first:last]
+    p, q, r, s = (
+        along[moment, 0, first:last], along[moment, 1, first:last], along[moment, 2, first:last],
+        along[moment, 3, first:last],
+    )  # fmt: skip
+    # Few arrays to a loop: vector units ask first whether they overlap.
+    for i in range(len(height)):
+        where = (height[i] + shift) * scale
+        line = min(max(np.floor(where), 0.0), highest)
+        p[i] = where - line
+        inside = start[i] >= 0 and where >= -1e-9 and where <= highest + 1 + 1e-9
+        corner[i] = start[i] + np.int64(line) * columns if inside else -1
+    for i in range(len(p)):
+        t, u = p[i], 1 - p[i]
+        q[i] = (3 * t * t * t - 6 * t * t + 4) / 6
+        r[i] = (3 * u * u * u - 6 * u * u + 4) / 6
+        s[i] = t * t * t / 6
+    for i in range(len(p)):
+        u = 1 - p[i]
+        p[i] = u * u * u / 6
 
 
 @inner
 def renew(points, masters, matrix, tally):  # type: ignore[no-untyped-def]
     """Let the matrix follow the weights, and factorise the active rows anew."""
-    place, space, window, filled = masters.place, matrix.space, matrix.window, masters.filled
-    residual, stress, strain, active = masters.residual, masters.stress, masters.strain, points.active
+    corner, space, block, filled, active = masters.corner[0], matrix.space, matrix.block, masters.filled, points.active
     matrix.era[0] += 1
-    matrix.place[:, 1] = place[:, 1]
-    matrix.along[:] = masters.along
-    for k in range(len(window)):
+    for k in range(len(space)):
+        keep_up(masters, matrix, k)
         low, high = space[k, 2], 0
-        for i in range(len(place)):
-            if points.contact[i] == k and place[i, 1] >= 0:
-                low, high = min(low, place[i, 1]), max(high, place[i, 1] + 4)
+        for i in range(block[k, 0], block[k, 1]):
+            if corner[i] >= 0:
+                line = (corner[i] - space[k, 0]) // space[k, 1]
+                low, high = min(low, line), max(high, line + 4)
         # Points move on until the next era.
         high = min(space[k, 2], high + 1)
         low = min(max(0, low - 1), high)
-        window[k, 0], window[k, 1] = low, high
+        matrix.window[k, 0], matrix.window[k, 1] = low, high
         low, high = max(0, low - MARGIN), min(space[k, 2], high + MARGIN)
-        for j in range(low, high):
-            if j < filled[k, 0] or j >= filled[k, 1]:
-                for f in range(space[k, 0] + j * space[k, 1], space[k, 0] + (j + 1) * space[k, 1]):
-                    total = 0.0
-                    for g in range(len(stress)):
-                        total += residual[f, g] * stress[g]
-                    strain[f] = total
+        for line in range(low, high):
+            if line < filled[k, 0] or line >= filled[k, 1]:
+                _fill(masters, space[k, 0] + line * space[k, 1], space[k, 0] + (line + 1) * space[k, 1])
         filled[k, 0], filled[k, 1] = low, high
-    masters.sigma[1] = masters.sigma[0]
-    count = tally[0]
-    rows = active[:count].copy()
+    matrix.corner[:] = corner
+    matrix.along[:] = masters.along[0]
+    masters.sigma[2] = masters.sigma[0]
+    rows = active[: tally[0]].copy()
     tally[0] = 0
     for row in rows:
         if append(matrix, active, tally[0], points.factor, row):
@@ -82,95 +107,106 @@ def renew(points, masters, matrix, tally):  # type: ignore[no-untyped-def]
 
 
 @inner
-def scatter(matrix, contact, place, along, multipliers, share, out):  # type: ignore[no-untyped-def]
-    """Add share · Nᵀ λ to `out`, (F,)."""
-    space, across = matrix.space, matrix.across
-    for i in range(len(multipliers)):
-        if multipliers[i] != 0.0 and place[i, 1] >= 0:
-            k, amount = contact[i], share * multipliers[i]
-            for b in range(4):
-                f = space[k, 0] + (place[i, 1] + b) * space[k, 1] + place[i, 0]
-                for a in range(4):
-                    out[f + a] += along[i, b] * across[i, a] * amount
+def _fill(masters, first, last):  # type: ignore[no-untyped-def]
+    """Set the residual displacement of functions that it was not kept of."""
+    for f in range(first, last):
+        row, strain, image = masters.residual[f], 0.0, 0.0
+        for g in range(len(row)):
+            strain += row[g] * masters.stress[g]
+            image += row[g] * masters.onto[1, g]
+        masters.strain[f], masters.image[f] = strain, image
 
 
 @inner
-def push_masters(modes, masters, onto):  # type: ignore[no-untyped-def]
-    """Move the masters' coordinates by forces on the functions."""
-    q, v, push, force, functions = modes.q, modes.v, modes.push, modes.force, masters.functions
-    first, last = masters.span[0], masters.span[1]
-    total = np.zeros(last - first)
-    for f in range(len(onto)):
-        if onto[f] != 0.0:
-            for k in range(first, last):
-                total[k - first] += onto[f] * functions[f, k]
-    for k in range(first, last):
-        force[k] += total[k - first]
-        q[k] += push[0, k] * total[k - first]
-        v[k] += push[1, k] * total[k - first]
+def start_masters(masters):  # type: ignore[no-untyped-def]
+    """Let the residual displacement of the traction spaces relax under the forces of the start of the step."""
+    masters.onto[0] = masters.onto[1]
+    strain, memory, image = masters.strain, masters.memory, masters.image
+    for f in range(len(strain)):
+        strain[f] = memory[0, f] * strain[f] + 2 * memory[1, f] * image[f]
 
 
 @inner
-def strain_masters(masters, matrix, onto, moment):  # type: ignore[no-untyped-def]
-    """Add to the residual displacement of the traction spaces, where it is kept, what half forces `onto` do.
+def carry(modes, masters, matrix, k):  # type: ignore[no-untyped-def]
+    """Set the inward displacement of the functions in a contact's window."""
+    first, last = window(matrix, k)
+    masters.inward[first:last] = masters.strain[first:last]
+    own, q = masters.coordinates, modes.q[masters.span[0] : masters.span[1]]
+    combine(masters.columns, own, q, len(own), 1.0, first, last, masters.inward)
+
+
+@inner
+def press_masters(masters, matrix, numbers, amounts, count):  # type: ignore[no-untyped-def]
+    """Put half the forces of the end of the step onto the traction spaces and onto their bodies' coordinates."""
+    onto, force = masters.onto[1], masters.force
+    onto[:] = 0.0
+    force[:] = 0.0
+    low, high = scatter(matrix, masters.corner[0], masters.along[0], numbers, amounts, count, 0.5, onto)
+    size = pack(onto, low, high, masters.numbers, masters.amounts)
+    combine(masters.functions, masters.numbers, masters.amounts, size, 1.0, masters.span[0], masters.span[1], force)
+    masters.size[0] = size
+
+
+@inner
+def strain_masters(masters, matrix):  # type: ignore[no-untyped-def]
+    """Add to the residual displacement of the traction spaces what the forces of the end of the step do."""
+    space, filled, strain, image, memory = matrix.space, masters.filled, masters.strain, masters.image, masters.memory
+    image[:] = 0.0
+    for k in range(len(filled)):
+        first, last = space[k, 0] + filled[k, 0] * space[k, 1], space[k, 0] + filled[k, 1] * space[k, 1]
+        combine(masters.residual, masters.numbers, masters.amounts, masters.size[0], 1.0, first, last, image)
+    for f in range(len(strain)):
+        strain[f] += 2 * memory[2, f] * image[f]
+
+
+@inner
+def catch_up(points, masters, matrix, numbers, amounts, count):  # type: ignore[no-untyped-def]
+    """Add to the gaps the masters' displacement, with what the matrix, as it was made, misses of their response.
 
     Args:
-        moment: 1 for forces at the start of the step, 2 for those at its end.
+        numbers, amounts: Rows that are expected to press, and their multipliers, the first `count`.
     """
-    space, filled, strain, residual, share = (
-        matrix.space, masters.filled, masters.strain, masters.residual, masters.memory[moment],
-    )  # fmt: skip
-    for g in range(len(onto)):
-        if onto[g] != 0.0:
-            amount = 2 * onto[g]
-            for k in range(len(filled)):
-                first, last = space[k, 0] + filled[k, 0] * space[k, 1], space[k, 0] + filled[k, 1] * space[k, 1]
-                for f in range(first, last):
-                    strain[f] += share[f] * residual[g, f] * amount
+    onto, work, shifted, corner, along = masters.onto[2], masters.work, points.shifted, masters.corner, masters.along
+    onto[:] = 0.0
+    low, high = scatter(matrix, corner[0], along[0], numbers, amounts, count, 1.0, onto)
+    size = pack(onto, low, high, masters.numbers, masters.amounts)
+    for k in range(len(matrix.block)):
+        if matrix.near[k]:
+            first, last = window(matrix, k)
+            work[first:last] = masters.inward[first:last]
+            combine(matrix.master, masters.numbers, masters.amounts, size, 1.0, first, last, work)
+            gather(matrix, k, corner[0], along[0], work, shifted)
+            first, last = matrix.block[k, 0], matrix.block[k, 1]
+            combine(matrix.values, numbers, amounts, count, -1.0, first, last, shifted)
+            combine(matrix.base, numbers, amounts, count, 1.0, first, last, shifted)
 
 
 @inner
-def move_masters(modes, masters, matrix):  # type: ignore[no-untyped-def]
-    """Set the inward displacement of the functions in the windows."""
-    q, columns, inward, space, window = modes.q, masters.columns, masters.inward, matrix.space, matrix.window
-    inward[:] = masters.strain
-    for k in range(masters.span[0], masters.span[1]):
-        amount = q[k]
-        for number in range(len(window)):
-            base, width = space[number, 0], space[number, 1]
-            for f in range(base + window[number, 0] * width, base + window[number, 1] * width):
-                inward[f] += columns[k, f] * amount
-
-
-@inner
-def image_of(matrix, onto, image):  # type: ignore[no-untyped-def]
-    """Set image = M onto, within the windows, (F,)."""
-    space, window, master = matrix.space, matrix.window, matrix.master
-    image[:] = 0.0
-    for g in range(len(onto)):
-        if onto[g] != 0.0:
-            amount = onto[g]
-            for k in range(len(window)):
-                base, width = space[k, 0], space[k, 1]
-                for f in range(base + window[k, 0] * width, base + window[k, 1] * width):
-                    image[f] += master[g, f] * amount
-
-
-@inner
-def drag_along(points, masters, matrix):  # type: ignore[no-untyped-def]
+def drag_along(modes, points, masters, matrix):  # type: ignore[no-untyped-def]
     """Force of each deformed master along the way of sliding, λ̄ᵀ ΔN e / Δσ; it acts in the next step."""
-    drag, way, contact, force = masters.drag, masters.way, points.contact, points.multipliers
-    space, across, inward = matrix.space, matrix.across, masters.inward
-    place, along, old_place, old_along = masters.place, masters.along, masters.old_place, masters.old_along
-    drag[:] = 0.0
-    for i in range(len(force)):
-        k = contact[i]
-        if force[i] != 0.0 and way[k] != 0.0 and old_place[i, 1] >= 0 and place[i, 1] >= 0:
-            change, width = 0.0, space[k, 1]
-            now = space[k, 0] + place[i, 1] * width + place[i, 0]
-            then = space[k, 0] + old_place[i, 1] * width + place[i, 0]
+    drag, way, corner, along, slip = masters.drag, masters.way, masters.corner, masters.along, masters.onto[2]
+    slip[:] = 0.0
+    first, last = len(slip), 0
+    for n in range(points.count[1]):
+        i, k = points.pressed[1, n], 0
+        while matrix.block[k, 1] <= i:
+            k += 1
+        now, then, width = corner[0, i], corner[1, i], matrix.space[k, 1]
+        if way[k] != 0.0 and now >= 0 and then >= 0:
             for b in range(4):
                 for a in range(4):
-                    change += along[i, b] * across[i, a] * inward[now + b * width + a]
-                    change -= old_along[i, b] * across[i, a] * inward[then + b * width + a]
-            drag[k] += force[i] * change / way[k]
+                    part = points.amounts[1, n] / way[k] * matrix.across[i, a]
+                    slip[now + b * width + a] += along[0, b, i] * part
+                    slip[then + b * width + a] -= along[1, b, i] * part
+            first, last = min(first, now, then), max(last, now + 3 * width + 4, then + 3 * width + 4)
+    drag[:] = 0.0
+    low, high = masters.span[0], masters.span[1]
+    q, k = modes.q[low:high], 0
+    for f in range(first, last):
+        if slip[f] != 0.0:
+            row, inward = masters.functions[f, low:high], masters.strain[f]
+            for i in range(len(q)):
+                inward += row[i] * q[i]
+            while matrix.space[k, 0] + matrix.space[k, 1] * matrix.space[k, 2] <= f:
+                k += 1
+            drag[k] += slip[f] * inward

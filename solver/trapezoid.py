@@ -16,32 +16,33 @@ violation back within one step. The trapezoidal rule keeps the energy of contact
 import numpy as np
 from numba import njit
 
-from solver.books import balance, exchange, load_work, relax
-from solver.compliance import FAST, gather, inner
+from solver.books import balance, exchange, load_work, relax, relax_masters
+from solver.compliance import FAST, combine, inner, ordered
 from solver.lcp import solve_lcp
+from solver.near import add_up, may_touch, settle
 from solver.rods import adjust, aim, hold
 from solver.sliding import (
+    FAR,
+    carry,
+    catch_up,
     drag_along,
     follow,
-    image_of,
-    move_masters,
-    push_masters,
+    keep_up,
+    press_masters,
     renew,
-    scatter,
+    start_masters,
     strain_masters,
 )
 
 GAP_TOLERANCE = 1e-12
 """Violation of a gap that counts as none, relative to the largest gap."""
 PASSES = 4
-FAR = 1.0
-"""Gap of a point beyond its traction space [m]."""
 
 
 @njit(cache=True, fastmath=FAST)
 def march(  # type: ignore[no-untyped-def]
-    dt, modes, points, masters, matrix, loads, books, first, given, crank, directions, forces, amounts, energies,
-    snapshots, stride,
+    dt, modes, points, masters, matrix, loads, bounds, books, first, given, crank, directions, forces, amounts,
+    energies, snapshots, stride,
 ):  # fmt: skip
     """Advance `len(forces)` samples of `stride` steps each; the groups change in place.
 
@@ -60,36 +61,25 @@ def march(  # type: ignore[no-untyped-def]
         False where the contact rows proved linearly dependent.
     """
     slides = len(masters.stress) > 0
-    iterate = slides or len(loads.lengths) > 0
     for number in range(len(forces)):
         for step in range(stride):
             here = number * stride + step
             aim(dt, modes, loads, given[here], crank[here])
             _fly(modes, points, loads, masters, dt)
-            if slides:
-                if follow(modes, points, masters, matrix):
-                    renew(points, masters, matrix, books.tally)
-                _half(modes, points, masters, matrix, 0)
-                move_masters(modes, masters, matrix)
-            _free_gaps(modes, points, masters, matrix, loads)
+            _look(modes, points, masters, matrix, loads, bounds, books.tally, slides)
             hold(dt, modes, points, loads, crank[here])
-            for trial in range(PASSES):
-                _shift(points, loads)
-                if slides:
-                    _catch_up(points, masters, matrix)
-                if not _close(points, matrix, books.tally, trial):
-                    return False
-                if not adjust(points, loads, iterate):
-                    break
+            if not _press(modes, points, masters, matrix, loads, bounds, books.tally, slides):
+                return False
             _finish(modes, points, loads)
             if slides:
-                _half(modes, points, masters, matrix, 1)
-                move_masters(modes, masters, matrix)
-                drag_along(points, masters, matrix)
+                strain_masters(masters, matrix)
+                drag_along(modes, points, masters, matrix)
+                relax_masters(masters, books, dt)
+            settle(bounds)
             loads.pin[:] = crank[here]
-            relax(points, masters, loads, books, dt)
+            relax(points, loads, books, dt)
             held = load_work(modes, points, loads, books)
-            balance(modes, points, masters, books, held, (first + here + 1) * dt)
+            balance(modes, points, masters, matrix, books, held, (first + here + 1) * dt)
             exchange(modes, points, books)
             _sample(points, loads, directions, forces[number], amounts[number], stride)
         energies[number] = books.energy
@@ -98,152 +88,187 @@ def march(  # type: ignore[no-untyped-def]
 
 
 @inner
-def _press(points, multipliers, force):  # type: ignore[no-untyped-def]
-    """Add half of the multipliers to the generalised forces."""
-    rows, first, last = points.rows, points.span[0], points.span[1]
-    for i in range(len(multipliers)):
-        half = 0.5 * multipliers[i]
-        if half != 0.0:
-            for k in range(first, last):
-                force[k] += half * rows[i, k]
-
-
-@inner
 def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
     """Move everything under the loads and the first half of the contact forces."""
     q, v, before, force, motion, push = modes.q, modes.v, modes.before, modes.force, modes.motion, modes.push
-    last, drag, amount, held = points.last, masters.drag, loads.amount, loads.stress
-    last[:] = points.multipliers
-    points.guess[:] = last
+    amount, held, count = loads.amount, loads.stress, points.count
+    points.last[:] = points.multipliers
+    points.guess[:] = points.multipliers
+    count[0] = count[1]
+    points.pressed[0, : count[0]] = points.pressed[1, : count[0]]
+    points.amounts[0, : count[0]] = points.amounts[1, : count[0]]
+    before[0], before[1] = q, v
     force[:] = modes.gravity
-    _press(points, last, force)
+    combine(points.rows, points.pressed[0], points.amounts[0], count[0], 0.5, points.span[0], points.span[1], force)
     for i in range(len(amount)):
         row = loads.rows[i]
-        for k in range(len(q)):
+        for k in range(len(force)):
             force[k] += amount[i] * row[k]
         held[i] = loads.memory[0, i] * held[i] + loads.memory[1, i] * amount[i]
-    for number in range(len(drag)):
-        if drag[number] != 0.0:
-            masters.drag_impulse[number] += dt * drag[number]
+    for k in range(len(force)):
+        force[k] += masters.force[k]
+    for number in range(len(masters.drag)):
+        drag = masters.drag[number]
+        if drag != 0.0:
+            masters.drag_impulse[number] += dt * drag
             row = masters.slide[number]
-            for k in range(len(q)):
-                force[k] += drag[number] * row[k]
+            for k in range(len(force)):
+                force[k] += drag * row[k]
+    q0, v0 = before[0], before[1]
     for k in range(len(q)):
-        position, velocity = q[k], v[k]
-        before[0, k], before[1, k] = position, velocity
-        q[k] = motion[0, k] * position + motion[1, k] * velocity + push[0, k] * force[k]
-        v[k] = motion[2, k] * position + motion[3, k] * velocity + push[1, k] * force[k]
+        q[k] = motion[0, k] * q0[k] + motion[1, k] * v0[k] + push[0, k] * force[k]
+    for k in range(len(v)):
+        v[k] = motion[2, k] * q0[k] + motion[3, k] * v0[k] + push[1, k] * force[k]
     strain, image, memory = points.strain, points.image, points.memory
     for i in range(len(strain)):
         strain[i] = memory[0, i] * strain[i] + memory[1, i] * image[i]
 
 
 @inner
-def _half(modes, points, masters, matrix, end):  # type: ignore[no-untyped-def]
-    """Put the forces at the start (end = 0) or at the end of the step (1) onto the traction spaces, half each."""
-    if end:
-        onto = masters.second
-        onto[:] = 0.0
-        scatter(matrix, points.contact, masters.place, masters.along, points.multipliers, 0.5, onto)
-    else:
-        onto = masters.onto
-        onto[:] = 0.0
-        scatter(matrix, points.contact, masters.old_place, masters.old_along, points.last, 0.5, onto)
-        masters.strain[:] *= masters.memory[0]
-    push_masters(modes, masters, onto)
-    strain_masters(masters, matrix, onto, 1 + end)
+def _look(modes, points, masters, matrix, loads, bounds, tally, slides):  # type: ignore[no-untyped-def]
+    """Tell which contacts are near, and find the gaps of their points without the forces of the end of the step."""
+    modes.more[:] = 0.0
+    stale = slides and follow(modes, masters, matrix)
+    for k in range(len(matrix.near)):
+        matrix.near[k] = bounds.pressed[0, k] > 0.0 or may_touch(modes, points, matrix, loads, bounds, k)
+        if matrix.near[k] and slides:
+            keep_up(masters, matrix, k)
+    if stale:
+        renew(points, masters, matrix, tally)
+    if slides:
+        start_masters(masters)
+    for k in range(len(matrix.near)):
+        if matrix.near[k]:
+            _free_gaps(modes, points, masters, matrix, loads, k, slides)
 
 
 @inner
-def _free_gaps(modes, points, masters, matrix, loads):  # type: ignore[no-untyped-def]
-    """Gaps at the end of the step without the contact forces of its end."""
-    q, columns, free, gap, strain = modes.q, points.columns, points.free, points.gap, points.strain
-    held, to_gap, contact, place = loads.stress, loads.to_gap, points.contact, masters.place
+def _free_gaps(modes, points, masters, matrix, loads, k, slides):  # type: ignore[no-untyped-def]
+    """Gaps of a contact's points, less what masters do, at the end of the step without the forces of its end."""
+    first, last = matrix.block[k, 0], matrix.block[k, 1]
+    own, q = points.coordinates, modes.q[points.span[0] : points.span[1]]
+    free, gap, strain = points.free[first:last], points.gap[first:last], points.strain[first:last]
     for i in range(len(free)):
         free[i] = gap[i] + strain[i]
-        for number in range(len(held)):
-            free[i] += to_gap[i, number] * held[number]
-    for k in range(points.span[0], points.span[1]):
-        amount = q[k]
+    combine(loads.to_gap, loads.numbers, loads.stress, len(loads.stress), 1.0, first, last, points.free)
+    combine(points.columns, own, q, len(own), 1.0, first, last, points.free)
+    if slides and matrix.space[k, 2] > 0:
+        carry(modes, masters, matrix, k)
+        corner = masters.corner[0, first:last]
         for i in range(len(free)):
-            free[i] += columns[k, i] * amount
-    if len(masters.stress) > 0:
-        gather(matrix.space, contact, place, matrix.across, masters.along, masters.inward, 1.0, free)
-        for i in range(len(free)):
-            if matrix.space[contact[i], 2] > 0 and place[i, 1] < 0:
+            if corner[i] < 0:
                 free[i] = FAR
 
 
 @inner
-def _shift(points, loads):  # type: ignore[no-untyped-def]
+def _press(modes, points, masters, matrix, loads, bounds, tally, slides):  # type: ignore[no-untyped-def]
+    """Find the forces of the end of the step; False where the rows are dependent."""
+    iterate, guess = slides or len(loads.lengths) > 0, 0
+    while True:
+        for trial in range(PASSES):
+            _shift(points, matrix, loads)
+            if slides:
+                catch_up(points, masters, matrix, points.pressed[guess], points.amounts[guess], points.count[guess])
+            if not _close(points, matrix, tally):
+                return False
+            tally[4] += trial > 0
+            guess = 1
+            if not adjust(points, loads, iterate):
+                break
+        _answer(modes, points, masters, matrix, loads, slides)
+        add_up(bounds, points, matrix)
+        overlooked = False
+        for k in range(len(matrix.near)):
+            if not matrix.near[k] and may_touch(modes, points, matrix, loads, bounds, k):
+                overlooked = matrix.near[k] = True
+                tally[5] += 1
+                if slides:
+                    keep_up(masters, matrix, k)
+                _free_gaps(modes, points, masters, matrix, loads, k, slides)
+        if not overlooked:
+            return True
+
+
+@inner
+def _shift(points, matrix, loads):  # type: ignore[no-untyped-def]
     """Add the corrections of the joints to the free gaps."""
-    shifted, per_load = points.shifted, loads.gap_per_load
-    shifted[:] = points.free
-    for j in range(len(loads.correction)):
-        lateral, along = loads.middle[j, 0] * loads.correction[j], loads.middle[j, 1] * loads.correction[j]
-        for i in range(len(shifted)):
-            shifted[i] += per_load[i, 2 * j] * lateral + per_load[i, 2 * j + 1] * along
+    for k in range(len(matrix.near)):
+        if matrix.near[k]:
+            first, last = matrix.block[k, 0], matrix.block[k, 1]
+            points.shifted[first:last] = points.free[first:last]
+            for j in range(len(loads.correction)):
+                per_load, numbers = loads.gap_per_load, loads.numbers[2 * j :]
+                combine(per_load, numbers, loads.middle[j], 2, loads.correction[j], first, last, points.shifted)
 
 
 @inner
-def _catch_up(points, masters, matrix):  # type: ignore[no-untyped-def]
-    """Add what the matrix, as it was made, misses of the masters' response to the guess."""
-    guess, contact, work = points.guess, points.contact, masters.work
-    onto = masters.second
-    onto[:] = 0.0
-    scatter(matrix, contact, masters.place, masters.along, guess, 1.0, onto)
-    image_of(matrix, onto, work)
-    gather(matrix.space, contact, masters.place, matrix.across, masters.along, work, 1.0, points.shifted)
-    onto[:] = 0.0
-    scatter(matrix, contact, matrix.place, matrix.along, guess, 1.0, onto)
-    image_of(matrix, onto, work)
-    gather(matrix.space, contact, matrix.place, matrix.across, matrix.along, work, -1.0, points.shifted)
-
-
-@inner
-def _close(points, matrix, tally, trial):  # type: ignore[no-untyped-def]
+def _close(points, matrix, tally):  # type: ignore[no-untyped-def]
     """Multipliers at the end of the step; False where the rows are dependent."""
-    shifted, scale = points.shifted, 0.0
-    for i in range(len(shifted)):
-        if shifted[i] < 0.5 * FAR:
-            scale = max(scale, abs(shifted[i]))
+    shifted, scale, multipliers, active = points.shifted, 0.0, points.multipliers, points.active
+    for k in range(len(matrix.near)):
+        if matrix.near[k]:
+            scale = max(scale, _size(shifted[matrix.block[k, 0] : matrix.block[k, 1]]))
     tally[0], pivots = solve_lcp(
-        matrix, shifted, points.active, tally[0], points.factor, points.multipliers, points.gaps, GAP_TOLERANCE * scale
+        matrix, shifted, active, tally[0], points.factor, multipliers, points.gaps, GAP_TOLERANCE * scale
     )
     tally[2] += pivots
-    tally[4] += trial > 0
+    count = 0
+    for a in range(tally[0]):
+        if multipliers[active[a]] != 0.0:
+            points.pressed[1, count], points.amounts[1, count] = active[a], multipliers[active[a]]
+            count += 1
+    points.count[1] = count
     return pivots >= 0
+
+
+@ordered
+def _size(gaps):  # type: ignore[no-untyped-def]
+    """Return the largest gap, but for points beyond their traction space."""
+    largest = 0.0
+    for i in range(len(gaps)):
+        largest = max(largest, abs(gaps[i]) if gaps[i] < 0.5 * FAR else 0.0)
+    return largest
+
+
+@inner
+def _answer(modes, points, masters, matrix, loads, slides):  # type: ignore[no-untyped-def]
+    """Find the generalised forces of the second half of the contact forces and of the joints' corrections."""
+    more, rows, count = modes.more, points.pressed[1], points.count[1]
+    more[:] = 0.0
+    combine(points.rows, rows, points.amounts[1], count, 0.5, points.span[0], points.span[1], more)
+    for j in range(len(loads.correction)):
+        combine(loads.rows, loads.numbers[2 * j :], loads.middle[j], 2, loads.correction[j], 0, len(more), more)
+    if slides:
+        press_masters(masters, matrix, rows, points.amounts[1], count)
+        for k in range(len(more)):
+            more[k] += masters.force[k]
 
 
 @inner
 def _finish(modes, points, loads):  # type: ignore[no-untyped-def]
-    """Add the second half of the contact forces and the joints' corrections to the motion."""
+    """Add them to the motion."""
     q, v, more, force, push = modes.q, modes.v, modes.more, modes.force, modes.push
-    more[:] = 0.0
-    _press(points, points.multipliers, more)
     for j in range(len(loads.correction)):
         loads.rod[j] += loads.correction[j]
         for axis in range(2):
             number, amount = 2 * j + axis, loads.middle[j, axis] * loads.correction[j]
             loads.amount[number] += amount
             loads.stress[number] += loads.memory[1, number] * amount
-            row = loads.rows[number]
-            for k in range(len(q)):
-                more[k] += amount * row[k]
     for k in range(len(q)):
-        force[k] += more[k]
         q[k] += push[0, k] * more[k]
+    for k in range(len(v)):
         v[k] += push[1, k] * more[k]
+    for k in range(len(force)):
+        force[k] += more[k]
 
 
 @inner
 def _sample(points, loads, directions, forces, amounts, stride):  # type: ignore[no-untyped-def]
-    mean, contact = points.mean, points.contact
-    for i in range(len(mean)):
-        if mean[i] != 0.0:
-            share = mean[i] / stride
+    for moment in range(2):
+        for n in range(points.count[moment]):
+            i, share = points.pressed[moment, n], 0.5 * points.amounts[moment, n] / stride
             for axis in range(3):
-                forces[contact[i], axis] += share * directions[i, axis]
+                forces[points.contact[i], axis] += share * directions[i, axis]
     for i in range(len(amounts)):
         amounts[i] += loads.amount[i] / stride
 

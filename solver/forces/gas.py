@@ -1,5 +1,6 @@
 """Gas pressure on a surface, given over the angle of a crank."""
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -30,12 +31,16 @@ class GasPressure(BaseModel):
             raise ValueError("give a table")
         return self
 
-    def pressure(self, angle: np.ndarray) -> np.ndarray:
-        """Return the pressure above ambient [Pa] at crank angles [rad]; periodic, a cubic spline between the values."""
+    def over_angle(self) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the pressure above ambient [Pa] over the crank angle [rad], a periodic cubic spline between values."""
         from scipy.interpolate import CubicSpline
 
         degrees, absolute = np.array(self.values, float).T
         span = degrees[-1] - degrees[0]
         absolute = np.append(absolute[:-1], absolute[0])
         spline = CubicSpline(degrees, absolute, bc_type="periodic")
-        return spline(degrees[0] + np.mod(np.degrees(angle) - degrees[0], span)) - self.ambient
+        return lambda angle: spline(degrees[0] + np.mod(np.degrees(angle) - degrees[0], span)) - self.ambient
+
+    def pressure(self, angle: np.ndarray) -> np.ndarray:
+        """Return the pressure above ambient [Pa] at crank angles [rad]."""
+        return self.over_angle()(angle)

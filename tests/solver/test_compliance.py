@@ -24,26 +24,27 @@ class Moving:
         self.space = np.column_stack([np.concatenate([[0], np.cumsum(counts)[:-1]]), SIZES])
         root, other = rng.standard_normal((c, c)), rng.standard_normal((F, F))
         base, master = root @ root.T / c + 0.05 * np.eye(c), other @ other.T / F
+        ends = np.cumsum(POINTS)
+        block = np.column_stack([ends - POINTS, ends])
         self.matrix = Compliance(
-            np.full((c, c), np.nan), base, np.full(c, -1), np.zeros(1, np.int64), master, self.contact, self.space,
-            np.full((c, 2), -1), np.zeros((c, 4)), np.zeros((c, 4)), np.zeros((3, 2), np.int64), np.zeros(F),
+            np.full((c, c), np.nan), base, np.full(c, -1), np.zeros(1, np.int64), master, block, np.ones(3, np.bool_),
+            self.space, np.full(c, -1), np.zeros((c, 4)), np.zeros((4, c)), np.zeros((3, 2), np.int64), np.zeros(F),
         )  # fmt: skip
         self.move()
 
     def move(self) -> None:
-        """Start an era with other weights; one point of each space is beside it, one beyond its end."""
+        """Start an era with other weights."""
         matrix, rng = self.matrix, self.rng
         matrix.era[0] += 1
-        matrix.place[:] = -1
+        matrix.corner[:] = -1
         matrix.window[:] = 0
         for k in range(2):
-            rows = np.flatnonzero(self.contact == k)
-            matrix.place[rows] = rng.integers(0, SIZES[k] - 3, (len(rows), 2))
-            matrix.place[rows[0]] = -1
-            matrix.place[rows[1], 1] = -1
-            on = matrix.place[rows, 1][matrix.place[rows, 1] >= 0]
-            matrix.window[k] = on.min(), on.max() + 4
-        for weights in (matrix.across, matrix.along):
+            # One point of each space is beside it.
+            rows = np.flatnonzero(self.contact == k)[1:]
+            across, along = rng.integers(0, SIZES[k] - 3, (len(rows), 2)).T
+            matrix.corner[rows] = self.space[k, 0] + along * SIZES[k, 0] + across
+            matrix.window[k] = along.min(), along.max() + 4
+        for weights in (matrix.across, matrix.along.T):
             weights[:] = cubic_weights(rng.uniform(0, 1, len(weights)))
 
     def dense(self) -> np.ndarray:
@@ -51,10 +52,10 @@ class Moving:
         matrix = self.matrix
         weights = np.zeros((len(self.contact), len(matrix.master)))
         for i, k in enumerate(self.contact):
-            across, along = matrix.place[i]
-            if along >= 0:
+            if matrix.corner[i] >= 0:
+                along, across = divmod(matrix.corner[i] - self.space[k, 0], SIZES[k, 0])
                 block = np.zeros(SIZES[k][::-1])
-                block[along : along + 4, across : across + 4] = np.outer(matrix.along[i], matrix.across[i])
+                block[along : along + 4, across : across + 4] = np.outer(matrix.along[:, i], matrix.across[i])
                 weights[i, self.space[k, 0] : self.space[k, 0] + block.size] = block.ravel()
         return matrix.base + weights @ matrix.master @ weights.T
 
@@ -96,7 +97,7 @@ def test_rows_are_made_anew_in_a_new_era_and_only_then() -> None:
     everything = -moving.dense() @ np.ones(len(moving.contact))
     solve(moving.matrix, everything)
     before = moving.matrix.values.copy()
-    moving.matrix.along[:] = moving.matrix.along[:, ::-1]  # nobody told
+    moving.matrix.along[:] = moving.matrix.along[::-1]  # nobody told
     solve(moving.matrix, everything)
     np.testing.assert_array_equal(moving.matrix.values, before)
     moving.matrix.era[0] += 1
