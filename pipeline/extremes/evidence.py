@@ -42,9 +42,7 @@ class Evidence:
     """What one run found. c: contact rows."""
 
     frequencies: dict[str, np.ndarray] = field(default_factory=dict)
-    """ω of each component's coordinates [rad/s]."""
-    nested: dict[str, bool] = field(default_factory=dict)
-    """Whether they are modes of the whole mesh, so that more degrees of freedom lower them."""
+    """ω of normal modes of each component's whole mesh [rad/s]; other vectors have none of their own."""
     shear: dict[str, float] = field(default_factory=dict)
     """Shear modulus of each elastic component [Pa]."""
     estimated: float | None = None

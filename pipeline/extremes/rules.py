@@ -143,7 +143,7 @@ def nested(found: Evidence, compared: Compared) -> Finding | None:
     rises, falls = [], []
     for name, before in compared.base.frequencies.items():
         after = found.frequencies.get(name)
-        if after is None or len(after) != len(before) or not compared.base.nested.get(name, False):
+        if after is None or len(after) != len(before):
             continue
         rises.append(float((after / before - 1).max()))
         falls.append(float((1 - after / before).max()))

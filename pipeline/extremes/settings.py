@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from pipeline.errors import InputError
 from pipeline.scenefile import check_scene
@@ -139,8 +139,15 @@ class Case(BaseModel):
     model_config = STRICT
     group: str = Field(default="own", description="Under which it stands in table and picture")
     operation: Operation
-    rules: tuple[RuleName, ...] = Field(min_length=1, description="What decides, the sharpest first")
+    rules: tuple[RuleName, ...] = Field(description="What decides, the sharpest first; at least one")
     refusal: bool = Field(default=False, description="Whether it may be refused with a reason")
+
+    @field_validator("rules")
+    @classmethod
+    def _decides(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if not value:
+            raise ValueError("[] given, at least one rule is needed")
+        return value
 
 
 class Stress(BaseModel):

@@ -164,8 +164,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     ]
     checks = [float(r.quality["orthogonality"]) for r in elastic.values() if "orthogonality" in r.quality]
     return Evidence(
-        frequencies={name: record.angular_frequencies for name, record in elastic.items()},
-        nested={name: record.recipe in WHOLE for name, record in elastic.items()},
+        frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.recipe in WHOLE},
         shear={n: _shear(job, n) for n in elastic},
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),

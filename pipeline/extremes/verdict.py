@@ -29,6 +29,8 @@ def judge(case: Case, found: Evidence | Refusal, compared: Compared) -> Verdict:
         if case.refusal:
             return Verdict("refused", found.reason)
         return Verdict("wrong", f"refused, which it must not be: {found.reason}")
+    if compared.base.contact is not None and found.contact is None:
+        return Verdict("wrong", "nothing touches, though the scene as it is does")
     findings = [one for name in case.rules if (one := RULES[name](found, compared)) is not None]
     if not findings:
         return Verdict("wrong", f"none of {', '.join(case.rules)} says anything of this scene")

@@ -50,7 +50,6 @@ def _run(trial: Trial, scratch: Path, progress: Progress) -> Evidence | Refusal:
     highest = max(float(one.angular_frequencies[-1]) for one in names.values())
     return Evidence(
         frequencies={name: one.angular_frequencies for name, one in names.items()},
-        nested=dict.fromkeys(names, True),
         shear={name: material.lame[1] for name in names},
         orthogonality=max(float(one.quality["orthogonality"]) for one in names.values()),
         condition=(highest / lowest) ** 2,
