@@ -14,7 +14,7 @@ from pipeline.errors import InputError, StageError
 from pipeline.femodel import FEModel
 from pipeline.kinds import open_job
 from pipeline.nodal import NodalBody, PointContact, PointProblem, meeting, narrow, simulate_nodal, supported_body
-from pipeline.nodal.measure import History, located
+from pipeline.nodal.measure import History, contact_quantities, located, resolved
 from pipeline.nodal.points import new_press, press
 from pipeline.nodal_scene import nodal_problem
 from pipeline.stages import Job, run_job
@@ -361,6 +361,19 @@ def test_blows_are_located_between_steps() -> None:
     force = np.array([0.0, 1, 2, 2, 2, 1, 0, 0])
     (blow,) = located(History(times, force[:, None], closed[:, None], np.array([-1.0])), rigid=True)
     np.testing.assert_allclose(blow, [0.1 + 0.05, 0.6, 8 * h, 2.0, 0.25, 1.0, 0.3])
+
+
+def test_rigid_blows_part_within_what_steps_resolve() -> None:
+    """A thousand steps carry periods of 27.4 steps and more: (1000 / 12)^⅓ radians, 2π of them."""
+    force, still = np.zeros(1000), np.zeros((3, 6))
+    force[[*range(100, 140), *range(160, 200), *range(240, 280)]] = 2.0
+    history = History(np.arange(1001.0), force[:, None], np.zeros((1001, 1)), np.zeros(1))
+    contact = PointContact((None,), np.zeros(1), np.array([[0.0, 0.0, 1.0]]), 0)
+    rigid = contact_quantities(history, contact, (still, None), True, False)
+    assert resolved(history.times) == pytest.approx(27.44, abs=0.01)
+    assert [rigid[name][0] for name in ("blows", "blow1.end", "blow2.start", "force_window")] == [2, 200, 240, 27]
+    lawful = replace(contact, law=np.array([[1.0, 1.5, 0.0, 0.0]]))
+    assert contact_quantities(history, lawful, (still, None), True, False)["blows"][0] == 3
 
 
 @pytest.mark.parametrize(
