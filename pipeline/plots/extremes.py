@@ -9,7 +9,7 @@ from pipeline.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, RED, new
 COLOURS = {"right": GREEN, "refused": ORANGE, "wrong": RED, "does not apply": GREY}
 LEAST = 1e-8
 """Shares of bounds are drawn no smaller than this."""
-LONGEST = 92
+LONGEST = 76
 """Characters of a reason that the picture shows."""
 
 
@@ -24,6 +24,7 @@ def draw(document: dict[str, Any], path: Path) -> None:
     height = 330 + 44 * len(rows)
     with styled():
         told = ", ".join(f"{number} {name}" for name, number in counts.items() if number)
+        told = told.replace("does not", "do not")
         figure = new_figure(f"{document['scene']}: extremes", told, height=height)
         axes = figure.add_axes((0.20, 130 / height, 0.36, (height - 290) / height))
         for number, row in enumerate(rows):
