@@ -79,13 +79,7 @@ def balance(modes, points, masters, matrix, books, held, time):  # type: ignore[
     for k in range(len(q)):
         kinetic += v[k] * v[k]
         strain += stiffness[k] * q[k] * q[k]
-    first, last = modes.pulled[0], modes.pulled[1]
-    pull, way = gravity[first:last], moved[first:last]
-    for k in range(len(way)):
-        work += pull[k] * way[k]
-    first, last = modes.damped[0], modes.damped[1]
-    q0, v0, force, loss = q0[first:last], v0[first:last], force[first:last], loss[:, first:last]
-    for k in range(len(q0)):
+        work += gravity[k] * moved[k]
         lost += loss[0, k] * q0[k] * q0[k] + loss[1, k] * q0[k] * v0[k] + loss[2, k] * v0[k] * v0[k]
         lost += (loss[3, k] * q0[k] + loss[4, k] * v0[k] + loss[5, k] * force[k]) * force[k]
     layer, stress, whole = 0.0, points.stress, points.whole

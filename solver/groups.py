@@ -27,9 +27,6 @@ class Modes(NamedTuple):
     stiffness: np.ndarray
     gravity: np.ndarray
     """Generalised force of gravity, (m,)."""
-    damped: np.ndarray
-    pulled: np.ndarray
-    """First and last + 1 coordinate that damping and gravity act on, (2,) each."""
 
 
 class Points(NamedTuple):

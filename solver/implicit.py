@@ -99,8 +99,7 @@ def _modes(system: System, dt: float) -> Modes:
     step, m = flight(system.stiffness, system.damping, dt), len(system.velocity)
     return Modes(
         system.position.copy(), system.velocity.copy(), np.zeros((2, m)), np.zeros(m), np.zeros(m), np.zeros(m),
-        step.motion, step.push, step.loss, system.stiffness, system.driving.gravity, _span(system.damping[None]),
-        _span(system.driving.gravity[None]),
+        step.motion, step.push, step.loss, system.stiffness, system.driving.gravity,
     )  # fmt: skip
 
 
