@@ -20,7 +20,7 @@ from pipeline.study.document import Document, Quantity
 from pipeline.study.effort import Effort
 from pipeline.study.front import with_front
 from pipeline.study.output import write_report
-from pipeline.study.reference import Reference, external_reference, reference_run
+from pipeline.study.reference import Reference, external_reference, reference_run, values_of
 from pipeline.study.runs import spread, timed, trajectory_of
 from pipeline.study.sweep import Setting, contradiction, finer, settings_of
 
@@ -51,6 +51,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
     nodal = nodal_runs(job, progress)
     external = external_reference(job, nodal)
     points = _points(job, settings, left_out, how.repeat, progress)
+    points = _telling(points, external, left_out)
     points = _with_finer(job, points, how.jobs, progress)
     if not any(one.ran for one in points):
         why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
@@ -121,6 +122,18 @@ def _points(
                 continue
             points.append(point(setting, changed, None, str(error).splitlines()[0]))
     return points
+
+
+def _telling(points: list[Point], reference: Reference | None, left_out: list[dict[str, str]]) -> list[Point]:
+    """Leave out what was thought up and ran, but does not know what a blow is while the reference asks for blows."""
+    found = []
+    for one in points:
+        lacks = [] if reference is None or not one.ran else sorted(reference.expected.keys() - values_of(one.trajectory))
+        if lacks and not one.setting.named:
+            left_out.append({"name": one.setting.name, "why": f"its run does not tell {', '.join(lacks)}"})
+        else:
+            found.append(one)
+    return found
 
 
 def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) -> list[Point]:
