@@ -128,7 +128,8 @@ def _telling(points: list[Point], reference: Reference | None, left_out: list[di
     """Leave out what was thought up and ran, but does not know what a blow is while the reference asks for blows."""
     found = []
     for one in points:
-        lacks = [] if reference is None or not one.ran else sorted(reference.expected.keys() - values_of(one.trajectory))
+        asked = reference.expected.keys() if reference is not None and one.ran else set()
+        lacks = sorted(asked - values_of(one.trajectory).keys()) if one.ran else []
         if lacks and not one.setting.named:
             left_out.append({"name": one.setting.name, "why": f"its run does not tell {', '.join(lacks)}"})
         else:
