@@ -6,7 +6,7 @@ import numpy as np
 from scipy import linalg, sparse
 
 from modaldb.schema import InertiaCouplings, InterfaceModes, LoadModes, MeshRecord, ModalRecord, TractionModes
-from pipeline.accuracy import frequency_errors
+from pipeline.accuracy import frequency_errors, refuse_locking
 from pipeline.component import Component
 from pipeline.errors import InputError, StageError
 from pipeline.femodel import FEModel
@@ -72,6 +72,7 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     reduction = replace(own, Phi=spread @ own.Phi)
     at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
     errors = frequency_errors(tied, own, model, spread, component)
+    refuse_locking(errors, own.angular_frequencies, component, where)
     return ModalRecord(
         mesh_key=mesh_key,
         recipe=component.modes.recipe,

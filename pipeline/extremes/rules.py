@@ -25,8 +25,7 @@ ROUND_OFFS = 16.0
 """How often the last digit of a place, a momentum or an energy may come into a result."""
 ORTHONORMAL = 1e-9
 LOCKED = 0.03
-"""Estimated error of a frequency above which elements lock, where those of the scene as it is make a third of it."""
-MORE = 3.0
+"""Estimated error of a frequency above which elements lock."""
 SEEN = 1e-3
 """Share of what energy allows from which frames have seen an overlap."""
 SETTLED = 0.01
@@ -169,8 +168,7 @@ def resolved(found: Evidence, compared: Compared) -> Finding | None:
     """The error that elements are known to make stays small: they do not lock."""
     if found.estimated is None:
         return None
-    bound = max(LOCKED, MORE * (compared.base.estimated or 0.0))
-    return Finding("resolved", found.estimated, bound, "estimated error of frequencies")
+    return Finding("resolved", found.estimated, LOCKED, "estimated error of frequencies")
 
 
 def momentum(found: Evidence, compared: Compared) -> Finding | None:

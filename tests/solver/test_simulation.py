@@ -13,7 +13,7 @@ import pytest
 
 from solver import SceneError, SolverError, System, simulate
 from solver.result import Result
-from solver.simulation import plan_steps
+from solver.simulation import LARGEST, plan_steps
 from tests.solver.systems import LENGTH, MASS, SPEED, block_records, block_scene, build, rod_records, rod_scene
 
 ROUND_OFF = 1e-11
@@ -138,6 +138,19 @@ def test_too_large_a_step_gives_the_same_answer_in_substeps(tmp_path: Path) -> N
     assert large.energy_drift < 1e-3
     impulse = own.quantities["wall.impulse"]["value"]
     assert large.quantities["wall.impulse"]["value"] == pytest.approx(impulse, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["trapezoid", "discrete-gradient"])
+def test_implicit_integrators_divide_a_step_that_steps_over_blows(name: str, tmp_path: Path) -> None:
+    scene = rod_scene()
+    scene["run"] |= {"integrator": name}
+    system = build(tmp_path / "own", rod_records(8), scene)
+    largest = LARGEST[name] / system.critical_frequency()
+    for parts in (1, 7):
+        scene["run"]["step"] = 0.999 * parts * largest
+        found = simulate(build(tmp_path / str(parts), rod_records(8), scene))
+        assert found.counts["substeps"] == parts
+        assert found.counts["step"] == pytest.approx(0.999 * largest, rel=1e-12)
 
 
 def test_dependent_contact_rows_are_refused_with_a_reason(tmp_path: Path) -> None:
