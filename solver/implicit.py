@@ -55,7 +55,7 @@ class Trapezoid:
         begin, given, crank = self._ahead
         if not begin <= first <= first + count <= begin + len(given):
             begin = first
-            left = math.ceil(self._system.scene.run.duration / self._dt) - first
+            left = math.ceil(self._system.scene.run.duration / self._dt * (1 - 1e-12)) - first
             start = self._dt * np.arange(first, first + max(count, min(left, AHEAD)))
             driving = self._system.driving
             given, crank = driving.loads(start, self._dt), driving.crank(start + self._dt)

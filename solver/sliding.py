@@ -193,11 +193,12 @@ def drag_along(modes, points, masters, matrix):  # type: ignore[no-untyped-def]
             k += 1
         now, then, width = corner[0, i], corner[1, i], matrix.space[k, 1]
         if way[k] != 0.0 and now >= 0 and then >= 0:
+            amount = points.amounts[1, n] / way[k]
             for b in range(4):
+                here, there = amount * along[0, b, i], amount * along[1, b, i]
                 for a in range(4):
-                    part = points.amounts[1, n] / way[k] * matrix.across[i, a]
-                    slip[now + b * width + a] += along[0, b, i] * part
-                    slip[then + b * width + a] -= along[1, b, i] * part
+                    slip[now + b * width + a] += here * matrix.across[i, a]
+                    slip[then + b * width + a] -= there * matrix.across[i, a]
             first, last = min(first, now, then), max(last, now + 3 * width + 4, then + 3 * width + 4)
     drag[:] = 0.0
     low, high = masters.span[0], masters.span[1]

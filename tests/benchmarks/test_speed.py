@@ -90,3 +90,23 @@ def test_second_run_does_nothing_fast(benchmark: object, tmp_path: Path) -> None
     benchmark.pedantic(subprocess.run, (command,), {"check": True, "capture_output": True}, rounds=7)  # type: ignore[attr-defined]
     print(f"\nsecond run: {benchmark.stats['median']:.3g} s")  # type: ignore[attr-defined]
     assert benchmark.stats["median"] < 0.5  # type: ignore[attr-defined]
+
+
+def test_piston_stroke_steps_per_second(benchmark: object, tmp_path: Path) -> None:
+    """The expansion stroke on coarse meshes, 60 normal modes a body: at least 15 000 steps a second."""
+    modes = {
+        f"component.{name}.modes.{key}": count
+        for name in ("piston", "liner")
+        for key, count in (("normal_count", 60), ("static_count", 0))
+    }
+    system = compiled("piston/stroke.toml", tmp_path, **modes)
+    simulate(system)
+    trajectory = benchmark(simulate, system)  # type: ignore[operator]
+    counts, seconds = trajectory.counts, benchmark.stats["min"]  # type: ignore[attr-defined]
+    steps = counts["steps"] / seconds
+    benchmark.extra_info["steps_per_second"] = steps  # type: ignore[attr-defined]
+    print(
+        f"\npiston stroke: {steps:.3g} steps/s, {1e6 / steps:.0f} µs a step, {counts['contact_steps']} of"
+        f" {counts['steps']} steps in contact"
+    )
+    assert steps >= 1.5e4

@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+import solver.implicit
 from solver import SceneError
+from solver.driving import Driving
 from solver.forces import GasPressure
+from solver.implicit import Trapezoid
 from solver.joints import SliderCrank
+from solver.outcome import Samples
 from tests.solver.systems import PIN, build, march, piston_records, piston_scene
 
 CRANK = SliderCrank(
@@ -19,6 +23,7 @@ CRANK = SliderCrank(
 TIMES = np.linspace(0.0, 0.02, 50)
 OFFSET = -0.002
 GAS: dict[str, Any] = {"kind": "gas", "body": "piston", "interface": "crown", "joint": "rod"}
+whole_crank = Driving.crank
 ANGLES = np.array([-180.0, -30.0, 0.0, 20.0, 90.0, 300.0, 540.0])
 VALUES = np.array([1.2e5, 9e5, 5e6, 4e6, 8e5, 1.1e5, 1.2e5])
 
@@ -107,6 +112,28 @@ def test_load_is_the_pressure_in_the_middle_of_each_step(tmp_path: Path) -> None
     done = march(system, 1e-5, 40)
     middle = np.radians(-30.0) + 100 * np.pi * (done.times - 0.5e-5)
     np.testing.assert_allclose(done.loads[:, 2], system.scene.gas()["gas"].pressure(middle), rtol=1e-12)
+
+
+@pytest.mark.parametrize("ahead", [1, 7, 4096])
+def test_loads_found_ahead_are_those_of_each_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ahead: int) -> None:
+    monkeypatch.setattr(solver.implicit, "AHEAD", ahead)
+    scene, dt, asked = piston_scene(start=-15.0, duration=1e-4), 2e-6, []
+    scene["force"]["gas"]["values"] = list(zip([0.0, 360.0, 720.0], [4e6, 2e5, 4e6], strict=True))
+    system = build(tmp_path, piston_records(2), scene)
+    whole, run = march(system, dt, 50), Trapezoid(system, dt)
+    driving = system.driving
+    monkeypatch.setattr(type(driving), "crank", lambda self, time: asked.append(len(time)) or whole_crank(self, time))
+    loads, widths, first = [], (len(driving.rows), 2 * len(system.rigid) + len(driving.joints)), 0
+    for count in (5, 1, 14, 30):
+        rows, snapshots = (np.zeros((count, width)) for width in widths)
+        forces, energies = np.zeros((count, 2, 3)), np.zeros((count, 5))
+        assert run.advance(first, 1, Samples(forces, energies, rows, snapshots, rows[:, :0]))
+        loads.append(rows)
+        first += count
+    np.testing.assert_array_equal(np.concatenate(loads), whole.loads)
+    np.testing.assert_array_equal(run.modes.q, whole.run.modes.q)
+    assert np.ptp(whole.loads[:, -1]) > 1.0
+    assert asked == {1: [5, 1, 14, 30], 7: [7, 14, 30], 4096: [50]}[ahead]
 
 
 @pytest.mark.parametrize(
