@@ -13,6 +13,7 @@ from solver.integrators import make
 from solver.outcome import Outcome, Samples
 from solver.quantities import deflections, momentum_residual, quantities
 from solver.result import Result
+from solver.scene import carriers
 from solver.system import STEP_FACTOR, System
 
 CREATED_ENERGY = 0.1
@@ -25,6 +26,10 @@ MOST_HALVINGS = 8
 """Of the step, before a stated accuracy is given up."""
 FACTORS: dict[str, float | None] = {"kick": None, "trapezoid": 4.0, "discrete-gradient": 0.05}
 """dt·ω_c that integrators take by themselves; at 0.05 the discrete gradient resolves a blow in about sixty steps."""
+MANY = 5e7
+"""Steps times contact points from which `auto` takes implicit contact, whose step stiff surfaces do not shorten."""
+STIFFEST = 30.0
+"""ω_c over the highest kept frequency above which implicit contact follows the latter: the rest is a closed surface."""
 LARGEST: dict[str, float] = {"kick": STEP_FACTOR, "trapezoid": 100.0, "discrete-gradient": 0.5, "collocation": 1.0}
 """dt·ω_c of a given step above which it is divided: explicit contact gains energy, the others step over blows."""
 
@@ -89,7 +94,9 @@ def suggested(system: System) -> float:
     Raises:
         SolverError: the contact's compliance is singular.
     """
-    critical = system.critical_frequency()
+    system, critical = _affordable(system)
+    if system.scene.integrator in SAMPLED:
+        critical = system.critical_frequency()
     factor = FACTORS.get(system.scene.integrator) or STEP_FACTOR
     return factor / critical if critical > 0 else system.scene.run.duration / system.scene.run.samples
 
@@ -115,8 +122,8 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     Raises:
         SolverError: the contact's compliance is singular.
     """
+    system, critical = _affordable(system)
     run, name = system.scene.run, system.scene.integrator
-    critical = 0.0 if name in SAMPLED else system.critical_frequency()
     if name in SAMPLED:
         plan = sample_plan(run.duration, run.samples, run.frames)
         if run.step is not None:
@@ -134,6 +141,25 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
         if name == "discrete-gradient" and _difference(before, found) <= run.accuracy:
             return found
     return replace(found, result=Result.INACCURATE.name)
+
+
+def _affordable(system: System) -> tuple[System, float]:
+    """Return a system with an integrator that can pay for it, and the frequency that sets its step [rad/s].
+
+    Explicit contact chosen by `auto` gives way to implicit contact where surfaces are so stiff that it would take more
+    than `MANY` steps times points.
+    """
+    name, run = system.scene.integrator, system.scene.run
+    if name in SAMPLED:
+        return system, 0.0
+    critical = system.critical_frequency()
+    costly = run.duration * critical / STEP_FACTOR * max(1, len(system.gap)) > MANY
+    if name == "kick" and run.integrator == "auto" and costly and "trapezoid" in carriers(system.scene):
+        scene = system.scene.model_copy(update={"run": run.model_copy(update={"integrator": "trapezoid"})})
+        system, name = replace(system, scene=scene), "trapezoid"
+    if name == "trapezoid" and system.resolution > 0:
+        critical = min(critical, STIFFEST * 2 * np.pi / system.resolution)
+    return system, critical
 
 
 def _chosen(system: System, plan: Schedule, step: float) -> tuple[System, Schedule]:
