@@ -30,7 +30,7 @@ MANY = 5e7
 """Steps times contact points from which `auto` takes implicit contact, whose step stiff surfaces do not shorten."""
 STIFFEST = 30.0
 """ω_c over the highest kept frequency above which implicit contact follows the latter: the rest is a closed surface."""
-LARGEST: dict[str, float] = {"kick": STEP_FACTOR, "trapezoid": 100.0, "discrete-gradient": 0.5, "collocation": 1.0}
+LARGEST: dict[str, float] = {"kick": STEP_FACTOR, "trapezoid": 40.0, "discrete-gradient": 0.5, "collocation": 1.0}
 """dt·ω_c of a given step above which it is divided: explicit contact gains energy, the others step over blows."""
 
 
