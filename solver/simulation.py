@@ -32,6 +32,8 @@ STIFFEST = 30.0
 """ω_c over the highest kept frequency above which implicit contact follows the latter: the rest is a closed surface."""
 LARGEST: dict[str, float] = {"kick": STEP_FACTOR, "trapezoid": 40.0, "discrete-gradient": 0.5, "collocation": 1.0}
 """dt·ω_c of a given step above which it is divided: explicit contact gains energy, the others step over blows."""
+UNTOUCHED = 10.0
+"""The same where nothing touches: then the motion of the modes is all there is to follow."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,8 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
         if run.step is not None:
             system, plan = _chosen(system, plan, run.step)
     else:
-        plan = plan_steps(run.duration, run.step, run.samples, run.frames, critical, FACTORS[name], LARGEST[name])
+        most = LARGEST[name] if len(system.gap) else min(LARGEST[name], UNTOUCHED)
+        plan = plan_steps(run.duration, run.step, run.samples, run.frames, critical, FACTORS[name], most)
     found = _march(system, plan, critical, progress)
     if name in SAMPLED or run.accuracy is None or run.step is not None:
         return found

@@ -174,6 +174,8 @@ def step(subject: Subject, operation: Any) -> Trial:
 def _stepped(subject: Subject) -> tuple[str, float]:
     """Return an integrator with a step that carries the scene, and its step [s]."""
     own, reasons = subject.scene.integrator, []
+    if own not in STEPPED and subject.scene.run.integrator != "auto":
+        raise DoesNotApply(f"it asks for integrator '{own}' by name, which has no step")
     names = [own] if own in STEPPED else [n for n in STEPPED if n in integrators_of(subject.job)]
     for name in names:
         try:
