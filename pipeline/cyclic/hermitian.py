@@ -13,6 +13,8 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from pipeline.errors import StageError
 from pipeline.linalg import factorise
+from pipeline.modes.lanczos import eigenvalue_unit
+from pipeline.modes.normal import ROUND_OFF_SHARE
 
 DENSE = 400
 """Unknowns up to which all eigenpairs are computed at once."""
@@ -139,8 +141,9 @@ def _lanczos(problem: Problem, count: int) -> np.ndarray:
 
     start = np.random.default_rng(0).standard_normal(K.shape[0]).astype(kind)
     start -= rigid @ (M_rigid.conj().T @ start)
-    operator = LinearOperator(K.shape, invert, dtype=kind)
-    vectors = eigsh(K, count, M=M, sigma=shift, v0=start, OPinv=operator)[1]
+    unit = eigenvalue_unit(invert(M @ start), start, M)
+    operator = LinearOperator(K.shape, lambda load: unit * invert(load), dtype=kind)
+    vectors = eigsh(K, count, M=M, sigma=shift / unit, v0=start, OPinv=operator)[1]
     inverse.factor.free()
     return vectors
 
@@ -190,6 +193,8 @@ def _verified(problem: Problem, vectors: np.ndarray, count: int) -> tuple[np.nda
     forces = K @ vectors
     rest = np.linalg.norm(forces - (M @ vectors) * values[:count], axis=0) / np.linalg.norm(forces, axis=0)
     orthogonality = float(np.abs(vectors.conj().T @ (M @ vectors) - np.eye(count)).max())
-    if rest.max() > RESIDUAL_TOLERANCE or orthogonality > ORTHOGONALITY_TOLERANCE:
+    floor = np.finfo(float).eps * float((np.real(K.diagonal()) / np.real(M.diagonal())).max())
+    allowed = np.maximum(RESIDUAL_TOLERANCE, ROUND_OFF_SHARE * floor / values[:count])
+    if np.any(rest > allowed) or orthogonality > ORTHOGONALITY_TOLERANCE:
         raise StageError(f"modes: residual {rest.max():.2g}, orthogonality {orthogonality:.2g}: not accepted")
     return values[:count], vectors, rest, orthogonality

@@ -30,15 +30,29 @@ def lanczos_pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
         return problem.elastic(factor.solve(np.ravel(load)))
 
     start = problem.elastic(np.random.default_rng(0).standard_normal(problem.K.shape[0]))
-    inverse = LinearOperator(problem.K.shape, invert, dtype=float)
+    unit = eigenvalue_unit(invert(problem.M @ start), start, problem.M)
+    inverse = LinearOperator(problem.K.shape, lambda load: unit * invert(load), dtype=float)
     try:
-        values, vectors = eigsh(problem.K, count + SPARE, M=problem.M, sigma=shift, v0=start, OPinv=inverse)
+        values, vectors = eigsh(problem.K, count + SPARE, M=problem.M, sigma=shift / unit, v0=start, OPinv=inverse)
     except ArpackError as error:
         raise StageError(f"modes: Lanczos gave up with shift {shift:.3g} rad²/s² ({error})") from error
     finally:
         factor.free()
     order = np.argsort(values)
-    return Pairs(values[order], vectors[:, order])
+    return Pairs(unit * values[order], vectors[:, order])
+
+
+def eigenvalue_unit(answer: np.ndarray, start: np.ndarray, M: sparse.csr_matrix) -> float:
+    """Return a power of two next to the lowest eigenvalues [rad²/s²], in which ARPACK is to count.
+
+    It takes a pair for converged by eps^⅔ where the inverse of its eigenvalue is below that: small parts, whose
+    eigenvalues are large numbers in SI, would be given up early.
+
+    Args:
+        answer: (K − σM)⁻¹ M start, (n,).
+    """
+    sizes = [float(np.real(np.vdot(one, M @ one))) for one in (start, answer)]
+    return float(np.exp2(np.round(0.5 * np.log2(sizes[0] / sizes[1]))))
 
 
 def lower_shift(model: FEModel, problem: Problem) -> float:

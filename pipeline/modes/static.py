@@ -65,6 +65,9 @@ class Flexibility:
         self.dofs = np.setdiff1d(model.free, _statically_determinate(self.rigid))
         """Those that neither a support nor the grounding of the rigid motions holds."""
         self._K = model.K
+        # Forces and moments of beams have units of their own: each is measured by the mass that it moves.
+        mass = model.M.diagonal()[self.dofs] if model.parts is not None else np.ones(len(self.dofs))
+        self._weight = 1 / np.sqrt(mass)[:, None]
         free = model.free
         self._places, self._size = np.searchsorted(free, self.dofs), len(free)
         pinned = _pinned(model.free_matrices()[0], np.setdiff1d(free, self.dofs, True), free)
@@ -81,11 +84,12 @@ class Flexibility:
         whole = np.zeros((self._size, loads.shape[1]), order="F")
         whole[self._places] = loads
         answer = self.factor.solve(whole)[self._places]
-        sizes = np.linalg.norm(loads, axis=0)
+        sizes = np.linalg.norm(self._weight * loads, axis=0)
         signs = np.random.default_rng(0).choice([-1.0, 1.0], len(sizes)) / np.where(sizes > 0, sizes, np.inf)
         mixture = np.zeros(self._K.shape[0])
         mixture[self.dofs] = answer @ signs
-        rest = float(np.linalg.norm((self._K @ mixture)[self.dofs] - loads @ signs)) if len(sizes) else 0.0
+        left = self._weight[:, 0] * ((self._K @ mixture)[self.dofs] - loads @ signs)
+        rest = float(np.linalg.norm(left)) if len(sizes) else 0.0
         if not rest < SOLVED:
             raise StageError(
                 f"modes: static answers leave {rest:.2g} of their load unbalanced, allowed: {SOLVED:g}; something hangs"

@@ -156,8 +156,8 @@ def test_asymmetry_is_seen_in_rows_of_small_units(
     whole = static.factorise
 
     class Skewed:
-        def __init__(self, matrix: sparse.csr_matrix) -> None:
-            self.factor = whole(matrix)
+        def __init__(self, matrix: sparse.csr_matrix, definite: bool = False) -> None:
+            self.factor = whole(matrix, definite)
             self.skew = np.linspace(1.0, 1.001, matrix.shape[0])[:, None]
 
         def solve(self, loads: np.ndarray) -> np.ndarray:
