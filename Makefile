@@ -79,7 +79,7 @@ reports: setup ## write error against run time and extremes of every scene to do
 	        echo "$$name,$$command,$$(($$(date +%s) - begun))" >> docs/reports/seconds.csv; \
 	    done; \
 	done; rm -f docs/reports/.last
-	@$(BIN)/python -m pipeline.study.index docs/reports
+	@$(BIN)/python -m pipeline.study.listing docs/reports
 
 lock: setup ## pin again what pyproject.toml asks for; `make lock UPGRADE=--upgrade` takes newer versions
 	@echo "lock: requirements.lock"

@@ -140,9 +140,9 @@ def test_static_answers_that_are_wrong(recipe: str, modes_of: Command, monkeypat
     assert line.startswith(f"{ARM}: modes: static answers leave ")
 
 
-def sloppy(matrix: sparse.csr_matrix) -> Factor:
+def sloppy(matrix: sparse.csr_matrix, definite: bool = False) -> Factor:
     """A factor whose last answer of each call is too large."""
-    factor = factorise(matrix)
+    factor = factorise(matrix, definite)
     whole = factor.solve
 
     def solve(loads: np.ndarray) -> np.ndarray:

@@ -148,9 +148,9 @@ def test_reference_must_hold_the_body() -> None:
 def test_ritz_factorises_once(monkeypatch: pytest.MonkeyPatch) -> None:
     count, whole = [], static.factorise
 
-    def counted(matrix: sparse.csr_matrix) -> object:
+    def counted(matrix: sparse.csr_matrix, definite: bool = False) -> object:
         count.append(matrix.shape)
-        return whole(matrix)
+        return whole(matrix, definite)
 
     monkeypatch.setattr(static, "factorise", counted)
     model, rows = bar()

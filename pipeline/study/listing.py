@@ -1,4 +1,4 @@
-"""`python -m pipeline.study.index FOLDER`: the list of all reports below a folder, with how long they took.
+"""`python -m pipeline.study.listing FOLDER`: the list of all reports below a folder, with how long they took.
 
 Reads `report.json`, `stress.json` and `seconds.csv` (scene, command, seconds) and writes `README.md` beside them.
 """
@@ -19,7 +19,7 @@ HEAD = (
 )  # fmt: skip
 
 
-def index_text(folder: Path) -> str:
+def listing_text(folder: Path) -> str:
     """Return the list as Markdown: one line a scene."""
     taken = _taken(folder / SECONDS)
     found = sorted({path.parent for name in ("report.json", "stress.json") for path in folder.rglob(name)})
@@ -85,4 +85,4 @@ def _taken(path: Path) -> dict[str, float]:
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1])
-    write_text(folder / "README.md", index_text(folder))
+    write_text(folder / "README.md", listing_text(folder))

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.study.document import Choice, Document
-from pipeline.study.index import index_text
+from pipeline.study.listing import listing_text
 from pipeline.study.seeds import seeds_table
 from tests.pipeline.documents import document, quantity, run
 
@@ -71,7 +71,7 @@ def test_nodal_reference_has_no_error_of_its_own(folder: Path) -> None:
 
 
 def test_list_of_reports(folder: Path) -> None:
-    text = index_text(folder)
+    text = listing_text(folder)
     assert "written by `make reports`, which took 1 min on a processor, 2 cores." in text
     assert (
         "| [one](one/report.html) | d'Alembert's solution | cheap | 8.0e-03 | 0.01 s | 1 – 4 s | 2 | 1 | 0 | 42 s |"
