@@ -69,17 +69,18 @@ bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow
 	$(BIN)/python -m tests.benchmarks.modes --peers-python $(PEERS_PYTHON) $(ARGS)
 
 reports: setup ## write error against run time and extremes of every scene to docs/reports; what is done is kept
-	@rm -f docs/reports/seconds.csv
-	@for file in $(SCENES); do \
+	@rm -f docs/reports/seconds.csv; failed=; \
+	for file in $(SCENES); do \
 	    name=$$(echo $$file | sed 's,^data/,,; s,/scene\.toml$$,,; s,\.toml$$,,'); \
 	    for command in report stress; do \
 	        echo "$(BIN)/gudgeon $$command $$file --out docs/reports/$$name"; \
 	        begun=$$(date +%s); \
-	        $(BIN)/gudgeon $$command $$file --out docs/reports/$$name > docs/reports/.last || { cat docs/reports/.last; exit 1; }; \
+	        $(BIN)/gudgeon $$command $$file --out docs/reports/$$name > /dev/null || failed="$$failed $$name:$$command"; \
 	        echo "$$name,$$command,$$(($$(date +%s) - begun))" >> docs/reports/seconds.csv; \
 	    done; \
-	done; rm -f docs/reports/.last
-	@$(BIN)/python -m pipeline.study.listing docs/reports
+	done; \
+	$(BIN)/python -m pipeline.study.listing docs/reports; \
+	test -z "$$failed" || { echo "reports: failed:$$failed" >&2; exit 1; }
 
 lock: setup ## pin again what pyproject.toml asks for; `make lock UPGRADE=--upgrade` takes newer versions
 	@echo "lock: requirements.lock"
