@@ -18,18 +18,18 @@ class MassProperties:
 
 
 @dataclass(frozen=True)
-class BeamStiffness:
-    """Stiffness of beam elements before it is added up: strain energy without the round-off of K Φ.
+class LineStiffness:
+    """Stiffness of bar or beam elements before it is added up: strain energy without the round-off of K Φ.
 
-    Each element's own rigid motion is taken off first, which is most of the motion in a slender beam.
+    Each element's own rigid motion is taken off first, which is most of the motion in a slender body.
     """
 
     blocks: np.ndarray
     """(e, a, a)"""
     dofs: np.ndarray
-    """Deflection and turn of node after node, (e, a)."""
-    distances: np.ndarray
-    """Of each element's nodes from its first one [m], (e, a/2)."""
+    """Of a bar its nodes', of a beam deflection and turn of node after node, (e, a)."""
+    distances: np.ndarray | None = None
+    """Of each beam element's nodes from its first one [m], (e, a/2); None of bars, which do not turn."""
 
     def product(self, Phi: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
         """Return ΦᵀKX of columns (dofs, m) and (dofs, k), the same by default, (m, k)."""
@@ -40,6 +40,8 @@ class BeamStiffness:
     def _bent(self, Phi: np.ndarray) -> np.ndarray:
         """Return the motion of each element's dofs beside its rigid one, (e, a, m)."""
         local = Phi[self.dofs]
+        if self.distances is None:
+            return local - local[:, :1]
         w, turn = local[:, 0::2], local[:, 1::2]
         w = w - w[:, :1] + turn[:, :1] * self.distances[:, :, None]
         return np.stack([w, turn - turn[:, :1]], axis=2).reshape(local.shape)
@@ -63,8 +65,8 @@ class FEModel:
     """Mass-normalised rigid motions that the supports leave: translation, rotation about the centre, (r, 6)."""
     held: np.ndarray
     """Which dofs a support holds at zero, (dofs,). K and M have all dofs nevertheless."""
-    parts: BeamStiffness | None = None
-    """Elements of a beam; None of anything else."""
+    parts: LineStiffness | None = None
+    """Elements of a bar or a beam; None of anything else."""
 
     @property
     def nodes(self) -> np.ndarray:

@@ -5,7 +5,7 @@ from pydantic import BaseModel
 
 from modaldb.schema import MeshRecord
 from pipeline.elements.reference import reference
-from pipeline.femodel import FEModel, MassProperties, scatter
+from pipeline.femodel import FEModel, LineStiffness, MassProperties, scatter
 from pipeline.material import Material
 
 
@@ -28,4 +28,5 @@ def assemble_bar(mesh: MeshRecord, material: Material, geometry: BaseModel | Non
     inertia = second * (np.eye(3) - np.outer(axis, axis))
     twist = np.concatenate([axis / np.sqrt(mass), np.zeros(3)])[None]
     properties = MassProperties(mass, centre, inertia)
-    return FEModel(K, M, mesh, axis[None], np.zeros((1, 3)), properties, twist, np.zeros(count, bool))
+    parts = LineStiffness(Ke, mesh.cells)
+    return FEModel(K, M, mesh, axis[None], np.zeros((1, 3)), properties, twist, np.zeros(count, bool), parts)

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from modaldb.schema import MeshRecord
-from pipeline.femodel import BeamStiffness, FEModel, MassProperties, scatter
+from pipeline.femodel import FEModel, LineStiffness, MassProperties, scatter
 from pipeline.geometry.beam import Beam
 from pipeline.material import Material
 
@@ -38,7 +38,7 @@ def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | No
     twists[0, 2], twists[1, 3:] = 1 / np.sqrt(mass), turn / np.sqrt(second + rotary)
     rotations = np.array([np.zeros(3), turn])
     shares = np.array([0.0, 1.0, 0.5])[: dofs.shape[1] // 2]
-    parts = BeamStiffness(blocks[0], dofs, h[:, None] * shares)
+    parts = LineStiffness(blocks[0], dofs, h[:, None] * shares)
     return FEModel(K, M, mesh, DIRECTIONS, rotations, properties, twists, np.zeros(K.shape[0], bool), parts)
 
 

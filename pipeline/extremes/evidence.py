@@ -16,7 +16,7 @@ class FirstContact:
     duration: float
     """[s]"""
     force: float
-    """Largest [N]; 0 where a blow takes no time."""
+    """Largest [N], over one period of the highest kept frequency where bodies ring; 0 where a blow takes no time."""
 
 
 @dataclass(frozen=True)

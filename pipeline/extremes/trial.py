@@ -88,7 +88,10 @@ def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | N
         if blows is not None:
             if len(blows):
                 one = merged(blows, resolution)[0]
-                found.append(FirstContact(float(one[0]), float(one[2]), float(one[1] - one[0]), float(one[3])))
+                force = (
+                    float(one[3]) if resolution == 0 else _smoothed(history.force, trajectory.times, one, resolution)
+                )
+                found.append(FirstContact(float(one[0]), float(one[2]), float(one[1] - one[0]), force))
             continue
         size, interval = np.linalg.norm(history.force, axis=1), float(trajectory.times[0])
         touching = np.flatnonzero(size)
@@ -102,6 +105,14 @@ def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | N
                          float(pressed.max()))
         )  # fmt: skip
     return min(found, key=lambda one: one.start, default=None)
+
+
+def _smoothed(force: np.ndarray, times: np.ndarray, blow: np.ndarray, resolution: float) -> float:
+    """Return the largest mean force [N] of a blow over one period of the highest kept frequency: less is ringing."""
+    interval = float(times[0])
+    size = np.linalg.norm(force[: int(np.searchsorted(times, blow[1])) + 1], axis=1)
+    width = min(max(1, round(resolution / interval)), max(1, len(size)))
+    return float(np.convolve(size, np.full(width, 1.0 / width), mode="valid").max(initial=0.0))
 
 
 def integrators_of(job: Job) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import StageError
-from pipeline.femodel import BeamStiffness, FEModel
+from pipeline.femodel import FEModel, LineStiffness
 from pipeline.linalg import evened, factorise
 from pipeline.modes import slepc
 from pipeline.modes.blocks import block_pairs
@@ -77,7 +77,7 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
     return NormalModes(np.sqrt(values), Phi, quality | inertia)
 
 
-def _parted(parts: BeamStiffness, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _parted(parts: LineStiffness, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return modes (dofs, m) without what round-off of K mixed into them, and their eigenvalues [rad²/s²], (m,).
 
     ΦᵀKΦ by elements is diagonal but for round-off E: one step of perturbation, φⱼ + Σᵢ φᵢ Eᵢⱼ/(λⱼ − λᵢ), takes it out.

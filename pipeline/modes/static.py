@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 from scipy import linalg, sparse
 
 from pipeline.errors import StageError
-from pipeline.femodel import BeamStiffness, FEModel
+from pipeline.femodel import FEModel, LineStiffness
 from pipeline.linalg import factorise
 from pipeline.modes.normal import NormalModes
 
@@ -179,7 +179,7 @@ def _spread(X: np.ndarray, free: np.ndarray, size: int) -> np.ndarray:
     return whole
 
 
-def _carried(parts: BeamStiffness, Phi: np.ndarray, X: np.ndarray) -> np.ndarray:
+def _carried(parts: LineStiffness, Phi: np.ndarray, X: np.ndarray) -> np.ndarray:
     """Return the coordinates of X (dofs, k) in the span of Φ (dofs, m) by strain energy, (m, k)."""
     return linalg.solve(parts.product(Phi), parts.product(Phi, X), assume_a="pos")
 
