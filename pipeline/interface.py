@@ -154,12 +154,12 @@ def cylindrical(points: np.ndarray, shape: dict[str, Any]) -> tuple[np.ndarray, 
 def surface_coordinates(points: np.ndarray, shape: dict[str, Any]) -> np.ndarray:
     """Return smooth coordinates over a patch of points, each scaled to [−1, 1], (c, 2), or (c, 1) along a line.
 
-    Angle and height on a cylinder; the two principal directions of the points anywhere else.
+    Arc and height on a cylinder; the two principal directions of the points anywhere else.
     """
     if shape.get("kind") == "cylinder":
-        _, angle, height = cylindrical(points, shape)
+        radius, angle, height = cylindrical(points, shape)
         middle = np.angle(np.exp(1j * angle).mean())
-        pair = np.column_stack([np.angle(np.exp(1j * (angle - middle))), height])
+        pair = np.column_stack([np.angle(np.exp(1j * (angle - middle))) * radius.mean(), height])
     else:
         centred = points - points.mean(axis=0)
         pair = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
