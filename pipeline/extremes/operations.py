@@ -267,7 +267,7 @@ def material(subject: Subject, operation: Any) -> Trial:
         for n, one in given.items()
     }
     factor = (operation.modulus / operation.density) ** 0.5
-    return Trial(_with_components(subject, changed), stretch=dict.fromkeys(names, factor))
+    return Trial(_with_components(subject, changed), stretch={name: factor for name in names})
 
 
 def _material(subject: Subject, name: str, **values: float) -> Any:

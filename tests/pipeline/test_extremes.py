@@ -1,6 +1,7 @@
 """Extremes of scenes: dimensions are whole, operations change what they say, scenes end to end, bad input."""
 
 import json
+import tomllib
 import typing
 from dataclasses import replace
 from pathlib import Path
@@ -245,6 +246,11 @@ def test_shipped_cases_are_sound_and_every_kind_has_an_operation() -> None:
     assert {name for name, case in cases.items() if case.refusal} == {
         "initial penetration", "nu 0.49", "nu 0.499", "nu 0.4999", "slivers 1:1000",
     }  # fmt: skip
+
+
+def test_shipped_cases_go_into_the_package() -> None:
+    settings = tomllib.loads((DATA.parent / "pyproject.toml").read_text())["tool"]["setuptools"]
+    assert SHIPPED.name in settings["package-data"]["pipeline.extremes"]
 
 
 def test_a_scene_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
