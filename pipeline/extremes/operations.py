@@ -19,6 +19,7 @@ AGREES = 0.01
 """Relative difference of an impulse that a too large step may make, divided as it is."""
 SAME_SPACE = 1e-6
 """Relative difference of an impulse where static shapes are dropped that others hold."""
+EPS = float(np.finfo(float).eps)
 ALL = 100_000
 """Static shapes: one for each point of any interface."""
 STATIC = ("macneal", "normal+static")
@@ -212,12 +213,16 @@ def grazing(subject: Subject, operation: Any) -> Trial:
     gravity = np.array(scene.run.gravity)
     falls, rigid = bool(gravity.any()), not subject.elastic()
     changes: dict[str, Any] = {"body": {}, "contact": {}, "run": {}}
+    blur = 0.0
     for name, body in scene.body.items():
         way = np.array(body.velocity) * first.start
         # With gravity times shrink as well as speeds.
-        way = (1 - factor**2) * (way + 0.5 * gravity * first.start**2) if falls else (1 - factor) * way
+        way = way + 0.5 * gravity * first.start**2 if falls else way
+        left = (factor**2 if falls else factor) * way
+        if left.any():  # What is left of the way is known to the last digit of where it began.
+            blur = max(blur, EPS * float(np.abs([body.position, way]).max() / np.abs(left).max()))
         changes["body"][name] = {
-            "position": (np.array(body.position) + way).tolist(),
+            "position": ((np.array(body.position) + way) - left).tolist(),
             "velocity": [factor * one for one in body.velocity],
             "angular_velocity": [factor * one for one in body.angular_velocity],
         }
@@ -236,7 +241,7 @@ def grazing(subject: Subject, operation: Any) -> Trial:
         n = law.exponent
         left = (scene.run.duration - first.start) * factor ** ((1 - n) / (n + 1))
         changes["run"] = {"duration": first.start + left}
-    return Trial(subject.changed(changes), units=units)
+    return Trial(subject.changed(changes), units=units, blur=blur)
 
 
 def penetration(subject: Subject, operation: Any) -> Trial:

@@ -44,6 +44,8 @@ class Compared:
     agreement: float | None = None
     factor: float | None = None
     """On the contacts' stiffness."""
+    blur: float = 0.0
+    """Last digit of where bodies were over the way that is left to go."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
     if not any(b for _, b in pairs):
         return None
     what = "first contact" if base.contact is not None else "readings"
-    bound = SAME + ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
+    bound = SAME + ROUND_OFFS * (found.gap_round_off + base.gap_round_off + compared.blur)
     return Finding("similarity", max(_apart(a, b) for a, b in pairs), bound, f"{what} the same in other units")
 
 

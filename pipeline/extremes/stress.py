@@ -145,7 +145,7 @@ def _row(name: str, case: Case, subject: Subject) -> Row:
     known, stretch = trial.stretch, None
     if known is not None:  # Harmonics of a wheel stretch as its sector does.
         stretch = {key: known[key.partition(",")[0]] for key in base.frequencies}
-    compared = Compared(base, trial.units, stretch, trial.agreement, trial.factor)
+    compared = Compared(base, trial.units, stretch, trial.agreement, trial.factor, trial.blur)
     return _written(name, case, judge(case, found, compared), found)
 
 

@@ -45,6 +45,8 @@ class Trial:
     """Relative difference allowed of the first contact's impulse, where both must agree."""
     factor: float | None = None
     """On the stiffness of contacts."""
+    blur: float = 0.0
+    """Last digit of where bodies were over the way that is left to go."""
 
 
 def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -> Evidence | Refusal:
