@@ -11,7 +11,7 @@ def relax(points, loads, books, dt):  # type: ignore[no-untyped-def]
     now, last, image, strain, memory = points.multipliers, points.last, points.image, points.strain, points.memory
     stress, whole, after, place, lost = points.stress, points.whole, points.after, points.place, 0.0
     image[:] = 0.0
-    combine(points.residual, points.pressed[1], points.amounts[1], points.count[1], 1.0, 0, len(now), image)
+    combine(points.residual, points.pressed[1], points.amounts[1], points.counts[1], 1.0, 0, len(now), image)
     for i in range(len(strain)):
         strain[i] += memory[2, i] * image[i]
     place[:] = strain
@@ -26,7 +26,7 @@ def relax(points, loads, books, dt):  # type: ignore[no-untyped-def]
     stress[:] = after
     whole[:] = place
     for moment in range(2):
-        for n in range(points.count[moment]):
+        for n in range(points.counts[moment]):
             points.impulses[points.pressed[moment, n]] += 0.5 * dt * points.amounts[moment, n]
     books.energy[DISSIPATED] += lost
 
@@ -85,7 +85,7 @@ def balance(modes, points, masters, matrix, books, held, time):  # type: ignore[
     layer, stress, whole = 0.0, points.stress, points.whole
     for i in range(len(stress)):
         held += stress[i] * whole[i]
-    for n in range(points.count[1]):
+    for n in range(points.counts[1]):
         layer += points.layer[points.pressed[1, n]] * points.amounts[1, n] ** 2
     for k in range(len(matrix.block)):
         if matrix.near[k]:
@@ -120,7 +120,7 @@ def exchange(modes, points, books):  # type: ignore[no-untyped-def]
     first, last = points.span[0], points.span[1]
     way = moved[first:last]
     for moment in range(2):
-        for n in range(points.count[moment]):
+        for n in range(points.counts[moment]):
             row, amount, total = points.rows[points.pressed[moment, n]], 0.5 * points.amounts[moment, n], 0.0
             for number in range(count):
                 work[number] += amount * row[rigid[number]] * moved[rigid[number]]

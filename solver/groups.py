@@ -53,7 +53,7 @@ class Points(NamedTuple):
     """λ at the end and at the start of the step, and as expected at the end [N], (c,)."""
     pressed: np.ndarray
     amounts: np.ndarray
-    count: np.ndarray
+    counts: np.ndarray
     """Rows whose λ is not zero, their λ [N], and how many, at the start and at the end of the step, (2, c) and (2,)."""
     image: np.ndarray
     """R λ [m], (c,)."""

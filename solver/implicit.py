@@ -116,7 +116,7 @@ def _points(system: System, dt: float) -> tuple[Points, np.ndarray]:
         gap=system.gap, layer=system.layer,
         residual=system.residual, memory=_memory(np.repeat(beta, counts), dt),
         contact=np.repeat(np.arange(len(counts)), counts), active=np.zeros(c, np.int64), factor=np.zeros((c, c)),
-        pressed=np.zeros((2, c), np.int64), amounts=np.zeros((2, c)), count=np.zeros(2, np.int64),
+        pressed=np.zeros((2, c), np.int64), amounts=np.zeros((2, c)), counts=np.zeros(2, np.int64),
         **zeros,
     )  # fmt: skip
     return points, directions

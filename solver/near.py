@@ -117,7 +117,7 @@ def add_up(bounds, points, matrix):  # type: ignore[no-untyped-def]
     """Set how hard each contact presses at the end of the step."""
     pressed = bounds.pressed[1]
     pressed[:] = 0.0
-    for n in range(points.count[1]):
+    for n in range(points.counts[1]):
         k = 0
         while matrix.block[k, 1] <= points.pressed[1, n]:
             k += 1

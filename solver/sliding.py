@@ -187,7 +187,7 @@ def drag_along(modes, points, masters, matrix):  # type: ignore[no-untyped-def]
     drag, way, corner, along, slip = masters.drag, masters.way, masters.corner, masters.along, masters.onto[2]
     slip[:] = 0.0
     first, last = len(slip), 0
-    for n in range(points.count[1]):
+    for n in range(points.counts[1]):
         i, k = points.pressed[1, n], 0
         while matrix.block[k, 1] <= i:
             k += 1

@@ -91,7 +91,7 @@ def march(  # type: ignore[no-untyped-def]
 def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
     """Move everything under the loads and the first half of the contact forces."""
     q, v, before, force, motion, push = modes.q, modes.v, modes.before, modes.force, modes.motion, modes.push
-    amount, held, count = loads.amount, loads.stress, points.count
+    amount, held, count = loads.amount, loads.stress, points.counts
     points.last[:] = points.multipliers
     points.guess[:] = points.multipliers
     count[0] = count[1]
@@ -168,7 +168,7 @@ def _press(modes, points, masters, matrix, loads, bounds, tally, slides):  # typ
         for trial in range(PASSES):
             _shift(points, matrix, loads)
             if slides:
-                catch_up(points, masters, matrix, points.pressed[guess], points.amounts[guess], points.count[guess])
+                catch_up(points, masters, matrix, points.pressed[guess], points.amounts[guess], points.counts[guess])
             if not _close(points, matrix, tally):
                 return False
             tally[4] += trial > 0
@@ -217,7 +217,7 @@ def _close(points, matrix, tally):  # type: ignore[no-untyped-def]
         if multipliers[active[a]] != 0.0:
             points.pressed[1, count], points.amounts[1, count] = active[a], multipliers[active[a]]
             count += 1
-    points.count[1] = count
+    points.counts[1] = count
     return pivots >= 0
 
 
@@ -233,7 +233,7 @@ def _size(gaps):  # type: ignore[no-untyped-def]
 @inner
 def _answer(modes, points, masters, matrix, loads, slides):  # type: ignore[no-untyped-def]
     """Find the generalised forces of the second half of the contact forces and of the joints' corrections."""
-    more, rows, count = modes.more, points.pressed[1], points.count[1]
+    more, rows, count = modes.more, points.pressed[1], points.counts[1]
     more[:] = 0.0
     combine(points.rows, rows, points.amounts[1], count, 0.5, points.span[0], points.span[1], more)
     for j in range(len(loads.correction)):
@@ -265,7 +265,7 @@ def _finish(modes, points, loads):  # type: ignore[no-untyped-def]
 @inner
 def _sample(points, loads, directions, forces, amounts, stride):  # type: ignore[no-untyped-def]
     for moment in range(2):
-        for n in range(points.count[moment]):
+        for n in range(points.counts[moment]):
             i, share = points.pressed[moment, n], 0.5 * points.amounts[moment, n] / stride
             for axis in range(3):
                 forces[points.contact[i], axis] += share * directions[i, axis]
