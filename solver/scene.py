@@ -140,7 +140,7 @@ class Run(BaseModel):
     step: Positive | None = Field(
         default=None,
         description="[s]; automatic if left out: 0.2/ω_c, or what the accuracy asks for; a larger one is divided into"
-        " substeps; integrator 'event' has none",
+        " substeps, and one that does not divide the run is so much shorter; integrator 'event' has none",
     )
     accuracy: Annotated[float, Field(ge=1e-12, le=0.1)] | None = Field(
         default=None,

@@ -82,7 +82,9 @@ def plan_steps(
     count = math.ceil(duration / dt * (1 - 1e-12))
     stride = max(1, count // samples)
     per_frame = max(1, count // (stride * frames))
-    return Schedule(dt, substeps, stride, per_frame, math.ceil(count / (stride * per_frame)))
+    frames = math.ceil(count / (stride * per_frame))
+    # Whole frames end with the run: steps are as much shorter.
+    return Schedule(duration / (stride * per_frame * frames), substeps, stride, per_frame, frames)
 
 
 def parts_of(step: float, critical: float, most: float) -> int:

@@ -1,7 +1,6 @@
 """The cheapest setting that meets a tolerance; kept in the database with the report that it comes from."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,23 +13,43 @@ from pipeline.stages import Job, variant
 from pipeline.study.document import Choice, Document, Run
 
 
-def choose(runs: Sequence[Run], tolerance: float) -> Choice:
-    """Return the cheapest reduced run whose largest error is within a tolerance."""
-    known = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED" and run.errors]
-    able = [run for run in known if run.largest_error is not None and run.largest_error <= tolerance]
+def sound_error(run: Run, counting: Collection[str]) -> float | None:
+    """Return the largest error of a run in the quantities that count, or what its basis or step adds if that is larger.
+
+    Errors of basis and step that cancel make no good setting.
+    """
+    if run.largest_error is None:
+        return None
+    parts = [part for part in (run.truncation, run.time) if part is not None]
+    sizes = [abs(part[name]) for part in parts for name in counting if part.get(name) is not None]
+    return max([run.largest_error, *sizes])
+
+
+def choose(runs: Sequence[Run], tolerance: float, counting: Collection[str] | None = None) -> Choice:
+    """Return the cheapest reduced run whose largest error, and what basis and step add to it, is within a tolerance.
+
+    Args:
+        counting: Quantities that count; all by default.
+    """
+    errors = {
+        run.name: (sound_error(run, run.errors if counting is None else counting), run)
+        for run in runs
+        if run.kind == "reduced" and run.result == "FINISHED" and run.errors
+    }
+    known = {name: (error, run) for name, (error, run) in errors.items() if error is not None}
+    able = [run for error, run in known.values() if error <= tolerance]
     if able:
         best = min(able, key=lambda run: run.cpu_seconds)
         return Choice(
             tolerance, best.name, best.settings, best.largest_error, best.largest_of, best.cpu_seconds,
             f"the cheapest of {len(able)} of {len(known)} settings that meet {_share(tolerance)}",
         )  # fmt: skip
-    nearest = min(known, key=lambda run: math.inf if run.largest_error is None else run.largest_error, default=None)
-    if nearest is None or nearest.largest_error is None:
+    if not known:
         return Choice(tolerance, None, None, None, None, None, "no run has an error that counts")
-    return Choice(
-        tolerance, None, None, nearest.largest_error, nearest.largest_of, None,
-        f"none meets {_share(tolerance)}; nearest is {nearest.name}, {_share(nearest.largest_error)} in {nearest.largest_of}",
-    )  # fmt: skip
+    error, nearest = min(known.values(), key=lambda item: item[0])
+    where = f"in {nearest.largest_of}" if error == nearest.largest_error else "of its basis or step alone"
+    why = f"none meets {_share(tolerance)}; nearest is {nearest.name}, {_share(error)} {where}"
+    return Choice(tolerance, None, None, nearest.largest_error, nearest.largest_of, None, why)
 
 
 def _share(value: float) -> str:
@@ -66,7 +85,8 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
     document: dict[str, Any] = job.store.get(product.key, "report").document
     names = Run.__dataclass_fields__
     runs = [Run(**{name: entry[name] for name in names}) for entry in document["runs"]]
-    found = choose(runs, tolerance)
+    counting = [entry["name"] for entry in document["quantities"] if entry["counts"]]
+    found = choose(runs, tolerance, counting)
     if found.run is None:
         raise InputError(f"{job.path}: --tolerance: {found.why}")
     said = f"{found.run}: error {_share(found.error or 0.0)} ({found.of}) in {found.cpu_seconds:.3g} CPU s, {found.why}"

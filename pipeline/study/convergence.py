@@ -47,16 +47,18 @@ def order_of(sizes: Sequence[float], differences: Sequence[float]) -> float | No
     return float(ORDERS[best]) if inside else None
 
 
-def said(name: str, axes: dict[str, bool | None], worst: float) -> str:
+def said(name: str, axes: dict[str, bool | None], worst: tuple[str, float]) -> str:
     """Return in words what the chains of a quantity told.
 
     Args:
         axes: Axis → whether all its chains converge.
-        worst: Largest difference of a run but one from the finest, over the chains that do not.
+        worst: Of the chains that do not, the one whose last but one run is farthest from its finest: the finest run's
+            name, and how far.
     """
     failing = [axis for axis, found in axes.items() if found is False]
     if failing:
-        size = f"; the last but one run is {worst:.1%} away" if math.isfinite(worst) else ""
+        run, apart = worst
+        size = f"; the run before '{run}' is {apart:.1%} from it" if math.isfinite(apart) else ""
         return f"{name} does not converge with {' and '.join(failing)} over this sweep{size}: not fitted"
     told = [axis for axis, found in axes.items() if found]
     return f"settles with {' and '.join(told)}" if told else "too few runs to tell"

@@ -70,7 +70,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         runs=runs,
         left_out=left_out,
         changes=change_rows(job, progress),
-        choice=choose(runs, how.tolerance),
+        choice=choose(runs, how.tolerance, counting),
         window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
         until=job.scene.report.until,
         notes=_notes(job, nodal, found),

@@ -27,5 +27,6 @@ def settling(name: str, chains: Sequence[Chain]) -> tuple[bool | None, str]:
     for one in chains:
         if one.converges is not None:
             axes[one.axis] = bool(axes.get(one.axis, True)) and one.converges
-    worst = max((abs(one.differences[-2]) for one in chains if one.converges is False), default=0.0)
+    apart = [(one.runs[-1], abs(one.differences[-2])) for one in chains if one.converges is False]
+    worst = max(apart, key=lambda item: item[1], default=("", 0.0))
     return (None if not axes else all(axes.values())), said(name, axes, worst)

@@ -115,10 +115,12 @@ def test_order_is_not_fitted_to_round_off() -> None:
 
 
 def test_words() -> None:
-    text = said("force", {"basis": True, "step": False}, 0.38)
-    assert text == "force does not converge with step over this sweep; the last but one run is 38.0% away: not fitted"
-    assert said("force", {"basis": True, "step": True}, 0.0) == "settles with basis and step"
-    assert said("force", {}, 0.0) == "too few runs to tell"
+    text = said("force", {"basis": True, "step": False}, ("1 µs", 0.38))
+    assert text == (
+        "force does not converge with step over this sweep; the run before '1 µs' is 38.0% from it: not fitted"
+    )
+    assert said("force", {"basis": True, "step": True}, ("", 0.0)) == "settles with basis and step"
+    assert said("force", {}, ("", 0.0)) == "too few runs to tell"
 
 
 # The cheapest setting
@@ -149,3 +151,12 @@ def test_cheapest_setting_that_meets_the_tolerance() -> None:
     assert none.run is None
     assert none.why == "none meets 1e-05; nearest is dear, 0.0001 in impulse"
     assert choose(runs[3:], 0.5).run is None
+
+
+def test_errors_that_cancel_make_no_setting() -> None:
+    lucky = run("lucky", 1e-3, 1.0, truncation={"impulse": 0.03}, time={"impulse": -0.029, "other": 0.5})
+    sound = run("sound", 8e-3, 2.0, truncation={"impulse": 5e-3}, time={"impulse": 3e-3, "other": 0.5})
+    found = choose([lucky, sound], 0.01, ["impulse"])
+    assert (found.run, found.error) == ("sound", 8e-3)
+    assert choose([lucky], 0.01, ["impulse"]).why == "none meets 1%; nearest is lucky, 3% of its basis or step alone"
+    assert choose([lucky, sound], 0.01, ["impulse", "other"]).run is None
