@@ -6,14 +6,11 @@ from dataclasses import dataclass, field
 from modaldb.schema import NodalRecord, Trajectory
 from pipeline.stages import Job
 from pipeline.study.document import Errors, Quantity, Run
-from pipeline.study.reference import DRIFT, HISTORIES, Reference, errors_against, largest, reference_run
+from pipeline.study.reference import BEYOND, DRIFT, HISTORIES, Reference, errors_against, largest, reference_run
 from pipeline.study.runs import Timed
 from pipeline.study.series import chain as chain_of
 from pipeline.study.series import settling
 from pipeline.study.sweep import OWN_ACCURACY, Setting, basis_of, scheme_of
-
-BEYOND = "force, whole run"
-"""Compared beyond the time up to which the scene says that runs can be."""
 
 
 @dataclass(frozen=True)
