@@ -61,6 +61,8 @@ class Evidence:
     """What the last digit of the bodies' own momentum is, over the impulse."""
     energy_round_off: float = 0.0
     """What the last digit of all energy is, over the energy exchanged."""
+    force_round_off: float = 0.0
+    """What round-off of the frequencies in contact leaves in a force found over a residual flexibility."""
     gap_round_off: float = 0.0
     """What the last digit of places is, over the least gap at the start."""
     rise: float | None = None

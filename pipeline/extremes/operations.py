@@ -19,7 +19,6 @@ AGREES = 0.01
 """Relative difference of an impulse that a too large step may make, divided as it is."""
 SAME_SPACE = 1e-6
 """Relative difference of an impulse where static shapes are dropped that others hold."""
-EPS = float(np.finfo(float).eps)
 ALL = 100_000
 """Static shapes: one for each point of any interface."""
 STATIC = ("macneal", "normal+static")
@@ -136,11 +135,16 @@ def contact_stiffness(subject: Subject, operation: Any) -> Trial:
 
 
 def mass(subject: Subject, operation: Any) -> Trial:
-    """Scale the first body; where it is the only one, at the same energy: it is the same but slower."""
-    factor = operation.factor
+    """Scale the first body; where it is the only one, at the same energy: it is the same but slower.
+
+    Where a joint drives a body, pace is given and a body alone in another weight is another machine: then all masses,
+    moduli and loads, at the same pace.
+    """
+    factor, scene = operation.factor, subject.scene
+    if getattr(scene, "joint", {}):
+        return _in_units(subject, Units(mass=factor))
     if len(subject.bodies) == 1:
         return _in_units(subject, Units(mass=factor, time=factor**0.5))
-    scene = subject.scene
     body = next((contact.body for contact in subject.contacts.values()), next(iter(subject.bodies)))
     name = scene.component_of(body)
     component, shared = scene.component[name], [b for b in scene.body if scene.component_of(b) == name]
@@ -201,6 +205,9 @@ def restitution(subject: Subject, operation: Any) -> Trial:
         else:
             unset = dict.fromkeys(("law", "surface_stiffness", "dashpot"), "unset")
             changes[name] = {"method": "impact", "restitution": operation.value} | unset
+    points, coordinates = subject.known["points"], subject.known["coordinates"]
+    if points > coordinates and any("method" in one for one in changes.values()):
+        raise DoesNotApply(f"{points} points on {coordinates} coordinates: rigid blows on them are not determined")
     run = {"integrator": "auto", "step": "unset", "accuracy": "unset"}
     return Trial(subject.changed({"contact": changes, "run": run}))
 
@@ -213,35 +220,38 @@ def grazing(subject: Subject, operation: Any) -> Trial:
     gravity = np.array(scene.run.gravity)
     falls, rigid = bool(gravity.any()), not subject.elastic()
     changes: dict[str, Any] = {"body": {}, "contact": {}, "run": {}}
-    blur = 0.0
     for name, body in scene.body.items():
         way = np.array(body.velocity) * first.start
         # With gravity times shrink as well as speeds.
         way = way + 0.5 * gravity * first.start**2 if falls else way
         left = (factor**2 if falls else factor) * way
-        if left.any():  # What is left of the way is known to the last digit of where it began.
-            blur = max(blur, EPS * float(np.abs([body.position, way]).max() / np.abs(left).max()))
-        changes["body"][name] = {
-            "position": ((np.array(body.position) + way) - left).tolist(),
-            "velocity": [factor * one for one in body.velocity],
-            "angular_velocity": [factor * one for one in body.angular_velocity],
+        changes["body"][name] = {"position": ((np.array(body.position) + way) - left).tolist()}
+    units, single = None, len(scene.contact) == 1 and not scene.springs()
+    law = next(iter(scene.contact.values())).law
+    linear = single and subject.known["points"] == 1 and (law is None or law.kind == "linear")
+    if (linear and not falls) or (rigid and single and law is None and falls):
+        # Places are rounded: the gap that they leave is read off, and the rest follows it to the last digit.
+        gap = approach(subject.job)[1]
+        left = approach(subject.changed(changes))[1] / gap if gap > 0 else factor ** (2 if falls else 1)
+        factor = left**0.5 if falls and left > 0 else left
+        units = Units(length=left, time=factor if falls else 1.0)
+    if not factor > 0:
+        raise InputError(f"grazing: bodies moved on to their first contact overlap there ({factor:g} of the gap left)")
+    for name, body in scene.body.items():
+        changes["body"][name] |= {
+            key: [factor * one for one in getattr(body, key)] for key in ("velocity", "angular_velocity")
         }
     for name, contact in scene.contact.items():
         if any(speed := getattr(contact.against, "velocity", ())):
             changes["contact"][name] = {"against": {"velocity": [factor * one for one in speed]}}
-    units, single = None, len(scene.contact) == 1 and not scene.springs()
-    law = next(iter(scene.contact.values())).law
     if falls:
         left = (scene.run.duration - first.start) * (factor if rigid else 1.0)
         changes["run"] = {"duration": factor * first.start + left}
-        units = Units(length=factor**2, time=factor) if rigid and single and law is None else None
-    elif single and subject.known["points"] == 1 and (law is None or law.kind == "linear"):
-        units = Units(length=factor)
-    elif rigid and single and law is not None:  # The slower, the longer it presses.
+    elif rigid and single and law is not None and units is None:  # The slower, the longer it presses.
         n = law.exponent
         left = (scene.run.duration - first.start) * factor ** ((1 - n) / (n + 1))
         changes["run"] = {"duration": first.start + left}
-    return Trial(subject.changed(changes), units=units, blur=blur)
+    return Trial(subject.changed(changes), units=units, measured=units is not None)
 
 
 def penetration(subject: Subject, operation: Any) -> Trial:

@@ -44,8 +44,8 @@ class Compared:
     agreement: float | None = None
     factor: float | None = None
     """On the contacts' stiffness."""
-    blur: float = 0.0
-    """Last digit of where bodies were over the way that is left to go."""
+    measured: bool = False
+    """Whether units were read off gaps as the solver has them."""
 
 
 @dataclass(frozen=True)
@@ -69,22 +69,25 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
     units, base = compared.units, compared.base
     if units is None:
         return None
-    pairs: list[tuple[float, float]] = []
+    places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
+    pairs: list[tuple[float, float, float]] = []
+    """Both values, and the difference that is allowed."""
     if base.contact is not None:
         one, other = found.contact, base.contact
         if one is None:
             return Finding("similarity", np.inf, SAME, "first contact in other units (there is none)")
         for name, dimension in (("start", TIME), ("impulse", IMPULSE), ("duration", TIME), ("force", FORCE)):
-            pairs.append((getattr(one, name) / units.of(dimension), getattr(other, name)))
+            rings = found.force_round_off + base.force_round_off if name == "force" else 0.0
+            pairs.append((getattr(one, name) / units.of(dimension), getattr(other, name), SAME + places + rings))
     else:
         for name, (value, unit) in base.readings.items():
             if unit in UNIT_OF and name in found.readings:
-                pairs.append((found.readings[name][0] / units.of(UNIT_OF[unit]), value))
-    if not any(b for _, b in pairs):
+                pairs.append((found.readings[name][0] / units.of(UNIT_OF[unit]), value, SAME + places))
+    if not any(b for _, b, _ in pairs):
         return None
     what = "first contact" if base.contact is not None else "readings"
-    bound = SAME + ROUND_OFFS * (found.gap_round_off + base.gap_round_off + compared.blur)
-    return Finding("similarity", max(_apart(a, b) for a, b in pairs), bound, f"{what} the same in other units")
+    worst = max(pairs, key=lambda pair: _apart(pair[0], pair[1]) / pair[2])
+    return Finding("similarity", _apart(worst[0], worst[1]), worst[2], f"{what} the same in other units")
 
 
 def frequencies(found: Evidence, compared: Compared) -> Finding | None:

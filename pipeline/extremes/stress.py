@@ -15,7 +15,7 @@ from pipeline.extremes.evidence import Evidence, Refusal
 from pipeline.extremes.operations import OPERATIONS, DoesNotApply, Subject
 from pipeline.extremes.rules import Compared
 from pipeline.extremes.settings import Case, Stress, chosen_cases
-from pipeline.extremes.trial import REFUSALS, Trial, contact_points, run_trial
+from pipeline.extremes.trial import REFUSALS, Trial, run_trial, sizes
 from pipeline.extremes.verdict import Verdict, judge
 from pipeline.machine import machine
 from pipeline.runreport import Progress
@@ -87,7 +87,7 @@ def stress_job(job: Job, cases: Path | None, only: tuple[str, ...], progress: Pr
     run_job(own, "morph", progress)
     meshes = {n: own.store.get(steps["base-mesh"].key, "mesh") for n, steps in own.components().items()}
     place = Place(
-        own, lambda trial, folder: run_trial(trial, folder, progress), meshes, {"points": contact_points(own)},
+        own, lambda trial, folder: run_trial(trial, folder, progress), meshes, sizes(own),
         lambda changes: variant(own, changes),
     )  # fmt: skip
     return stress_cases(place, chosen, progress)
@@ -145,7 +145,7 @@ def _row(name: str, case: Case, subject: Subject) -> Row:
     known, stretch = trial.stretch, None
     if known is not None:  # Harmonics of a wheel stretch as its sector does.
         stretch = {key: known[key.partition(",")[0]] for key in base.frequencies}
-    compared = Compared(base, trial.units, stretch, trial.agreement, trial.factor, trial.blur)
+    compared = Compared(base, trial.units, stretch, trial.agreement, trial.factor, trial.measured)
     return _written(name, case, judge(case, found, compared), found)
 
 

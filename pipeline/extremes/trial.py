@@ -45,8 +45,8 @@ class Trial:
     """Relative difference allowed of the first contact's impulse, where both must agree."""
     factor: float | None = None
     """On the stiffness of contacts."""
-    blur: float = 0.0
-    """Last digit of where bodies were over the way that is left to go."""
+    measured: bool = False
+    """Whether units were read off gaps as the solver has them: then no last digit of places is in between."""
 
 
 def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -> Evidence | Refusal:
@@ -135,9 +135,10 @@ def suggested_step(job: Job) -> float:
         raise InputError(str(error)) from error
 
 
-def contact_points(job: Job) -> int:
-    """Return the number of a scene's contact points."""
-    return len(_compiled(job).gap)
+def sizes(job: Job) -> dict[str, int]:
+    """Return how many contact points a scene has, and on how many coordinates."""
+    points, coordinates = _compiled(job).rows.shape
+    return {"points": points, "coordinates": coordinates}
 
 
 def approach(job: Job) -> tuple[np.ndarray, float, float]:
@@ -175,13 +176,14 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         for r in elastic.values()
         if r.discretisation_errors is not None and np.isfinite(r.discretisation_errors[: r.normal_count]).any()
     ]
+    contact = first_contact(found, system.resolution)
     checks = [float(r.quality["orthogonality"]) for r in elastic.values() if "orthogonality" in r.quality]
     return Evidence(
         frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.recipe in WHOLE},
         shear={n: _shear(job, n) for n in elastic},
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
-        contact=first_contact(found, system.resolution),
+        contact=contact,
         readings={n: (e["value"], e["unit"]) for n, e in found.quantities.items()} if not found.contacts else {},
         blows=_blows(system, found),
         integrator=str(found.counts["integrator"]),
@@ -189,6 +191,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         momentum_residual=found.momentum_residual if moved and pushed else None,
         momentum_round_off=_last_digit(system, found),
         energy_round_off=eps * float(np.abs(found.energies).max(initial=0.0)) / exchanged if exchanged > 0 else 0.0,
+        force_round_off=_ringing(system, found, contact),
         gap_round_off=_blur(system),
         rise=float((mechanical - lowest).max()) / exchanged if exchanged > 0 and not lagging else None,
         loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
@@ -212,6 +215,23 @@ def _last_digit(system: System, found: Trajectory) -> float:
     speed = max((float(np.abs(found.velocities[:, k]).max(initial=0.0)) for k in system.rigid), default=0.0)
     masses = [body.morph.mass for body in system.bodies.values()]
     return float(np.finfo(float).eps) * max(masses) ** 0.5 * speed / pushed if pushed > 0 else 0.0
+
+
+def _ringing(system: System, found: Trajectory, contact: FirstContact | None) -> float:
+    """Return what round-off of the frequencies in contact leaves in its force, relative; docs/stress.md derives it."""
+    if contact is None or found.counts["integrator"] != "event" or system.resolution == 0:
+        return 0.0
+    phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.resolution) ** 2 / (2 * np.pi)
+    elastic, worst = system.stiffness > 0, 0.0
+    yields = np.diag(system.residual) + system.layer
+    for one in system.contacts:
+        pressed = found.contacts[one.name].multipliers
+        for number, row in enumerate(range(one.rows.start, one.rows.stop)):
+            closed, most = pressed[:, number] > 0, float(pressed[:, number].max(initial=0.0))
+            if yields[row] > 0 and most > 0:
+                ways = np.abs(found.frames[closed][:, elastic]) @ np.abs(system.rows[row, elastic])
+                worst = max(worst, float(ways.max()) / (yields[row] * most))
+    return phase * worst
 
 
 def _blur(system: System) -> float:

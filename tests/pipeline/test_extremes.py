@@ -21,7 +21,7 @@ from pipeline.extremes.evidence import Evidence, Refusal
 from pipeline.extremes.operations import OPERATIONS, DoesNotApply, Subject
 from pipeline.extremes.settings import SHIPPED, Case, Operation, Set, chosen_cases, read_cases
 from pipeline.extremes.slivers import with_slivers
-from pipeline.extremes.trial import Trial, contact_points, run_trial
+from pipeline.extremes.trial import Trial, approach, run_trial, sizes
 from pipeline.geometry.beam import Beam
 from pipeline.geometry.box import Box
 from pipeline.material import Material
@@ -77,7 +77,7 @@ def subject(job: Job, folder: Path) -> Subject:
     meshes = {n: job.store.get(steps["base-mesh"].key, "mesh") for n, steps in job.components().items()}
     return Subject(
         job, base, folder, meshes, lambda trial: run_trial(trial, folder / "run", quiet),
-        lambda changes: variant(job, changes), {"points": contact_points(job)},
+        lambda changes: variant(job, changes), dict(sizes(job)),
     )  # fmt: skip
 
 
@@ -204,9 +204,11 @@ def test_operations_change_what_they_say(tmp_path: Path) -> None:
     assert heavier.job.scene.component["a"].geometry.mass == 2e6
     assert heavier.job.scene.component["b"].geometry.mass == 1.0
     assert applied(one, kind="restitution", value=0.0).job.scene.contact["blow"].method == "impact"
-    near = applied(one, kind="grazing", factor=1e-3).job.scene.body["a"]
-    assert near.velocity[0] == 1e-3
+    grazing = applied(one, kind="grazing", factor=1e-3)
+    near = grazing.job.scene.body["a"]
     assert 0.001 - near.position[0] == pytest.approx(1e-6, rel=1e-9)
+    left = approach(grazing.job)[1] / approach(one.job)[1]
+    assert (grazing.measured, grazing.units, near.velocity[0]) == (True, Units(length=left), left)
     deep = applied(one, kind="penetration", share=1e-3)
     refused = run_trial(deep, tmp_path / "deep", quiet)
     assert isinstance(refused, Refusal)
@@ -236,6 +238,9 @@ def test_what_has_nothing_to_change_says_why(tmp_path: Path) -> None:
     ):
         with pytest.raises(DoesNotApply, match=why):
             applied(one, kind=kind, **values)
+    many = replace(one, known={"points": 584, "coordinates": 66})
+    with pytest.raises(DoesNotApply, match="584 points on 66 coordinates: rigid blows on them are not determined"):
+        applied(many, kind="restitution", value=0.0)
 
 
 def test_shipped_cases_are_sound_and_every_kind_has_an_operation() -> None:

@@ -102,6 +102,11 @@ def test_bounds_follow_the_last_digit_and_no_more() -> None:
     far = replace(SOUND, contact=replace(CONTACT, impulse=3.0 * (1 + 1e-6)), gap_round_off=1e-7)
     assert judge(case("similarity"), far, LIKE).verdict == "right"
     assert judge(case("similarity"), replace(far, gap_round_off=1e-8), LIKE).verdict == "wrong"
+    assert judge(case("similarity"), far, replace(LIKE, measured=True)).verdict == "wrong"
+    rings = replace(SOUND, contact=replace(CONTACT, impulse=3.0, force=3e4 * (1 + 1e-7)), force_round_off=2e-7)
+    assert judge(case("similarity"), rings, LIKE).verdict == "right"
+    assert judge(case("similarity"), replace(rings, force_round_off=1e-8), LIKE).verdict == "wrong"
+    assert judge(case("similarity"), replace(far, gap_round_off=0.0, force_round_off=1.0), LIKE).verdict == "wrong"
 
 
 def test_units_are_taken_off_before_results_are_compared() -> None:
