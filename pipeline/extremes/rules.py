@@ -19,6 +19,7 @@ BALANCED = 1e-9
 KEPT = {"event": 1e-9, "collocation": 1e-6, "discrete-gradient": 1e-9, "kick": 2e-3, "trapezoid": 2e-3}
 """Energy drift: exact motion and energy-conserving steps keep it to round-off, collocation to a hundred times its
 accuracy of 1e-8, explicit and implicit contact to what dt·ω_c leaves."""
+SECOND_ORDER = ("kick", "trapezoid")
 PER_STEP = 1e-16
 """What round-off adds to the energy balance in each step."""
 ROUND_OFFS = 16.0
@@ -188,14 +189,14 @@ def energy(found: Evidence, compared: Compared) -> Finding | None:
     """Energy balance over energy exchanged."""
     if found.energy_drift is None or not found.exchanged > 0:
         return None
-    return Finding("energy", found.energy_drift, _kept(found), "energy balance")
+    return Finding("energy", found.energy_drift, _kept(found, compared), "energy balance")
 
 
 def creation(found: Evidence, compared: Compared) -> Finding | None:
     """Mechanical energy less work never grows, whatever dissipation is booked."""
     if found.rise is None:
         return None
-    return Finding("creation", found.rise, _kept(found), "no energy from nothing")
+    return Finding("creation", found.rise, _kept(found, compared), "no energy from nothing")
 
 
 def penetration(found: Evidence, compared: Compared) -> Finding | None:
@@ -231,9 +232,17 @@ RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
 }  # fmt: skip
 
 
-def _kept(found: Evidence) -> float:
-    """Return the energy drift that an integrator promises."""
-    return KEPT[found.integrator] + PER_STEP * found.steps + ROUND_OFFS * found.energy_round_off
+def _kept(found: Evidence, compared: Compared) -> float:
+    """Return the energy drift that an integrator promises.
+
+    Steps of second order promise it at the step that a scene comes with. A run that must agree with it at a larger one
+    may drift as the step's square allows, and no more: faster growth means that it no longer converges.
+    """
+    promised, base = KEPT[found.integrator], compared.base
+    stretched = compared.agreement is not None and base.integrator == found.integrator in SECOND_ORDER
+    if stretched and base.energy_drift is not None and found.step > base.step > 0:
+        promised = max(promised, min(promised, base.energy_drift) * (found.step / base.step) ** 2)
+    return promised + PER_STEP * found.steps + ROUND_OFFS * found.energy_round_off
 
 
 def _apart(one: float, other: float) -> float:

@@ -109,6 +109,19 @@ def test_bounds_follow_the_last_digit_and_no_more() -> None:
     assert judge(case("similarity"), replace(far, gap_round_off=0.0, force_round_off=1.0), LIKE).verdict == "wrong"
 
 
+def test_a_larger_step_may_drift_as_its_square_and_no_more() -> None:
+    own = replace(SOUND, integrator="trapezoid", energy_drift=1e-3, step=1e-6)
+    larger = replace(own, energy_drift=8.9e-3, step=3e-6)
+    like = replace(LIKE, base=own)
+    assert judge(case("energy"), larger, like).verdict == "right"
+    assert judge(case("energy"), replace(larger, energy_drift=9.1e-3), like).verdict == "wrong"
+    assert judge(case("energy"), larger, replace(like, agreement=None)).verdict == "wrong"
+    worse = replace(like, base=replace(own, energy_drift=1e-2))  # Which was not kept in the first place.
+    assert judge(case("energy"), replace(larger, energy_drift=1.9e-2), worse).verdict == "wrong"
+    exact = replace(own, integrator="event")
+    assert judge(case("energy"), replace(larger, integrator="event"), replace(like, base=exact)).verdict == "wrong"
+
+
 def test_units_are_taken_off_before_results_are_compared() -> None:
     units = Units(mass=1e-3, length=1e3, time=2.0)
     moved = FirstContact(CONTACT.start * 2, 3.0 * 0.5, CONTACT.duration * 2, CONTACT.force * 0.25)
