@@ -115,9 +115,7 @@ def undeclared(model: type[BaseModel]) -> set[str]:
     return numbers ^ set(dimensions_of(model))
 
 
-@pytest.mark.parametrize(
-    "model", sorted(all_models(SceneFile, WheelFile), key=lambda m: f"{m.__module__}.{m.__name__}"), ids=str
-)
+@pytest.mark.parametrize("model", sorted(all_models(SceneFile, WheelFile), key=str), ids=str)
 def test_every_number_of_a_scene_has_a_dimension(model: type[BaseModel]) -> None:
     assert undeclared(model) == set()
 
@@ -226,6 +224,17 @@ def test_a_shared_component_is_split_for_the_first_body(tmp_path: Path) -> None:
     scene = applied(one, kind="mass", factor=1e-3).job.scene
     assert scene.component[scene.component_of("a")].geometry.mass == 2e-3
     assert scene.component[scene.component_of("b")].geometry.mass == 2.0
+
+
+def test_a_driven_machine_is_weighed_whole_at_its_own_pace(tmp_path: Path) -> None:
+    one = subject(two(tmp_path), tmp_path)
+    driven = replace(one, job=replace(one.job, scene=one.scene.model_copy(update={"joint": {"rod": "crank"}})))
+    trial = applied(driven, kind="mass", factor=1e6)
+    scene = trial.job.scene
+    assert trial.units == Units(mass=1e6)
+    assert [scene.component[name].geometry.mass for name in "ab"] == [2e6, 1e6]
+    assert scene.contact["blow"].law.stiffness == 1e14
+    assert scene.body["a"].velocity == (1.0, 0.0, 0.0)
 
 
 def test_what_has_nothing_to_change_says_why(tmp_path: Path) -> None:
