@@ -24,7 +24,7 @@ NOTHING = "–"
 def seeds_table(folder: Path, link: str = "") -> str:
     """Return the table as Markdown, from `seeds.toml` and the reports below a folder; `link` leads to that folder.
 
-    Of each report: the cheapest run within the tolerance, or the best one, marked as missed; and the cheapest nodal run
+    Of each report: the run that it chose for the tolerance, or the best, marked as missed; and the cheapest nodal run
     within the tolerance, or the finest, marked as missed. A nodal run that is the reference has no error of its own.
     """
     listed = tomllib.loads((folder / "seeds.toml").read_text(encoding="utf-8"))
@@ -42,10 +42,13 @@ def _row(folder: Path, system: dict[str, Any], tolerance: float, link: str) -> l
         return [system["name"], f"`{name}`", "no report yet", *[NOTHING] * (len(COLUMNS) - 3)]
     document = json.loads(path.read_text(encoding="utf-8"))
     runs = [run for run in document["runs"] if run["result"] == "FINISHED"]
-    ours = _best([run for run in runs if run["kind"] == "reduced" and run["largest_error"] is not None], tolerance)
+    reduced = [run for run in runs if run["kind"] == "reduced" and run["largest_error"] is not None]
+    choice = document["choice"] or {"run": None, "tolerance": tolerance}
+    ours = next((run for run in reduced if run["name"] == choice["run"]), None) or _best(reduced, 0.0)
     nodal = _best([run for run in runs if run["kind"] == "nodal"], tolerance)
     cells = [system["name"], f"[`{name}`]({link}{name}/report.html)", document["reference"]["source"]]
-    cells += [ours["name"], _error(ours, tolerance), ours["largest_of"], _seconds(ours)] if ours else [NOTHING] * 4
+    met = tolerance if choice["run"] is not None and choice["tolerance"] <= tolerance else 0.0
+    cells += [ours["name"], _error(ours, met), ours["largest_of"], _seconds(ours)] if ours else [NOTHING] * 4
     cells += [nodal["name"], _error(nodal, tolerance), _seconds(nodal)] if nodal else [NOTHING] * 3
     if ours is not None and nodal is not None and ours["cpu_seconds"] > 0:
         cells.append(f"{nodal['cpu_seconds'] / ours['cpu_seconds']:,.0f}")
