@@ -21,7 +21,7 @@ from pipeline.study.effort import Effort
 from pipeline.study.front import with_front
 from pipeline.study.output import write_report
 from pipeline.study.reference import Reference, external_reference, reference_run, values_of
-from pipeline.study.runs import spread, timed, trajectory_of
+from pipeline.study.runs import kept_trajectory, spread, timed
 from pipeline.study.sweep import Setting, contradiction, finer, settings_of
 
 Tell = Callable[[str, float], None]
@@ -149,17 +149,18 @@ def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) ->
         and (one.setting.named or FINER * one.timed.cpu < PATIENCE)
     }
     progress("finer steps", 0.0)
+    dearest = max((one.timed.cpu for one in points if one.timed is not None), default=0.0)
     spread(
         job, [setting.changes for settings in wanted.values() for setting in settings], jobs,
-        lambda share: progress("finer steps", min(share, 0.999)),
+        max(PATIENCE, 10 * dearest), lambda share: progress("finer steps", min(share, 0.999)),
     )  # fmt: skip
     found = list(points)
     for number, settings in wanted.items():
         runs = []
         for setting in settings:
             changed = variant(job, setting.changes)
-            trajectory = trajectory_of(changed)
-            if trajectory.result == "FINISHED":
+            trajectory = kept_trajectory(changed)
+            if trajectory is not None and trajectory.result == "FINISHED":
                 runs.append((setting.name, fineness(changed, trajectory), trajectory))
         found[number] = replace(points[number], finer=tuple(runs))
     return found

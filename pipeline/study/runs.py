@@ -4,6 +4,7 @@ A timed run stands alone: no other run of the report goes beside it, libraries a
 the least of its repeats counts. Runs that serve as references only are not timed and may go side by side.
 """
 
+import contextlib
 import hashlib
 import math
 import multiprocessing
@@ -71,12 +72,9 @@ def compiled(job: Job) -> System:
         return compile_system(job.store, job.scene, morphs)
 
 
-def trajectory_of(job: Job) -> Trajectory:
-    """Return a job's run, read back where it is in the database; not timed."""
-    product = job.trajectory()
-    if not job.store.has(product.key):
-        job.store.put(product.key, product.kind, simulate(compiled(job)), product.inputs)
-    return job.store.get(product.key, "trajectory")
+def kept_trajectory(job: Job) -> Trajectory | None:
+    """Return a job's run where it is in the database."""
+    return job.store.get(job.trajectory().key, "trajectory") if _has(job) else None
 
 
 def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
@@ -106,21 +104,24 @@ def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
     )  # fmt: skip
 
 
-def spread(job: Job, changes: Sequence[dict[str, Any]], jobs: int, progress: Callable[[float], None]) -> None:
+def spread(
+    job: Job, changes: Sequence[dict[str, Any]], jobs: int, limit: float, progress: Callable[[float], None]
+) -> None:
     """Make the trajectories of some variants that are not timed, on several processes; what fails is left out.
 
     Args:
         changes: Of the scene, as nested tables.
         jobs: Processes.
+        limit: CPU seconds after which a run is given up.
     """
     missing = [item for item in changes if not _has(variant(job, item))]
     if jobs < 2 or len(missing) < 2:
         for number, item in enumerate(missing):
             progress(number / len(missing))
-            _make(job, item)
+            _make(job, item, limit)
         return
     with ProcessPoolExecutor(min(jobs, len(missing)), multiprocessing.get_context("spawn")) as pool:
-        for number, _ in enumerate(pool.map(_make, [job] * len(missing), missing)):
+        for number, _ in enumerate(pool.map(_make, [job] * len(missing), missing, [limit] * len(missing))):
             progress((number + 1) / len(missing))
 
 
@@ -128,11 +129,11 @@ def _has(job: Job) -> bool:
     return job.store.has(job.trajectory().key)
 
 
-def _make(job: Job, changes: dict[str, Any]) -> None:
-    try:
-        trajectory_of(variant(job, changes))
-    except (InputError, SceneError, solver.SolverError):
-        return  # It will say so again where its errors are asked for.
+def _make(job: Job, changes: dict[str, Any], limit: float) -> None:
+    changed = variant(job, changes)
+    product = changed.trajectory()
+    with contextlib.suppress(InputError, StageError, SceneError, solver.SolverError):
+        job.store.put(product.key, product.kind, simulate(compiled(changed), _guard(limit)), product.inputs)
 
 
 def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, MeasurementRecord]:
