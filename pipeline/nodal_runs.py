@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from modaldb.schema import NodalRecord
+from pipeline.errors import InputError
 from pipeline.nodal import NodalProblem, PointProblem, simulate_nodal
 from pipeline.nodal_scene import nodal_problem
 from pipeline.products import nodal_product
@@ -22,6 +23,9 @@ def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRe
     """
     if job.scene.report.nodal is None:
         return []
+    if max(job.scene.report.nodal.steps) > job.scene.run.duration:
+        most, duration = max(job.scene.report.nodal.steps), job.scene.run.duration
+        raise InputError(f"{job.path}: report.nodal.steps: {most:g} s given, the run lasts {duration:g} s")
     parts = {name: (steps["modes"].inputs, steps["morph"].inputs) for name, steps in job.components().items()}
     problem, runs = None, []
     steps = sorted(job.scene.report.nodal.steps, reverse=True)

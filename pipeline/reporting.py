@@ -14,6 +14,13 @@ class Nodal(BaseModel):
     model_config = STRICT
     steps: tuple[float, ...] = Field(default=(2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Coarse to fine [s]")
 
+    @field_validator("steps")
+    @classmethod
+    def _able(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if not all(0 < step < float("inf") for step in value) or len(set(value)) < len(value):
+            raise ValueError(f"{list(value)} given, steps must be positive, finite and different from each other")
+        return value
+
 
 class Pulse(BaseModel):
     """An exact force history: constant from the first touch on."""

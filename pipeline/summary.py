@@ -1,6 +1,7 @@
 """`summary.json`: quantities of a run beside their reference values."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -69,4 +70,7 @@ def _entry(expected: Any, source: str) -> float:
     found = expected
     for part in source.split("/"):
         found = found[int(part)] if isinstance(found, list) else found[part]
-    return float(found["value"] if isinstance(found, dict) else found)
+    value = found["value"] if isinstance(found, dict) else found
+    if isinstance(value, bool) or not math.isfinite(number := float(value)):
+        raise ValueError(f"{source}: {value} is no number")
+    return number

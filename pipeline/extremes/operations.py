@@ -266,9 +266,15 @@ def penetration(subject: Subject, operation: Any) -> Trial:
 
 def poisson(subject: Subject, operation: Any) -> Trial:
     """Give every elastic component another Poisson's ratio."""
-    if not (names := subject.elastic()):
-        raise DoesNotApply("its bodies are rigid")
+    names = [name for name in subject.elastic() if _has_shear(subject.scene.component[name].geometry)]
+    if not names:
+        raise DoesNotApply("no body has shear that ν could change")
     return Trial(_with_components(subject, {n: _material(subject, n, nu=operation.nu) for n in names}))
+
+
+def _has_shear(geometry: Any) -> bool:
+    """Return whether Poisson's ratio enters: not in bars, nor in beams after Euler-Bernoulli."""
+    return geometry.kind != "bar" and not (geometry.kind == "beam" and geometry.theory == "euler-bernoulli")
 
 
 def material(subject: Subject, operation: Any) -> Trial:

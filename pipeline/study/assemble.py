@@ -81,11 +81,10 @@ def larger(one: Point, points: Sequence[Point]) -> Point | None:
 
 def finest_step(one: Point, points: Sequence[Point]) -> tuple[str, Trajectory] | None:
     """Return the run that differs from a point by a finer step only, the finest there is, or None."""
-    if one.finer:
-        return one.finer[-1][0], one.finer[-1][2]
     alike = [p for p in points if p.ran and (p.scheme, p.basis) == (one.scheme, one.basis)]
-    best = min(alike, key=_step, default=None)
-    return None if best is None or best is one or _step(best) >= _step(one) else (best.setting.name, best.trajectory)
+    runs = [(p.setting.name, _step(p), p.trajectory) for p in alike] + [run for p in alike for run in p.finer]
+    name, size, trajectory = min(runs, key=lambda run: run[1], default=("", _step(one), one.trajectory))
+    return (name, trajectory) if size < _step(one) else None
 
 
 def quantities(
@@ -113,6 +112,8 @@ def _quantity(name: str, unit: str, links: Links, reference: Reference, base: Jo
     measure = "L2" if name in HISTORIES else "absolute" if _is_absolute(name, reference) else "relative"
     interest, report = base.scene.report.interest, base.scene.report
     counts = (not interest or name in interest) and not (reference.kind == "finest" and settles is False)
+    if measure == "absolute" and name != DRIFT and not interest:
+        counts = False  # No share of anything.
     if name == BEYOND and not interest and report.until and report.until < base.scene.run.duration:
         counts = False
     return Quantity(

@@ -4,13 +4,14 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
+from modaldb.keys import file_digest
 from modaldb.schema import ReportRecord
 from pipeline.errors import InputError
 from pipeline.kinds import SceneJob
-from pipeline.products import Product, report_product
+from pipeline.products import Product, find_file, report_product
 from pipeline.runreport import Progress
 from pipeline.stages import Job, variant
-from pipeline.study.document import Choice, Document, Run
+from pipeline.study.document import Choice, Document, Quantity, Run
 
 
 def sound_error(run: Run, counting: Collection[str]) -> float | None:
@@ -25,16 +26,28 @@ def sound_error(run: Run, counting: Collection[str]) -> float | None:
     return max([run.largest_error, *sizes])
 
 
-def choose(runs: Sequence[Run], tolerance: float, counting: Collection[str] | None = None) -> Choice:
+def doubtful(quantities: Sequence[Quantity]) -> set[str]:
+    """Return the runs along which a quantity that counts does not converge: whatever their errors, they are luck."""
+    chains = [chain for one in quantities if one.counts for chain in one.chains if chain.converges is False]
+    return {run for chain in chains for run in chain.runs}
+
+
+def choose(
+    runs: Sequence[Run],
+    tolerance: float,
+    counting: Collection[str] | None = None,
+    avoided: Collection[str] = (),
+) -> Choice:
     """Return the cheapest reduced run whose largest error, and what basis and step add to it, is within a tolerance.
 
     Args:
         counting: Quantities that count; all by default.
+        avoided: Names of runs that are not to be trusted.
     """
     errors = {
         run.name: (sound_error(run, run.errors if counting is None else counting), run)
         for run in runs
-        if run.kind == "reduced" and run.result == "FINISHED" and run.errors
+        if run.kind == "reduced" and run.result == "FINISHED" and run.errors and run.name not in avoided
     }
     known = {name: (error, run) for name, (error, run) in errors.items() if error is not None}
     able = [run for error, run in known.values() if error <= tolerance]
@@ -60,7 +73,11 @@ def _share(value: float) -> str:
 def kept_report(job: Job) -> Product:
     """Return the record of a scene's report: of this scene, whatever machine it was made on."""
     stages = {place: product.inputs for place, product in job.products(job.stages[:-1]).items()}
-    return report_product(job.name, stages, job.scene.report.model_dump(mode="json"))
+    settings = job.scene.report.model_dump(mode="json")
+    if job.scene.report.reference is not None:
+        path = find_file(job.scene.report.reference, job.folder, f"{job.path}: report.reference")
+        settings["reference"] = file_digest(path)
+    return report_product(job.name, stages, settings)
 
 
 def keep(job: Job, document: Document) -> None:
@@ -86,7 +103,9 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
     names = Run.__dataclass_fields__
     runs = [Run(**{name: entry[name] for name in names}) for entry in document["runs"]]
     counting = [entry["name"] for entry in document["quantities"] if entry["counts"]]
-    found = choose(runs, tolerance, counting)
+    chains = [chain for entry in document["quantities"] if entry["counts"] for chain in entry["chains"]]
+    avoided = {name for chain in chains if chain["converges"] is False for name in chain["runs"]}
+    found = choose(runs, tolerance, counting, avoided)
     if found.run is None:
         raise InputError(f"{job.path}: --tolerance: {found.why}")
     said = f"{found.run}: error {_share(found.error or 0.0)} ({found.of}) in {found.cpu_seconds:.3g} CPU s, {found.why}"

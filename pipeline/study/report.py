@@ -1,8 +1,8 @@
 """`gudgeon report` of a scene of contacts: its sweep against its reference, error beside run time."""
 
+import difflib
 import math
 import shlex
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version
@@ -13,14 +13,14 @@ from pipeline.errors import InputError, StageError
 from pipeline.machine import machine
 from pipeline.nodal_runs import nodal_runs
 from pipeline.stages import Job, SceneError, SolverError, run_job, variant
-from pipeline.study.assemble import Point, fineness, finest_of, point, quantities, rows
+from pipeline.study.assemble import Point, fineness, finest_of, finest_step, point, quantities, rows
 from pipeline.study.changes import change_rows
-from pipeline.study.choice import choose, keep
+from pipeline.study.choice import choose, doubtful, keep
 from pipeline.study.document import Document, Quantity
 from pipeline.study.effort import Effort
 from pipeline.study.front import with_front
 from pipeline.study.output import write_report
-from pipeline.study.reference import Reference, external_reference, reference_run, values_of
+from pipeline.study.reference import Reference, errors_against, external_reference, reference_run, values_of
 from pipeline.study.runs import kept_trajectory, spread, timed
 from pipeline.study.sweep import Setting, contradiction, finer, settings_of
 
@@ -57,6 +57,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
         raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
     reference = external if external is not None and _says(external) else _finest(job, points)
+    _known(job, points, reference)
     found = quantities(points, reference, nodal, job)
     counting = {one.name for one in found if one.counts}
     runs = with_front(rows(points, nodal, job, reference, counting))
@@ -70,10 +71,10 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         runs=runs,
         left_out=left_out,
         changes=change_rows(job, progress),
-        choice=choose(runs, how.tolerance, counting),
+        choice=choose(runs, how.tolerance, counting, doubtful(found)),
         window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
         until=job.scene.report.until,
-        notes=_notes(job, nodal, found),
+        notes=_notes(job, nodal, found, reference.kind),
         timing=TIMING.format(repeat=how.repeat),
     )
     keep(job, document)
@@ -139,13 +140,12 @@ def _telling(points: list[Point], reference: Reference | None, left_out: list[di
 
 def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) -> list[Point]:
     """Give every point the runs that tell its time error."""
-    paces = Counter((one.scheme, one.basis) for one in points)
     wanted = {
         number: finer(one.job, one.setting, fineness(one.job, one.trajectory))
         for number, one in enumerate(points)
-        if paces[one.scheme, one.basis] == 1  # Else the steps that are named are the references of each other.
-        and one.timed is not None
+        if one.timed is not None
         and one.ran
+        and finest_step(one, points) is None  # Else a step that is named is the reference.
         and (one.setting.named or FINER * one.timed.cpu < PATIENCE)
     }
     progress("finer steps", 0.0)
@@ -164,6 +164,26 @@ def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) ->
                 runs.append((setting.name, fineness(changed, trajectory), trajectory))
         found[number] = replace(points[number], finer=tuple(runs))
     return found
+
+
+def _known(job: Job, points: Sequence[Point], reference: Reference) -> None:
+    """Refuse names that no run knows: they would be taken for zero, or count for nothing.
+
+    Raises:
+        InputError: a name of `report.quantities` or `report.interest` is none.
+    """
+    ran = [one for one in points if one.ran]
+    told = set().union(*(values_of(one.trajectory) for one in ran))
+    compared = set().union(*(errors_against(one.job, one.trajectory, reference) for one in ran))
+    wrong = [("quantities", name, told) for name in reference.expected if name not in told]
+    wrong += [("interest", name, compared) for name in job.scene.report.interest if name not in compared]
+    lines = []
+    for key, name, known in wrong:
+        near = difflib.get_close_matches(name, known, 1)
+        hint = f"did you mean '{near[0]}'? " if near else ""
+        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {hint}there is {', '.join(sorted(known))}")
+    if lines:
+        raise InputError("\n".join(lines))
 
 
 def _says(reference: Reference) -> bool:
@@ -185,7 +205,7 @@ def _failure(one: Point) -> str:
     return f"{one.setting.name}: {one.failure or one.trajectory.result}"
 
 
-def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity]) -> list[str]:
+def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], kind: str) -> list[str]:
     notes = []
     if job.scene.joint and len(nodal) > 1:
         until = reproducible(job, list(nodal))
@@ -195,7 +215,7 @@ def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity]) ->
                 " on the last digits of any model."
             )
     uncounted = [one.name for one in found if not one.counts and one.converges is False]
-    if uncounted:
+    if uncounted and kind == "finest":
         notes.append(
             f"Not counted, because the sweep is the only reference and they do not converge over it:"
             f" {', '.join(uncounted)}."

@@ -32,6 +32,8 @@ from pipeline.study.memory import peak_memory
 from solver.simulation import simulate
 from solver.system import System, compile_system
 
+WARM_UP = 5.0
+"""CPU seconds of the run itself before it is timed: what contact needs is then loaded and compiled too."""
 LONG = 60.0
 """Seconds after which a run is repeated no more, though it is to run more often."""
 Parts = dict[str, dict[str, float]]
@@ -143,6 +145,8 @@ def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, Measureme
         update={"run": job.scene.run.model_copy(update={"duration": short, "samples": 10, "frames": 2})}
     )
     simulate(replace(system, scene=scene))
+    with contextlib.suppress(StageError):
+        simulate(system, _guard(WARM_UP))
     begun, parts, trajectory = time.perf_counter(), [], None
     with peak_memory() as peak:
         for number in range(repeat):

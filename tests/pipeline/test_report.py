@@ -15,6 +15,7 @@ from pipeline.errors import InputError
 from pipeline.stages import Job, open_job
 from pipeline.study import runs
 from pipeline.study.changes import change_rows
+from pipeline.study.choice import kept_report
 from pipeline.study.document import Document, Run
 from pipeline.study.effort import Effort
 from pipeline.study.force import GRID, ForceReference, pulse_reference, smooth
@@ -178,15 +179,35 @@ def test_interrupted_report_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_finest_setting_is_the_reference_of_last_resort(tmp_path: Path) -> None:
     sweep = '[report.sweep]\n"component.skirt.modes.normal_count" = [4, 8, 12]\n"run.step" = [4e-7, 2e-7, 1e-7]\n'
     _, document = reported(tmp_path, sweep)
-    assert document.reference == {"kind": "finest", "source": "the finest setting of the sweep: 12 modes, 0.1 µs"}
+    finest = "12 modes, 0.1 µs, step / 4"
+    assert document.reference == {"kind": "finest", "source": f"the finest setting of the sweep: {finest}"}
     found = by_name(document)
     best, coarse = found["12 modes, 0.1 µs"], found["12 modes, 0.4 µs"]
-    assert max(abs(error) for name, error in best.errors.items() if name != "energy drift") == 0.0
-    # Steps that the sweep names are the references of each other.
-    assert coarse.time_against == "12 modes, 0.1 µs"
+    # The finest of the steps that the sweep names has a time error as well.
+    assert best.time_against == coarse.time_against == finest
+    assert best.time is not None
     assert coarse.time is not None
+    assert 0 < abs(best.errors["knock.impulse"]) < abs(coarse.errors["knock.impulse"])
     assert coarse.errors["knock.impulse"] == coarse.time["knock.impulse"]
     assert found["4 modes, 0.2 µs"].truncation_against == "12 modes, 0.2 µs"
+
+
+def test_a_misspelt_quantity_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"report\.interest: no run has 'knock\.impulze'; did you mean 'knock\.impulse'"
+    ):
+        reported(tmp_path, '[report]\ninterest = ["knock.impulze"]\n[report.models]\n"a" = {}\n')
+    assert not (tmp_path / "out" / "report.json").exists()
+
+
+def test_a_choice_belongs_to_its_reference(tmp_path: Path) -> None:
+    """Another value in the same file is another report."""
+    (write_scene(tmp_path / "scene") / "exact.json").write_text('{"expected": {"i": 0.01}}')
+    job = open_job(tmp_path / "scene", set={"report.reference": "exact.json"}, db=tmp_path / "db")
+    before = kept_report(job).key
+    assert kept_report(job).key == before
+    (tmp_path / "scene" / "exact.json").write_text('{"expected": {"i": 0.02}}')
+    assert kept_report(job).key != before
 
 
 def test_jobs_change_nothing_but_who_does_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,7 @@
 """What a report sweeps, and what its numbers say: settings, chains, and the cheapest setting."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,9 @@ import pytest
 
 from pipeline.errors import InputError
 from pipeline.stages import Job, open_job, variant
-from pipeline.study.choice import choose
+from pipeline.study.choice import choose, doubtful
 from pipeline.study.convergence import converges, order_of, said
-from pipeline.study.document import Run
+from pipeline.study.document import Chain, Quantity, Run
 from pipeline.study.sweep import Setting, basis_of, contradiction, finer, scheme_of, settings_of
 
 DATA = Path(__file__).resolve().parents[2] / "data"
@@ -160,3 +161,20 @@ def test_errors_that_cancel_make_no_setting() -> None:
     assert (found.run, found.error) == ("sound", 8e-3)
     assert choose([lucky], 0.01, ["impulse"]).why == "none meets 1%; nearest is lucky, 3% of its basis or step alone"
     assert choose([lucky, sound], 0.01, ["impulse", "other"]).run is None
+
+
+def test_runs_that_do_not_converge_are_not_chosen() -> None:
+    chains = [Chain("step", ["lucky", "lucky / 2"], [2.0, 1.0], [1e-3, 0.2], [0.2, 0.0], False, None)]
+    flagged = Quantity("impulse", "N s", "relative", 1.0, True, False, "", chains)
+    runs = [run("lucky", 1e-3, 1.0), run("sound", 5e-3, 2.0)]
+    assert doubtful([flagged]) == {"lucky", "lucky / 2"}
+    assert choose(runs, 0.01, ["impulse"], doubtful([flagged])).run == "sound"
+    assert doubtful([replace(flagged, counts=False)]) == set()
+
+
+@pytest.mark.parametrize(
+    "steps", [[-1e-6, 1e-7], [0.0, 1e-7], [1e-6, 1e-6], [float("inf"), 1e-6], [float("nan"), 1e-6]]
+)
+def test_nodal_steps_that_are_none(steps: list[float]) -> None:
+    with pytest.raises(InputError, match="steps must be positive, finite and different"):
+        job("rod-wall", nodal={"steps": steps})
