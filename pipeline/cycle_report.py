@@ -35,7 +35,7 @@ def mechanism_of(job: Job, until: float) -> Mechanism:
 
 
 def cycle_errors(job: Job, run: Trajectory | NodalRecord, reference: Trajectory | NodalRecord) -> dict[str, float]:
-    """Return how a run differs from another, the nodal synthesis mostly; see `differences`. Force over all of it too."""
+    """Return how a run differs from another, the nodal synthesis; see `differences`. Force over all of it, too."""
     ((_, joint),) = job.scene.joint.items()
     contacts, whole = list(job.scene.contact), job.scene.run.duration
     errors = {}

@@ -43,8 +43,8 @@ SOLVER_IMPORTERS = (
     "pipeline/nodal/points.py",
     "pipeline/nodal/measure.py",
 )
-"""Files of the pipeline that may import the solver: those that start it, time it and read its extremes off, and those of
-its contestant that share its contact laws and what blows are."""
+"""Files of the pipeline that may import the solver: those that start it, time it and read its extremes off, and those
+of its contestant that share its contact laws and what blows are."""
 
 SOLVER_MAY_USE = ("modaldb", "solver", "numpy", "scipy", "numba", "pydantic")
 HEAVY = ("gmsh", "skfem", "meshio", "pyvista", "vtk", "matplotlib", "imageio")

@@ -176,7 +176,7 @@ def _known(job: Job, points: Sequence[Point], reference: Reference) -> None:
     told = set().union(*(values_of(one.trajectory) for one in ran))
     compared = set().union(*(errors_against(one.job, one.trajectory, reference) for one in ran))
     wrong = [("quantities", name, told) for name in reference.expected if name not in told]
-    wrong += [("interest", name, compared) for name in job.scene.report.interest if name not in compared]
+    wrong += [("interest", name, compared | told) for name in job.scene.report.interest if name not in compared]
     lines = []
     for key, name, known in wrong:
         near = difflib.get_close_matches(name, known, 1)
