@@ -44,7 +44,7 @@ def _row(folder: Path, path: Path, seconds: float) -> list[str]:
     name, report, stress = path.relative_to(folder).as_posix(), _read(path / "report.json"), _read(path / "stress.json")
     choice = report.get("choice") or {}
     nodal = [run["cpu_seconds"] for run in report.get("runs", []) if run["kind"] == "nodal"]
-    verdicts = [case["verdict"] for case in stress.get("cases", [])]
+    verdicts = stress.get("counts", {})
     cells = [
         f"[{name}]({name}/report.html)" if report else name,
         report.get("reference", {}).get("source", "–"),
@@ -52,7 +52,7 @@ def _row(folder: Path, path: Path, seconds: float) -> list[str]:
         _number(choice.get("error"), "{:.1e}"),
         _number(choice.get("cpu_seconds"), "{:.3g} s"),
         f"{min(nodal):.3g} – {max(nodal):.3g} s" if nodal else "–",
-        *(str(verdicts.count(verdict)) if verdicts else "–" for verdict in ("right", "refused", "wrong")),
+        *(str(verdicts.get(verdict, "–")) for verdict in ("right", "refused", "wrong")),
         f"{seconds:.0f} s" if seconds else "–",
     ]
     return [cell.replace("|", "/") for cell in cells]

@@ -9,6 +9,7 @@ from pipeline.study.listing import listing_text
 from pipeline.study.seeds import seeds_table
 from tests.pipeline.documents import document, quantity, run
 
+ROOT = Path(__file__).resolve().parents[2]
 SEEDS = """
 tolerance = 0.01
 [[system]]
@@ -47,7 +48,7 @@ def folder(tmp_path: Path) -> Path:
         (tmp_path / name).mkdir()
         (tmp_path / name / "report.json").write_text(one.as_text(), encoding="utf-8")
     (tmp_path / "one" / "stress.json").write_text(
-        '{"cases": [{"verdict": "right"}, {"verdict": "right"}, {"verdict": "refused"}]}'
+        '{"counts": {"right": 2, "refused": 1, "wrong": 0, "does not apply": 4}}'
     )
     (tmp_path / "seeds.toml").write_text(SEEDS)
     (tmp_path / "seconds.csv").write_text("one,report,30\none,stress,12\ntwo,report,18\n")
@@ -79,3 +80,7 @@ def test_list_of_reports(folder: Path) -> None:
     )
     assert "| [two](two/report.html) |" in text
     assert "| Two |" in text
+
+
+def test_readme_quotes_the_reports() -> None:
+    assert seeds_table(ROOT / "docs/reports", "docs/reports/") in (ROOT / "README.md").read_text(encoding="utf-8")
