@@ -133,7 +133,9 @@ def test_a_given_step_is_obeyed_however_large(tmp_path: Path) -> None:
     system = build(tmp_path, block_records(5), block_scene())
     large = 30 / system.critical_frequency()
     run = run_with(system, "trapezoid", large)
-    assert (run.counts["step"], run.counts["substeps"]) == (large, 1)
+    assert run.counts["substeps"] == 1
+    # Whole frames end with the run: the step is that much shorter, and no shorter.
+    assert 0.9 * large < run.counts["step"] <= large
     assert run_with(system, "kick", large).counts["substeps"] > 100
 
 
