@@ -12,6 +12,10 @@ class Result(Enum):
         "contact points are the same to round-off, or more than can be told apart, so their forces are not determined;"
         " take fewer points, coarsen the interface, or let a surface layer yield (contact.NAME.surface_stiffness)"
     )
+    INCOMPLETE = (
+        "the motion between two events is no sum of drifts and oscillations: dashpots at critical damping, or beside"
+        " slip, or slip that feeds motion; leave one of them out, or take another run.integrator"
+    )
     CHATTER = "contacts close and open for ever without time passing; use method 'residual', which needs no blow"
     NOT_CONVERGED = (
         "the contact force could not be found within a step; take a smaller step where the scene gives one, or a law"

@@ -22,6 +22,10 @@ APART = 1e-11
 """Part of the damping added there: it moves the answer by as much, and leaves three digits more than the condition."""
 
 
+class IncompleteError(linalg.LinAlgError):
+    """A regime whose motion is no sum of polynomials and oscillators; its text says why."""
+
+
 @dataclass(frozen=True)
 class Linear:
     """One linear regime. Shapes: n coordinates, c compliant rows, r rigid rows."""
@@ -46,100 +50,146 @@ class Linear:
 
 @dataclass(frozen=True)
 class Basis:
-    """Solution of a regime. Shapes: n coordinates, k polynomial directions, K oscillators."""
+    """Solution of a regime. Shapes: n coordinates, k polynomial directions, K oscillators, m = nz of them undamped."""
 
     drift: np.ndarray
     """Polynomial directions, (n, k)."""
     to_drift: np.ndarray
     """Their coordinates of p, (k, n)."""
+    push: np.ndarray
+    """Acceleration of these coordinates per force on p, (k, n)."""
     shapes: np.ndarray
     """Oscillators, (n, K), complex where damped."""
     exponents: np.ndarray
-    """μ [1/s], (K,), imaginary parts not negative."""
+    """μ [1/s], (K,), imaginary parts not negative, real parts not positive."""
     to_amplitudes: np.ndarray
     """Amplitudes of the oscillators from (z, ż), (K, 2 nz)."""
     to_moving: np.ndarray
-    """z of p, (nz, n)."""
+    """z of p, (nz, n): the coordinates in which the regime without its dashpots swings."""
     moving: np.ndarray
     """p of z, (n, nz)."""
-    stiffness: np.ndarray
-    """Of z, (nz, nz)."""
+    yielding: np.ndarray
+    """Static z per force on p, (nz, n)."""
+    slack: np.ndarray
+    """Static z per elongation of the springs, (nz, c)."""
     held: np.ndarray
     """Projector on what the rigid rows hold, (n, n); empty where nothing is."""
-    coupling: np.ndarray
-    """Force on z per held p, (nz, n)."""
-    drag: np.ndarray
-    """Force on z per held velocity, (nz, n)."""
-    damping: np.ndarray
-    """Of z, (nz, nz)."""
-    projector: np.ndarray
-    """What is left of a force where rigid rows push aslant, (n, n); empty where they do not."""
+    way: np.ndarray
+    """Velocity of static z per velocity of p that is held, (nz, n)."""
+    lag: np.ndarray
+    """Static z per such velocity: dashpots drag it, (nz, n)."""
 
 
 def solve(regime: Linear) -> Basis:
     """Find the basis of a regime.
 
+    With K = LᵀL, L = [√Λ; Cᵀ A] and springs S = C Cᵀ, the singular values of L are the frequencies: slow ones keep
+    the digits that K, which has their squares beside the fastest one's, has lost.
+
     Raises:
-        LinAlgError: rigid rows are dependent, or the regime has no complete set of oscillators.
+        LinAlgError: rigid rows are dependent.
+        IncompleteError: the regime has no complete set of oscillators.
     """
     if len(regime.rigid) and not np.array_equal(regime.rigid, regime.pushed):
         return _sliding(regime)
-    stack = np.vstack([regime.rows, regime.rigid])
-    drift = _untouched(stack, regime.stiffness == 0)
+    drift = _untouched(np.vstack([regime.rows, regime.rigid]), regime.stiffness == 0)
     n = len(regime.stiffness)
     taken = np.column_stack([drift, regime.rigid.T])
+    plain = np.eye(n)
     if taken.shape[1]:
         full, upper = linalg.qr(taken)
         diagonal = np.abs(np.diag(upper))
         if diagonal.min() < 1e-12 * diagonal.max():
             raise linalg.LinAlgError("rigid rows are dependent")
-        moving = full[:, taken.shape[1] :]
-    else:
-        moving = np.eye(n)
-    K = _quadratic(moving, regime.stiffness) + _through(regime.rows @ moving, regime.springs)
-    D = _through(regime.rows @ moving, np.diag(regime.dampers))
-    held, none = np.empty((0, n)), np.empty((0, n))
-    coupling = drag = np.zeros((moving.shape[1], n))
+        plain = full[:, taken.shape[1] :]
+    stiff = np.flatnonzero(regime.stiffness)
+    root = np.sqrt(regime.stiffness[stiff])
+    through = _root(regime.springs)
+    bend = np.vstack([root[:, None] * np.eye(n)[stiff], through.T @ regime.rows])
+    left, omega, right = _singular(bend @ plain)
+    if len(omega) and omega.min() <= 0:
+        raise IncompleteError("a direction with stiffness came out without")
+    moving = plain @ right
+    yielding, stress = (moving / omega**2).T, (left / omega).T
+    yielding[:, stiff] = stress[:, : len(stiff)] / root
+    slack = -stress[:, len(stiff) :] @ through.T
+    held, way, lag = np.empty((0, n)), np.zeros((len(omega), n)), np.zeros((len(omega), n))
+    dashed = regime.dampers[:, None] * regime.rows
     if len(regime.rigid):
         held = regime.rigid.T @ np.linalg.solve(regime.rigid @ regime.rigid.T, regime.rigid)
-        spread = regime.rows @ held
-        coupling = -moving.T @ (regime.stiffness[:, None] * held + regime.rows.T @ (regime.springs @ spread))
-        drag = -moving.T @ (regime.rows.T @ (regime.dampers[:, None] * spread))
-    shapes, exponents, amplitudes = _oscillators(K, D)
+        way = -stress @ (bend @ held)
+        lag = -((moving / omega**2).T @ (regime.rows.T @ (dashed @ (held + moving @ way))))
+    shapes, exponents, amplitudes = _oscillators(omega, regime.rows @ moving, regime.dampers)
     return Basis(
-        drift, drift.T, moving @ shapes, exponents, amplitudes, moving.T, moving, K, held, coupling, drag, D, none
-    )
+        drift, drift.T, drift.T, moving @ shapes, exponents, amplitudes, moving.T, moving, yielding, slack, held, way,
+        lag,
+    )  # fmt: skip
 
 
-def _oscillators(K: np.ndarray, D: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return shapes in z, exponents, and amplitudes from (z, ż)."""
-    m = len(K)
+def _root(springs: np.ndarray) -> np.ndarray:
+    """Return C with C Cᵀ = S, (c, c), of a matrix with any scales on its diagonal."""
+    scale = np.sqrt(springs.diagonal())
+    values, vectors = linalg.eigh(springs / np.outer(scale, scale)) if len(scale) else (scale, springs)
+    return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def _singular(L: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return U, σ and V of L = U σ Vᵀ.
+
+    Rows and columns are sorted by size before: of graded matrices small σ then keep their digits, too (Cox & Higham,
+    BIT 38, 1998; Drmač & Veselić, SIAM J. Matrix Anal. 29, 2008).
+    """
+    m = L.shape[1]
     if not m:
-        return np.zeros((0, 0)), np.zeros(0, complex), np.zeros((0, 0))
-    if not np.any(D):
-        if np.array_equal(K, np.diag(np.diag(K))):
-            values, vectors = np.diag(K), np.eye(m)
-        else:
-            values, vectors = linalg.eigh(K)
-        omega = np.sqrt(np.maximum(values, 0.0))
-        if omega.min() <= 0:
-            raise linalg.LinAlgError("a direction with stiffness came out without")
+        return np.zeros((len(L), 0)), np.zeros(0), np.zeros((0, 0))
+    diagonal = np.diag(L)
+    if len(L) == m and np.count_nonzero(L) == np.count_nonzero(diagonal) == m:
+        return np.diag(np.sign(diagonal)), np.abs(diagonal), np.eye(m)
+    order = np.argsort(-np.abs(L).max(axis=1), kind="stable")
+    Q, R, columns = linalg.qr(L[order], mode="economic", pivoting=True)
+    inner, sigma, right = linalg.svd(R)
+    left, V = np.empty((len(L), m)), np.empty((m, m))
+    left[order], V[columns] = Q @ inner, right.T
+    return left, sigma, V
+
+
+def _oscillators(omega: np.ndarray, rows: np.ndarray, dampers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return shapes in z, exponents, and amplitudes from (z, ż).
+
+    Args:
+        omega: Frequencies without dashpots [rad/s], (m,).
+        rows: Elongations of the dashpots per z, (c, m).
+        dampers: [N s/m], (c,).
+    """
+    m = len(omega)
+    if not m or not (np.any(dampers) and np.any(rows)):
         # y = A cos ωτ + B sin ωτ = Re((A − iB) e^{iωτ})
-        return vectors, 1j * omega, np.hstack([vectors.T, -1j * (vectors / omega).T])
-    scale = np.sqrt(np.linalg.norm(K, 2))
-    for damping in (D, (1 + APART) * D):
-        companion = np.block([[np.zeros((m, m)), scale * np.eye(m)], [-K / scale, -damping]])
-        values, vectors = linalg.eig(companion)
-        if np.linalg.cond(vectors) < DEFECTIVE:
+        return np.eye(m), 1j * omega, np.hstack([np.eye(m), -1j * np.diag(1 / omega)])
+    # Of (Σ z, ż), whose square is the energy, the matrix is skew but for the dashpots: nearly normal at any ratio.
+    drag = rows.T @ (dampers[:, None] * rows)
+    for damping in (drag, (1 + APART) * drag):
+        energies = np.block([[np.zeros((m, m)), np.diag(omega)], [-np.diag(omega), -damping]])
+        values, vectors = linalg.eig(energies)
+        # Of each pair the second follows the first: Re((α − iβ) w) = α Re w + β Im w.
+        turning = values.imag > 0
+        keep = values.imag >= 0
+        parts = np.hstack([vectors[:, keep].real, vectors[:, turning].imag])
+        try:
+            back = np.linalg.inv(parts)
+        except np.linalg.LinAlgError:
+            continue
+        if np.linalg.norm(back, axis=1).max() < DEFECTIVE:
             break
     else:
-        raise linalg.LinAlgError("the regime has no complete set of oscillators")
-    amplitudes = np.linalg.inv(vectors)
-    amplitudes[:, m:] /= scale
-    # Of each pair the second follows the first; both share round-off that would not cancel if one were doubled.
-    first, keep = np.flatnonzero(values.imag > 0), values.imag >= 0
-    amplitudes[first] += amplitudes[first + 1].conj()
-    return vectors[:m, keep], values[keep], amplitudes[keep]
+        raise IncompleteError("no complete set of oscillators")
+    values, vectors = values[keep], vectors[:, keep]
+    count, amplitudes = len(values), back[: len(values)].astype(complex)
+    amplitudes[values.imag > 0] -= 1j * back[count:]
+    amplitudes[:, :m] *= omega
+    # z from its share of either energy, whichever has more digits.
+    fast = np.abs(values) > omega[:, None]
+    shapes = np.where(fast, vectors[m:] / np.where(fast, values, 1.0), vectors[:m] / omega[:, None])
+    return shapes, np.minimum(values.real, 0.0) + 1j * values.imag, amplitudes
 
 
 def _sliding(regime: Linear) -> Basis:
@@ -148,23 +198,23 @@ def _sliding(regime: Linear) -> Basis:
     P = np.eye(n) - regime.pushed.T @ np.linalg.solve(regime.rigid @ regime.pushed.T, regime.rigid)
     K = P @ (np.diag(regime.stiffness) + _through(regime.rows, regime.springs))
     if np.any(regime.dampers):
-        raise linalg.LinAlgError("dashpots beside slip")
+        raise IncompleteError("dashpots beside slip")
     values, vectors = linalg.eig(K)
     order = np.argsort(np.abs(values))
     values, vectors = values[order], np.real(vectors[:, order])
     still = np.abs(values) <= 1e-12 * np.abs(values).max()
     if np.abs(values.imag).max() > 1e-9 * np.abs(values).max() or (values[~still].real <= 0).any():
-        raise linalg.LinAlgError("slip makes the motion unstable")
+        raise IncompleteError("slip makes the motion unstable")
     if still.all():
         vectors = np.eye(n)
     back = np.linalg.inv(vectors)
-    omega = np.sqrt(values[~still].real)
-    count = int(still.sum())
-    m = n - count
-    moving, nothing = vectors[:, count:], np.zeros((m, n))
+    squares, count = values[~still].real, int(still.sum())
+    m, moving, nothing = n - count, vectors[:, count:], np.zeros((n - count, n))
+    yielding = (back[count:] / squares[:, None]) @ P
+    shapes, exponents, amplitudes = _oscillators(np.sqrt(squares), np.zeros((0, m)), np.zeros(0))
     return Basis(
-        vectors[:, :count], back[:count], moving, 1j * omega, np.hstack([np.eye(m), -1j * np.diag(1 / omega)]),
-        back[count:], moving, np.diag(omega**2), np.empty((0, n)), nothing, nothing, np.zeros((m, m)), P,
+        vectors[:, :count], back[:count], back[:count] @ P, moving @ shapes, exponents, amplitudes, back[count:],
+        moving, yielding, -yielding @ (regime.rows.T @ regime.springs), np.empty((0, n)), nothing, nothing,
     )  # fmt: skip
 
 
@@ -186,11 +236,6 @@ def _untouched(rows: np.ndarray, loose: np.ndarray) -> np.ndarray:
     found = np.zeros((len(loose), free.shape[1]))
     found[place] = free
     return found
-
-
-def _quadratic(moving: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    product = moving.T @ (stiffness[:, None] * moving)
-    return 0.5 * (product + product.T)
 
 
 def _through(rows: np.ndarray, middle: np.ndarray) -> np.ndarray:

@@ -54,8 +54,8 @@ class Event:
         self._now = starting(system, {})
         try:
             self._segment = self._begin(0.0)
-        except np.linalg.LinAlgError:
-            raise SolverError(f"contact {', '.join(system.scene.contact)}: {Result.DEPENDENT_ROWS.value}") from None
+        except np.linalg.LinAlgError as error:
+            raise SolverError(f"contact {', '.join(system.scene.contact)}: {_reason(error).value}") from None
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Advance `len(out.forces)` samples of `stride` intervals; False where no motion could be found.
@@ -99,8 +99,8 @@ class Event:
         try:
             self._react(kind, row, segment.end)
             self._segment = self._begin(segment.end, (kind, row))
-        except np.linalg.LinAlgError:
-            self.failure = Result.DEPENDENT_ROWS
+        except np.linalg.LinAlgError as error:
+            self.failure = _reason(error)
             return False
         if self._gained:
             self.failure = Result.RESTITUTION
@@ -227,6 +227,11 @@ class Event:
             if now.status[row] == Status.CLOSED:
                 self._books.touches(row, 0.0, -float(speeds[row]))
         self._books.at_zero = {int(row) for row in touching}
+
+
+def _reason(error: np.linalg.LinAlgError) -> Result:
+    """Return what a regime without a basis means to a user."""
+    return Result.INCOMPLETE if isinstance(error, basis.IncompleteError) else Result.DEPENDENT_ROWS
 
 
 def _refuse_shared_friction(system: System) -> None:

@@ -107,20 +107,19 @@ class Motion:
         Args:
             regime: With forces and offsets as they are at p.
         """
-        force = regime.force - regime.rows.T @ (regime.springs @ regime.offsets)
         b = basis.drift @ (basis.to_drift @ v)
-        free = basis.projector @ force if len(basis.projector) else force
+        force = regime.force - regime.rows.T @ (regime.springs @ regime.offsets)
+        c = 0.5 * (basis.drift @ (basis.push @ force))
         if len(basis.held):
             b = b + basis.held @ v
         amplitudes = np.zeros(0, complex)
         if len(basis.exponents):
             # A static position that follows what rigid rows carry along at constant velocity.
-            way = np.linalg.solve(basis.stiffness, basis.coupling @ v)
-            load = basis.to_moving @ free + basis.drag @ v - basis.damping @ way
-            rest = np.linalg.solve(basis.stiffness, load)
+            way = basis.way @ v
+            rest = basis.yielding @ regime.force + basis.slack @ regime.offsets + basis.lag @ v
             amplitudes = basis.to_amplitudes @ np.concatenate([-rest, basis.to_moving @ v - way])
             b = b + basis.moving @ way
-        return cls(p, v, b, 0.5 * (basis.drift @ (basis.to_drift @ free)), basis.shapes * amplitudes, basis.exponents)
+        return cls(p, v, b, c, basis.shapes * amplitudes, basis.exponents)
 
     def course(self, probe: Probe) -> Course:
         """Follow linear functions of the displacement since the start and of the velocity."""

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from modaldb.schema import ModalRecord, MorphRecord, Trajectory
 from solver import Scene, SceneError, simulate
+from solver.errors import SolverError
 from tests.solver.systems import (
     LENGTH,
     MASS,
@@ -160,6 +161,19 @@ def test_belt_sticks_and_slips(tmp_path: Path) -> None:
     assert way[:, 6].min() == pytest.approx(expected["min_velocity"]["value"], rel=near)
     assert way[:, 6].max() == pytest.approx(given["belt_speed"], rel=1e-12)
     assert found.counts["contact_steps"] < 20
+
+
+def test_a_dashpot_beside_slip_is_named(tmp_path: Path) -> None:
+    """Nothing is wrong with the points of such a scene, and nothing is said of them."""
+    spring = {"kind": "spring", "body": "a", "direction": X, "stiffness": 100.0, "damping": 1.0}
+    scene = {
+        "body": {"a": {"velocity": X}},
+        "contact": {"floor": slider(static=0.3, kinetic=0.2)},
+        "force": {"spring": spring},
+        "run": {"duration": 0.1, "gravity": [0, 0, -9.81]},
+    }
+    with pytest.raises(SolverError, match=r"^contact floor: .*dashpots at critical damping, or beside slip"):
+        run(tmp_path, {"a": ball(1.0)}, scene)
 
 
 def test_sliding_goes_over_to_rolling(tmp_path: Path) -> None:

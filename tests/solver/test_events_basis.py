@@ -1,13 +1,14 @@
 """Exact motion of one regime against the matrix exponential of its first-order system."""
 
 from dataclasses import dataclass, replace
+from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
 from scipy import integrate
 from scipy.linalg import LinAlgError, expm
 
-from solver.events.basis import Linear, solve
+from solver.events.basis import IncompleteError, Linear, solve
 from solver.events.motion import Course, Motion, Probe
 
 TIMES = np.array([1e-3, 0.1, 0.7, 2.0])
@@ -241,3 +242,61 @@ def test_state_counts_from_its_start() -> None:
     np.testing.assert_array_equal(motion.state(0.0)[1], v)
     tiny = motion.displacements(np.array([1e-9]))[0][0]
     np.testing.assert_allclose(tiny, 1e-9 * v, rtol=0, atol=1e-14 * np.abs(v).max())
+
+
+def graded(mass: float, dashpot: float = 0.0, *, rigid: bool = False) -> Linear:
+    """A body of any mass on a part with 59 modes up to 3e7 rad/s, tied by a spring or rigidly."""
+    rng, n = np.random.default_rng(0), 60
+    omega = np.concatenate([[0.0], 8e3 * np.arange(1.0, n) ** 2])
+    row = np.concatenate([[mass**-0.5], rng.standard_normal(n - 1)])[None]
+    soft, hard = (row[:0], row) if rigid else (row, row[:0])
+    c = len(soft)
+    return Linear(omega**2, np.zeros(n), soft, np.zeros(c), 1e12 * np.eye(c), np.full(c, dashpot), hard, hard)
+
+
+def lowest_square(case: Linear) -> Decimal:
+    """Least ω²: zero of 1/s + Σ a²/(Λ − x) above the first Λ, by bisection in 60 digits; s is infinite if rigid."""
+    with localcontext() as context:
+        context.prec = 60
+        compliance = 0 if len(case.rigid) else 1 / Decimal(float(case.springs[0, 0]))
+        row = [Decimal(float(a)) ** 2 for a in np.vstack([case.rows, case.rigid])[0]]
+        poles = [Decimal(float(one)) for one in case.stiffness]
+        low, high = poles[0], poles[1]
+        for _ in range(200):
+            middle = (low + high) / 2
+            above = compliance + sum(a / (pole - middle) for a, pole in zip(row, poles, strict=True)) > 0
+            low, high = (low, middle) if above else (middle, high)
+        return low
+
+
+@pytest.mark.parametrize("mass", [1e3, 1e6, 1e9])
+@pytest.mark.parametrize(("rigid", "tolerance"), [(False, 5e-15), (True, 1e-10)])
+def test_slow_oscillators_keep_their_digits(rigid: bool, tolerance: float, mass: float) -> None:
+    """K itself, which has squares, is left with 1e-10 where a spring ties, and with 4e-3 where a row holds.
+
+    A row that holds leaves directions with the last digit of the fastest one.
+    """
+    case = graded(mass, rigid=rigid)
+    found = float(np.abs(solve(case).exponents).min())
+    assert found == pytest.approx(float(lowest_square(case).sqrt()), rel=tolerance)
+
+
+@pytest.mark.parametrize("mass", [1.0, 1e6])
+def test_damped_oscillators_at_any_ratio(mass: float) -> None:
+    """They are complete, and zeros of 1 + μ d Σ b²/(μ² + ω²) over the frequencies ω without the dashpot."""
+    damped, still = solve(graded(mass, 3e5)), solve(graded(mass))
+    omega, shares = np.abs(still.exponents).astype(np.longdouble), (graded(mass).rows @ still.moving)[0] ** 2
+    start = damped.exponents.astype(np.clongdouble)
+    value = 1 + start * 3e5 * (shares / (start[:, None] ** 2 + omega**2)).sum(axis=1)
+    slope = 3e5 * (shares * (omega**2 - start[:, None] ** 2) / (start[:, None] ** 2 + omega**2) ** 2).sum(axis=1)
+    np.testing.assert_array_less(np.abs(value / slope), 1e-14 * omega.max() + 1e-12 * np.abs(start))
+
+
+def test_four_oscillators_that_are_one_are_refused() -> None:
+    """One dashpot on two coordinates, so that all four exponents are −1."""
+    squares, none = np.array([3 - 8**0.5, 3 + 8**0.5]), np.zeros((0, 2))
+    first = 4 * (1 - squares[0]) / (squares[1] - squares[0])
+    rows = np.sqrt([[first, 4 - first]])
+    case = Linear(squares, np.zeros(2), rows, np.zeros(1), np.zeros((1, 1)) + 1e-30, np.ones(1), none, none)
+    with pytest.raises(IncompleteError, match="no complete set of oscillators"):
+        solve(case)
