@@ -142,9 +142,9 @@ def _singular(L: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     m = L.shape[1]
     if not m:
         return np.zeros((len(L), 0)), np.zeros(0), np.zeros((0, 0))
-    diagonal = np.diag(L)
-    if len(L) == m and np.count_nonzero(L) == np.count_nonzero(diagonal) == m:
-        return np.diag(np.sign(diagonal)), np.abs(diagonal), np.eye(m)
+    filled = L != 0
+    if len(L) == m and (filled.sum(axis=0) == 1).all() and (filled.sum(axis=1) == 1).all():
+        return np.sign(L), np.abs(L).max(axis=0), np.eye(m)  # Uncoupled already.
     order = np.argsort(-np.abs(L).max(axis=1), kind="stable")
     Q, R, columns = linalg.qr(L[order], mode="economic", pivoting=True)
     inner, sigma, right = linalg.svd(R)
