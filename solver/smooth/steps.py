@@ -13,17 +13,12 @@ from numba import njit
 
 from solver.compliance import FAST
 from solver.laws.force import law_energy, law_force
+from solver.smooth.estimate import MONOMIALS, POINTS, WEIGHTS, cubic, missed, unbalanced
 
-POINTS = np.array([0.0, 0.5 * (1 - 5**-0.5), 0.5 * (1 + 5**-0.5), 1.0])
-WEIGHTS = np.array([1.0, 5.0, 5.0, 1.0]) / 12
-MONOMIALS = np.linalg.inv(np.vander(POINTS, 4, increasing=True)).T
-"""Coefficient of (τ/h)^m in the cubic that is 1 at one point and 0 at the others, (4 points, 4 m)."""
 RATES = np.array([[sum(m * MONOMIALS[j, m] * x ** (m - 1) for m in range(1, 4)) for j in range(4)] for x in POINTS])
 """Derivative at each point of each of these cubics, per h, (4, 4)."""
 LEVELS = 64
 ITERATIONS = 40
-SPAN = 0.0131
-"""Largest |Π (x − x_j)| of the four points within a step."""
 GOING, FULL, OVER, MISSING, FAILED = 0, 1, 2, 3, 4
 
 
@@ -108,7 +103,7 @@ def march(tables, contacts, motion, track, stiffness, constant, start, end, tole
         constant: Constant forces, (n,).
         start: y at the start of the run, from which constant forces do work, (n,).
         end: [s]
-        tolerance: Error of the forces, relative to the reference force.
+        tolerance: Error of forces and energy, relative to those of the reference force.
         fixed: Level that every step has, or −1.
         floor: Least approach speed, relative to the largest.
 
@@ -131,7 +126,7 @@ def march(tables, contacts, motion, track, stiffness, constant, start, end, tole
         _predict(motion, h, guess)
         known[:], top = motion.approach, motion.clock[3]
         good = _solve(tables, contacts, motion, level, guess, values, depth, rate, floor)
-        error = _error(motion, h, values) if good else np.inf
+        error = _error(contacts, motion, h, values, depth, rate) if good else np.inf
         if fixed < 0 and error > tolerance * motion.clock[2]:
             motion.tally[1] += 1
             motion.approach[:], motion.clock[3] = known, top
@@ -171,32 +166,26 @@ def _predict(motion, h, guess):  # type: ignore[no-untyped-def]
             if last > 0.0 and motion.approach[i] > 0.0:
                 x, total = 1.0 + POINTS[j] * h / last, 0.0
                 for k in range(4):
-                    total += before[i, k] * _cubic(k, x)
+                    total += before[i, k] * cubic(k, x)
                 guess[i, j] = max(total, 0.0)
             else:
                 guess[i, j] = motion.force[i]
 
 
 @njit(cache=True, fastmath=FAST)
-def _cubic(k, x):  # type: ignore[no-untyped-def]
-    return MONOMIALS[k, 0] + x * (MONOMIALS[k, 1] + x * (MONOMIALS[k, 2] + x * MONOMIALS[k, 3]))
-
-
-@njit(cache=True, fastmath=FAST)
-def _error(motion, h, values):  # type: ignore[no-untyped-def]
-    """Error of the cubics within the step: how far they miss a value of the step before, as their remainder grows."""
-    last = motion.clock[1]
-    if last <= 0.0:
-        return 0.0
-    x = -last * (1 - POINTS[1]) / h
-    remainder = abs(x * (x - POINTS[1]) * (x - POINTS[2]) * (x - 1.0))
-    worst = 0.0
+def _error(contacts, motion, h, values, depth, rate):  # type: ignore[no-untyped-def]
+    """Error of the step [N], of forces or of what their energy amounts to; fills in indentations at its start."""
     for i in range(len(values)):
-        total = 0.0
+        deep, fast = -contacts.gap[i], 0.0
+        for k in range(len(motion.y)):
+            deep -= contacts.rows[i, k] * motion.y[k]
+            fast -= contacts.rows[i, k] * motion.v[k]
+        depth[i, 0] = deep - contacts.series[i] * values[i, 0]
+        rate[i, 0] = fast
         for k in range(4):
-            total += values[i, k] * _cubic(k, x)
-        worst = max(worst, abs(total - motion.before[i, 1]))
-    return worst * SPAN / remainder
+            rate[i, 0] -= contacts.series[i] * RATES[0, k] * values[i, k] / h
+    forces = missed(motion.before, motion.clock[1], h, values)
+    return max(forces, unbalanced(contacts.law, motion.clock[2], h, values, depth, rate))
 
 
 @njit(cache=True, fastmath=FAST)
@@ -339,15 +328,6 @@ def _accept(tables, contacts, motion, track, count, level, values, depth, rate):
     free, drift, push = tables.free[level], tables.drift[level], tables.push[level]
     track.start[count], track.length[count] = motion.clock[0], h
     track.values[count], track.y[count], track.v[count] = values, y, v
-    for i in range(c):
-        deep, fast = -contacts.gap[i], 0.0
-        for k in range(n):
-            deep -= contacts.rows[i, k] * y[k]
-            fast -= contacts.rows[i, k] * v[k]
-        depth[i, 0] = deep - contacts.series[i] * values[i, 0]
-        rate[i, 0] = fast
-        for k in range(4):
-            rate[i, 0] -= contacts.series[i] * RATES[0, k] * values[i, k] / h
     for k in range(n):
         place = free[0, k] * y[k] + free[1, k] * v[k] + drift[0, k]
         speed = free[2, k] * y[k] + free[3, k] * v[k] + drift[1, k]

@@ -431,3 +431,12 @@ def test_highest_value_of_a_cubic() -> None:
         size, seen = np.abs(cubic).sum(), np.polyval(cubic[::-1], places).max()
         assert seen - 1e-12 * size <= value <= seen + 1e-5 * size
         assert np.polyval(cubic[::-1], place) == pytest.approx(value, abs=1e-12 * size)
+
+
+@pytest.mark.parametrize("restitution", [0.01, 0.1])
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-7, 1e-8, 1e-9])
+def test_what_recovers_without_force_is_balanced(restitution: float, accuracy: float, tmp_path: Path) -> None:
+    """Behind much damping a surface gives its energy back with hardly a force; their accuracy holds for it, too."""
+    law = {"kind": "exact", "stiffness": 1e9, "restitution": restitution}
+    found = run(tmp_path, *shot(law), duration=0.05, accuracy=accuracy)
+    assert found.energy_drift < 10 * accuracy
