@@ -18,7 +18,7 @@ from pipeline.component import Component, Profile
 from pipeline.errors import InputError
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
-CODE_VERSIONS = {"mesh": 2, "modes": 11, "morph": 1, "solve": 12, "plot": 4, "nodal": 3, "cyclic": 2, "wheel": 3,
+CODE_VERSIONS = {"mesh": 2, "modes": 11, "morph": 1, "solve": 13, "plot": 4, "nodal": 3, "cyclic": 2, "wheel": 3,
                  "measurement": 1, "report": 1}  # fmt: skip
 """Raised whenever a stage's code changes what it makes of the same inputs."""
 LIBRARIES = {
