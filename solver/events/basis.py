@@ -17,7 +17,7 @@ from scipy import linalg
 RANK = 1e-10
 """Singular value of unit rows below which a direction counts as untouched."""
 DEFECTIVE = 1e6
-"""Condition of the oscillators above which two of them count as one: at critical damping they have one shape."""
+"""Condition of an oscillator above which it and another count as one: at critical damping they have one shape."""
 APART = 1e-11
 """Part of the damping added there: it moves the answer by as much, and leaves three digits more than the condition."""
 
@@ -87,7 +87,7 @@ def solve(regime: Linear) -> Basis:
     the digits that K, which has their squares beside the fastest one's, has lost.
 
     Raises:
-        LinAlgError: rigid rows are dependent.
+        LinAlgError: rigid rows or springs are dependent.
         IncompleteError: the regime has no complete set of oscillators.
     """
     if len(regime.rigid) and not np.array_equal(regime.rigid, regime.pushed):
@@ -108,7 +108,7 @@ def solve(regime: Linear) -> Basis:
     bend = np.vstack([root[:, None] * np.eye(n)[stiff], through.T @ regime.rows])
     left, omega, right = _singular(bend @ plain)
     if len(omega) and omega.min() <= 0:
-        raise IncompleteError("a direction with stiffness came out without")
+        raise linalg.LinAlgError("a direction with stiffness came out without")
     moving = plain @ right
     yielding, stress = (moving / omega**2).T, (left / omega).T
     yielding[:, stiff] = stress[:, : len(stiff)] / root
