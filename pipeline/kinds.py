@@ -36,6 +36,8 @@ class Place:
     """The scene's tables, overrides included."""
     store: FolderStore
     out: Path
+    overrides: tuple[str, ...] = ()
+    """As `--set` takes them."""
 
 
 class SceneJob(Protocol):
@@ -49,6 +51,11 @@ class SceneJob(Protocol):
     def store(self) -> FolderStore: ...
     @property
     def out(self) -> Path: ...
+    @property
+    def overrides(self) -> tuple[str, ...]:
+        """Changes of the scene's file, as `--set` takes them."""
+        ...
+
     @property
     def stages(self) -> tuple[str, ...]:
         """Names of its stages, in order; the last one draws."""
@@ -134,7 +141,7 @@ def open_job(
     target = Path(out) if out is not None else Path(DEFAULT_OUT) / name
     first, *others = KINDS
     _, opened = KINDS[next((table for table in others if table in tables), first)]()
-    return opened(Place(name, path, tables, modaldb.open(db), target))
+    return opened(Place(name, path, tables, modaldb.open(db), target, tuple(texts)))
 
 
 def run(

@@ -10,8 +10,8 @@ from pipeline.nodal_scene import nodal_problem
 from pipeline.products import nodal_product
 from pipeline.stages import Job
 
-REPEATS, LONG = 3, 10.0
-"""A run shorter than `LONG` [s] is repeated so often; the least time counts, as it does for reduced models."""
+REPEATS, SHORT = 3, 10.0
+"""A run that takes `SHORT` [s] or less runs so often; the least time counts, as it does for reduced models."""
 
 
 def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRecord]:
@@ -42,7 +42,7 @@ def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRe
 
 def _timed(problem: NodalProblem | PointProblem, step: float, progress: Callable[[float], None]) -> NodalRecord:
     record = simulate_nodal(problem, step, progress)
-    if record.wall_seconds > LONG:
+    if record.wall_seconds > SHORT:
         return record
     others = [simulate_nodal(problem, step) for _ in range(REPEATS - 1)]
     cpu, wall = (min(getattr(run, name) for run in (record, *others)) for name in ("cpu_seconds", "wall_seconds"))

@@ -19,7 +19,7 @@ from pipeline.errors import InputError
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
 CODE_VERSIONS = {"mesh": 2, "modes": 11, "morph": 1, "solve": 13, "plot": 4, "nodal": 3, "cyclic": 2, "wheel": 3,
-                 "measurement": 1, "report": 1}  # fmt: skip
+                 "measurement": 1, "report": 2}  # fmt: skip
 """Raised whenever a stage's code changes what it makes of the same inputs."""
 LIBRARIES = {
     "mesh": ("gmsh", "meshio", "numpy"),
@@ -142,14 +142,15 @@ def measurement_product(name: str, of: str, how: Mapping[str, Any]) -> Product:
     return _product("measurement", name, "measurement", {"of": of, "how": dict(how)})
 
 
-def report_product(name: str, stages: Mapping[str, Any], settings: Mapping[str, Any]) -> Product:
+def report_product(name: str, stages: Mapping[str, Any], settings: Mapping[str, Any], number: int) -> Product:
     """Return the report of a scene.
 
     Args:
         stages: What its stages depend on, by place, as JSON.
         settings: The scene's `report` table, as JSON.
+        number: Of reports of the same that were made before, perhaps on another machine.
     """
-    return _product("report", name, "report", {"stages": dict(stages), "settings": dict(settings)})
+    return _product("report", name, "report", {"stages": dict(stages), "settings": dict(settings), "number": number})
 
 
 def plot_inputs(trajectory_key: str, compared: Mapping[str, str]) -> dict[str, Any]:

@@ -63,6 +63,8 @@ class Job:
     scene: SceneFile
     store: FolderStore
     out: Path
+    overrides: tuple[str, ...] = ()
+    """Changes of the scene's file, as `--set` takes them."""
 
     @property
     def folder(self) -> Path:
@@ -158,7 +160,7 @@ def contact_job(place: Place) -> Job:
         InputError: the scene is wrong; every mistake is listed.
     """
     return Job(place.name, place.path, place.tables, checked(place.path, place.tables, SceneFile), place.store,
-               place.out)  # fmt: skip
+               place.out, place.overrides)  # fmt: skip
 
 
 def variant(job: Job, changes: Mapping[str, Any]) -> Job:

@@ -5,7 +5,6 @@ others than kinetic, U − U₀ + V + D, with T kinetic, U strain, V what laws s
 damping took, W the work of loads.
 """
 
-import time
 from collections.abc import Callable
 from typing import Protocol
 
@@ -13,6 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from modaldb.schema import Json, NodalRecord
+from pipeline.clock import Clock
 from pipeline.errors import StageError
 from pipeline.nodal.body import MovingBody
 from pipeline.nodal.measure import History, body_quantities, contact_quantities
@@ -40,7 +40,7 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
         rest = np.concatenate([contact.gap for contact in problem.contacts.values()])
         narrow = all(body.suppressed is None and is_narrow(body) for body in problem.bodies)
         _compile(problem, stacked, rest, narrow)
-        wall, cpu = time.perf_counter(), time.process_time()
+        clock = Clock()
         loop: _Loop = (_Compiled if narrow else _Factored)(problem, stacked, step)
         gap = rest + loop.places()
         now = new_press(list(problem.contacts.values()), loop.compliance(), gap, step)
@@ -59,9 +59,9 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
             if progress is not None:
                 progress(chosen.stop / count)
         found = _quantities(problem, history, loop, float(energies[-1, 3]))
-        seconds = time.perf_counter() - wall, time.process_time() - cpu
+        taken = clock.read()
         loop.free()
-    return _record(problem, history, energies, begun, (int(now.books[2]), *seconds), found)
+    return _record(problem, history, energies, begun, (int(now.books[2]), taken.wall, taken.cpu), found)
 
 
 def _stacked(problem: PointProblem, number: int) -> sparse.csr_matrix:

@@ -1,6 +1,5 @@
 """The time loop of the nodal synthesis, and the account that it keeps of the energy."""
 
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -8,6 +7,7 @@ from contextlib import ExitStack
 import numpy as np
 
 from modaldb.schema import Json, NodalRecord
+from pipeline.clock import Clock, Seconds
 from pipeline.nodal.body import MovingBody
 from pipeline.nodal.coupling import Coupling, StepForces, master_ports, slave_ports
 from pipeline.nodal.measure import body_quantities, resultant_quantities
@@ -31,7 +31,7 @@ def simulate_nodal(
     """
     if isinstance(problem, PointProblem):
         return simulate_points(problem, step, progress)
-    wall, cpu = time.perf_counter(), time.process_time()
+    clock = Clock()
     count = max(1, round(problem.duration / step))
     with ExitStack() as stack:
         stack.enter_context(one_thread())
@@ -43,7 +43,7 @@ def simulate_nodal(
             run.advance(n)
             if progress is not None and n % PROGRESS_STRIDE == 0:
                 progress(n / count)
-    return run.record(time.perf_counter() - wall, time.process_time() - cpu)
+    return run.record(clock.read())
 
 
 class _Run:
@@ -89,7 +89,7 @@ class _Run:
         for _, moving in self.bodies:
             moving.free()
 
-    def record(self, wall: float, cpu: float) -> NodalRecord:
+    def record(self, taken: Seconds) -> NodalRecord:
         """Return what was found, and the seconds it took."""
         forces = dict(self._contact_forces)
         total = np.sum([np.zeros((len(self.times) - 1, 3)), *forces.values()], axis=0)
@@ -104,7 +104,7 @@ class _Run:
         }
         return NodalRecord(
             self.step, self.times[1:], total, self._energies, self.account.drift,
-            sum(len(moving.u) for _, moving in self.bodies), self._iterations, wall, cpu,
+            sum(len(moving.u) for _, moving in self.bodies), self._iterations, taken.wall, taken.cpu,
             forces=forces, motion=self._motion,
             frame_times=self.times[self._frames] if self.problem.frames else None, masters=masters,
             quantities=self._quantities(),

@@ -27,7 +27,7 @@ PIXEL = 200 / 72 / 2
 
 
 def draw(document: Document, path: Path) -> None:
-    """Draw the largest error of each run over its CPU seconds.
+    """Draw the sound error of each run over its CPU seconds.
 
     Args:
         path: The PNG file, written in one step.
@@ -83,7 +83,7 @@ def _points(axes: Axes, document: Document, points: list[tuple[int, Run, float]]
         _tolerance(axes, document.choice.tolerance)
     _numbers(axes, at, points, found)
     axes.set_xlabel("CPU time of a run")
-    axes.set_ylabel("largest error of a run")
+    axes.set_ylabel("largest error of a run, its basis or step")
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: seconds_text(value)))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: tick_text(value)))
 
@@ -149,8 +149,8 @@ def _legend(figure: Figure, document: Document, points: list[tuple[int, Run, flo
     height -= 0.032
     room = int((height - 0.06) / CLOSE)
     step = min(0.043, (height - 0.06) / max(min(len(named), room), 1))
-    for number, run, _ in _some(sorted(named, key=lambda point: point[1].cpu_seconds), room):
-        _entry(figure, (left, height, width, step), f"{number + 1}", run, found[run.scheme].colour)
+    for number, run, error in _some(sorted(named, key=lambda point: point[1].cpu_seconds), room):
+        _entry(figure, (left, height, width, step), f"{number + 1}", run, error, found[run.scheme].colour)
         height -= step
     hidden = [f"{count} more {what}" for count, what in
               ((len(named) - room, "runs"), (len(found) - SCHEMES, "schemes")) if count > 0]  # fmt: skip
@@ -165,12 +165,13 @@ def _some(points: list[tuple[int, Run, float]], room: int) -> list[tuple[int, Ru
     return [points[round(i * (len(points) - 1) / (room - 1))] for i in range(room)]
 
 
-def _entry(figure: Figure, box: tuple[float, float, float, float], number: str, run: Run, colour: str) -> None:
+def _entry(
+    figure: Figure, box: tuple[float, float, float, float], number: str, run: Run, error: float, colour: str
+) -> None:
     left, height, width, step = box
     weight = "bold" if run.front else "normal"
     figure.text(left + 0.02, height, number, fontsize=8, color=colour, fontweight=weight, ha="right", va="center")
-    error = "the reference" if run.largest_error == 0 else size_text(run.largest_error)
-    after = f"{error}, {seconds_text(run.cpu_seconds)}"
+    after = f"{'the reference' if error == 0 else size_text(error)}, {seconds_text(run.cpu_seconds)}"
     if step > 0.035:
         _line(figure, left + 0.028, height, run.name, width - 0.028, fontsize=8, va="center")
         _line(figure, left + 0.028, height - 0.017, after, width - 0.028, fontsize=7, color=FAINT, va="center")

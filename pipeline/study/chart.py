@@ -52,7 +52,7 @@ def spread(values: Sequence[float], start: float, end: float, *, low: float | No
 
 
 def error_chart(document: Document) -> str:
-    """Return the largest error of each run over its CPU seconds, the front drawn, schemes by colour and mark.
+    """Return the sound error of each run over its CPU seconds, the front drawn, schemes by colour and mark.
 
     Args:
         document: With no run that has errors, one line says so.
@@ -65,7 +65,7 @@ def error_chart(document: Document) -> str:
     seconds = [max(run.cpu_seconds, 1e-9) for run in [run for _, run, _ in points] + [run for _, run in beside]]
     across = spread(seconds, LEFT, WIDTH - RIGHT)
     up = spread([max(error, floor) for *_, error in points], HEIGHT - BOTTOM, TOP, low=floor)
-    parts = [_grid(across, up), _titles("CPU time of a run", "largest error of a run")]
+    parts = [_grid(across, up), _titles("CPU time of a run", "largest error of a run, its basis or step")]
     if document.choice is not None and up.low < document.choice.tolerance < up.high:
         y = up.at(document.choice.tolerance)
         parts.append(

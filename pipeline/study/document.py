@@ -8,21 +8,16 @@ import csv
 import io
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
+
+from pipeline.clock import Seconds
 
 SCHEMA = 1
 """Version of the document; raised when a field changes its meaning or goes."""
 Errors = dict[str, float]
 """By the name of the quantity."""
-
-
-@dataclass(frozen=True)
-class Seconds:
-    """What something took."""
-
-    wall: float
-    cpu: float
 
 
 @dataclass(frozen=True)
@@ -77,7 +72,9 @@ class Run:
     peak_mib: float | None
     """Largest resident memory of the process during the solution."""
     front: bool
-    """Whether no other run is both faster and better."""
+    """Whether no other run is both faster and better by its sound error."""
+    sound_error: float | None = None
+    """The largest error, or what basis or step adds if that is larger: what is drawn, and chosen by."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +170,17 @@ class Document:
         """Return the document of `report.json`: plain types, no NaN or infinity."""
         return _plain(asdict(self))
 
+    @classmethod
+    def from_json(cls, found: Mapping[str, Any]) -> "Document":
+        """Return the document that `as_json` made; what was not finite is None."""
+        parts = {
+            "quantities": [_quantity(entry) for entry in found["quantities"]],
+            "runs": [_run(entry) for entry in found["runs"]],
+            "choice": None if found["choice"] is None else Choice(**found["choice"]),
+            "tables": [Table(**entry) for entry in found["tables"]],
+        }
+        return cls(**{**found, **parts})
+
     def as_text(self) -> str:
         """Return the text of `report.json`."""
         return json.dumps(self.as_json(), indent=1, allow_nan=False, ensure_ascii=False)
@@ -182,9 +190,9 @@ def csv_text(document: Document) -> str:
     """Return `report.csv`: one line a run; columns of errors are named `error: QUANTITY` and the like."""
     names = [quantity.name for quantity in document.quantities]
     plain = (
-        "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "energy_drift",
-        "momentum_residual", "step", "steps", "factorisations", "iterations", "cpu_seconds", "wall_seconds", "peak_mib",
-        "front",
+        "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "sound_error",
+        "energy_drift", "momentum_residual", "step", "steps", "factorisations", "iterations", "cpu_seconds",
+        "wall_seconds", "peak_mib", "front",
     )  # fmt: skip
     parts = (("error", "errors"), ("truncation", "truncation"), ("time", "time"))
     stages = list(dict.fromkeys(stage for run in document.runs for stage in run.stages))
@@ -204,6 +212,18 @@ def csv_text(document: Document) -> str:
                 row += [None, None] if taken is None else [taken.wall, taken.cpu]
         writer.writerow(["" if value is None else value for value in row])
     return text.getvalue()
+
+
+def _quantity(entry: Mapping[str, Any]) -> Quantity:
+    return Quantity(**{**entry, "chains": [Chain(**chain) for chain in entry["chains"]]})
+
+
+def _run(entry: Mapping[str, Any]) -> Run:
+    stages = {
+        name: StageSeconds(*(None if states[key] is None else Seconds(**states[key]) for key in ("cold", "warm")))
+        for name, states in entry["stages"].items()
+    }
+    return Run(**{**entry, "stages": stages})
 
 
 def _plain(value: Any) -> Any:

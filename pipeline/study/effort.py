@@ -2,7 +2,10 @@
 
 import math
 import re
+import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 TOLERANCE = 0.01
 """Where none is given."""
@@ -18,6 +21,18 @@ class Effort:
     """Processes for runs that are not timed."""
     tolerance: float = TOLERANCE
     """Of the setting that is chosen."""
+
+
+def command_text(path: Path, overrides: Sequence[str], how: Effort) -> str:
+    """Return the command that makes a report of a scene again."""
+    words = ["gudgeon", "report", str(path)]
+    for text in overrides:
+        words += ["--set", text]
+    if how.repeat != Effort.repeat:
+        words += ["--repeat", str(how.repeat)]
+    if how.tolerance != TOLERANCE:
+        words += ["--tolerance", f"{how.tolerance:g}"]
+    return shlex.join(words)
 
 
 def parse_tolerance(text: str) -> float:

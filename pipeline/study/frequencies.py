@@ -5,7 +5,6 @@ gives of it without a reference stands beside.
 """
 
 import math
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -20,9 +19,9 @@ from pipeline.runreport import Progress
 from pipeline.stages import Job, run_job, variant
 from pipeline.study.choice import choose, keep
 from pipeline.study.document import Chain, Document, Errors, Quantity, Run, Table
-from pipeline.study.effort import Effort
+from pipeline.study.effort import Effort, command_text
 from pipeline.study.front import with_front
-from pipeline.study.output import write_report
+from pipeline.study.output import report_folder, write_report
 from pipeline.study.reference import Reference, external_reference, largest
 from pipeline.study.runs import Prepared, prepared
 from pipeline.study.series import chain, settling
@@ -65,6 +64,11 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
         InputError: a setting that the scene names is wrong, or its reference names frequencies that there are not.
         StageError: no setting ran.
     """
+    with report_folder(job.out, job.name):
+        return _report(job, how, progress)
+
+
+def _report(job: Job, how: Effort, progress: Progress) -> Document:
     reference = external_reference(job, [])
     meshes, left_out = _meshes(job, how.repeat, progress)
     if reference is None or not reference.expected:
@@ -73,10 +77,10 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
     _known(job, reference, meshes[-1])
     found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
     counting = {one.name for one in found if one.counts}
-    runs = with_front([_run(one, reference, counting) for one in meshes])
+    runs = with_front([_run(one, reference, counting) for one in meshes], counting)
     document = Document(
         scene=job.name,
-        command=f"gudgeon report {shlex.quote(str(job.path))}",
+        command=command_text(job.path, job.overrides, how),
         reference={"kind": reference.kind, "source": reference.source},
         machine=machine(),
         version=version("gudgeon"),

@@ -1,10 +1,28 @@
-"""Which runs nothing beats in both error and run time."""
+"""How far each run may be trusted, and which runs nothing beats in both that and run time."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
-from pipeline.study.document import Run
+from pipeline.study.document import Errors, Run
+
+
+def sound_error(run: Run, runs: Sequence[Run], counting: Collection[str] | None = None) -> float | None:
+    """Return the largest error of a run in the quantities that count, or what its basis or step adds if that is larger.
+
+    Errors of basis and step that cancel make no good setting. A largest basis is taken to lack as much as the next
+    smaller one does, which is more than it does where they converge.
+
+    Args:
+        runs: All of its report.
+        counting: All quantities where None.
+    """
+    if run.largest_error is None:
+        return None
+    names = run.errors if counting is None else counting
+    parts = [part for part in (run.truncation or _next_smaller(run, runs), run.time) if part is not None]
+    sizes = [abs(part[name]) for part in parts for name in names if part.get(name) is not None]
+    return max([run.largest_error, *sizes])
 
 
 def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
@@ -18,8 +36,16 @@ def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
     return front
 
 
-def with_front(runs: Sequence[Run]) -> list[Run]:
-    """Return the runs, each knowing whether it is on the front of its largest error over its CPU seconds."""
-    known = [(number, run.largest_error) for number, run in enumerate(runs) if run.largest_error is not None]
-    best = {known[i][0] for i in pareto_front([(runs[number].cpu_seconds, error) for number, error in known])}
-    return [replace(run, front=number in best) for number, run in enumerate(runs)]
+def with_front(runs: Sequence[Run], counting: Collection[str] | None = None) -> list[Run]:
+    """Return the runs, each with its sound error and whether it is on the front of that over its CPU seconds."""
+    sound = [sound_error(run, runs, counting) for run in runs]
+    known = [number for number, error in enumerate(sound) if error is not None]
+    points = [(runs[number].cpu_seconds, error) for number, error in enumerate(sound) if error is not None]
+    best = {known[i] for i in pareto_front(points)}
+    return [replace(run, sound_error=sound[number], front=number in best) for number, run in enumerate(runs)]
+
+
+def _next_smaller(run: Run, runs: Sequence[Run]) -> Errors | None:
+    """Return what the largest of the bases that were compared with a run's lacks; None where there is none."""
+    smaller = [other for other in runs if other.truncation is not None and other.truncation_against == run.name]
+    return max(smaller, key=lambda other: other.coordinates).truncation if smaller else None

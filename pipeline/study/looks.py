@@ -41,8 +41,8 @@ def looks(document: Document) -> dict[str, Look]:
 
 
 def drawn(runs: Sequence[Run]) -> list[tuple[int, Run, float]]:
-    """Return the runs that have a finite error: number from 0, run, size of its largest error."""
-    known = [(i, run, abs(run.largest_error)) for i, run in enumerate(runs) if run.largest_error is not None]
+    """Return the runs that have a finite error: number from 0, run, its sound error."""
+    known = [(i, run, run.sound_error) for i, run in enumerate(runs) if run.sound_error is not None]
     return [point for point in known if math.isfinite(point[2])]
 
 

@@ -1,8 +1,12 @@
 """The files of a report, and the tables that its command prints."""
 
+import contextlib
+import json
+from collections.abc import Iterator
 from pathlib import Path
 
-from pipeline.study.document import Document, Run, csv_text
+from pipeline.errors import InputError
+from pipeline.study.document import Document, csv_text
 from pipeline.study.page import page
 from pipeline.study.words import (
     NOTHING,
@@ -19,8 +23,37 @@ from pipeline.study.words import (
 )
 from pipeline.textfile import write_text
 
+FILES = ("report.json", "report.csv", "report.html", "report.png")
 WIDE = 6
 """Quantities up to which each has a column in the table that is printed; of more the largest error is shown."""
+
+
+@contextlib.contextmanager
+def report_folder(folder: Path, scene: str, *pictures: str) -> Iterator[None]:
+    """See to it that the folder of a report holds this one or none; a report that fails takes an earlier one's files.
+
+    Args:
+        pictures: Files that belong to it beside `FILES`.
+
+    Raises:
+        InputError: the folder holds the report of another scene.
+    """
+    if (holder := _scene_of(folder / FILES[0])) not in (None, scene):
+        raise InputError(f"--out {folder}: holds the report of '{holder}', '{scene}' needs a folder of its own")
+    try:
+        yield
+    except BaseException:
+        for name in (*FILES, *pictures):
+            (folder / name).unlink(missing_ok=True)
+        raise
+
+
+def _scene_of(path: Path) -> str | None:
+    """Return the scene that a `report.json` is of, None where there is none that can be read."""
+    try:
+        return str(json.loads(path.read_text(encoding="utf-8"))["scene"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
 
 def write_report(document: Document, folder: Path, *, picture: bytes | None = None) -> None:
@@ -73,17 +106,14 @@ def _runs(document: Document) -> list[str]:
             title = one.name + (f" (L2{window})" if one.measure == "L2" else "")
             columns[title] = [error_text(run.errors.get(one.name), one.measure, one.unit) for run in document.runs]
     else:
-        columns["largest error"] = [_largest(run) for run in document.runs]
+        columns["largest error"] = [size_text(run.largest_error) for run in document.runs]
         columns["of"] = [run.largest_of or NOTHING for run in document.runs]
+    columns["result"] = [NOTHING if run.result == "FINISHED" else run.result for run in document.runs]
     columns["energy drift"] = [small_text(run.energy_drift) for run in document.runs]
     columns["steps"] = [count_text(run.steps) for run in document.runs]
     columns["CPU time"] = [seconds_text(run.cpu_seconds) for run in document.runs]
     kept = {key: cells for key, cells in columns.items() if any(cell != NOTHING for cell in cells)}
     return _table(list(kept), [list(row) for row in zip(*kept.values(), strict=True)])
-
-
-def _largest(run: Run) -> str:
-    return run.result if run.result != "FINISHED" else size_text(run.largest_error)
 
 
 def _table(columns: list[str], rows: list[list[str]]) -> list[str]:

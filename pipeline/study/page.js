@@ -26,7 +26,7 @@
   const tick = (value) => (value >= 0.99e-4 ? `${Number((value * 100).toPrecision(3))}%` : value.toExponential(0));
 
   const errorOf = (run, name) => {
-    const value = name === "" ? run.largest_error : run.errors[name];
+    const value = name === "" ? run.sound_error : run.errors[name];
     return value === null || value === undefined ? null : Math.abs(value);
   };
 
@@ -78,7 +78,9 @@
   };
   const show = (point, name) => {
     hide();
-    const run = point.run, lines = [`${percent(point.error)} ${name === "" ? `largest error, of ${run.largest_of}` : name}`];
+    const run = point.run, largest = `${percent(run.largest_error)} largest error, of ${run.largest_of}`;
+    const lines = [name === "" ? largest : `${percent(point.error)} ${name}`];
+    if (name === "" && point.error > run.largest_error) lines.push(`${percent(point.error)} by its basis or step alone`);
     const of = name === "" ? run.largest_of : name;
     for (const [part, label] of [["truncation", "of that, basis"], ["time", "of that, step"]])
       if (run[part] && run[part][of] !== undefined && run[part][of] !== null)
@@ -147,7 +149,7 @@
     const across = spread([...all, ...beside].map((p) => Math.max(p.run.cpu_seconds, 1e-9)), box.left, box.right);
     const up = spread(all.map((p) => Math.max(p.error, floor)), box.bottom, box.top, floor);
     grid(svg, across, up, box);
-    const label = name === "" ? "largest error of a run" : `error: ${name}`;
+    const label = name === "" ? "largest error of a run, its basis or step" : `error: ${name}`;
     make("text", { class: "title", x: 4, y: 15 }, svg, label);
     const tolerance = report.choice?.tolerance;
     if (tolerance !== undefined && tolerance > up.low && tolerance < up.high) {

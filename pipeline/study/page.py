@@ -102,15 +102,17 @@ def _section(title: str, body: str) -> str:
 
 def _chart(document: Document) -> str:
     options = ["", *(one.name for one in document.quantities)]
-    names = ["largest error of a run", *options[1:]]
+    names = ["largest error of a run, its basis or step", *options[1:]]
     chosen = "".join(
         f'<option value="{escape(value)}">{escape(name)}</option>' for value, name in zip(options, names, strict=True)
     )
     legend = "".join(_legend(scheme, look) for scheme, look in looks(document).items())
     notes = (
-        "The line is the Pareto front: what lies above it costs more or errs more than a run on it. Grey squares are"
-        " all nodal degrees of freedom. Numbers are those of the table. A hollow mark on the lower edge"
-        f" has an error below {LEAST:.0e}; a dotted line stands at the time of the reference."
+        "Shown is the largest error of a run, or what its basis or step adds where that is larger: errors that cancel"
+        " are luck. A largest basis is taken to lack what the next smaller one does. The line is the Pareto front: what"
+        " lies above it costs more or errs more than a run on it. Grey squares are all nodal degrees of freedom;"
+        f" numbers are those of the table. A hollow mark on the lower edge has an error below {LEAST:.0e}; a dotted"
+        " line stands at the time of the reference."
     )
     return (
         f'<figure><div class="controls"><label for="quantity">Error of</label><select id="quantity">{chosen}</select>'

@@ -42,7 +42,7 @@ class Reference:
 
 def values_of(run: Ran) -> dict[str, float]:
     """Return the quantities of a run by name."""
-    return {name: float(entry["value"]) for name, entry in getattr(run, "quantities", {}).items()}
+    return {name: float(entry["value"]) for name, entry in run.quantities.items()}
 
 
 def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:

@@ -2,7 +2,6 @@
 
 import difflib
 import math
-import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version
@@ -11,17 +10,17 @@ from modaldb.schema import NodalRecord
 from pipeline.cycle_report import reproducible
 from pipeline.errors import InputError, StageError
 from pipeline.machine import machine
-from pipeline.nodal_runs import nodal_runs
+from pipeline.nodal_runs import REPEATS, SHORT, nodal_runs
 from pipeline.stages import Job, SceneError, SolverError, run_job, variant
 from pipeline.study.assemble import Point, fineness, finest_of, finest_step, point, quantities, rows
 from pipeline.study.changes import change_rows
 from pipeline.study.choice import choose, doubtful, keep
 from pipeline.study.document import Document, Quantity
-from pipeline.study.effort import Effort
+from pipeline.study.effort import Effort, command_text
 from pipeline.study.front import with_front
-from pipeline.study.output import write_report
+from pipeline.study.output import report_folder, write_report
 from pipeline.study.reference import Reference, errors_against, external_reference, reference_run, values_of
-from pipeline.study.runs import kept_trajectory, spread, timed
+from pipeline.study.runs import LONG, WARM_UP, kept_trajectory, spread, timed
 from pipeline.study.sweep import Setting, contradiction, finer, settings_of
 
 Tell = Callable[[str, float], None]
@@ -30,10 +29,11 @@ PATIENCE = 20.0
 FINER = 6.0
 """What finer runs take together, in times of the run itself."""
 TIMING = (
-    "CPU seconds of the solution alone, one thread, least of {repeat} runs after a short one that loads and compiles;"
-    " a run beyond a minute is repeated once. Timed runs never go beside each other or beside anything else of the"
-    " report: what --jobs spreads over processes are the finer runs that only serve as references, before or after."
-    " Cold: the stage in an empty database; warm: with everything at hand. Nodal runs are timed once."
+    "CPU seconds of the solution alone, one thread, least of {repeat} runs after one that loads and compiles and is cut"
+    " off after {warm_up:.0f} CPU s; after {long:.0f} s none is repeated but the first. Timed runs never go beside each"
+    " other or beside anything else of the report: what --jobs spreads over processes are the finer runs that serve as"
+    " references only, afterwards. Cold: the stage in an empty database; warm: with everything at hand. Nodal runs: CPU"
+    " seconds of all their threads, least of {nodal} where the first takes {short:.0f} s at most, else its own."
 )
 
 
@@ -43,10 +43,18 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
     Everything that is finished is kept: after an interruption the report goes on where it was.
 
     Raises:
-        InputError: a setting that the scene names is wrong, or what it names of a reference is.
+        InputError: a setting that the scene names is wrong, or what it names of a reference is, or the job's folder
+            holds the report of another scene.
         StageError: no setting ran.
     """
     settings, left_out = _settings(job)
+    with report_folder(job.out, job.name):
+        return _report(job, settings, left_out, how, progress)
+
+
+def _report(
+    job: Job, settings: Sequence[Setting], left_out: list[dict[str, str]], how: Effort, progress: Tell
+) -> Document:
     run_job(job, "morph", progress)
     nodal = nodal_runs(job, progress)
     external = external_reference(job, nodal)
@@ -60,10 +68,10 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
     _known(job, points, reference)
     found = quantities(points, reference, nodal, job)
     counting = {one.name for one in found if one.counts}
-    runs = with_front(rows(points, nodal, job, reference, counting))
+    runs = with_front(rows(points, nodal, job, reference, counting), counting)
     document = Document(
         scene=job.name,
-        command=f"gudgeon report {shlex.quote(str(job.path))}",
+        command=command_text(job.path, job.overrides, how),
         reference={"kind": reference.kind, "source": reference.source},
         machine=machine(),
         version=version("gudgeon"),
@@ -71,11 +79,11 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         runs=runs,
         left_out=left_out,
         changes=change_rows(job, progress),
-        choice=choose(runs, how.tolerance, counting, doubtful(found)),
+        choice=choose(runs, how.tolerance, doubtful(found)),
         window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
         until=job.scene.report.until,
         notes=_notes(job, nodal, found, reference.kind),
-        timing=TIMING.format(repeat=how.repeat),
+        timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
     )
     keep(job, document)
     write_report(document, job.out)
@@ -87,6 +95,9 @@ def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
     """Return what runs, and what contradicts itself; misspelt changes shall not come out after the nodal runs."""
     for changes in job.scene.report.changes.values():
         variant(job, changes)
+    until, duration = job.scene.report.until, job.scene.run.duration
+    if until is not None and until > duration:
+        raise InputError(f"{job.path}: report.until: {until:g} s given, the run lasts {duration:g} s")
     able, left_out = [], []
     for setting in settings_of(job):
         if (why := contradiction(job, setting)) is None:

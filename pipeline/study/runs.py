@@ -9,11 +9,9 @@ import hashlib
 import math
 import multiprocessing
 import tempfile
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,22 +19,23 @@ from typing import Any
 import modaldb
 import solver
 from modaldb.schema import MeasurementRecord, Trajectory
+from pipeline.clock import Clock, Seconds
 from pipeline.errors import InputError, StageError
 from pipeline.linalg.tally import TALLY
 from pipeline.machine import machine
 from pipeline.products import STAGES, combined, measurement_product
 from pipeline.scenefile import named
 from pipeline.stages import Job, SceneError, run_job, variant
-from pipeline.study.document import Seconds, StageSeconds
+from pipeline.study.document import StageSeconds
 from pipeline.study.memory import peak_memory
 from solver.simulation import simulate
 from solver.system import System, compile_system
 
 WARM_UP = 5.0
-"""CPU seconds of the run itself before it is timed: what contact needs is then loaded and compiled too."""
+"""CPU seconds of the run itself before it is timed: all that it needs is then loaded and compiled."""
 LONG = 60.0
 """Seconds after which a run is repeated no more, though it is to run more often."""
-Parts = dict[str, dict[str, float]]
+Parts = dict[str, Seconds]
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
     """Return a job's run and what it takes, read back where both are in the database.
 
     Args:
-        repeat: Runs after a short one that loads and compiles; the least time counts.
+        repeat: Runs after one that loads and compiles, cut short where it is long; the least time counts.
         limit: CPU seconds after which a run is given up.
 
     Raises:
@@ -139,37 +138,39 @@ def _make(job: Job, changes: dict[str, Any], limit: float) -> None:
 
 
 def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, MeasurementRecord]:
-    short = job.scene.run.duration * 1e-3
-    system = compiled(job)
-    scene = job.scene.model_copy(
-        update={"run": job.scene.run.model_copy(update={"duration": short, "samples": 10, "frames": 2})}
-    )
-    simulate(replace(system, scene=scene))
     with contextlib.suppress(StageError):
-        simulate(system, _guard(WARM_UP))
-    begun, parts, trajectory = time.perf_counter(), [], None
+        simulate(compiled(job), _guard(WARM_UP))
+    begun, parts, trajectory = Clock(), [], None
     with peak_memory() as peak:
         for number in range(repeat):
-            whole: Parts = {}
-            with _clock(whole, "whole"):
-                system = compiled(job)
-                with _clock(whole, "integration"):
-                    trajectory = simulate(system, _guard(limit))
-            parts.append(whole)
-            if number and time.perf_counter() - begun > LONG:
+            whole = Clock()
+            system = compiled(job)
+            integration = Clock()
+            trajectory = simulate(system, _guard(limit))
+            parts.append({"integration": integration.read(), "whole": whole.read()})
+            if number and begun.read().wall > LONG:
                 break
     assert trajectory is not None
-    least = {name: min((p[name] for p in parts), key=lambda s: s["cpu"]) for name in ("whole", "integration")}
+    least = _least(parts)
     seconds = {"integration": least["integration"], "cold": parts[0]["whole"], "warm": least["whole"]}
-    return trajectory, MeasurementRecord(seconds, peak.mib, {}, machine())
+    return trajectory, MeasurementRecord(_plain(seconds), peak.mib, {}, machine())
+
+
+def _least(parts: Sequence[Parts]) -> Parts:
+    """Return the least time of each part."""
+    return {name: min((one[name] for one in parts), key=lambda taken: taken.cpu) for name in parts[0]}
+
+
+def _plain(parts: Parts) -> dict[str, dict[str, float]]:
+    return {name: asdict(taken) for name, taken in parts.items()}
 
 
 def _guard(limit: float) -> Callable[[float], None]:
     """Return what ends a run after some CPU seconds."""
-    until = time.process_time() + limit
+    clock = Clock()
 
     def watch(share: float) -> None:
-        if time.process_time() > until:
+        if clock.read().cpu > limit:
             raise StageError(f"given up at {share:.0%} after {limit:.0f} CPU s")
 
     return watch
@@ -209,14 +210,15 @@ def _prepare(job: Job, repeat: int) -> MeasurementRecord:
                 before = TALLY.factorisations
                 for state in ("cold", "warm"):
                     for stage in STAGES[:3]:
-                        with _clock(seconds, f"{stage} {state}"), named(job.path, InputError):
+                        clock = Clock()
+                        with named(job.path, InputError):
                             run_job(empty, stage)
+                        seconds[f"{stage} {state}"] = clock.read()
                 counts = {"factorisations": TALLY.factorisations - before}
                 if number == 0:
                     _keep(empty, job)
             found.append(seconds)
-    least = {name: min((one[name] for one in found), key=lambda one: one["cpu"]) for name in found[0]}
-    return MeasurementRecord(least, peak.mib, counts, machine())
+    return MeasurementRecord(_plain(_least(found)), peak.mib, counts, machine())
 
 
 def _keep(made: Job, job: Job) -> None:
@@ -225,13 +227,6 @@ def _keep(made: Job, job: Job) -> None:
         for step in steps.values():
             if not job.store.has(step.key):
                 job.store.put(step.key, step.kind, made.store.get(step.key, step.kind), step.inputs)
-
-
-@contextmanager
-def _clock(parts: Parts, name: str) -> Iterator[None]:
-    wall, cpu = time.perf_counter(), time.process_time()
-    yield
-    parts[name] = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
 
 
 def _how(repeat: int) -> dict[str, Any]:

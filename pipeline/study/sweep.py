@@ -32,6 +32,8 @@ WORDS = {
     "fixed_count": "{} fixed",
 }
 """How values of a sweep are named; others are named by the value, or by key and value."""
+NO_RUN = ("report", "plot", "stress")
+"""Tables of a scene that say nothing of its motion."""
 SELF_EXPLAINING = ("recipe", "method", "kind", "integrator", "dashpot")
 UNITS = {"step": (1e6, "µs")}
 
@@ -51,12 +53,16 @@ def settings_of(job: Job) -> list[Setting]:
     """Return what a report of a scene runs.
 
     Raises:
-        InputError: a path of the sweep leads nowhere.
+        InputError: a path of the sweep leads nowhere, or to what changes no run.
     """
     report = job.scene.report
     if not report.models and not report.sweep:
         return list(_default(job))
     models = report.models or {"": {}}
+    named = [(f"models.{model}", table) for model, changes in models.items() for table in changes]
+    for where, table in [*named, *(("sweep", path.partition(".")[0]) for path in report.sweep)]:
+        if table in NO_RUN:
+            raise InputError(f"{job.path}: report.{where}: '{table}' given, which changes no run; vary what moves")
     axes = [[(path, value) for value in values] for path, values in report.sweep.items()]
     found = []
     for (name, changes), point in itertools.product(models.items(), itertools.product(*axes)):
@@ -97,7 +103,7 @@ def scheme_of(job: Job) -> tuple[str, str]:
         job: The scene with the setting put in.
     """
     tables = copy.deepcopy(job.tables)
-    for name in ("report", "plot", "stress"):
+    for name in NO_RUN:
         tables.pop(name, None)
     for component in tables.get("component", {}).values():
         component.pop("modes", None)

@@ -1,7 +1,6 @@
 """`gudgeon report` of a scene with `report.vectors`: its runs are the bases under the force that travels; the standing
 force and the price of vectors for another place are tables beside them."""
 
-import shlex
 from collections.abc import Sequence
 from importlib.metadata import version
 
@@ -10,9 +9,9 @@ from pipeline.runreport import Progress
 from pipeline.stages import Job
 from pipeline.study.choice import choose
 from pipeline.study.document import Document, Errors, Quantity, Run, Seconds, StageSeconds, Table
-from pipeline.study.effort import Effort
+from pipeline.study.effort import Effort, command_text
 from pipeline.study.front import with_front
-from pipeline.study.output import write_report
+from pipeline.study.output import report_folder, write_report
 from pipeline.study.series import chain, settling
 from pipeline.vectors.study import ROOT, TITLES, UNDER, Comparison, VectorRow, compare
 
@@ -33,11 +32,16 @@ def vectors_report(job: Job, how: Effort, progress: Progress) -> Document:
     Raises:
         InputError: the scene names no such force, or its body is not held.
     """
+    with report_folder(job.out, job.name, PICTURE):
+        return _report(job, how, progress)
+
+
+def _report(job: Job, how: Effort, progress: Progress) -> Document:
     found = compare(job, how.repeat, progress)
     runs = with_front([_nodal_run(found), *(_run(found, row) for row in _moving(found))])
     document = Document(
         scene=job.name,
-        command=f"gudgeon report {shlex.quote(str(job.path))}",
+        command=command_text(job.path, job.overrides, how),
         reference={"kind": "nodal", "source": f"all {found.dofs:,} nodal dofs, the same {found.steps:,} time steps"},
         machine=machine(),
         version=version("gudgeon"),

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from pipeline.clock import fastest
 from pipeline.errors import InputError
 from pipeline.modes.normal import NormalModes, largest_count, normal_modes
 from pipeline.recipes.reduction import lowest
@@ -17,7 +18,6 @@ from pipeline.reporting import Vectors
 from pipeline.runreport import Progress
 from pipeline.scenefile import named
 from pipeline.stages import Job, run_job
-from pipeline.study.clock import fastest
 from pipeline.study.document import Errors, Seconds
 from pipeline.study.memory import peak_memory
 from pipeline.vectors.cost import price

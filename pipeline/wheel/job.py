@@ -49,6 +49,8 @@ class WheelJob:
     """Relative change of each blade's stiffness, (N,)."""
     store: FolderStore
     out: Path
+    overrides: tuple[str, ...] = ()
+    """Changes of the scene's file, as `--set` takes them."""
 
     @property
     def stages(self) -> tuple[str, ...]:
@@ -293,7 +295,7 @@ def wheel_job(place: Place) -> WheelJob:
     name, wheel = scene.only
     with named(place.path, InputError):
         changes = wheel.mistuning.changes(wheel.sectors, place.path.parent, f"wheel.{name}.mistuning")
-    return WheelJob(place.name, place.path, place.tables, scene, changes, place.store, place.out)
+    return WheelJob(place.name, place.path, place.tables, scene, changes, place.store, place.out, place.overrides)
 
 
 def _listed(kept: str | tuple[str, ...]) -> str:

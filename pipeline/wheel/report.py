@@ -1,6 +1,5 @@
 """`gudgeon report` of a wheel: every choice of kept interface against the full wheel, error beside size and seconds."""
 
-import shlex
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -8,18 +7,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from modaldb.schema import WheelRecord
+from pipeline.clock import fastest
 from pipeline.cyclic import SectorParts, sector_parts
 from pipeline.errors import InputError, StageError
 from pipeline.machine import machine
 from pipeline.runreport import Progress
 from pipeline.scenefile import named
 from pipeline.study.choice import choose
-from pipeline.study.clock import fastest
 from pipeline.study.document import Document, Errors, Quantity, Run, Seconds, StageSeconds, Table
-from pipeline.study.effort import Effort
+from pipeline.study.effort import Effort, command_text
 from pipeline.study.front import with_front
 from pipeline.study.memory import peak_memory
-from pipeline.study.output import write_report
+from pipeline.study.output import report_folder, write_report
 from pipeline.study.series import chain, settling
 from pipeline.wheel.settings import KeptInterface
 from pipeline.wheel.solve import (
@@ -115,11 +114,16 @@ def report_wheel(job: "WheelJob", how: Effort, progress: Progress) -> Document:
         InputError: a choice does not fit the mesh.
         StageError: a numerical routine failed.
     """
+    with report_folder(job.out, job.name, PICTURE):
+        return _report(job, how, progress)
+
+
+def _report(job: "WheelJob", how: Effort, progress: Progress) -> Document:
     found = compare(job, how, progress)
     runs = with_front(_runs(job, found))
     document = Document(
         scene=job.name,
-        command=f"gudgeon report {shlex.quote(str(job.path))}",
+        command=command_text(job.path, job.overrides, how),
         reference={"kind": "nodal", "source": f"the mistuned wheel with all its {found.rows[0].coordinates:,} dofs"},
         machine=machine(),
         version=version("gudgeon"),

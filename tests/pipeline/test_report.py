@@ -3,6 +3,7 @@
 import csv
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +12,17 @@ import pytest
 
 from pipeline import nodal_runs
 from pipeline.cli import main
-from pipeline.errors import InputError
+from pipeline.errors import InputError, StageError
 from pipeline.stages import Job, open_job
 from pipeline.study import runs
 from pipeline.study.changes import change_rows
-from pipeline.study.choice import kept_report
+from pipeline.study.choice import keep, kept_reports, newest_report
 from pipeline.study.document import Document, Run
 from pipeline.study.effort import Effort
 from pipeline.study.force import GRID, ForceReference, pulse_reference, smooth
+from pipeline.study.output import write_report
 from pipeline.study.report import report_job
+from tests.pipeline import documents
 from tests.pipeline.small import write_scene
 
 REPORT = """
@@ -204,10 +207,36 @@ def test_a_choice_belongs_to_its_reference(tmp_path: Path) -> None:
     """Another value in the same file is another report."""
     (write_scene(tmp_path / "scene") / "exact.json").write_text('{"expected": {"i": 0.01}}')
     job = open_job(tmp_path / "scene", set={"report.reference": "exact.json"}, db=tmp_path / "db")
-    before = kept_report(job).key
-    assert kept_report(job).key == before
+    before = next(kept_reports(job)).key
+    assert next(kept_reports(job)).key == before
     (tmp_path / "scene" / "exact.json").write_text('{"expected": {"i": 0.02}}')
-    assert kept_report(job).key != before
+    assert next(kept_reports(job)).key != before
+
+
+def test_the_newest_report_counts(tmp_path: Path) -> None:
+    """The same scene with other seconds is another report; the same once more is none."""
+    job = open_job(write_scene(tmp_path / "scene"), db=tmp_path / "db")
+    assert newest_report(job) is None
+    first, second = documents.large(), documents.small()
+    for number, document in ((1, first), (1, first), (2, second), (3, first)):
+        keep(job, document)
+        assert newest_report(job) == document
+        assert len(list(kept_reports(job))) == number + 1
+
+
+def test_a_folder_holds_this_report_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A report that fails takes the files of an earlier one; the report of another scene is left alone."""
+    scene = write_scene(tmp_path / "scene") / "scene.toml"
+    job = open_job(scene, db=tmp_path / "db", out=tmp_path / "out")
+    write_report(replace(documents.small(), scene=job.name), job.out)
+    monkeypatch.setattr(runs, "simulate", lambda *given: (_ for _ in ()).throw(StageError("it broke")))
+    with pytest.raises(StageError, match=r"no setting ran: .*it broke"):
+        report_job(job, ONCE, silent)
+    assert [path.name for path in job.out.iterdir()] == ["inputs.json"]
+    write_report(documents.small(), job.out)
+    with pytest.raises(InputError, match=r"out: holds the report of 'rod', 'scene' needs a folder of its own"):
+        report_job(job, ONCE, silent)
+    assert json.loads((job.out / "report.json").read_text())["scene"] == "rod"
 
 
 def test_jobs_change_nothing_but_who_does_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -262,7 +291,10 @@ def test_command_and_tolerance(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "--tolerance: no report of this scene as it is; make one: gudgeon report" in capsys.readouterr().err
     assert main(["report", "data/rod-wall", *places, *changes, "--repeat", "1", "--tolerance", "1%"]) == 0
     capsys.readouterr()
-    best = json.loads((tmp_path / "out" / "report.json").read_text())["choice"]
+    kept = json.loads((tmp_path / "out" / "report.json").read_text())
+    best = kept["choice"]
+    assert kept["command"].startswith("gudgeon report data/rod-wall/scene.toml --set 'report.models=\"unset\"' --set ")
+    assert kept["command"].endswith(" --repeat 1")
     assert best["run"] is not None
     assert best["error"] <= 0.01
     assert main(["solve", "data/rod-wall", *places, *changes, "--tolerance", "0.01", "--json"]) == 0
@@ -281,6 +313,9 @@ def test_command_and_tolerance(tmp_path: Path, capsys: pytest.CaptureFixture[str
         ('[report.sweep]\n"contact.*.no_such_key" = [1]\n', "no_such_key"),
         ('[report.sweep]\n"joint.*.speed" = [1]\n', "'joint.*.speed' leads nowhere in this scene"),
         ('[report.models]\n"a" = { contact.knock.methd = "penalty" }\n', "did you mean 'method'"),
+        ('[report.sweep]\n"report.until" = [1e-4, 2e-4]\n', "report.sweep: 'report' given, which changes no run"),
+        ('[report.models]\n"a" = { plot.label = "b" }\n', "report.models.a: 'plot' given, which changes no run"),
+        ("[report]\nuntil = 0.1\n", "report.until: 0.1 s given, the run lasts 0.0003 s"),
         ('[report]\nmodels = {}\n[report.changes]\n"a" = { component.skirt.chnge = 1 }\n', "did you mean 'change'"),
     ],
 )

@@ -1,6 +1,7 @@
 """What a report sweeps, and what its numbers say: settings, chains, and the cheapest setting."""
 
 import math
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,8 @@ from pipeline.errors import InputError
 from pipeline.stages import Job, open_job, variant
 from pipeline.study.choice import choose, doubtful
 from pipeline.study.convergence import converges, order_of, said
-from pipeline.study.document import Chain, Quantity, Run
+from pipeline.study.document import Chain, Choice, Quantity, Run
+from pipeline.study.front import with_front
 from pipeline.study.sweep import Setting, basis_of, contradiction, finer, scheme_of, settings_of
 
 DATA = Path(__file__).resolve().parents[2] / "data"
@@ -138,6 +140,12 @@ def run(name: str, error: float | None, cpu: float, **given: Any) -> Run:
     return Run(**(plain | given))
 
 
+def chosen(
+    runs: list[Run], tolerance: float, counting: list[str] | None = None, avoided: Collection[str] = ()
+) -> Choice:
+    return choose(with_front(runs, counting), tolerance, avoided)
+
+
 def test_cheapest_setting_that_meets_the_tolerance() -> None:
     runs = [
         run("dear", 1e-4, 9.0),
@@ -146,21 +154,40 @@ def test_cheapest_setting_that_meets_the_tolerance() -> None:
         run("nodal", 1e-3, 0.5, kind="nodal"),
         run("failed", None, 0.01, result="DIVERGED"),
     ]
-    assert choose(runs, 0.01).run == "cheap"
-    assert choose(runs, 1e-3).run == "dear"
-    none = choose(runs, 1e-5)
+    assert chosen(runs, 0.01).run == "cheap"
+    assert chosen(runs, 1e-3).run == "dear"
+    none = chosen(runs, 1e-5)
     assert none.run is None
-    assert none.why == "none meets 1e-05; nearest is dear, 0.0001 in impulse"
-    assert choose(runs[3:], 0.5).run is None
+    assert none.why == "none meets 1e-05; nearest is dear, 1.0e-04 in impulse"
+    assert chosen(runs[3:], 0.5).run is None
 
 
 def test_errors_that_cancel_make_no_setting() -> None:
     lucky = run("lucky", 1e-3, 1.0, truncation={"impulse": 0.03}, time={"impulse": -0.029, "other": 0.5})
     sound = run("sound", 8e-3, 2.0, truncation={"impulse": 5e-3}, time={"impulse": 3e-3, "other": 0.5})
-    found = choose([lucky, sound], 0.01, ["impulse"])
+    found = chosen([lucky, sound], 0.01, ["impulse"])
     assert (found.run, found.error) == ("sound", 8e-3)
-    assert choose([lucky], 0.01, ["impulse"]).why == "none meets 1%; nearest is lucky, 3% of its basis or step alone"
-    assert choose([lucky, sound], 0.01, ["impulse", "other"]).run is None
+    none = chosen([lucky], 0.01, ["impulse"])
+    assert none.why == "none meets 1%; nearest is lucky, 3.00% of its basis or step alone"
+    assert chosen([lucky, sound], 0.01, ["impulse", "other"]).run is None
+
+
+def test_the_front_is_by_what_is_chosen_on() -> None:
+    """A lucky run is neither on the front nor does it push a sound one off."""
+    lucky = run("lucky", 1e-3, 1.0, truncation={"impulse": 0.03})
+    sound = run("sound", 8e-3, 2.0, truncation={"impulse": 5e-3})
+    found = with_front([lucky, sound, run("beaten", 0.01, 3.0)])
+    assert [one.sound_error for one in found] == [0.03, 8e-3, 0.01]
+    assert [one.front for one in found] == [True, True, False]
+
+
+def test_a_largest_basis_lacks_what_the_next_smaller_one_does() -> None:
+    few = run("few", 0.2, 1.0, coordinates=10, truncation={"impulse": 0.19}, truncation_against="most")
+    more = run("more", 0.03, 2.0, coordinates=20, truncation={"impulse": -0.02}, truncation_against="most")
+    most = run("most", 1e-3, 3.0, coordinates=40)
+    alone = run("alone", 1e-3, 4.0, coordinates=10)
+    assert [one.sound_error for one in with_front([few, more, most, alone])] == [0.2, 0.03, 0.02, 1e-3]
+    assert chosen([few, more, most, alone], 0.01).run == "alone"
 
 
 def test_runs_that_do_not_converge_are_not_chosen() -> None:
@@ -168,7 +195,7 @@ def test_runs_that_do_not_converge_are_not_chosen() -> None:
     flagged = Quantity("impulse", "N s", "relative", 1.0, True, False, "", chains)
     runs = [run("lucky", 1e-3, 1.0), run("sound", 5e-3, 2.0)]
     assert doubtful([flagged]) == {"lucky", "lucky / 2"}
-    assert choose(runs, 0.01, ["impulse"], doubtful([flagged])).run == "sound"
+    assert chosen(runs, 0.01, ["impulse"], doubtful([flagged])).run == "sound"
     assert doubtful([replace(flagged, counts=False)]) == set()
 
 

@@ -107,6 +107,9 @@ def test_table_that_is_printed() -> None:
     text = report_text(documents.document(runs, [documents.quantity(name) for name in names]))
     assert "| run | coordinates | largest error | of | steps | CPU time |" in text
     assert "| a/b | 36 | 2.00% | q0 | 4,000 | 1 s |" in text
+    failed = [documents.run("a", 0.1, 1.0), documents.run("b", None, 1.0, result="DIVERGED")]
+    text = report_text(documents.document(failed, [documents.quantity("impulse")]))
+    assert "| b | 36 | – | DIVERGED | 2e-11 | 4,000 | 1 s |" in text
     text = report_text(documents.large())
     assert "Does not converge over this sweep, not fitted: chatter" in text
     assert "- penalty, event: a law has no exact motion between events" in text
