@@ -19,6 +19,7 @@ RATES = np.array([[sum(m * MONOMIALS[j, m] * x ** (m - 1) for m in range(1, 4)) 
 """Derivative at each point of each of these cubics, per h, (4, 4)."""
 LEVELS = 64
 ITERATIONS = 40
+EPS = float(np.finfo(float).eps)
 GOING, FULL, OVER, MISSING, FAILED = 0, 1, 2, 3, 4
 
 
@@ -103,7 +104,7 @@ def march(tables, contacts, motion, track, stiffness, constant, start, end, tole
         constant: Constant forces, (n,).
         start: y at the start of the run, from which constant forces do work, (n,).
         end: [s]
-        tolerance: Error of forces and energy, relative to those of the reference force.
+        tolerance: Error of forces and energy over those of the reference force; round-off of gaps is allowed for.
         fixed: Level that every step has, or −1.
         floor: Least approach speed, relative to the largest.
 
@@ -127,15 +128,16 @@ def march(tables, contacts, motion, track, stiffness, constant, start, end, tole
         known[:], top = motion.approach, motion.clock[3]
         good = _solve(tables, contacts, motion, level, guess, values, depth, rate, floor)
         error = _error(contacts, motion, h, values, depth, rate) if good else np.inf
-        if fixed < 0 and error > tolerance * motion.clock[2]:
+        allowed = tolerance * motion.clock[2]
+        # What round-off adds to the error does not shrink with the step.
+        small = error * 25 < allowed or (good and error <= _round_off(contacts, motion, depth))
+        if fixed < 0 and not small and error > allowed:
             motion.tally[1] += 1
             motion.approach[:], motion.clock[3] = known, top
             if level + 1 >= LEVELS:
                 return FAILED, count
-            drop = 1
-            if good and error < np.inf:
-                drop = max(1, int(np.ceil(np.log2(error / (tolerance * motion.clock[2])) / 4)))
-            motion.level[0] = min(level + drop, LEVELS - 1)
+            drop = int(np.ceil(np.log2(error / allowed) / 4)) if error < np.inf else 1
+            motion.level[0] = min(level + max(1, drop), LEVELS - 1)
             continue
         if not good:
             return FAILED, count
@@ -144,7 +146,7 @@ def march(tables, contacts, motion, track, stiffness, constant, start, end, tole
         _balance(contacts, motion, values, depth, rate, h, stiffness, constant, start)
         track.lost[count, 1] = motion.books[0]
         count += 1
-        if fixed < 0 and level > 0 and error * 25 < tolerance * motion.clock[2]:
+        if fixed < 0 and level > 0 and small:
             motion.level[0] = level - 1
         closed = False
         for i in range(c):
@@ -186,6 +188,24 @@ def _error(contacts, motion, h, values, depth, rate):  # type: ignore[no-untyped
             rate[i, 0] -= contacts.series[i] * RATES[0, k] * values[i, k] / h
     forces = missed(motion.before, motion.clock[1], h, values)
     return max(forces, unbalanced(contacts.law, motion.clock[2], h, values, depth, rate))
+
+
+@njit(cache=True, fastmath=FAST)
+def _round_off(contacts, motion, depth):  # type: ignore[no-untyped-def]
+    """Largest change of an elastic force in the step by the round-off of its gap."""
+    worst = 0.0
+    for i in range(len(depth)):
+        blur = abs(contacts.gap[i])
+        for k in range(len(motion.y)):
+            blur += abs(contacts.rows[i, k] * motion.y[k])
+        blur *= EPS
+        deepest = max(depth[i, 1], depth[i, 2], depth[i, 3])
+        if blur == 0.0 or deepest < -blur:
+            continue
+        low, _, _ = law_force(contacts.law[i], deepest, 0.0, 1.0)
+        high, _, _ = law_force(contacts.law[i], max(deepest, 0.0) + blur, 0.0, 1.0)
+        worst = max(worst, blur * (high - low) / (blur + (high - low) * contacts.series[i]))
+    return worst
 
 
 @njit(cache=True, fastmath=FAST)

@@ -376,6 +376,17 @@ def test_a_step_that_is_too_large_is_left_to_the_accuracy(tmp_path: Path) -> Non
     assert large.quantities["w.impulse"] == own.quantities["w.impulse"]
 
 
+def test_round_off_of_the_gap_shortens_no_step(tmp_path: Path) -> None:
+    """Forces of 1e15 N/m follow from a gap that is known to 2e-18 m: an accuracy below is as good as round-off."""
+    records, scene = shot({"kind": "linear", "stiffness": 1e15}, mass=1e-3, gap=0.01)
+    fine = {"duration": 0.02, "samples": 200, "frames": 20, "accuracy": 1e-11, "integrator": "collocation"}
+    found = simulate(build_all(tmp_path, records, scene | {"run": fine}))
+    assert found.result == "FINISHED"
+    assert found.counts["steps"] < 1000
+    assert found.energy_drift < 1e-7
+    assert found.velocities[-1, 0] == pytest.approx(-(1e-3**0.5), rel=1e-7)
+
+
 def test_given_step_is_taken(tmp_path: Path) -> None:
     """A step that the scene states is not refined."""
     records, scene = shot(HERTZ)
