@@ -8,6 +8,7 @@ surfaces that stay, so that no factorisation is needed. Mass, centre and inertia
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import sparse
 from scipy.spatial import KDTree
 
 from modaldb.schema import MeshRecord, ModalRecord, MorphRecord, Surface
@@ -17,7 +18,9 @@ from pipeline.interface import cylindrical, radial_directions
 from pipeline.profile import ProfileTable, UniformProfile
 
 NEIGHBOURS = 4
-"""Surface nodes that an inner node follows, weighted by inverse square distance."""
+"""Surface nodes that an inner node follows, weighted by inverse square distance; more where some are as near."""
+AS_NEAR = 1e-9
+"""Relative difference of distances that round-off makes: it must not choose among equals."""
 
 
 @dataclass(frozen=True)
@@ -51,17 +54,27 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
     fixed = np.setdiff1d(np.concatenate(others) if others else np.empty(0, int), on_surface)
     inner = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([on_surface, fixed]))
     if len(inner):
-        far, near = KDTree(mesh.nodes[on_surface]).query(mesh.nodes[inner], NEIGHBOURS)
-        weights = 1 / far**2
-        weights /= weights.sum(axis=1, keepdims=True)
+        followed, nearest = _followed(mesh.nodes[on_surface], mesh.nodes[inner])
         fade = np.ones(len(inner))
         if len(fixed):
             to_fixed, _ = KDTree(mesh.nodes[fixed]).query(mesh.nodes[inner])
-            fade = to_fixed / (to_fixed + far[:, 0])
-        shift[inner] = np.einsum("nk,nki->ni", weights, shift[on_surface[near]]) * fade[:, None]
+            fade = to_fixed / (to_fixed + nearest)
+        shift[inner] = followed @ shift[on_surface] * fade[:, None]
     nodes = mesh.nodes + shift
     _refuse_inverted(replace(mesh, nodes=nodes), movement)
     return nodes
+
+
+def _followed(surface: np.ndarray, inner: np.ndarray) -> tuple[sparse.csr_matrix, np.ndarray]:
+    """Return the weights of surface nodes in inner ones (inner, surface), and how near the nearest is [m], (inner,)."""
+    tree = KDTree(surface)
+    far, _ = tree.query(inner, NEIGHBOURS)
+    near = tree.query_ball_point(inner, far[:, -1] * (1 + AS_NEAR), return_sorted=True)
+    rows = np.repeat(np.arange(len(inner)), [len(one) for one in near])
+    columns = np.concatenate(near).astype(np.intp)
+    weights = 1 / ((inner[rows] - surface[columns]) ** 2).sum(axis=1)
+    weights /= np.bincount(rows, weights)[rows]
+    return sparse.csr_matrix((weights, (rows, columns)), (len(inner), len(surface))), far[:, 0]
 
 
 def own_modes(mesh_key: str, modes_key: str, modal: ModalRecord, rung: str) -> MorphRecord:

@@ -98,13 +98,15 @@ def free_twists(morph: MorphRecord, settings: Body, name: str) -> np.ndarray:
         return morph.rigid_twists
     if len(morph.rigid_twists) < 6:
         held = [number for number, one in enumerate(ALL_FREE) if one not in settings.freedom]
-        _, values, right = np.linalg.svd(morph.rigid_twists[:, held].T)
-        left = right[int((values > 1e-9 * values.max(initial=1.0)).sum()) :]
+        rows = morph.rigid_twists[:, held].T
+        size = np.linalg.norm(rows, axis=1, keepdims=True)  # Of ways and of turns, which have units of their own.
+        _, values, right = np.linalg.svd(rows[size[:, 0] > 0] / size[size > 0][:, None])
+        left = right[int((values > 1e-9 * values.max(initial=0.0)).sum()) :]
         if not len(left) and settings.freedom:
             raise SceneError(f"body.{name}.freedom: {list(settings.freedom)} given, its component cannot move so alone")
         return left @ morph.rigid_twists
     chosen = np.eye(6)[[ALL_FREE.index(one) for one in settings.freedom]].reshape(-1, 6)
     mass = np.zeros((6, 6))
     mass[:3, :3], mass[3:, 3:] = morph.mass * np.eye(3), morph.inertia
-    values, vectors = np.linalg.eigh(chosen @ mass @ chosen.T)
-    return (vectors / np.sqrt(values)).T @ chosen
+    # Not by eigenvectors: those of a small part mix masses with moments of inertia that are nothing beside them.
+    return np.linalg.solve(np.linalg.cholesky(chosen @ mass @ chosen.T), chosen)

@@ -37,23 +37,25 @@ def flight(stiffness: np.ndarray, damping: np.ndarray, dt: float) -> Flight:
         damping: β [s], (m,).
         dt: [s]
     """
-    # Scaled by the step, the state is (q, q̇ dt, f) and the exponents are near ω dt.
+    # Scaled by the step, the state is (q, q̇ dt, f dt²): no unit is left, and exponents are near ω dt.
     A = np.zeros((len(stiffness), 3, 3))
-    A[:, 0, 1], A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = 1.0, -stiffness * dt**2, -damping * stiffness * dt, dt**2
-    step, Q = _doubled(A, damping * stiffness / dt)
+    A[:, 0, 1], A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = 1.0, -stiffness * dt**2, -damping * stiffness * dt, 1.0
+    step, Q = _doubled(A)
+    Q *= (damping * stiffness / dt)[:, None, None]
     return Flight(
         np.array([step[:, 0, 0], step[:, 0, 1] * dt, step[:, 1, 0] / dt, step[:, 1, 1]]),
-        np.array([step[:, 0, 2], step[:, 1, 2] / dt]),
+        np.array([step[:, 0, 2] * dt**2, step[:, 1, 2] * dt]),
         np.array(
             [
-                Q[:, 0, 0], 2 * Q[:, 0, 1] * dt, Q[:, 1, 1] * dt**2, 2 * Q[:, 0, 2], 2 * Q[:, 1, 2] * dt, Q[:, 2, 2],
+                Q[:, 0, 0], 2 * Q[:, 0, 1] * dt, Q[:, 1, 1] * dt**2,
+                2 * Q[:, 0, 2] * dt**2, 2 * Q[:, 1, 2] * dt**3, Q[:, 2, 2] * dt**4,
             ]
         ),
     )  # fmt: skip
 
 
-def _doubled(A: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return exp(A) and ∫₀¹ exp(A s)ᵀ diag(0, rate, 0) exp(A s) ds of each coordinate, doubled up from a short time.
+def _doubled(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return exp(A) and ∫₀¹ exp(A s)ᵀ diag(0, 1, 0) exp(A s) ds of each coordinate, doubled up from a short time.
 
     Van Loan's block exponential holds exp(−A), which would drown the integral in round-off for strong damping.
     """
@@ -61,7 +63,7 @@ def _doubled(A: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     halvings = np.maximum(0, np.ceil(np.log2(size + 1e-300))).astype(int)
     block = np.zeros((len(A), 6, 6))
     block[:, :3, :3], block[:, 3:, 3:] = -A.transpose(0, 2, 1), A
-    block[:, 1, 4] = rate
+    block[:, 1, 4] = 1.0
     both = expm(block / 2.0 ** halvings[:, None, None])
     step = both[:, 3:, 3:].copy()
     Q = step.transpose(0, 2, 1) @ both[:, :3, 3:]

@@ -7,8 +7,8 @@ from solver.lcp import append
 
 MARGIN = 1
 """Functions along kept up to date beside those of the window."""
-FAR = 1.0
-"""Gap of a point beyond its traction space [m]."""
+FAR = 1e30
+"""Gap of a point beyond its traction space [m]: no part is as large. Infinity times no force would be no number."""
 
 
 @inner

@@ -73,6 +73,18 @@ def test_energy_is_kept_with_what_is_lost_to_round_off(name: str) -> None:
         assert abs(change + lost - f * (after - q)) < ROUND_OFF * exchanged
 
 
+@pytest.mark.parametrize("name", COORDINATES)
+@pytest.mark.parametrize("faster", [2.0**30, 2.0**-30])
+def test_step_is_the_same_in_other_units_of_time(name: str, faster: float) -> None:
+    """Powers of two round nothing: what differs would be a number that has no unit where it needs one."""
+    omega, beta = COORDINATES[name]
+    slow = flight(np.array([omega**2]), np.array([beta]), DT)
+    fast = flight(np.array([(omega * faster) ** 2]), np.array([beta / faster]), DT / faster)
+    for one, other, powers in zip(slow, fast, ((0, 1, -1, 0), (2, 1), (-2, -1, 0, 0, 1, 2)), strict=True):
+        scale = faster ** np.array(powers)
+        np.testing.assert_array_equal(other[:, 0] * scale, one[:, 0])
+
+
 def test_undamped_step_has_unit_determinant() -> None:
     omega = np.array([0.0, 10.0, 1e5])
     qq, qv, vq, vv = undamped(omega**2, 1e-3)
