@@ -1,5 +1,6 @@
 """How exact the frequencies of a reduction are: residuals, bounds against the mesh, estimates against the continuum."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,12 @@ from pipeline.recipes import Reduction
 
 INCOMPRESSIBLE = 0.48
 """ν from which quadratic elements may lock: displacements must keep the volume of every one."""
-LOCKED = 0.03
-"""Estimated relative error of a frequency that is not accepted there."""
+COMPRESSIBLE = 0.3
+"""ν at which the same elements do not lock: what is off there too is too coarse, whatever the material."""
+SMALL = 0.03
+"""Estimated relative error of a frequency that is accepted in any case."""
+LOCKED = 2.0
+"""Times the error at that ν from which elements lock."""
 IS_A_MODE = 0.1
 """Coordinates whose frequency is known no better than this are no modes, and their error of discretisation means
 nothing: static shapes, Ritz vectors of the highest orders."""
@@ -33,25 +38,38 @@ class FrequencyErrors:
     """Estimate of (ω − ω_exact)/ω, (m,), NaN where a coordinate is no mode; None where the elements have none."""
 
 
-def refuse_locking(errors: FrequencyErrors, frequencies: np.ndarray, component: Component, where: str) -> None:
+def refuse_locking(
+    errors: np.ndarray | None,
+    frequencies: np.ndarray,
+    component: Component,
+    where: str,
+    reduced: Callable[[Component], np.ndarray | None],
+) -> None:
     """Refuse nearly incompressible material on elements that cannot follow it.
 
     Args:
+        errors: Estimates of (ω − ω_exact)/ω, (m,).
         frequencies: [rad/s], (m,).
         where: The component's key in the scene.
+        reduced: Returns the estimates of another component on the same mesh.
 
     Raises:
-        StageError: ν is high, and the elements' own estimate says that a mode is too stiff.
+        StageError: ν is high, and the elements' own estimate says that modes are stiffer than their size explains.
     """
-    nu = 0.0 if component.material is None else component.material.nu
-    if nu < INCOMPRESSIBLE or errors.discretisation is None or np.isnan(errors.discretisation).all():
+    material = component.material
+    if material is None or material.nu < INCOMPRESSIBLE or errors is None or np.isnan(errors).all():
         return
-    worst = int(np.nanargmax(errors.discretisation))
-    if (error := float(errors.discretisation[worst])) > LOCKED:
+    worst = int(np.nanargmax(errors))
+    if (error := float(errors[worst])) <= SMALL:
+        return
+    soft = reduced(component.model_copy(update={"material": material.model_copy(update={"nu": COMPRESSIBLE})}))
+    usual = float(np.nanmax(soft)) if soft is not None and not np.isnan(soft).all() else 0.0
+    if error > LOCKED * usual:
         raise StageError(
-            f"{where}.material.nu: {nu:g} given, elements of this size lock: the frequency of mode {worst + 1},"
-            f" {frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about {error:.1%}, allowed next to ν = 0.5:"
-            f" {LOCKED:.0%}; refine the mesh, keep fewer modes, or lower nu"
+            f"{where}.material.nu: {material.nu:g} given, elements of this size lock: the frequency of mode"
+            f" {worst + 1}, {frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about {error:.1%}, allowed next"
+            f" to ν = 0.5: {max(SMALL, LOCKED * usual):.1%}, twice what it is at ν = {COMPRESSIBLE:g}; refine the mesh,"
+            " keep fewer modes, or lower nu"
         )
 
 

@@ -72,7 +72,10 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     reduction = replace(own, Phi=spread @ own.Phi)
     at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
     errors = frequency_errors(tied, own, model, spread, component)
-    refuse_locking(errors, own.angular_frequencies, component, where)
+    refuse_locking(
+        errors.discretisation, own.angular_frequencies, component, where,
+        lambda other: reduce_component(mesh, mesh_key, other, name).discretisation_errors,
+    )  # fmt: skip
     return ModalRecord(
         mesh_key=mesh_key,
         recipe=component.modes.recipe,
