@@ -25,8 +25,10 @@ PER_STEP = 1e-16
 ROUND_OFFS = 16.0
 """How often the last digit of a place, a momentum or an energy may come into a result."""
 ORTHONORMAL = 1e-9
-LOCKED = 0.03
-"""Estimated error of a frequency above which elements lock."""
+RESOLVED = 0.03
+"""Estimated error of a frequency that is small whatever it was before."""
+LOCKED = 2.0
+"""Times the error of the scene as it is from which elements lock."""
 SEEN = 1e-3
 """Share of what energy allows from which frames have seen an overlap."""
 SETTLED = 0.01
@@ -71,24 +73,29 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
     if units is None:
         return None
     places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
-    pairs: list[tuple[float, float, float]] = []
-    """Both values, and the difference that is allowed."""
+    pairs: list[tuple[float, float]] = []
+    """Relative differences, and what is allowed."""
     if base.contact is not None:
         one, other = found.contact, base.contact
         if one is None:
             return Finding("similarity", np.inf, SAME, "first contact in other units (there is none)")
-        for name, dimension in (("start", TIME), ("impulse", IMPULSE), ("duration", TIME), ("force", FORCE)):
+        # A start that is all but zero is known to a share of how long the contact takes.
+        span = max(other.start, other.duration) or 1.0
+        places *= other.start / span
+        pairs.append((abs(one.start / units.of(TIME) - other.start) / span, SAME + places))
+        for name, dimension in (("impulse", IMPULSE), ("duration", TIME), ("force", FORCE)):
             rings = found.force_round_off + base.force_round_off if name == "force" else 0.0
-            pairs.append((getattr(one, name) / units.of(dimension), getattr(other, name), SAME + places + rings))
+            apart = _apart(getattr(one, name) / units.of(dimension), getattr(other, name))
+            pairs.append((apart, SAME + places + rings))
     else:
         for name, (value, unit) in base.readings.items():
-            if unit in UNIT_OF and name in found.readings:
-                pairs.append((found.readings[name][0] / units.of(UNIT_OF[unit]), value, SAME + places))
-    if not any(b for _, b, _ in pairs):
+            if unit in UNIT_OF and name in found.readings and value:
+                pairs.append((_apart(found.readings[name][0] / units.of(UNIT_OF[unit]), value), SAME + places))
+    if not pairs:
         return None
     what = "first contact" if base.contact is not None else "readings"
-    worst = max(pairs, key=lambda pair: _apart(pair[0], pair[1]) / pair[2])
-    return Finding("similarity", _apart(worst[0], worst[1]), worst[2], f"{what} the same in other units")
+    value, bound = max(pairs, key=lambda pair: pair[0] / pair[1])
+    return Finding("similarity", value, bound, f"{what} the same in other units")
 
 
 def frequencies(found: Evidence, compared: Compared) -> Finding | None:
@@ -171,10 +178,11 @@ def shear(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def resolved(found: Evidence, compared: Compared) -> Finding | None:
-    """The error that elements are known to make stays small: they do not lock."""
+    """The error that elements are known to make stays small, or what it was: they do not lock."""
     if found.estimated is None:
         return None
-    return Finding("resolved", found.estimated, LOCKED, "estimated error of frequencies")
+    bound = max(RESOLVED, LOCKED * (compared.base.estimated or 0.0))
+    return Finding("resolved", found.estimated, bound, "estimated error of frequencies")
 
 
 def momentum(found: Evidence, compared: Compared) -> Finding | None:

@@ -28,6 +28,8 @@ SCENE = ROOT / "data" / "rods-3d"
 EDGE = 0.05
 """Share of the plateau that is left out at either end."""
 COORDINATES = 46
+RITZ_VECTORS = 160
+"""Of which these are the lowest that the blow excites."""
 STIFFNESSES = (2e8, 3.5e8, 6e8, 1e9)
 """Contact stiffnesses that Exudyn is given [N/m]; the best of each basis stands between the outer ones."""
 STEPS = (2e-6, 5e-6, 1e-5)
@@ -84,7 +86,8 @@ def rows(folder: Path) -> list[Row]:
 
 def prepared(folder: Path, **changes: Any) -> Job:
     """Bring the scene up to the solver. Frames are not wanted here, Exudyn stores none."""
-    job = open_job(SCENE, set={"run.frames": 2} | changes, db=folder / "db", out=folder / "out")
+    modes = {"component.rod.modes.normal_count": COORDINATES, "component.rod.modes.ritz_count": RITZ_VECTORS}
+    job = open_job(SCENE, set={"run.frames": 2} | modes | changes, db=folder / "db", out=folder / "out")
     run_job(job, "morph")
     return job
 
