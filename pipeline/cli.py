@@ -291,7 +291,10 @@ def _tolerance(text: str) -> float:
 
 
 def _names(text: str) -> tuple[str, ...]:
-    return tuple(name for one in text.split(",") if (name := one.strip()))
+    found = tuple(name for one in text.split(",") if (name := one.strip()))
+    if not found:
+        raise argparse.ArgumentTypeError(f"'{text}' given, names with commas between them are needed")
+    return found
 
 
 def _positive(text: str) -> int:

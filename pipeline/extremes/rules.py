@@ -209,7 +209,7 @@ def creation(found: Evidence, compared: Compared) -> Finding | None:
 
 def penetration(found: Evidence, compared: Compared) -> Finding | None:
     """Surfaces overlap by no more than the energy there is can press them."""
-    if found.penetration is None or found.penetration_bound is None:
+    if found.penetration is None or found.penetration_bound is None or found.contact is None:
         return None
     return Finding("penetration", found.penetration, found.penetration_bound, "overlap that the energy allows [m]")
 

@@ -5,12 +5,13 @@ import io
 import json
 import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from modaldb.schema import MeshRecord
-from pipeline.errors import StageError
+from pipeline.errors import InputError, StageError
+from pipeline.extremes.dimensions import LENGTH
 from pipeline.extremes.evidence import Evidence, Refusal
 from pipeline.extremes.operations import OPERATIONS, DoesNotApply, Subject
 from pipeline.extremes.rules import Compared
@@ -98,8 +99,12 @@ def stress_cases(place: Place, cases: Mapping[str, Case], progress: Progress) ->
 
     Returns:
         The document and its table as text.
+
+    Raises:
+        InputError: a case sets what the scene does not have.
     """
     job = place.job
+    _check(place, cases)
     with tempfile.TemporaryDirectory(prefix="gudgeon-stress-") as scratch:
         base = place.run(Trial(job), Path(scratch) / "base")
         if isinstance(base, Refusal):
@@ -117,6 +122,16 @@ def stress_cases(place: Place, cases: Mapping[str, Case], progress: Progress) ->
     draw(document, job.out / "stress.png")
     progress("stress", 1.0)
     return document, table_text(document)
+
+
+def _check(place: Place, cases: Mapping[str, Case]) -> None:
+    """Refuse cases that set what the scene does not have: they would come out as the scene's fault."""
+    for name, case in cases.items():
+        if case.operation.kind == "set" and not case.refusal:
+            try:
+                place.changed(case.operation.values)
+            except InputError as error:
+                raise InputError(f"case '{name}': {error}") from error
 
 
 def _subject(place: Place, base: Evidence, folder: Path) -> Subject:
@@ -145,6 +160,10 @@ def _row(name: str, case: Case, subject: Subject) -> Row:
     known, stretch = trial.stretch, None
     if known is not None:  # Harmonics of a wheel stretch as its sector does.
         stretch = {key: known[key.partition(",")[0]] for key in base.frequencies}
+    if trial.units is not None and isinstance(found, Evidence) and found.penetration is not None:
+        metre = trial.units.of(LENGTH)
+        bound = found.penetration_bound
+        found = replace(found, penetration=found.penetration / metre, penetration_bound=bound and bound / metre)
     compared = Compared(base, trial.units, stretch, trial.agreement, trial.factor, trial.measured)
     return _written(name, case, judge(case, found, compared), found)
 

@@ -337,6 +337,14 @@ def test_a_case_of_the_scene_itself(tmp_path: Path, capsys: pytest.CaptureFixtur
         chosen_cases(job.scene.stress, tmp_path / "no.toml", (), job.path)
     assert main(["stress", str(job.path), "--set", "stress.duration=-1", "--db", str(tmp_path / "db")]) == 2
     assert "stress.duration: -1 given" in capsys.readouterr().err
+    misspelt = table.replace("{}", "{ run = { gravty = [0.0, 0.0, 0.0] } }")
+    (tmp_path / "own.toml").write_text(f'base = "two.toml"\n[stress.case.typo]\n{misspelt}')
+    assert main(["stress", str(job.path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]) == 2
+    assert "case 'typo': " in (said := capsys.readouterr().err)
+    assert "run.gravty: unknown key; did you mean 'gravity'" in said
+    assert not (tmp_path / "out" / "stress.json").exists()
+    with pytest.raises(SystemExit, match="2"):
+        main(["stress", str(job.path), "--only", ","])
 
 
 def test_slender_scenes_do_not_depend_on_units(tmp_path: Path) -> None:

@@ -109,6 +109,23 @@ def test_bounds_follow_the_last_digit_and_no_more() -> None:
     assert judge(case("similarity"), replace(far, gap_round_off=0.0, force_round_off=1.0), LIKE).verdict == "wrong"
 
 
+def test_a_start_at_once_is_known_to_a_share_of_the_contact() -> None:
+    """Bodies that all but touch: their gap is round-off, what comes of the blow is not."""
+    near = replace(SOUND, contact=replace(CONTACT, start=1e-15), gap_round_off=1e3)
+    like = replace(LIKE, base=replace(near, contact=replace(CONTACT, start=0.0)))
+    assert judge(case("similarity"), near, like).verdict == "right"
+    late = replace(near, contact=replace(CONTACT, start=2e-9 * CONTACT.duration))
+    assert judge(case("similarity"), late, like).verdict == "wrong"
+    off = replace(near, contact=replace(CONTACT, start=1e-15, force=CONTACT.force * (1 + 2e-9)))
+    assert judge(case("similarity"), off, like).verdict == "wrong"
+
+
+def test_where_nothing_touches_nothing_overlaps() -> None:
+    alone = replace(SOUND, contact=None)
+    verdict = judge(case("penetration"), alone, replace(LIKE, base=alone))
+    assert (verdict.verdict, verdict.findings) == ("wrong", [])
+
+
 def test_a_larger_step_may_drift_as_its_square_and_no_more() -> None:
     own = replace(SOUND, integrator="trapezoid", energy_drift=1e-3, step=1e-6)
     larger = replace(own, energy_drift=8.9e-3, step=3e-6)
