@@ -145,7 +145,7 @@ def _legend(figure: Figure, document: Document, points: list[tuple[int, Run, flo
     named = points if few else [point for point in points if point[1].front]
     height -= 0.02
     title = "runs" if few else f"on the front, of {len(points)} runs"
-    figure.text(left, height, f"{title}: largest error, CPU time", fontsize=8, color=FAINT, va="center")
+    figure.text(left, height, f"{title}: error, CPU time", fontsize=8, color=FAINT, va="center")
     height -= 0.032
     room = int((height - 0.06) / CLOSE)
     step = min(0.043, (height - 0.06) / max(min(len(named), room), 1))

@@ -159,6 +159,15 @@ def test_what_is_done_is_not_done_again(made: tuple[Path, Job, Document], monkey
     assert report_job(job, ONCE, silent).runs == document.runs
 
 
+def test_a_run_is_warmed_up_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By itself, whole: what only comes with contact is compiled then too."""
+    called, original = [], runs.simulate
+    monkeypatch.setattr(runs, "simulate", lambda system, *given: (called.append(system), original(system, *given))[1])
+    job = open_job(write_scene(tmp_path / "scene"), db=tmp_path / "db")
+    runs.timed(job, 2)
+    assert [system.scene.run for system in called] == 3 * [job.scene.run]
+
+
 def test_interrupted_report_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C in the third setting: the first two are not run again, and the report is that of a run without it."""
     scene = write_scene(tmp_path / "scene") / "scene.toml"
