@@ -77,7 +77,7 @@ def _report(job: Job, how: Effort, progress: Progress) -> Document:
     _known(job, reference, meshes[-1])
     found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
     counting = {one.name for one in found if one.counts}
-    runs = with_front([_run(one, reference, counting) for one in meshes], counting)
+    runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
     document = Document(
         scene=job.name,
         command=command_text(job.path, job.overrides, how),

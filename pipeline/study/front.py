@@ -7,20 +7,25 @@ from dataclasses import replace
 from pipeline.study.document import Errors, Run
 
 
-def sound_error(run: Run, runs: Sequence[Run], counting: Collection[str] | None = None) -> float | None:
+def sound_error(
+    run: Run, runs: Sequence[Run], counting: Collection[str] | None = None, own: bool = False
+) -> float | None:
     """Return the largest error of a run in the quantities that count, or what its basis or step adds if that is larger.
 
-    Errors of basis and step that cancel make no good setting. A largest basis is taken to lack as much as the next
-    smaller one does, which is more than it does where they converge.
+    Errors of basis and step that cancel make no good setting. A largest basis has no larger one to tell them apart.
+    Where it is the reference, too, it is taken to lack as much as the next smaller one does, which is more than it does
+    where they converge.
 
     Args:
         runs: All of its report.
         counting: All quantities where None.
+        own: Whether the reference is one of these runs.
     """
     if run.largest_error is None:
         return None
     names = run.errors if counting is None else counting
-    parts = [part for part in (run.truncation or _next_smaller(run, runs), run.time) if part is not None]
+    lacking = run.truncation or (_next_smaller(run, runs) if own else None)
+    parts = [part for part in (lacking, run.time) if part is not None]
     sizes = [abs(part[name]) for part in parts for name in names if part.get(name) is not None]
     return max([run.largest_error, *sizes])
 
@@ -36,9 +41,9 @@ def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
     return front
 
 
-def with_front(runs: Sequence[Run], counting: Collection[str] | None = None) -> list[Run]:
+def with_front(runs: Sequence[Run], counting: Collection[str] | None = None, own: bool = False) -> list[Run]:
     """Return the runs, each with its sound error and whether it is on the front of that over its CPU seconds."""
-    sound = [sound_error(run, runs, counting) for run in runs]
+    sound = [sound_error(run, runs, counting, own) for run in runs]
     known = [number for number, error in enumerate(sound) if error is not None]
     points = [(runs[number].cpu_seconds, error) for number, error in enumerate(sound) if error is not None]
     best = {known[i] for i in pareto_front(points)}

@@ -68,7 +68,7 @@ def _report(
     _known(job, points, reference)
     found = quantities(points, reference, nodal, job)
     counting = {one.name for one in found if one.counts}
-    runs = with_front(rows(points, nodal, job, reference, counting), counting)
+    runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
     document = Document(
         scene=job.name,
         command=command_text(job.path, job.overrides, how),
