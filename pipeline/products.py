@@ -18,7 +18,7 @@ from pipeline.component import Component, Profile
 from pipeline.errors import InputError
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
-CODE_VERSIONS = {"mesh": 2, "modes": 11, "morph": 1, "solve": 13, "plot": 4, "nodal": 3, "cyclic": 2, "wheel": 3,
+CODE_VERSIONS = {"mesh": 2, "modes": 11, "morph": 2, "solve": 13, "plot": 4, "nodal": 3, "cyclic": 2, "wheel": 3,
                  "measurement": 1, "report": 2}  # fmt: skip
 """Raised whenever a stage's code changes what it makes of the same inputs."""
 LIBRARIES = {
@@ -62,7 +62,8 @@ def component_products(name: str, component: Component, folder: Path) -> dict[st
     base = _product("mesh", name, "mesh", {"geometry": _geometry(component, folder, name), "size": component.mesh.size})
     change = _profile(component, folder, name)
     recompute = bool(change) and component.change.rung == "recompute"
-    mesh = _product("mesh", name, "mesh", {"base": base.key, "profile": change}) if recompute else base
+    moved = {"base": base.key, "profile": change, "morph": CODE_VERSIONS["morph"]}
+    mesh = _product("mesh", name, "mesh", moved) if recompute else base
     modes = _product(
         "modes", name, "modes",
         {
