@@ -128,6 +128,19 @@ def test_a_subspace_stays_orthonormal_where_columns_are_dependent(model: FEModel
     np.testing.assert_allclose(space.KV, problem.K @ space.V, atol=1e-10 * np.abs(space.KV).max())
 
 
+def test_a_subspace_stays_orthonormal_over_many_steps() -> None:
+    """Columns that add a twentieth each, and among themselves a third: what is lacking must not grow."""
+    rng, n = np.random.default_rng(1), 600
+    K, M = (sparse.diags(one).tocsr() for one in (np.arange(1.0, n + 1), 10.0 ** rng.uniform(-3, 0, n)))
+    space = Subspace(Problem(K, M, np.empty((n, 0))), 400)
+    space.add(rng.standard_normal((n, 20)))
+    for _ in range(15):
+        new = rng.standard_normal((n, 24))
+        new[:, 12:] = new[:, :12] + 0.3 * new[:, 12:]
+        assert space.add(space.V @ rng.standard_normal((space.count, 24)) + 0.05 * new) == 24
+    np.testing.assert_allclose(space.V.T @ (M @ space.V), np.eye(380), atol=1e-10)
+
+
 def test_linear_elements_have_the_rigid_motions_and_higher_frequencies() -> None:
     """Straight edges: a rigid motion is linear, and the linear space a part of the quadratic one."""
     straight = block((0.05, 0.04, 0.06), (3, 3, 4))
