@@ -68,11 +68,11 @@ bench: setup ## time what the tests only count
 bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow it by `ARGS="--sizes 27k"`
 	$(BIN)/python -m tests.benchmarks.modes --peers-python $(PEERS_PYTHON) $(ARGS)
 
-reports: setup ## write error against run time and extremes of every scene to docs/reports; what is done is kept
+reports: setup ## write error against run time and extremes of every scene to docs/reports, timed ones first; what is done is kept
 	@rm -f docs/reports/seconds.csv; failed=; \
-	for file in $(SCENES); do \
-	    name=$$(echo $$file | sed 's,^data/,,; s,/scene\.toml$$,,; s,\.toml$$,,'); \
-	    for command in report stress; do \
+	for command in report stress; do \
+	    for file in $(SCENES); do \
+	        name=$$(echo $$file | sed 's,^data/,,; s,/scene\.toml$$,,; s,\.toml$$,,'); \
 	        echo "$(BIN)/gudgeon $$command $$file --out docs/reports/$$name"; \
 	        begun=$$(date +%s); \
 	        $(BIN)/gudgeon $$command $$file --out docs/reports/$$name > /dev/null || failed="$$failed $$name:$$command"; \
