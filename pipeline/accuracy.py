@@ -17,9 +17,9 @@ INCOMPRESSIBLE = 0.48
 """ν from which quadratic elements may lock: displacements must keep the volume of every one."""
 COMPRESSIBLE = 0.3
 """ν at which the same elements do not lock: what is off there too is too coarse, whatever the material."""
-SMALL = 0.03
+ACCEPTED = 0.03
 """Estimated relative error of a frequency that is accepted in any case."""
-LOCKED = 2.0
+LOCKING_RATIO = 2.0
 """Times the error at that ν from which elements lock."""
 IS_A_MODE = 0.1
 """Coordinates whose frequency is known no better than this are no modes, and their error of discretisation means
@@ -60,16 +60,16 @@ def refuse_locking(
     if material is None or material.nu < INCOMPRESSIBLE or errors is None or np.isnan(errors).all():
         return
     worst = int(np.nanargmax(errors))
-    if (error := float(errors[worst])) <= SMALL:
+    if (error := float(errors[worst])) <= ACCEPTED:
         return
     soft = reduced(component.model_copy(update={"material": material.model_copy(update={"nu": COMPRESSIBLE})}))
     usual = float(np.nanmax(soft)) if soft is not None and not np.isnan(soft).all() else 0.0
-    if error > LOCKED * usual:
+    if error > (allowed := max(ACCEPTED, LOCKING_RATIO * usual)):
         raise StageError(
             f"{where}.material.nu: {material.nu:g} given, elements of this size lock: the frequency of mode"
             f" {worst + 1}, {frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about {error:.1%}, allowed next"
-            f" to ν = 0.5: {max(SMALL, LOCKED * usual):.1%}, twice what it is at ν = {COMPRESSIBLE:g}; refine the mesh,"
-            " keep fewer modes, or lower nu"
+            f" to ν = 0.5: {allowed:.1%}, twice what it is at ν = {COMPRESSIBLE:g}; refine the mesh, keep fewer modes,"
+            " or lower nu"
         )
 
 

@@ -10,6 +10,9 @@ from modaldb.store import Store
 from solver.errors import SceneError
 from solver.scene import ALL_FREE, Body
 
+MOVES = 1e-9
+"""Share of a body's ways, or of its turns, below which a rigid motion does not move along an axis."""
+
 
 @dataclass(frozen=True)
 class FlexibleBody:
@@ -98,10 +101,11 @@ def free_twists(morph: MorphRecord, settings: Body, name: str) -> np.ndarray:
         return morph.rigid_twists
     if len(morph.rigid_twists) < 6:
         held = [number for number, one in enumerate(ALL_FREE) if one not in settings.freedom]
-        rows = morph.rigid_twists[:, held].T
-        size = np.linalg.norm(rows, axis=1, keepdims=True)  # Of ways and of turns, which have units of their own.
-        _, values, right = np.linalg.svd(rows[size[:, 0] > 0] / size[size > 0][:, None])
-        left = right[int((values > 1e-9 * values.max(initial=0.0)).sum()) :]
+        scaled = morph.rigid_twists.copy()
+        for part in (slice(3), slice(3, 6)):  # Ways and turns have units of their own.
+            scaled[:, part] /= np.linalg.norm(scaled[:, part]) or 1.0
+        _, values, right = np.linalg.svd(scaled[:, held].T)
+        left = right[int((values > MOVES).sum()) :]
         if not len(left) and settings.freedom:
             raise SceneError(f"body.{name}.freedom: {list(settings.freedom)} given, its component cannot move so alone")
         return left @ morph.rigid_twists

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.accuracy import ACCEPTED, LOCKING_RATIO
 from pipeline.extremes.dimensions import FORCE, IMPULSE, LENGTH, TIME, Dimension, Units
 from pipeline.extremes.evidence import Evidence
 
@@ -25,10 +26,6 @@ PER_STEP = 1e-16
 ROUND_OFFS = 16.0
 """How often the last digit of a place, a momentum or an energy may come into a result."""
 ORTHONORMAL = 1e-9
-RESOLVED = 0.03
-"""Estimated error of a frequency that is small whatever it was before."""
-LOCKED = 2.0
-"""Times the error of the scene as it is from which elements lock."""
 SEEN = 1e-3
 """Share of what energy allows from which frames have seen an overlap."""
 SETTLED = 0.01
@@ -88,13 +85,17 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
             apart = _apart(getattr(one, name) / units.of(dimension), getattr(other, name))
             pairs.append((apart, SAME + places + rings))
     else:
+        largest: dict[str, float] = {}
+        for value, unit in base.readings.values():
+            largest[unit] = max(largest.get(unit, 0.0), abs(value))
         for name, (value, unit) in base.readings.items():
-            if unit in UNIT_OF and name in found.readings and value:
-                pairs.append((_apart(found.readings[name][0] / units.of(UNIT_OF[unit]), value), SAME + places))
+            if unit in UNIT_OF and name in found.readings and (size := largest.get(unit, 0.0)) > 0:
+                apart = abs(found.readings[name][0] / units.of(UNIT_OF[unit]) - value) / (abs(value) or size)
+                pairs.append((apart, SAME + places))
     if not pairs:
         return None
     what = "first contact" if base.contact is not None else "readings"
-    value, bound = max(pairs, key=lambda pair: pair[0] / pair[1])
+    value, bound = max(pairs, key=lambda pair: pair[0] / pair[1] if np.isfinite(pair[0]) else np.inf)
     return Finding("similarity", value, bound, f"{what} the same in other units")
 
 
@@ -181,7 +182,7 @@ def resolved(found: Evidence, compared: Compared) -> Finding | None:
     """The error that elements are known to make stays small, or what it was: they do not lock."""
     if found.estimated is None:
         return None
-    bound = max(RESOLVED, LOCKED * (compared.base.estimated or 0.0))
+    bound = max(ACCEPTED, LOCKING_RATIO * (compared.base.estimated or 0.0))
     return Finding("resolved", found.estimated, bound, "estimated error of frequencies")
 
 
@@ -209,8 +210,10 @@ def creation(found: Evidence, compared: Compared) -> Finding | None:
 
 def penetration(found: Evidence, compared: Compared) -> Finding | None:
     """Surfaces overlap by no more than the energy there is can press them."""
-    if found.penetration is None or found.penetration_bound is None or found.contact is None:
+    if found.penetration is None or found.penetration_bound is None:
         return None
+    if found.contact is None and found.penetration <= found.penetration_bound:
+        return None  # What stays apart says nothing.
     return Finding("penetration", found.penetration, found.penetration_bound, "overlap that the energy allows [m]")
 
 
@@ -255,5 +258,4 @@ def _kept(found: Evidence, compared: Compared) -> float:
 
 def _apart(one: float, other: float) -> float:
     """Return the relative difference of two numbers; 0 where both are 0."""
-    size = max(abs(one), abs(other))
-    return abs(one - other) / size if size > 0 else 0.0
+    return 0.0 if one == other else abs(one - other) / max(abs(one), abs(other))

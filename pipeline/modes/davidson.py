@@ -22,8 +22,8 @@ from pipeline.modes.problem import Problem
 RANK_TOLERANCE = 1e-12
 """Squares below this share of the largest are round-off of dependent columns, which are dropped."""
 PASSES, CANCELLED = 3, 1e-2
-"""Where less than this share of a square is left by orthogonalisation, it is orthogonalised again. With 1e-6 what was
-lacking grew a thousandfold from step to step, until a direction counted twice."""
+"""Where less than this share of a square is left by orthogonalisation, it is orthogonalised again: what is lacking
+grows by the root of its inverse from step to step, and a direction must not come to count twice."""
 DEPENDENT = 1e-8
 """Coordinates of a restart below this are dependent."""
 LEAST_COLUMNS = 8

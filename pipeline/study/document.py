@@ -14,7 +14,7 @@ from typing import Any
 
 from pipeline.clock import Seconds
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the document; raised when a field changes its meaning or goes."""
 Errors = dict[str, float]
 """By the name of the quantity."""

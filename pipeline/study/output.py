@@ -30,7 +30,9 @@ WIDE = 6
 
 @contextlib.contextmanager
 def report_folder(folder: Path, scene: str, *pictures: str) -> Iterator[None]:
-    """See to it that the folder of a report holds this one or none; a report that fails takes an earlier one's files.
+    """See to it that the folder of a report holds this one or none; one whose runs fail takes an earlier one's files.
+
+    Wrong input and interruption leave what is there.
 
     Args:
         pictures: Files that belong to it beside `FILES`.
@@ -42,7 +44,9 @@ def report_folder(folder: Path, scene: str, *pictures: str) -> Iterator[None]:
         raise InputError(f"--out {folder}: holds the report of '{holder}', '{scene}' needs a folder of its own")
     try:
         yield
-    except BaseException:
+    except InputError:
+        raise
+    except Exception:
         for name in (*FILES, *pictures):
             (folder / name).unlink(missing_ok=True)
         raise
@@ -108,6 +112,8 @@ def _runs(document: Document) -> list[str]:
     else:
         columns["largest error"] = [size_text(run.largest_error) for run in document.runs]
         columns["of"] = [run.largest_of or NOTHING for run in document.runs]
+    if any(run.sound_error != run.largest_error for run in document.runs):
+        columns["sound error"] = [size_text(run.sound_error) for run in document.runs]
     columns["result"] = [NOTHING if run.result == "FINISHED" else run.result for run in document.runs]
     columns["energy drift"] = [small_text(run.energy_drift) for run in document.runs]
     columns["steps"] = [count_text(run.steps) for run in document.runs]

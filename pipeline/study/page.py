@@ -107,9 +107,12 @@ def _chart(document: Document) -> str:
         f'<option value="{escape(value)}">{escape(name)}</option>' for value, name in zip(options, names, strict=True)
     )
     legend = "".join(_legend(scheme, look) for scheme, look in looks(document).items())
+    lacking = ""
+    if document.reference["kind"] == "finest":
+        lacking = " A largest basis, which is the reference, too, is taken to lack what the next smaller one does."
     notes = (
         "Shown is the largest error of a run, or what its basis or step adds where that is larger: errors that cancel"
-        " are luck. A largest basis is taken to lack what the next smaller one does. The line is the Pareto front: what"
+        f" are luck.{lacking} The line is the Pareto front: what"
         " lies above it costs more or errs more than a run on it. Grey squares are all nodal degrees of freedom;"
         f" numbers are those of the table. A hollow mark on the lower edge has an error below {LEAST:.0e}; a dotted"
         " line stands at the time of the reference."

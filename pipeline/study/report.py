@@ -47,8 +47,8 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             holds the report of another scene.
         StageError: no setting ran.
     """
-    settings, left_out = _settings(job)
     with report_folder(job.out, job.name):
+        settings, left_out = _settings(job)
         return _report(job, settings, left_out, how, progress)
 
 
@@ -95,13 +95,13 @@ def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
     """Return what runs, and what contradicts itself; misspelt changes shall not come out after the nodal runs."""
     for changes in job.scene.report.changes.values():
         variant(job, changes)
-    until, duration = job.scene.report.until, job.scene.run.duration
-    if until is not None and until > duration:
-        raise InputError(f"{job.path}: report.until: {until:g} s given, the run lasts {duration:g} s")
+    until = job.scene.report.until
     able, left_out = [], []
     for setting in settings_of(job):
         if (why := contradiction(job, setting)) is None:
             able.append(setting)
+            if until is not None and until > (duration := variant(job, setting.changes).scene.run.duration):
+                raise InputError(f"{job.path}: report.until: {until:g} s given, '{setting.name}' lasts {duration:g} s")
         else:
             left_out.append({"name": setting.name, "why": why})
     if not able:

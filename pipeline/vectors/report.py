@@ -4,11 +4,12 @@ force and the price of vectors for another place are tables beside them."""
 from collections.abc import Sequence
 from importlib.metadata import version
 
+from pipeline.clock import Seconds
 from pipeline.machine import machine
 from pipeline.runreport import Progress
 from pipeline.stages import Job
 from pipeline.study.choice import choose
-from pipeline.study.document import Document, Errors, Quantity, Run, Seconds, StageSeconds, Table
+from pipeline.study.document import Document, Errors, Quantity, Run, StageSeconds, Table
 from pipeline.study.effort import Effort, command_text
 from pipeline.study.front import with_front
 from pipeline.study.output import report_folder, write_report

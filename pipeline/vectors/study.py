@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pipeline.clock import fastest
+from pipeline.clock import Seconds, fastest
 from pipeline.errors import InputError
 from pipeline.modes.normal import NormalModes, largest_count, normal_modes
 from pipeline.recipes.reduction import lowest
@@ -18,7 +18,7 @@ from pipeline.reporting import Vectors
 from pipeline.runreport import Progress
 from pipeline.scenefile import named
 from pipeline.stages import Job, run_job
-from pipeline.study.document import Errors, Seconds
+from pipeline.study.document import Errors
 from pipeline.study.memory import peak_memory
 from pipeline.vectors.cost import price
 from pipeline.vectors.problem import problem_of

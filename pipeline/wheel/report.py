@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from modaldb.schema import WheelRecord
-from pipeline.clock import fastest
+from pipeline.clock import Seconds, fastest
 from pipeline.cyclic import SectorParts, sector_parts
 from pipeline.errors import InputError, StageError
 from pipeline.machine import machine
 from pipeline.runreport import Progress
 from pipeline.scenefile import named
 from pipeline.study.choice import choose
-from pipeline.study.document import Document, Errors, Quantity, Run, Seconds, StageSeconds, Table
+from pipeline.study.document import Document, Errors, Quantity, Run, StageSeconds, Table
 from pipeline.study.effort import Effort, command_text
 from pipeline.study.front import with_front
 from pipeline.study.memory import peak_memory

@@ -16,6 +16,8 @@ from scipy import linalg
 
 RANK = 1e-10
 """Singular value of unit rows below which a direction counts as untouched."""
+DEPENDENT = 1e-13
+"""Eigenvalue of the springs at unit diagonal below which they count as one: it is round-off of their inverse."""
 DEFECTIVE = 1e6
 """Condition of an oscillator above which it and another count as one: at critical damping they have one shape."""
 APART = 1e-11
@@ -127,10 +129,18 @@ def solve(regime: Linear) -> Basis:
 
 
 def _root(springs: np.ndarray) -> np.ndarray:
-    """Return C with C Cᵀ = S, (c, c), of a matrix with any scales on its diagonal."""
+    """Return C with C Cᵀ = S, (c, c), of a matrix with any scales on its diagonal.
+
+    Raises:
+        LinAlgError: it is not definite to round-off.
+    """
+    if not (springs.diagonal() > 0).all():
+        raise linalg.LinAlgError("springs are dependent")
     scale = np.sqrt(springs.diagonal())
     values, vectors = linalg.eigh(springs / np.outer(scale, scale)) if len(scale) else (scale, springs)
-    return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    if values.min(initial=1.0) <= DEPENDENT:
+        raise linalg.LinAlgError("springs are dependent")
+    return scale[:, None] * vectors * np.sqrt(values)
 
 
 def _singular(L: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -121,9 +121,24 @@ def test_a_start_at_once_is_known_to_a_share_of_the_contact() -> None:
 
 
 def test_where_nothing_touches_nothing_overlaps() -> None:
+    """Silence is not right; an overlap that nothing presses back is a contact that was missed."""
     alone = replace(SOUND, contact=None)
     verdict = judge(case("penetration"), alone, replace(LIKE, base=alone))
     assert (verdict.verdict, verdict.findings) == ("wrong", [])
+    missed = judge(case("penetration"), replace(alone, penetration=1e-5), replace(LIKE, base=alone))
+    assert missed.deciding is not None
+    assert missed.deciding.rule == "penetration"
+
+
+def test_what_is_no_number_or_was_nothing_is_not_the_same() -> None:
+    lost = replace(SOUND, contact=replace(CONTACT, impulse=float("nan")))
+    assert judge(case("similarity"), lost, LIKE).verdict == "wrong"
+    assert judge(case("collision"), lost, LIKE).verdict == "wrong"
+    still = replace(SOUND, contact=None, readings={"tip": (1.0, "m"), "side": (0.0, "m")})
+    like = replace(LIKE, base=still)
+    assert judge(case("similarity"), still, like).verdict == "right"
+    moved = replace(still, readings={"tip": (1.0, "m"), "side": (2e-9, "m")})
+    assert judge(case("similarity"), moved, like).verdict == "wrong"
 
 
 def test_a_larger_step_may_drift_as_its_square_and_no_more() -> None:

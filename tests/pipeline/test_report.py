@@ -234,10 +234,14 @@ def test_the_newest_report_counts(tmp_path: Path) -> None:
 
 
 def test_a_folder_holds_this_report_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A report that fails takes the files of an earlier one; the report of another scene is left alone."""
+    """A report whose runs fail takes the files of an earlier one; wrong input and other scenes' reports leave them."""
     scene = write_scene(tmp_path / "scene") / "scene.toml"
     job = open_job(scene, db=tmp_path / "db", out=tmp_path / "out")
     write_report(replace(documents.small(), scene=job.name), job.out)
+    misspelt = open_job(scene, set={"report.until": 1.0}, db=tmp_path / "db", out=tmp_path / "out")
+    with pytest.raises(InputError, match=r"report\.until: 1 s given"):
+        report_job(misspelt, ONCE, silent)
+    assert (job.out / "report.json").is_file()
     monkeypatch.setattr(runs, "simulate", lambda *given: (_ for _ in ()).throw(StageError("it broke")))
     with pytest.raises(StageError, match=r"no setting ran: .*it broke"):
         report_job(job, ONCE, silent)
@@ -324,7 +328,7 @@ def test_command_and_tolerance(tmp_path: Path, capsys: pytest.CaptureFixture[str
         ('[report.models]\n"a" = { contact.knock.methd = "penalty" }\n', "did you mean 'method'"),
         ('[report.sweep]\n"report.until" = [1e-4, 2e-4]\n', "report.sweep: 'report' given, which changes no run"),
         ('[report.models]\n"a" = { plot.label = "b" }\n', "report.models.a: 'plot' given, which changes no run"),
-        ("[report]\nuntil = 0.1\n", "report.until: 0.1 s given, the run lasts 0.0003 s"),
+        ("[report]\nuntil = 0.1\n", "report.until: 0.1 s given, '2 modes' lasts 0.0003 s"),
         ('[report]\nmodels = {}\n[report.changes]\n"a" = { component.skirt.chnge = 1 }\n', "did you mean 'change'"),
     ],
 )

@@ -10,7 +10,8 @@ from scipy import linalg
 
 from modaldb.schema import ModalRecord, MorphRecord
 from solver import SceneError, simulate
-from solver.scene import ALL_FREE
+from solver.body import free_twists
+from solver.scene import ALL_FREE, Body
 from tests.solver.systems import MASS, block_records, block_scene, build, rod_records, rod_scene
 
 INERTIA = np.array([[0.010, 0.002, -0.001], [0.002, 0.014, 0.003], [-0.001, 0.003, 0.008]])
@@ -84,6 +85,17 @@ def test_no_freedom_holds_a_body(tmp_path: Path) -> None:
     assert system.bodies["part"].rigid_count == 0
     assert run.quantities["wall.impulse"]["value"] == 0.0
     np.testing.assert_array_equal(run.frames, 0.0)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_round_off_of_principal_axes_holds_nothing(size: float) -> None:
+    """Supports leave y, z and turns about x; axes of an unstructured mesh's inertia are off by a last digit."""
+    _, morph = records()
+    twists = np.diag([0.0, 1.0, 1.0, 30.0 / size, 0.0, 0.0])[[1, 2, 3]] / size**1.5
+    twists[2, 4:] = np.array([5.6e-17, 2.0e-17]) * twists[2, 3]
+    part = Body(component="part", freedom=("y", "rx"))
+    left = free_twists(replace(morph, rigid_twists=twists), part, "part")
+    np.testing.assert_allclose(np.abs(left), np.abs(twists[[0, 2]])[np.argsort(-np.abs(left[:, 1]))], rtol=1e-12)
 
 
 def test_rod_has_no_choice(tmp_path: Path) -> None:
