@@ -5,6 +5,8 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from modaldb.keys import file_digest
 from modaldb.schema import ReportRecord
 from pipeline.errors import InputError
@@ -16,10 +18,13 @@ from pipeline.study.document import Choice, Document, Quantity, Run
 from pipeline.study.words import seconds_text, size_text, tick_text
 
 
-def doubtful(quantities: Sequence[Quantity]) -> set[str]:
-    """Return the runs along which a quantity that counts does not converge: whatever their errors, they are luck."""
+def doubtful(quantities: Sequence[Quantity], tolerance: float) -> set[str]:
+    """Return the runs along which a quantity that counts does not converge: whatever their errors, they are luck.
+
+    But for chains on which it wanders by less than the tolerance: there it has settled for what is asked.
+    """
     chains = [chain for one in quantities if one.counts for chain in one.chains if chain.converges is False]
-    return {run for chain in chains for run in chain.runs}
+    return {run for chain in chains if np.ptp(chain.differences) > tolerance for run in chain.runs}
 
 
 def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ()) -> Choice:
@@ -90,7 +95,7 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
         raise InputError(
             f"{job.path}: --tolerance: no report of this scene as it is; make one: gudgeon report {job.path}"
         )
-    found = choose(document.runs, tolerance, doubtful(document.quantities))
+    found = choose(document.runs, tolerance, doubtful(document.quantities, tolerance))
     if found.run is None:
         raise InputError(f"{job.path}: --tolerance: {found.why}")
     taken = f"in {seconds_text(found.cpu_seconds)} of CPU time"

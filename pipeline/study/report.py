@@ -79,7 +79,7 @@ def _report(
         runs=runs,
         left_out=left_out,
         changes=change_rows(job, progress),
-        choice=choose(runs, how.tolerance, doubtful(found)),
+        choice=choose(runs, how.tolerance, doubtful(found, how.tolerance)),
         window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
         until=job.scene.report.until,
         notes=_notes(job, nodal, found, reference.kind),

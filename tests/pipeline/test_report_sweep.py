@@ -194,9 +194,10 @@ def test_runs_that_do_not_converge_are_not_chosen() -> None:
     chains = [Chain("step", ["lucky", "lucky / 2"], [2.0, 1.0], [1e-3, 0.2], [0.2, 0.0], False, None)]
     flagged = Quantity("impulse", "N s", "relative", 1.0, True, False, "", chains)
     runs = [run("lucky", 1e-3, 1.0), run("sound", 5e-3, 2.0)]
-    assert doubtful([flagged]) == {"lucky", "lucky / 2"}
-    assert chosen(runs, 0.01, ["impulse"], doubtful([flagged])).run == "sound"
-    assert doubtful([replace(flagged, counts=False)]) == set()
+    assert doubtful([flagged], 0.01) == {"lucky", "lucky / 2"}
+    assert chosen(runs, 0.01, ["impulse"], doubtful([flagged], 0.01)).run == "sound"
+    assert doubtful([replace(flagged, counts=False)], 0.01) == set()
+    assert doubtful([flagged], 0.3) == set()
 
 
 @pytest.mark.parametrize(
