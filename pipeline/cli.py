@@ -38,7 +38,8 @@ REPORT_HELP = """\
 Sweep what the scene names under [report] (models, sweep, nodal, reference, changes), or modes, recipes, methods and
 integrators where it names nothing, and write report.csv, report.json, report.png and report.html: each run's error,
 split into modal truncation and time error, beside what it took. What is finished is kept in the database, so an
-interrupted report goes on where it was. Timed runs go one after another, on one thread; --jobs spreads the others.
+interrupted report goes on where it was. Timed runs go one after another, on one thread (nodal dofs of
+a driven pair on two, CPU seconds are of both); --jobs spreads the others.
 """
 
 PER_BLOW = re.compile(r"\.blow\d+\.")
