@@ -31,6 +31,7 @@ $(READY): $(LOCKED)
 	@$(call install_packages,$(SYSTEM_LIBRARIES),gmsh and the pictures need)
 	@echo "set-up: installing gudgeon itself"
 	@$(call install_project,.venv)
+	@$(call link_package,.venv/links/gudgeon)
 	@$(BIN)/python -m compileall -q -j 0 $(addprefix .venv/lib/python3*/site-packages/,$(COMPILED)) modaldb pipeline solver
 	@rm -f .venv/ready-*; touch $@
 	@echo "set-up: done; $(BIN)/gudgeon --help shows the commands"
@@ -79,7 +80,7 @@ reports: setup ## write error against run time and extremes of every scene to do
 	        echo "$$name,$$command,$$(($$(date +%s) - begun))" >> docs/reports/seconds.csv; \
 	    done; \
 	done; \
-	$(BIN)/python -m pipeline.study.listing docs/reports; \
+	$(BIN)/python -m docs.tools.report_listing docs/reports; \
 	test -z "$$failed" || { echo "reports: failed:$$failed" >&2; exit 1; }
 
 lock: setup ## pin again what pyproject.toml asks for; `make lock UPGRADE=--upgrade` takes newer versions
@@ -113,6 +114,11 @@ endef
 
 # setuptools warns of what every editable installation does.
 install_project = PYTHONWARNINGS=ignore $(1)/bin/python -m pip install -q --no-deps --no-build-isolation -e .
+
+# $(call link_package,FOLDER): the package as folders of the same names, for type checkers, which follow no import hook.
+link_package = rm -rf $(1); mkdir -p $(1); \
+    for name in pipeline/gudgeon/__init__.py pipeline/gudgeon/py.typed modaldb pipeline solver; do \
+        ln -s $(CURDIR)/$$name $(1)/$$(basename $$name); done
 
 # $(call install_packages,PACKAGES,WHO NEEDS THEM). What is missing is installed by root, or by sudo where it asks for no
 # password; set-up goes on either way.

@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
 
-from modaldb.errors import RecordDamaged, RecordMismatch
-from modaldb.schema import KINDS, READABLE_VERSIONS, SCHEMA_VERSION, Json
+from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
+from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
+from gudgeon.modaldb.records.types import Json
 
 MAGIC = b"GUDGEON-RECORD 1\n"
 USERBLOCK = 512

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from modaldb.schema import TractionModes
+from gudgeon.modaldb.records.modes import TractionModes
 
 SUPPORT = 16
 """Functions that are non-zero at a point."""

@@ -1,7 +1,7 @@
-"""`python -m pipeline` is the `gudgeon` command."""
+"""`python -m gudgeon.pipeline` is the `gudgeon` command."""
 
 import sys
 
-from pipeline.cli import main
+from gudgeon.pipeline.cli import main
 
 sys.exit(main())

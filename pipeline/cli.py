@@ -55,9 +55,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if (threads := getattr(options, "threads", None) or getattr(options, "jobs", None)) is not None:
         os.environ["MKL_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(threads)
-    from modaldb.errors import ModalDBError, StoreUnusable
-    from pipeline.errors import InputError, PipelineError
-    from pipeline.stages import SceneError, SolverError
+    from gudgeon.modaldb.errors import ModalDBError, StoreUnusable
+    from gudgeon.pipeline.errors import InputError, PipelineError
+    from gudgeon.solver.errors import SceneError, SolverError
 
     try:
         return options.action(options)
@@ -150,9 +150,11 @@ def _run(options: argparse.Namespace) -> int:
     job = _job(options)
     progress = _Console(options.json).progress
     if options.tolerance is None:
-        report = job.run(options.until, progress)
+        from gudgeon.pipeline.kinds import kind_of
+
+        report = kind_of(job).run(job, options.until, progress)
     else:
-        from pipeline.study.choice import run_chosen
+        from gudgeon.pipeline.report.choice import run_chosen
 
         report = run_chosen(job, options.tolerance, options.until, progress)
     if options.json:
@@ -179,7 +181,7 @@ def _print_run(report: Any) -> None:
     for name, stage in report.stages.items():
         print(f"{name:6} {stage.state:6} {stage.seconds:8.2f} s   {stage.key[:12]}")
     if report.frequencies:
-        from pipeline.frequency_table import frequency_text
+        from gudgeon.pipeline.reduction.frequency_table import frequency_text
 
         print(frequency_text(report.frequencies))
     if report.result is not None:
@@ -202,7 +204,7 @@ def _print_quantities(report: Any) -> None:
 
 
 def _status(options: argparse.Namespace) -> int:
-    from pipeline.status import status
+    from gudgeon.pipeline.stages.status import status
 
     rows = status(_job(options))
     if options.json:
@@ -216,7 +218,8 @@ def _status(options: argparse.Namespace) -> int:
 
 
 def _plan(options: argparse.Namespace) -> int:
-    rows = _job(options).plan()
+    kind, job = _opened(options)
+    rows = kind.plan(job)
     if options.json:
         print(json.dumps(rows, indent=1))
         return 0
@@ -234,23 +237,26 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from pipeline.study.effort import TOLERANCE, Effort
-    from pipeline.study.output import report_text
+    from gudgeon.pipeline.report.effort import TOLERANCE, Effort
+    from gudgeon.pipeline.report.page.output import report_text
 
     how = Effort(options.repeat, options.jobs or 1, options.tolerance or TOLERANCE)
-    document = _job(options).report(how, _Console(options.json).progress)
+    kind, job = _opened(options)
+    document = kind.report(job, how, _Console(options.json).progress)
     print(document.as_text() if options.json else report_text(document))
     return 0
 
 
 def _stress(options: argparse.Namespace) -> int:
-    document, table = _job(options).stress(options.cases, options.only, _Console(options.json).progress)
+    kind, job = _opened(options)
+    document, table = kind.stress(job, options.cases, options.only, _Console(options.json).progress)
     print(json.dumps(document, indent=1) if options.json else table)
     return 0 if document["passed"] else 1
 
 
 def _export(options: argparse.Namespace) -> int:
-    files = _job(options).export(options.what, options.every)
+    kind, job = _opened(options)
+    files = kind.export(job, options.what, options.every)
     print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))
     return 0
 
@@ -258,7 +264,7 @@ def _export(options: argparse.Namespace) -> int:
 def _doctor(options: argparse.Namespace) -> int:
     from dataclasses import asdict
 
-    from pipeline.doctor import examine, render_report
+    from gudgeon.pipeline.doctor import examine, render_report
 
     findings = examine(Path(options.db))
     print(json.dumps([asdict(f) for f in findings], indent=1) if options.json else render_report(findings))
@@ -266,7 +272,7 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def _schema(options: argparse.Namespace) -> int:
-    from pipeline.kinds import schema
+    from gudgeon.pipeline.kinds import schema
 
     print(json.dumps(schema(), indent=1))
     return 0
@@ -277,13 +283,21 @@ def _job(options: argparse.Namespace) -> Any:
         import logging
 
         logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s")
-    from pipeline.kinds import open_job
+    from gudgeon.pipeline.kinds import open_job
 
     return open_job(options.scene, set=options.set, db=options.db, out=options.out)
 
 
+def _opened(options: argparse.Namespace) -> tuple[Any, Any]:
+    """Return the kind of the scene and its job."""
+    from gudgeon.pipeline.kinds import kind_of
+
+    job = _job(options)
+    return kind_of(job), job
+
+
 def _tolerance(text: str) -> float:
-    from pipeline.study.effort import parse_tolerance
+    from gudgeon.pipeline.report.effort import parse_tolerance
 
     try:
         return parse_tolerance(text)

@@ -182,7 +182,7 @@ def backend_finding() -> Finding:
     """Name the sparse factorisation that will be used."""
     name = "sparse backend"
     try:
-        from pipeline.linalg import available_backend
+        from gudgeon.pipeline.linalg import available_backend
 
         return Finding(name, "ok", available_backend())
     except ModuleNotFoundError as error:

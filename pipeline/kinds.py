@@ -1,116 +1,181 @@
 """Kinds of scene: bodies in contact, or what one table of its own makes a scene of another kind.
 
-A kind is a pydantic model of its file and a job that carries its stages; `open_job` finds the one that a file asks for.
-A new kind is one entry in `KINDS`.
+A kind is a pydantic model of its file, a job that knows its products, and what commands do with it; `open_job` finds
+the one that a file asks for. A new kind is one entry in `KINDS`.
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import or_
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pydantic import BaseModel, TypeAdapter
 
-import modaldb
-from modaldb.store import FolderStore
-from pipeline.products import Product
-from pipeline.runreport import Progress, RunReport
-from pipeline.scenefile import read_tables, scene_path
-from pipeline.study.document import Document
-from pipeline.study.effort import Effort
+from gudgeon import modaldb
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.reading import read_tables, scene_path
+from gudgeon.pipeline.stages.base import Place, SceneJob
+from gudgeon.pipeline.stages.run_report import Progress, RunReport
+
+if TYPE_CHECKING:
+    from gudgeon.pipeline.report.document import Document
+    from gudgeon.pipeline.report.effort import Effort
 
 DEFAULT_DB = ".gudgeon"
 DEFAULT_OUT = "out"
 
 
-@dataclass(frozen=True)
-class Place:
-    """A scene as written, and where its products go."""
+class Kind(Protocol):
+    """What commands do with a scene of one kind; each function imports what it needs when it is called."""
 
-    name: str
-    path: Path
-    tables: dict[str, Any]
-    """The scene's tables, overrides included."""
-    store: FolderStore
-    out: Path
-    overrides: tuple[str, ...] = ()
-    """As `--set` takes them."""
-
-
-class SceneJob(Protocol):
-    """What the commands ask of a scene of any kind."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def path(self) -> Path: ...
-    @property
-    def store(self) -> FolderStore: ...
-    @property
-    def out(self) -> Path: ...
-    @property
-    def overrides(self) -> tuple[str, ...]:
-        """Changes of the scene's file, as `--set` takes them."""
+    def model(self) -> type[BaseModel]:
+        """Return the pydantic model of its file."""
         ...
 
-    @property
-    def stages(self) -> tuple[str, ...]:
-        """Names of its stages, in order; the last one draws."""
+    def open(self, place: Place) -> SceneJob:
+        """Return the job of a scene.
+
+        Raises:
+            InputError: the scene is wrong; every mistake is listed.
+        """
         ...
 
-    def products(self, stages: Sequence[str]) -> dict[str, Product]:
-        """Return what some of the stages make, by place: component and step, or the scene's own."""
+    def run(self, job: Any, until: str, progress: Progress | None) -> RunReport:
+        """Bring a job's products up to date, up to and including one stage."""
         ...
 
-    def pictures(self) -> dict[str, Any]:
-        """Return everything that the pictures depend on."""
-        ...
-
-    def run(self, until: str, progress: Progress | None) -> RunReport:
-        """Bring the products up to date, up to and including one stage."""
-        ...
-
-    def plan(self) -> dict[str, Any]:
+    def plan(self, job: Any) -> dict[str, Any]:
         """Return `terms`, what is read and what is left out and why, and `bytes`, those that will be read."""
         ...
 
-    def report(self, how: Effort, progress: Progress) -> Document:
+    def report(self, job: Any, how: "Effort", progress: Progress) -> "Document":
         """Run every setting of the scene's sweep, write the report's files and keep it in the database."""
         ...
 
-    def stress(self, cases: Path | None, only: tuple[str, ...], progress: Progress) -> tuple[dict[str, Any], str]:
-        """Put the scene to its extremes: a file of further cases, and names of cases or groups, all where empty.
+    def stress(
+        self, job: Any, cases: Path | None, only: tuple[str, ...], progress: Progress
+    ) -> tuple[dict[str, Any], str]:
+        """Put a scene to its extremes: a file of further cases, and names of cases or groups, all where empty.
 
         Returns:
             The document of docs/stress.md, and its table as text.
         """
         ...
 
-    def export(self, what: str, every: int) -> list[Path]:
-        """Write files for other programs and return them."""
+    def export(self, job: Any, what: str, every: int) -> list[Path]:
+        """Write files for other programs and return them.
+
+        Raises:
+            InputError: the kind has no such files.
+        """
         ...
 
 
-def _contacts() -> tuple[type[BaseModel], Callable[[Place], SceneJob]]:
-    from pipeline.stages import SceneFile, contact_job
+class Bodies:
+    """Bodies in contact."""
 
-    return SceneFile, contact_job
+    def model(self) -> type[BaseModel]:
+        """See `Kind`."""
+        from gudgeon.pipeline.scenes.bodies import SceneFile
+
+        return SceneFile
+
+    def open(self, place: Place) -> SceneJob:
+        """See `Kind`."""
+        from gudgeon.pipeline.stages.job import contact_job
+
+        return contact_job(place)
+
+    def run(self, job: Any, until: str, progress: Progress | None) -> RunReport:
+        """See `Kind`."""
+        from gudgeon.pipeline.stages.run import run_job
+
+        return run_job(job, until, progress)
+
+    def plan(self, job: Any) -> dict[str, Any]:
+        """See `Kind`."""
+        from gudgeon.pipeline.stages.plan import plan
+
+        return plan(job)
+
+    def report(self, job: Any, how: "Effort", progress: Progress) -> "Document":
+        """See `Kind`."""
+        from gudgeon.pipeline.report.bodies import report_scene
+
+        return report_scene(job, how, progress)
+
+    def stress(
+        self, job: Any, cases: Path | None, only: tuple[str, ...], progress: Progress
+    ) -> tuple[dict[str, Any], str]:
+        """See `Kind`."""
+        from gudgeon.pipeline.robustness.run import stress_job
+
+        return stress_job(job, cases, only, progress)
+
+    def export(self, job: Any, what: str, every: int) -> list[Path]:
+        """See `Kind`."""
+        from gudgeon.pipeline.exporters.export import export
+
+        return export(job, what, every)
 
 
-def _wheels() -> tuple[type[BaseModel], Callable[[Place], SceneJob]]:
-    from pipeline.wheel.job import WheelFile, wheel_job
+class Wheels:
+    """A wheel of equal sectors."""
 
-    return WheelFile, wheel_job
+    def model(self) -> type[BaseModel]:
+        """See `Kind`."""
+        from gudgeon.pipeline.wheel.scene import WheelFile
+
+        return WheelFile
+
+    def open(self, place: Place) -> SceneJob:
+        """See `Kind`."""
+        from gudgeon.pipeline.wheel.stages import wheel_job
+
+        return wheel_job(place)
+
+    def run(self, job: Any, until: str, progress: Progress | None) -> RunReport:
+        """See `Kind`."""
+        from gudgeon.pipeline.wheel.stages import run_wheel
+
+        return run_wheel(job, until, progress)
+
+    def plan(self, job: Any) -> dict[str, Any]:
+        """See `Kind`."""
+        from gudgeon.pipeline.wheel.stages import plan_wheel
+
+        return plan_wheel(job)
+
+    def report(self, job: Any, how: "Effort", progress: Progress) -> "Document":
+        """See `Kind`."""
+        from gudgeon.pipeline.wheel.report import report_wheel
+
+        return report_wheel(job, how, progress)
+
+    def stress(
+        self, job: Any, cases: Path | None, only: tuple[str, ...], progress: Progress
+    ) -> tuple[dict[str, Any], str]:
+        """See `Kind`."""
+        from gudgeon.pipeline.wheel.robustness import stress_wheel
+
+        return stress_wheel(job, cases, only, progress)
+
+    def export(self, job: Any, what: str, every: int) -> list[Path]:
+        """Refuse: there is no exporter of wheels."""
+        raise InputError(
+            f"{job.path}: export: a wheel has no {what} as .vtu files; its records hold shapes and response"
+        )
 
 
-KINDS: dict[str, Callable[[], tuple[type[BaseModel], Callable[[Place], SceneJob]]]] = {
-    "body": _contacts,
-    "wheel": _wheels,
-}
-"""Kinds by the table that tells them, the first where a file has none: the file's model, and what opens its job."""
+KINDS: dict[str, Kind] = {"body": Bodies(), "wheel": Wheels()}
+"""Kinds by the table that tells them, the first where a file has none."""
+
+
+def kind_of(job: SceneJob) -> Kind:
+    """Return the kind of a job's scene."""
+    return KINDS[job.kind]
 
 
 def open_job(
@@ -129,7 +194,7 @@ def open_job(
         out: Folder of the results; `out/<scene>` by default.
 
     Returns:
-        A `SceneJob`: of a scene of contacts, a `stages.Job`.
+        A `SceneJob`: of a scene of contacts, a `stages.job.Job`.
 
     Raises:
         InputError: the scene is wrong; every mistake is listed.
@@ -140,8 +205,8 @@ def open_job(
     name = path.parent.resolve().name if path.name == "scene.toml" else path.stem
     target = Path(out) if out is not None else Path(DEFAULT_OUT) / name
     first, *others = KINDS
-    _, opened = KINDS[next((table for table in others if table in tables), first)]()
-    return opened(Place(name, path, tables, modaldb.open(db), target, tuple(texts)))
+    kind = KINDS[next((table for table in others if table in tables), first)]
+    return kind.open(Place(name, path, tables, modaldb.open(db), target, tuple(texts)))
 
 
 def run(
@@ -163,12 +228,13 @@ def run(
         Stages, quantities and where the files are. A run that failed physically has its reason in `result`.
 
     Raises:
-        InputError, StageError, modaldb.ModalDBError, solver.SolverError: see each; nothing half-written stays behind.
+        InputError, StageError, ModalDBError, SolverError: see each; nothing half-written stays behind.
     """
-    return open_job(scene, set=set, db=db, out=out).run(until, progress)
+    job = open_job(scene, set=set, db=db, out=out)
+    return kind_of(job).run(job, until, progress)
 
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of a scene file: any of the kinds."""
-    models: Any = reduce(or_, (kind()[0] for kind in KINDS.values()))
+    models: Any = reduce(or_, (kind.model() for kind in KINDS.values()))
     return TypeAdapter(models).json_schema()

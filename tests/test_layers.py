@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.stages import run
+from gudgeon.pipeline.kinds import run
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("modaldb", "pipeline", "solver")
@@ -25,9 +25,9 @@ FUNCTION_CAP = 60
 
 HOMES: dict[str, tuple[str, ...]] = {
     "h5py": ("modaldb/*",),
-    "gmsh": ("pipeline/geometry/*", "pipeline/mesh.py"),
-    "skfem": ("pipeline/mesh.py", "pipeline/elements/*", "pipeline/interface.py"),
-    "meshio": ("pipeline/geometry/file.py", "pipeline/exporters/*"),
+    "gmsh": ("pipeline/geometry/*", "pipeline/stages/mesh.py"),
+    "skfem": ("pipeline/stages/mesh.py", "pipeline/elements/*", "pipeline/interfaces/points.py"),
+    "meshio": ("pipeline/geometry/mesh_file.py", "pipeline/exporters/*"),
     "pyvista": ("pipeline/plots/*",),
     "vtk": ("pipeline/plots/*",),
     "matplotlib": ("pipeline/plots/*",),
@@ -37,11 +37,11 @@ HOMES: dict[str, tuple[str, ...]] = {
 """Where a library may be imported, as patterns of paths."""
 
 SOLVER_IMPORTERS = (
-    "pipeline/stages.py",
-    "pipeline/study/runs.py",
-    "pipeline/extremes/trial.py",
-    "pipeline/nodal/points.py",
-    "pipeline/nodal/measure.py",
+    "pipeline/stages/run.py",
+    "pipeline/report/timing.py",
+    "pipeline/robustness/trial.py",
+    "pipeline/nodal/points/contact.py",
+    "pipeline/nodal/quantities.py",
 )
 """Files of the pipeline that may import the solver: those that start it, time it and read its extremes off, and those
 of its contestant that share its contact laws and what blows are."""
@@ -156,33 +156,33 @@ def test_homes_exist_and_are_used() -> None:
 
 
 FORBIDDEN = [
-    ("modaldb/store.py", "import pipeline.stages"),
-    ("modaldb/store.py", "def f():\n    from solver import simulate"),
-    ("solver/body.py", "import pipeline.mesh"),
-    ("solver/body.py", "from pipeline import mesh"),
-    ("solver/body.py", "import h5py"),
-    ("solver/body.py", "import matplotlib.pyplot as plt"),
-    ("solver/body.py", "import meshio"),
-    ("solver/body.py", "import requests"),
-    ("solver/obstacles/bore.py", "if TYPE_CHECKING:\n    from pipeline.mesh import build_mesh"),
-    ("pipeline/mesh.py", "import solver"),
-    ("pipeline/mesh.py", "from solver.system import System"),
-    ("pipeline/plots/curves.py", "from solver import Result"),
-    ("pipeline/cli.py", "from solver.errors import SolverError"),
+    ("modaldb/stores/folder.py", "import gudgeon.pipeline.stages.run"),
+    ("modaldb/stores/folder.py", "def f():\n    from solver import simulate"),
+    ("solver/bodies/small_motion.py", "import gudgeon.pipeline.stages.mesh"),
+    ("solver/bodies/small_motion.py", "from pipeline import mesh"),
+    ("solver/bodies/small_motion.py", "import h5py"),
+    ("solver/bodies/small_motion.py", "import matplotlib.pyplot as plt"),
+    ("solver/bodies/small_motion.py", "import meshio"),
+    ("solver/bodies/small_motion.py", "import requests"),
+    ("solver/obstacles/bore.py", "if TYPE_CHECKING:\n    from gudgeon.pipeline.stages.mesh import build_mesh"),
+    ("pipeline/stages/mesh.py", "import solver"),
+    ("pipeline/stages/mesh.py", "from gudgeon.solver.system.system import System"),
+    ("pipeline/plots/contact/curves.py", "from solver import Result"),
+    ("pipeline/cli.py", "from gudgeon.solver.errors import SolverError"),
     ("pipeline/reference.py", "def f():\n    from solver import simulate"),
     ("pipeline/cli.py", "def f():\n    import gmsh"),
-    ("pipeline/stages.py", "import h5py"),
-    ("pipeline/stages.py", "from importlib import import_module\nimport_module('pyvista')"),
-    ("pipeline/mesh.py", "import importlib\nimportlib.import_module(f'solver.{name}')"),
+    ("pipeline/stages/run.py", "import h5py"),
+    ("pipeline/stages/run.py", "from importlib import import_module\nimport_module('pyvista')"),
+    ("pipeline/stages/mesh.py", "import importlib\nimportlib.import_module(f'solver.{name}')"),
     ("pipeline/doctor.py", "__import__('gmsh')"),
-    ("pipeline/model.py", "import gmsh"),
-    ("pipeline/geometry/skirt.py", "import skfem"),
-    ("pipeline/geometry/skirt.py", "import meshio"),
+    ("pipeline/fem/assemble.py", "import gmsh"),
+    ("pipeline/geometry/shapes/skirt.py", "import skfem"),
+    ("pipeline/geometry/shapes/skirt.py", "import meshio"),
     ("pipeline/modes/normal.py", "from skfem.assembly import Basis"),
-    ("pipeline/study/report.py", "class A:\n    def f(self):\n        import matplotlib"),
-    ("pipeline/plots/curves.py", "from ..geometry import gmsh\nimport gmsh"),
+    ("pipeline/report/bodies.py", "class A:\n    def f(self):\n        import matplotlib"),
+    ("pipeline/plots/contact/curves.py", "from ..geometry import gmsh\nimport gmsh"),
     ("pipeline/modes/normal.py", "from ...solver import system"),
-    ("pipeline/mesh.py", "from tests.pipeline import small"),
+    ("pipeline/stages/mesh.py", "from tests.pipeline import small"),
 ]
 
 
@@ -193,14 +193,17 @@ def test_forbidden_imports_are_found(path: str, text: str) -> None:
 
 ALLOWED = [
     ("modaldb/hdf5.py", "def f():\n    import h5py"),
-    ("solver/body.py", "import numpy as np\nfrom scipy import linalg\nfrom numba import njit"),
-    ("solver/body.py", "import pydantic, math, os"),
-    ("solver/body.py", "from modaldb.schema import ModalRecord\nfrom . import system\nfrom .result import Result"),
-    ("pipeline/stages.py", "from solver.scene import Scene"),
-    ("pipeline/study/runs.py", "from solver.simulation import simulate"),
+    ("solver/bodies/small_motion.py", "import numpy as np\nfrom scipy import linalg\nfrom numba import njit"),
+    ("solver/bodies/small_motion.py", "import pydantic, math, os"),
+    (
+        "solver/bodies/small_motion.py",
+        "from gudgeon.modaldb.records import ModalRecord\nfrom . import system\nfrom .result import Result",
+    ),
+    ("pipeline/stages/run.py", "from gudgeon.solver.scene.scene import Scene"),
+    ("pipeline/report/timing.py", "from gudgeon.solver.simulate import simulate"),
     ("pipeline/geometry/occ.py", "import gmsh"),
     ("pipeline/exporters/vtu.py", "import meshio"),
-    ("pipeline/plots/movie.py", "import imageio\nimport pyvista"),
+    ("pipeline/plots/deformation/movie.py", "import imageio\nimport pyvista"),
     ("pipeline/doctor.py", "PROBE = 'import gmsh, pyvista, matplotlib'"),
 ]
 
@@ -219,7 +222,7 @@ def test_caps_can_be_exceeded(extra: int) -> None:
 
 LOADED = """
 import json, sys
-from pipeline.cli import main
+from gudgeon.pipeline.cli import main
 try:
     code = main(json.loads(sys.argv[1]))
 except SystemExit as end:

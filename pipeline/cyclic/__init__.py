@@ -5,24 +5,24 @@
 `engine_order_response` gives the blades' amplitudes of either.
 """
 
-from pipeline.cyclic.forced import (
+from gudgeon.pipeline.cyclic.forced import (
     blades_of_synthesis,
     blades_of_wheel,
     direct_response,
     engine_order_response,
     magnification,
 )
-from pipeline.cyclic.harmonic import HarmonicModes, harmonic_modes, tuned_frequencies, tuned_modes
-from pipeline.cyclic.sector import Sector, cyclic_sector
-from pipeline.cyclic.synthesis import (
-    InterfaceChoice,
-    SectorParts,
-    Synthesis,
-    sector_parts,
-    synthesise,
+from gudgeon.pipeline.cyclic.harmonic import HarmonicModes, harmonic_modes, tuned_frequencies, tuned_modes
+from gudgeon.pipeline.cyclic.sector import Sector, cyclic_sector
+from gudgeon.pipeline.cyclic.synthesis import InterfaceChoice, SectorParts, Synthesis, sector_parts, synthesise
+from gudgeon.pipeline.cyclic.whole_wheel import (
+    Mistuning,
+    part_stiffness,
+    wheel_frequencies,
+    wheel_motion,
+    wheel_problem,
 )
-from pipeline.cyclic.wheel import Mistuning, part_stiffness, wheel_frequencies, wheel_motion, wheel_problem
-from pipeline.symmetry import CyclicSymmetry
+from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 
 __all__ = [
     "CyclicSymmetry",

@@ -12,12 +12,12 @@ tuned amplitude, is at most (1 + √N)/2 where each sector has one mode.
 import numpy as np
 from scipy import sparse
 
-from pipeline.cyclic.hermitian import Pairs, Problem
-from pipeline.cyclic.sector import Sector
-from pipeline.cyclic.synthesis import SectorParts, Synthesis
-from pipeline.cyclic.wheel import wheel_motion
-from pipeline.errors import InputError
-from pipeline.linalg import factorise
+from gudgeon.pipeline.cyclic.hermitian import Pairs, Problem
+from gudgeon.pipeline.cyclic.sector import Sector
+from gudgeon.pipeline.cyclic.synthesis import SectorParts, Synthesis
+from gudgeon.pipeline.cyclic.whole_wheel import wheel_motion
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.linalg import factorise
 
 
 def blades_of_wheel(sector: Sector, pairs: Pairs, row: np.ndarray) -> np.ndarray:

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from modaldb.schema import CyclicHarmonic
-from pipeline.cyclic.hermitian import Inertia, Problem, lowest_pairs, orthonormal
-from pipeline.cyclic.sector import Sector
-from pipeline.errors import InputError
+from gudgeon.modaldb.records.cyclic import CyclicHarmonic
+from gudgeon.pipeline.cyclic.hermitian import Inertia, Problem, lowest_pairs, orthonormal
+from gudgeon.pipeline.cyclic.sector import Sector
+from gudgeon.pipeline.errors import InputError
 
 FITS = 1e-9
 """Rigid motions of the sector that miss the condition of a harmonic by less than this share fulfil it."""

@@ -11,10 +11,10 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from pipeline.errors import StageError
-from pipeline.linalg import factorise
-from pipeline.modes.lanczos import eigenvalue_unit
-from pipeline.modes.normal import ROUND_OFF_SHARE
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.modes.lanczos import eigenvalue_unit
+from gudgeon.pipeline.modes.normal import ROUND_OFF_SHARE
 
 DENSE = 400
 """Unknowns up to which all eigenpairs are computed at once."""

@@ -13,10 +13,10 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from pipeline.errors import InputError
-from pipeline.femodel import FEModel
-from pipeline.supports import surface_nodes
-from pipeline.symmetry import CyclicSymmetry
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.fem.supports import surface_nodes
+from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 
 MATCH_TOLERANCE = 1e-6
 """Largest distance between a node of the high face and its image of the low one, over the size of the face: far above

@@ -19,13 +19,13 @@ from time import process_time
 import numpy as np
 from scipy import linalg, sparse
 
-from pipeline.cyclic.harmonic import phase_of, rigid_motions
-from pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
-from pipeline.cyclic.sector import Sector
-from pipeline.cyclic.wheel import Mistuning, changes, shift, wheel_rigid
-from pipeline.errors import InputError, StageError
-from pipeline.recipes.craig_bampton import RIGID_SHARE, condensed
-from pipeline.recipes.partial_interface import interface_basis
+from gudgeon.pipeline.cyclic.harmonic import phase_of, rigid_motions
+from gudgeon.pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
+from gudgeon.pipeline.cyclic.sector import Sector
+from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, changes, shift, wheel_rigid
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.reduction.recipes.craig_bampton import RIGID_SHARE, condensed
+from gudgeon.pipeline.reduction.recipes.partial_interface import interface_basis
 
 LARGEST_FACE = 1500
 """Dofs of a face: a pair of harmonics is a dense eigenproblem of twice the size, which takes about a minute."""

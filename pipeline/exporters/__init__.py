@@ -3,8 +3,10 @@
 from pathlib import Path
 from typing import Protocol
 
-from modaldb.schema import MeshRecord, ModalRecord, MorphRecord, Trajectory
-from pipeline.exporters import vtu
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.exporters import vtu
 
 
 class Exporter(Protocol):

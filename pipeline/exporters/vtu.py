@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from modaldb.schema import MeshRecord, ModalRecord, MorphRecord, Trajectory
-from pipeline.deformation import displacement
-from pipeline.errors import InputError, StageError
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.reduction.expansion import displacement
 
 LINES = {"beam2": "line", "beam3": "line3"}
 """Beams by the names that meshio has for their cells; the others are its own."""

@@ -4,19 +4,19 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from pipeline.geometry.bar import Bar
-from pipeline.geometry.beam import Beam
-from pipeline.geometry.bladed_sector import BladedSector
-from pipeline.geometry.box import Box
-from pipeline.geometry.file import MeshFile
-from pipeline.geometry.liner import Liner
-from pipeline.geometry.piston import Piston
-from pipeline.geometry.plane import Rectangle
-from pipeline.geometry.plane_file import PlaneFile
-from pipeline.geometry.plate import Plate
-from pipeline.geometry.rigid import Rigid
-from pipeline.geometry.skirt import Skirt
-from pipeline.geometry.sphere import Sphere
+from gudgeon.pipeline.geometry.mesh_file import MeshFile
+from gudgeon.pipeline.geometry.plane_file import PlaneFile
+from gudgeon.pipeline.geometry.shapes.bar import Bar
+from gudgeon.pipeline.geometry.shapes.beam import Beam
+from gudgeon.pipeline.geometry.shapes.bladed_sector import BladedSector
+from gudgeon.pipeline.geometry.shapes.box import Box
+from gudgeon.pipeline.geometry.shapes.liner import Liner
+from gudgeon.pipeline.geometry.shapes.piston import Piston
+from gudgeon.pipeline.geometry.shapes.plane import Rectangle
+from gudgeon.pipeline.geometry.shapes.plate import Plate
+from gudgeon.pipeline.geometry.shapes.rigid import Rigid
+from gudgeon.pipeline.geometry.shapes.skirt import Skirt
+from gudgeon.pipeline.geometry.shapes.sphere import Sphere
 
 GEOMETRIES: dict[str, type[BaseModel]] = {
     "skirt": Skirt,

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from modaldb.schema import MeshRecord, Surface
-from pipeline.errors import InputError, PipelineError, StageError
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 
 SurfaceRule = dict[str, Any]
-"""The true shape of a named surface, as `modaldb.schema.Surface.shape`."""
+"""The true shape of a named surface, as `modaldb.records.mesh.Surface.shape`."""
 
 GMSH_TETRA4, GMSH_TETRA10, GMSH_TRIANGLE6 = 4, 11, 9
 MESHIO_TETRA10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]

@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from modaldb.schema import MeshRecord, Surface
-from pipeline.errors import InputError
-from pipeline.geometry.file import marks, read_mesh
-from pipeline.geometry.plane import PlanePart, boundary_edges, counter_clockwise
-from pipeline.geometry.soundness import refuse_pieces
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.mesh_file import marks, read_mesh
+from gudgeon.pipeline.geometry.shapes.plane import PlanePart, boundary_edges, counter_clockwise
+from gudgeon.pipeline.geometry.soundness import refuse_pieces
 
 FLAT = 1e-9
 """How far nodes may lie off z = 0, relative to the part's size."""

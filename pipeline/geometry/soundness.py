@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from modaldb.schema import MeshRecord
-from pipeline.errors import InputError
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.errors import InputError
 
 FLAT = 1e-9
 """Least Jacobian of an element by its extent cubed, in a plane squared; slivers of aspect 1:1000 are at 1e-6."""

@@ -6,8 +6,8 @@ from typing import Protocol
 import numpy as np
 from scipy import sparse
 
-from pipeline.linalg.pardiso import PardisoFactor, find_library
-from pipeline.linalg.superlu import SuperLUFactor
+from gudgeon.pipeline.linalg.pardiso import PardisoFactor, find_library
+from gudgeon.pipeline.linalg.superlu import SuperLUFactor
 
 
 class Factor(Protocol):

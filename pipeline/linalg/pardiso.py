@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from pipeline.errors import StageError
-from pipeline.linalg.tally import TALLY
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.linalg.counter import TALLY
 
 SYMMETRIC_INDEFINITE, POSITIVE_DEFINITE = -2, 2
 ANALYSE_AND_FACTORISE, FACTORISE, SOLVE, RELEASE = 12, 22, 33, -1

@@ -4,8 +4,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from pipeline.errors import StageError
-from pipeline.linalg.tally import TALLY
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.linalg.counter import TALLY
 
 
 class SuperLUFactor:

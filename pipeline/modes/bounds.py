@@ -16,11 +16,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from modaldb.schema import MeshRecord
-from pipeline.elements.reference import reference
-from pipeline.elements.solid import MASS_ORDER
-from pipeline.femodel import FEModel
-from pipeline.linalg import factorise
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.elements.reference import reference
+from gudgeon.pipeline.fem.elements.solid import MASS_ORDER
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.linalg import factorise
 
 LUMPED = ("tetra10", "triangle6")
 """Cell types whose mass is of shape functions in each direction alike."""

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pipeline.elements.solid import EDGES
-from pipeline.femodel import FEModel
-from pipeline.modes.problem import Problem
+from gudgeon.pipeline.fem.elements.solid import EDGES
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.problem import Problem
 
 CORNERS = {"tetra10": (4, EDGES), "triangle6": (3, np.array([[0, 1], [1, 2], [2, 0]]))}
 """Number of corners, and those at the ends of each mid-side node's edge, by cell type."""

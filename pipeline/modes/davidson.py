@@ -16,8 +16,8 @@ import numpy as np
 from scipy import linalg
 from scipy.linalg.blas import dgemm
 
-from pipeline.linalg import Factor
-from pipeline.modes.problem import Problem
+from gudgeon.pipeline.linalg import Factor
+from gudgeon.pipeline.modes.problem import Problem
 
 RANK_TOLERANCE = 1e-12
 """Squares below this share of the largest are round-off of dependent columns, which are dropped."""

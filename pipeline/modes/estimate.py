@@ -8,10 +8,10 @@ The eigenvalue of a smooth mode on a mesh is too high by the energy of its error
 import numpy as np
 from pydantic import BaseModel
 
-from pipeline.elements.strain import strain_samples
-from pipeline.femodel import FEModel
-from pipeline.material import Material
-from pipeline.modes.patch_recovery import Recovery
+from gudgeon.pipeline.fem.elements.strain import strain_samples
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.patch_recovery import Recovery
+from gudgeon.pipeline.scenes.material import Material
 
 BLOCK_BYTES = 2**26
 """Of the strains worked on at once."""

@@ -8,10 +8,10 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-from pipeline.errors import StageError
-from pipeline.femodel import FEModel
-from pipeline.linalg import factorise
-from pipeline.modes.problem import Pairs, Problem
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.modes.problem import Pairs, Problem
 
 SPARE = 2
 """Pairs beyond the wanted ones, so that the inertia count has a gap above the last wanted one to stand in."""

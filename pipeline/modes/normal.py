@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.errors import StageError
-from pipeline.femodel import FEModel, LineStiffness
-from pipeline.linalg import evened, factorise
-from pipeline.modes import slepc
-from pipeline.modes.blocks import block_pairs
-from pipeline.modes.lanczos import SPARE, lanczos_pairs, lower_shift
-from pipeline.modes.problem import Pairs, Problem
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.fem.model import FEModel, LineStiffness
+from gudgeon.pipeline.linalg import evened, factorise
+from gudgeon.pipeline.modes import slepc
+from gudgeon.pipeline.modes.block_method import block_pairs
+from gudgeon.pipeline.modes.lanczos import SPARE, lanczos_pairs, lower_shift
+from gudgeon.pipeline.modes.problem import Pairs, Problem
 
 RESIDUAL_TOLERANCE = 1e-8
 """‖KΦ − MΦΛ‖ / ‖KΦ‖ per mode: Lanczos at full precision gives 1e-10 or better on tet10 solids."""

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy import sparse
 
-from pipeline.elements.strain import EDGES, StrainSamples
+from gudgeon.pipeline.fem.elements.strain import EDGES, StrainSamples
 
 RIDGE = 2e-3
 """Weight of a squared quadratic coefficient against all of a patch's squared samples, lengths scaled to the patch. With

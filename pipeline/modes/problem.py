@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from pipeline.femodel import FEModel
+from gudgeon.pipeline.fem.model import FEModel
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from pipeline.errors import InputError, StageError
+from gudgeon.pipeline.errors import InputError, StageError
 
 VARIABLE = "GUDGEON_SLEPC"
 WORKER = Path(__file__).with_name("mpi_worker.py")

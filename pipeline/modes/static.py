@@ -15,10 +15,10 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy import linalg, sparse
 
-from pipeline.errors import StageError
-from pipeline.femodel import FEModel, LineStiffness
-from pipeline.linalg import factorise
-from pipeline.modes.normal import NormalModes
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.fem.model import FEModel, LineStiffness
+from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.modes.normal import NormalModes
 
 BLOCK = 96
 """Right-hand sides per call of the solver."""

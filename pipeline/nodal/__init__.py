@@ -12,8 +12,7 @@ points only. `body` has the rule for one body, `coupling` what happens between t
 compiled in `narrow` where bodies are bars, beams or rigid.
 """
 
-from pipeline.nodal.points import facing
-from pipeline.nodal.problem import (
+from gudgeon.pipeline.nodal.problem import (
     NodalBody,
     NodalContact,
     NodalLoad,
@@ -24,9 +23,10 @@ from pipeline.nodal.problem import (
     SlidingSurface,
     Weights,
 )
-from pipeline.nodal.simulate import simulate_nodal
-from pipeline.nodal.sliding import SplineWeights
-from pipeline.nodal.start import free_body, gravity, static_start, supported_body
+from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
+from gudgeon.pipeline.nodal.sliding.weights import SplineWeights
+from gudgeon.pipeline.nodal.start import free_body, gravity, static_start, supported_body
+from gudgeon.solver.contact.pairing import facing
 
 __all__ = [
     "NodalBody",

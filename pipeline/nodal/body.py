@@ -11,9 +11,9 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg.blas import daxpy
 
-from pipeline.errors import StageError
-from pipeline.linalg import factorise
-from pipeline.nodal.problem import NodalBody
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.nodal.problem import NodalBody
 
 RIGID_TOLERANCE = 1e-6
 """Of ΦᵀMΦ = 1 and of the strain energy of Φ per largest stiffness over mass; round-off of assembly is 1e-11."""

@@ -6,9 +6,9 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import qr
 
-from pipeline.femodel import FEModel
-from pipeline.linalg import factorise
-from pipeline.nodal.problem import NodalBody, NodalLoad, NodalProblem, NodalRod
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.nodal.problem import NodalBody, NodalLoad, NodalProblem, NodalRod
 
 LENGTH_STEPS = 4
 """Newton steps that bring the rod to its length; it is a micrometre off."""

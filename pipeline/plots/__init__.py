@@ -15,47 +15,47 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Literal
 
-from pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError
 
 PLOTS: dict[str, dict[str, str]] = {
     "flat": {
-        "force": "pipeline.plots.curves:draw_force",
-        "energy": "pipeline.plots.curves:draw_energy",
-        "blows": "pipeline.plots.blows:draw_blows",
-        "gauges": "pipeline.plots.gauges:draw_gauges",
-        "pressure": "pipeline.plots.pressure:draw_pressure",
-        "waves": "pipeline.plots.waves:draw_waves",
-        "sheets": "pipeline.plots.sheets:draw_sheets",
+        "force": "gudgeon.pipeline.plots.contact.curves:draw_force",
+        "energy": "gudgeon.pipeline.plots.contact.curves:draw_energy",
+        "blows": "gudgeon.pipeline.plots.contact.contact_events:draw_blows",
+        "gauges": "gudgeon.pipeline.plots.contact.gauges:draw_gauges",
+        "pressure": "gudgeon.pipeline.plots.contact.pressure:draw_pressure",
+        "waves": "gudgeon.pipeline.plots.deformation.line:draw_waves",
+        "sheets": "gudgeon.pipeline.plots.deformation.plane:draw_sheets",
     },
     "rendered": {
-        "deformation": "pipeline.plots.deformation:draw_deformation",
-        "stress": "pipeline.plots.stress:draw_stress",
-        "movie": "pipeline.plots.movie:draw_movie",
+        "deformation": "gudgeon.pipeline.plots.deformation.solid:draw_deformation",
+        "stress": "gudgeon.pipeline.plots.deformation.stress:draw_stress",
+        "movie": "gudgeon.pipeline.plots.deformation.movie:draw_movie",
     },
 }
 """Name → drawing function; each group has a child process of its own, so that a crash in one spares the other."""
 
 DRIVEN: dict[str, dict[str, str]] = {
     "flat": {
-        "force": "pipeline.plots.cycle_curves:draw_cycle_force",
-        "energy": "pipeline.plots.cycle_curves:draw_cycle_energy",
-        "gauges": "pipeline.plots.gauges:draw_gauges",
-        "pressure": "pipeline.plots.pressure:draw_pressure",
-        "cycle": "pipeline.plots.cycle:draw_cycle",
+        "force": "gudgeon.pipeline.plots.driven.curves:draw_cycle_force",
+        "energy": "gudgeon.pipeline.plots.driven.curves:draw_cycle_energy",
+        "gauges": "gudgeon.pipeline.plots.contact.gauges:draw_gauges",
+        "pressure": "gudgeon.pipeline.plots.contact.pressure:draw_pressure",
+        "cycle": "gudgeon.pipeline.plots.driven.cycle:draw_cycle",
     },
     "rendered": {
-        "deformation": "pipeline.plots.assembly:draw_assembly",
-        "movie": "pipeline.plots.cycle_movie:draw_cycle_movie",
+        "deformation": "gudgeon.pipeline.plots.driven.assembly:draw_assembly",
+        "movie": "gudgeon.pipeline.plots.driven.movie:draw_cycle_movie",
     },
 }
 """The same for a scene that a joint drives."""
 
 WHEEL: dict[str, dict[str, str]] = {
     "flat": {
-        "nodal diameters": "pipeline.plots.wheel:draw_nodal_diameters",
-        "blades": "pipeline.plots.wheel:draw_blades",
+        "nodal diameters": "gudgeon.pipeline.wheel.pictures.curves:draw_nodal_diameters",
+        "blades": "gudgeon.pipeline.wheel.pictures.curves:draw_blades",
     },
-    "rendered": {"wheel": "pipeline.plots.wheel_shape:draw_wheel"},
+    "rendered": {"wheel": "gudgeon.pipeline.wheel.pictures.shape:draw_wheel"},
 }
 """The same for a wheel."""
 
@@ -66,7 +66,7 @@ FILES = (
 """Names that belong to the pictures; with more than one body or map, its name stands before the dot. A driven scene
 has a cycle instead of an impact."""
 
-CHILD = "pipeline.plots.child"
+CHILD = "gudgeon.pipeline.plots.child"
 ALONE: Mapping[str, str] = MappingProxyType({})
 
 

@@ -1,4 +1,4 @@
-"""`python -m pipeline.plots.child JOB.json`: draws one group of pictures and tells each on stdout, a line each:
+"""`python -m gudgeon.pipeline.plots.child JOB.json`: draws one group of pictures and tells each on stdout, a line each:
 
 `drawn NAME` for a file that is whole, `note TEXT` for a picture that could not be drawn.
 """
@@ -9,9 +9,9 @@ import sys
 import traceback
 from pathlib import Path
 
-import modaldb
-from pipeline.plots import DRIVEN, PLOTS, WHEEL
-from pipeline.plots.drawing import Drawing
+from gudgeon import modaldb
+from gudgeon.pipeline.plots import DRIVEN, PLOTS, WHEEL
+from gudgeon.pipeline.plots.base.run import Drawing
 
 
 def main(job_path: str) -> None:

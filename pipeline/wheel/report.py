@@ -1,27 +1,26 @@
 """`gudgeon report` of a wheel: every choice of kept interface against the full wheel, error beside size and seconds."""
 
-from dataclasses import dataclass
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from modaldb.schema import WheelRecord
-from pipeline.clock import Seconds, fastest
-from pipeline.cyclic import SectorParts, sector_parts
-from pipeline.errors import InputError, StageError
-from pipeline.machine import machine
-from pipeline.runreport import Progress
-from pipeline.scenefile import named
-from pipeline.study.choice import choose
-from pipeline.study.document import Document, Errors, Quantity, Run, StageSeconds, Table
-from pipeline.study.effort import Effort, command_text
-from pipeline.study.front import with_front
-from pipeline.study.memory import peak_memory
-from pipeline.study.output import report_folder, write_report
-from pipeline.study.series import chain, settling
-from pipeline.wheel.settings import KeptInterface
-from pipeline.wheel.solve import (
+from gudgeon.modaldb.records.cyclic import WheelRecord
+from gudgeon.pipeline.cyclic import SectorParts, sector_parts
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.measuring.clock import Seconds, fastest
+from gudgeon.pipeline.measuring.machine import machine
+from gudgeon.pipeline.measuring.memory import peak_memory
+from gudgeon.pipeline.report.choice import choose
+from gudgeon.pipeline.report.document import Document, Errors, Quantity, Run, StageSeconds, Table
+from gudgeon.pipeline.report.effort import Effort, command_text
+from gudgeon.pipeline.report.front import with_front
+from gudgeon.pipeline.report.page.output import report_folder, write_report
+from gudgeon.pipeline.report.series import chain, settling
+from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.pipeline.wheel.comparison import FREQUENCY, FULL, MAGNIFICATION, RESPONSE, TUNED, Comparison, InterfaceRow
+from gudgeon.pipeline.wheel.response import (
     Case,
     amplitudes,
     full_modes,
@@ -31,12 +30,9 @@ from pipeline.wheel.solve import (
     truncation_error,
     wheel_record,
 )
+from gudgeon.pipeline.wheel.scene import KeptInterface
+from gudgeon.pipeline.wheel.stages import WheelJob, run_wheel
 
-if TYPE_CHECKING:
-    from pipeline.wheel.job import WheelJob
-
-FULL = "full wheel"
-FREQUENCY, TUNED, MAGNIFICATION, RESPONSE = "frequencies", "frequencies, tuned", "magnification", "response"
 MEASURES = {FREQUENCY: "relative", TUNED: "relative", MAGNIFICATION: "relative", RESPONSE: "L2"}
 UNITS = {FREQUENCY: "Hz", TUNED: "Hz", MAGNIFICATION: "1", RESPONSE: "m/N"}
 PICTURE = "interfaces.png"
@@ -47,64 +43,7 @@ TIMING = (
 )
 
 
-@dataclass(frozen=True)
-class InterfaceRow:
-    """One choice of kept interface, on the mistuned wheel unless it says otherwise."""
-
-    name: str
-    scheme: str
-    record: WheelRecord
-    errors: Errors
-    """Against the full wheel: largest relative error of the compared frequencies, mistuned and tuned; of the
-    magnification, signed; relative L2 error of all blades' complex amplitudes over the band."""
-    cpu_sector: float
-    """For the sector's own reduction, once for all choices [s]."""
-    wall_sector: float
-    """[s]"""
-    wall: float
-    """For modes and response, that reduction aside [s]."""
-
-    @property
-    def coordinates(self) -> int:
-        """Of the whole wheel."""
-        return self.record.counts["coordinates"]
-
-    @property
-    def kept(self) -> int:
-        """Physical dofs of a face."""
-        return self.record.counts["kept"]
-
-    @property
-    def magnification(self) -> float:
-        """Largest amplitude over that of the tuned wheel."""
-        return self.record.quantities["magnification"]["value"]
-
-    @property
-    def cpu(self) -> float:
-        """From the sector's matrices to the response [s]."""
-        return self.cpu_sector + self.record.counts["cpu_modes"] + self.record.counts["cpu_response"]
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Every choice beside the full wheel, which is the first row."""
-
-    scene: str
-    sectors: int
-    compared: int
-    """Lowest frequencies."""
-    fixed_count: int
-    sector: dict[str, Any]
-    """Dofs of a sector, of its face, of the wheel."""
-    engine_order: int
-    harmonics_against_full: float
-    """Largest relative difference of the tuned wheel's frequencies by harmonics from those of all its dofs."""
-    truncation_error: float
-    """Of the largest amplitude by the compared modes, against a direct solution."""
-    rows: list[InterfaceRow]
-
-
-def report_wheel(job: "WheelJob", how: Effort, progress: Progress) -> Document:
+def report_wheel(job: WheelJob, how: Effort, progress: Progress) -> Document:
     """Compare every choice and write `report.{json,csv,png,html}` and `interfaces.png` into the job's folder.
 
     Args:
@@ -118,7 +57,7 @@ def report_wheel(job: "WheelJob", how: Effort, progress: Progress) -> Document:
         return _report(job, how, progress)
 
 
-def _report(job: "WheelJob", how: Effort, progress: Progress) -> Document:
+def _report(job: WheelJob, how: Effort, progress: Progress) -> Document:
     found = compare(job, how, progress)
     runs = with_front(_runs(job, found))
     document = Document(
@@ -135,7 +74,7 @@ def _report(job: "WheelJob", how: Effort, progress: Progress) -> Document:
         tables=[_table(found)],
         timing=TIMING.format(repeat=how.repeat),
     )
-    from pipeline.plots.interfaces import draw
+    from gudgeon.pipeline.wheel.pictures.interfaces import draw
 
     draw(found, job.out / PICTURE)
     write_report(document, job.out, picture=(job.out / PICTURE).read_bytes())
@@ -143,13 +82,13 @@ def _report(job: "WheelJob", how: Effort, progress: Progress) -> Document:
     return document
 
 
-def compare(job: "WheelJob", how: Effort, progress: Progress) -> Comparison:
+def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
     """Solve every choice, and the full wheel unless it stands in the database.
 
     Raises:
         InputError, StageError: see `report_wheel`.
     """
-    job.run("modes", progress)
+    run_wheel(job, "modes", progress)
     name, wheel = job.scene.only
     choices = job.scene.report.choices or {"as in the scene": wheel.interface}
     with named(job.path, InputError, StageError):
@@ -179,7 +118,7 @@ def scheme_of(choice: KeptInterface) -> str:
 
 
 def _solved(
-    job: "WheelJob", case: Case, parts: SectorParts, choice: tuple[str, KeptInterface], repeat: int
+    job: WheelJob, case: Case, parts: SectorParts, choice: tuple[str, KeptInterface], repeat: int
 ) -> tuple[WheelRecord, float]:
     """Return the response by a choice, and the wall seconds for modes and response of its fastest run."""
     key, interface = choice
@@ -192,7 +131,7 @@ def _solved(
     return record, taken.wall + record.counts["cpu_response"]
 
 
-def _full(job: "WheelJob", case: Case, progress: Progress) -> WheelRecord:
+def _full(job: WheelJob, case: Case, progress: Progress) -> WheelRecord:
     """Return the response of the full wheel; a finished one is read back."""
     product = job.response(None)
     if not job.store.has(product.key):
@@ -248,7 +187,7 @@ def _quantities(found: Comparison) -> list[Quantity]:
     return quantities
 
 
-def _runs(job: "WheelJob", found: Comparison) -> list[Run]:
+def _runs(job: WheelJob, found: Comparison) -> list[Run]:
     largest = {row.name: rows[-1] for rows in _series(found) for row in rows}
     runs = []
     for row in found.rows:

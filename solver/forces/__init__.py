@@ -4,9 +4,9 @@ from typing import Annotated
 
 from pydantic import Field
 
-from solver.forces.gas import GasPressure
-from solver.forces.moving import MovingForce
-from solver.forces.spring import Spring
+from gudgeon.solver.forces.gas import GasPressure
+from gudgeon.solver.forces.moving import MovingForce
+from gudgeon.solver.forces.spring import Spring
 
 FORCES = {"gas": GasPressure, "moving": MovingForce, "spring": Spring}
 

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from solver.obstacles.vectors import Finite
+from gudgeon.solver.vectors import Finite
 
 
 class GasPressure(BaseModel):

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from solver.obstacles.vectors import Direction, Finite, Vector
+from gudgeon.solver.vectors import Direction, Finite, Vector
 
 
 class Spring(BaseModel):

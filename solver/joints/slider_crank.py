@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from solver.obstacles.vectors import Direction, Finite, Vector
+from gudgeon.solver.vectors import Direction, Finite, Vector
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

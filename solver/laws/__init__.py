@@ -17,15 +17,15 @@ from typing import Annotated
 
 from pydantic import Field
 
-from solver.laws.base import Coefficients
-from solver.laws.exact import Exact
-from solver.laws.flores import Flores
-from solver.laws.gonthier import Gonthier
-from solver.laws.hertz import Hertz
-from solver.laws.hu_guo import HuGuo
-from solver.laws.hunt_crossley import HuntCrossley
-from solver.laws.lankarani_nikravesh import LankaraniNikravesh
-from solver.laws.linear import Linear
+from gudgeon.solver.laws.base import Coefficients
+from gudgeon.solver.laws.exact import Exact
+from gudgeon.solver.laws.flores import Flores
+from gudgeon.solver.laws.gonthier import Gonthier
+from gudgeon.solver.laws.hertz import Hertz
+from gudgeon.solver.laws.hu_guo import HuGuo
+from gudgeon.solver.laws.hunt_crossley import HuntCrossley
+from gudgeon.solver.laws.lankarani_nikravesh import LankaraniNikravesh
+from gudgeon.solver.laws.linear import Linear
 
 __all__ = ["LAWS", "Coefficients", "Law"]
 

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from solver.laws.restitution import SMALLEST
+from gudgeon.solver.laws.restitution import SMALLEST
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

@@ -2,8 +2,8 @@
 
 from typing import Literal
 
-from solver.laws.base import Coefficients, HertzContact, RestitutionAboveZero
-from solver.laws.restitution import loss_of_restitution
+from gudgeon.solver.laws.base import Coefficients, HertzContact, RestitutionAboveZero
+from gudgeon.solver.laws.restitution import loss_of_restitution
 
 
 class Exact(HertzContact):

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from solver.compliance import FAST
+from gudgeon.solver.compiled import FAST
 
 
 @njit(cache=True, fastmath=FAST)

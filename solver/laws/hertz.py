@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from solver.laws.base import HertzContact
+from gudgeon.solver.laws.base import HertzContact
 
 
 class Hertz(HertzContact):

@@ -2,8 +2,8 @@
 
 from typing import Literal
 
-from solver.laws.base import Coefficients, HertzContact, Restitution
-from solver.laws.restitution import departure
+from gudgeon.solver.laws.base import Coefficients, HertzContact, Restitution
+from gudgeon.solver.laws.restitution import departure
 
 
 class LankaraniNikravesh(HertzContact):

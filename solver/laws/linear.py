@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from solver.laws.base import Coefficients, Positive
+from gudgeon.solver.laws.base import Coefficients, Positive
 
 
 class Linear(BaseModel):

@@ -3,11 +3,11 @@
 Each member is a module-level `Method`: what it makes of the settings of a contact, and of the bodies' flexibility.
 """
 
-from solver.methods.constraint import CONSTRAINT
-from solver.methods.impact import IMPACT
-from solver.methods.method import Method, Settings
-from solver.methods.penalty import PENALTY
-from solver.methods.residual import RESIDUAL
+from gudgeon.solver.methods.constraint import CONSTRAINT
+from gudgeon.solver.methods.impact import IMPACT
+from gudgeon.solver.methods.method import Method, Settings
+from gudgeon.solver.methods.penalty import PENALTY
+from gudgeon.solver.methods.residual import RESIDUAL
 
 __all__ = ["METHODS", "Method", "Settings"]
 

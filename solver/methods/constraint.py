@@ -1,7 +1,7 @@
 """Constraint addition and deletion (Wu & Haug 1990): a gap that closes is held at zero, with the velocity jump of the
 reduced mass, until its force would pull."""
 
-from solver.methods.method import Method, Settings, rigid_refuses
+from gudgeon.solver.methods.method import Method, Settings, rigid_refuses
 
 
 def _refuses(settings: Settings) -> str | None:

@@ -1,6 +1,6 @@
 """Newton's restitution at each blow; blows that follow ever faster end in a constraint, as with restitution 0."""
 
-from solver.methods.method import Method, Settings, rigid_refuses
+from gudgeon.solver.methods.method import Method, Settings, rigid_refuses
 
 
 def _refuses(settings: Settings) -> str | None:

@@ -1,6 +1,6 @@
 """A spring or a law at each point, R left out: the method of most programs, with a stiffness to choose."""
 
-from solver.methods.method import Method, Settings, compliant_dashpot, no_blows
+from gudgeon.solver.methods.method import Method, Settings, compliant_dashpot, no_blows
 
 
 def _refuses(settings: Settings) -> str | None:

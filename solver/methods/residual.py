@@ -1,7 +1,7 @@
 """g = g₀ + B Φ q + R λ: what the kept modes lack yields without mass, and nothing is to be tuned (Monjaraz-Tec, Gross &
 Krack 2022)."""
 
-from solver.methods.method import Method, Settings, no_blows
+from gudgeon.solver.methods.method import Method, Settings, no_blows
 
 
 def _refuses(settings: Settings) -> str | None:

@@ -1,12 +1,18 @@
 """Rigid obstacles: each gives gap and gap direction at points. A new one is a file and a line here."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, TypeAdapter
 
-from solver.obstacles.bore import Bore
-from solver.obstacles.plane import Plane
+from gudgeon.solver.obstacles.bore import Bore
+from gudgeon.solver.obstacles.plane import Plane
 
 OBSTACLES = {"bore": Bore, "plane": Plane}
 
 Obstacle = Annotated[Bore | Plane, Field(discriminator="shape")]
+
+
+def obstacle_of(against: Mapping[str, Any]) -> Obstacle:
+    """Return the obstacle that a contact's `against` table describes: its gap and gap direction at any points."""
+    return TypeAdapter(Obstacle).validate_python(against)

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from solver.obstacles.vectors import Direction, Vector
+from gudgeon.solver.vectors import Direction, Vector
 
 
 class Plane(BaseModel):

@@ -5,8 +5,8 @@ The files of a released schema version are never written again; raise SCHEMA_VER
 
 from pathlib import Path
 
-from modaldb.hdf5 import write_record
-from modaldb.schema import KINDS, SCHEMA_VERSION
+from gudgeon.modaldb.hdf5 import write_record
+from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
 from tests.modaldb.samples import INPUTS, SAMPLES
 
 ARCHIVE = Path(__file__).parent

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from modaldb.hdf5 import provenance, read_record, verify_record
-from modaldb.schema import KINDS, SCHEMA_VERSION
+from gudgeon.modaldb.hdf5 import provenance, read_record, verify_record
+from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
 from tests.archive.make import main
 
 ARCHIVE = Path(__file__).parent

@@ -13,10 +13,11 @@ from typing import Any, Literal
 import numpy as np
 from scipy import sparse
 
-from modaldb.schema import MeshRecord, ModalRecord
-from pipeline.loads import surface_weights
-from pipeline.model import build_model
-from pipeline.stages import Job
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.interfaces.loads import surface_weights
+from gudgeon.pipeline.stages.job import Job
 
 RADIUS = 5e-3
 """Of the spheres [m]; their centres are the faces' mean points, so that body two stands two radii further off."""

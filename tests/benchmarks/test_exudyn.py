@@ -18,9 +18,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.stages import Job, open_job, run_job
-from solver.simulation import simulate
-from solver.system import compile_system
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.compile import compile_system
 from tests.benchmarks.exudyn_rods import Setup, reduced, rod_of, strike
 
 ROOT = Path(__file__).parents[2]

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.scene import Scene
-from solver.simulation import simulate
-from solver.system import System, compile_system
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.compile import compile_system
+from gudgeon.solver.system.system import System
 from tests.solver.scenes_counted import Case, families
 from tests.solver.systems import stored
 

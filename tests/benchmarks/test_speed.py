@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.stages import open_job, run_job
-from solver.simulation import simulate
-from solver.system import System, compile_system
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.compile import compile_system
+from gudgeon.solver.system.system import System
 
 DATA = Path(__file__).parents[2] / "data"
 
@@ -85,7 +87,7 @@ def test_second_run_does_nothing_fast(benchmark: object, tmp_path: Path) -> None
     import sys
 
     options = [str(DATA / "skirt"), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
-    command = [sys.executable, "-m", "pipeline", "solve", *options]
+    command = [sys.executable, "-m", "gudgeon.pipeline", "solve", *options]
     subprocess.run(command, check=True, capture_output=True)
     benchmark.pedantic(subprocess.run, (command,), {"check": True, "capture_output": True}, rounds=7)  # type: ignore[attr-defined]
     print(f"\nsecond run: {benchmark.stats['median']:.3g} s")  # type: ignore[attr-defined]

@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
-from modaldb.schema import Trajectory
-from solver.integrators import INTEGRATORS, make
-from solver.simulation import LARGEST, simulate
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.integrators.family import INTEGRATORS, make
+from gudgeon.solver.integrators.steps import LARGEST
+from gudgeon.solver.simulate import simulate
 from tests.solver.systems import build, rod_records
 
 LAW = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}

@@ -7,10 +7,10 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from scipy.integrate import quad
 
-from solver.laws import LAWS, Law
-from solver.laws.force import law_energy, law_force
-from solver.laws.restitution import delivered_restitution
-from tests.solver.test_laws import impact
+from gudgeon.solver.laws import LAWS, Law
+from gudgeon.solver.laws.force import law_energy, law_force
+from gudgeon.solver.laws.restitution import delivered_restitution
+from tests.solver.laws.test_laws import impact
 
 LAW: TypeAdapter[Law] = TypeAdapter(Law)
 MEMBERS = sorted(LAWS)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from modaldb.schema import Trajectory
-from solver.methods import METHODS
-from solver.scene import Scene
-from solver.simulation import simulate
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.methods import METHODS
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.simulate import simulate
 from tests.solver.systems import MASS, SPEED, build_all, rigid_records, rod_records
 
 KEYS: dict[str, dict[str, Any]] = {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.obstacles import OBSTACLES, Bore, Plane
+from gudgeon.solver.obstacles import OBSTACLES, Bore, Plane
 
 CASES = {
     "bore": Bore(shape="bore", radius=0.05, axis=(0.2, -0.1, 2.0), origin=(0.001, 0.002, 0.0)),

@@ -7,21 +7,23 @@ import numpy as np
 import pytest
 from scipy import linalg, sparse
 
-from pipeline.femodel import FEModel
-from pipeline.geometry.bar import Bar
-from pipeline.geometry.beam import Beam
-from pipeline.geometry.box import Box
-from pipeline.geometry.plane import Rectangle
-from pipeline.geometry.skirt import Skirt
-from pipeline.interface import Interface, contact_points, surface_coordinates
-from pipeline.material import Material
-from pipeline.model import build_model
-from pipeline.modes import normal, static
-from pipeline.modes.static import pressure_fields
-from pipeline.recipes import RECIPES, ContactRows, Reduction
-from pipeline.recipes.reduction import reference_reaction
-from pipeline.settings import ModesSettings, Support
-from pipeline.tie import made_rigid, tie_of, tie_rows
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.shapes.bar import Bar
+from gudgeon.pipeline.geometry.shapes.beam import Beam
+from gudgeon.pipeline.geometry.shapes.box import Box
+from gudgeon.pipeline.geometry.shapes.plane import Rectangle
+from gudgeon.pipeline.geometry.shapes.skirt import Skirt
+from gudgeon.pipeline.interfaces.points import contact_points, surface_coordinates
+from gudgeon.pipeline.interfaces.tie import made_rigid, tie_of, tie_rows
+from gudgeon.pipeline.modes import normal, static
+from gudgeon.pipeline.modes.static import pressure_fields
+from gudgeon.pipeline.reduction.recipes import RECIPES, ContactRows, Reduction
+from gudgeon.pipeline.reduction.recipes.reduction import reference_reaction
+from gudgeon.pipeline.scenes.interface import Interface
+from gudgeon.pipeline.scenes.material import Material
+from gudgeon.pipeline.scenes.modes import ModesSettings
+from gudgeon.pipeline.scenes.supports import Support
 
 ORTHOGONALITY = 1e-10
 ROUND_OFF = 1e-8

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from modaldb import schema
-from modaldb.schema import KINDS
+from gudgeon.modaldb import records as schema
+from gudgeon.modaldb.records import KINDS
 
 SCALARS = (str, int, float)
 
@@ -29,7 +29,7 @@ def parts(cls: type) -> Iterator[type]:
 
 
 def unknown_fields(cls: type) -> list[str]:
-    """List the fields whose type `modaldb.hdf5` cannot write and read."""
+    """List the fields whose type `gudgeon.modaldb.hdf5` cannot write and read."""
     return [name for name, hint in typing.get_type_hints(cls).items() if not _known(hint)]
 
 
@@ -88,7 +88,7 @@ def test_is_frozen(cls: type) -> None:
 
 @pytest.mark.parametrize("cls", ALL)
 def test_lives_in_the_schema(cls: type) -> None:
-    assert cls.__module__ == "modaldb.schema"
+    assert cls.__module__ == "gudgeon.modaldb.records"
     assert cls.__mro__[1:] == (object,)
 
 

@@ -5,27 +5,21 @@ from typing import Any
 
 import numpy as np
 
-from modaldb.schema import (
-    KINDS,
-    ContactHistory,
-    CyclicHarmonic,
-    CyclicRecord,
+from gudgeon.modaldb.records import KINDS
+from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.modes import (
     GaugeModes,
     InertiaCouplings,
     InterfaceModes,
-    JointHistory,
     LoadModes,
-    MeasurementRecord,
-    MeshRecord,
     ModalRecord,
     MorphRecord,
-    NodalRecord,
-    ReportRecord,
-    Surface,
     TractionModes,
-    Trajectory,
-    WheelRecord,
 )
+from gudgeon.modaldb.records.nodal import NodalRecord
+from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
+from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Trajectory
 
 INPUTS = {"stage": "sample", "size": 0.005, "nested": {"on": True, "nothing": None, "list": [1, 2.5, "ω"]}}
 

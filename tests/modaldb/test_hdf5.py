@@ -11,9 +11,10 @@ import h5py
 import numpy as np
 import pytest
 
-from modaldb import hdf5
-from modaldb.errors import RecordDamaged, RecordMismatch
-from modaldb.schema import KINDS, SCHEMA_VERSION, Surface
+from gudgeon.modaldb import hdf5
+from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
+from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
+from gudgeon.modaldb.records.mesh import Surface
 from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, morph, nodal, same, trajectory
 
 LARGE = 200_000

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from modaldb.keys import canonical_json, content_key, differences, file_digest
+from gudgeon.modaldb.keys import canonical_json, content_key, differences, file_digest
 
 
 def test_order_of_writing_does_not_matter() -> None:
@@ -52,7 +52,7 @@ def test_key_is_the_sha256_of_the_text() -> None:
 
 def test_key_is_the_same_in_another_process() -> None:
     inputs = {"name": "Schürze ω", "size": 0.1 + 0.2, "set": {"b": True, "a": None}}
-    program = f"from modaldb.keys import content_key; print(content_key({inputs!r}))"
+    program = f"from gudgeon.modaldb.keys import content_key; print(content_key({inputs!r}))"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == content_key(inputs)
 

@@ -14,12 +14,12 @@ from typing import Any
 
 import pytest
 
-import modaldb
-from modaldb import hdf5
-from modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
-from modaldb.keys import content_key
-from modaldb.schema import KINDS
-from modaldb.store import FolderStore
+from gudgeon import modaldb
+from gudgeon.modaldb import hdf5
+from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
+from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.records import KINDS
+from gudgeon.modaldb.stores.folder import FolderStore
 from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, morph, nodal, same
 
 KEY = content_key({"record": 1})
@@ -30,9 +30,9 @@ LONGEST_LIFE = 0.25
 WRITER = """
 import itertools, sys
 import numpy as np
-import modaldb
-from modaldb.keys import content_key
-from modaldb.schema import NodalRecord
+from gudgeon import modaldb
+from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.records import NodalRecord
 store = modaldb.open(sys.argv[1])
 force = np.random.default_rng(int(sys.argv[2])).random((20_000, 3))
 for number in itertools.count():

@@ -6,11 +6,11 @@ from itertools import permutations
 import numpy as np
 from scipy import sparse
 
-from modaldb.schema import MeshRecord
-from pipeline.femodel import FEModel
-from pipeline.material import Material
-from pipeline.model import build_model
-from pipeline.nodal import NodalBody
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.nodal import NodalBody
+from gudgeon.pipeline.scenes.material import Material
 
 MKL_HAS_A_WHEEL = platform.machine() == "x86_64"
 """As pyproject.toml asks for it: where it has one and is not found, tests of PARDISO fail instead of being skipped."""

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from modaldb.schema import MeshRecord, Surface
-from pipeline.elements import ASSEMBLERS
-from pipeline.femodel import FEModel
-from pipeline.geometry.skirt import Skirt
-from pipeline.material import Material
-from pipeline.model import build_model
-from pipeline.settings import Support
-from pipeline.supports import hold
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.elements import ASSEMBLERS
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.fem.supports import hold
+from gudgeon.pipeline.geometry.shapes.skirt import Skirt
+from gudgeon.pipeline.scenes.material import Material
+from gudgeon.pipeline.scenes.supports import Support
 from tests.pipeline.blocks import EDGES
 
 ALUMINIUM = Material(E=72e9, nu=0.33, rho=2700.0)

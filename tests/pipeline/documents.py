@@ -3,8 +3,9 @@
 import math
 from typing import Any
 
-from pipeline.study.document import Chain, Choice, Document, Quantity, Run, Seconds, StageSeconds, Table
-from pipeline.study.front import with_front
+from gudgeon.pipeline.measuring.clock import Seconds
+from gudgeon.pipeline.report.document import Chain, Choice, Document, Quantity, Run, StageSeconds, Table
+from gudgeon.pipeline.report.front import with_front
 
 BITING = """</script><script>throw new Error("injected")</script> & "quoted" <b onclick='x'> $\\q{$"""
 

@@ -11,11 +11,11 @@ from pathlib import Path
 import meshio
 import pytest
 
-import modaldb
-import pipeline.plots
-from modaldb.hdf5 import verify_record
-from pipeline.cli import main
-from pipeline.stages import open_job, run
+from gudgeon import modaldb
+from gudgeon.modaldb.hdf5 import verify_record
+from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.plots import PLOTS
 from tests.pipeline.small import TABLE, write_scene
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -636,7 +636,7 @@ def test_reference_file_that_is_none(content: str | None, case: Case, capsys: Ca
 
 INTERRUPTED = """
 import os, pkgutil, signal, sys, time
-from pipeline.cli import main
+from gudgeon.pipeline.cli import main
 def interrupted(*arguments, **options):
     os.kill(os.getpid(), signal.SIGINT)
     time.sleep(60)
@@ -683,7 +683,7 @@ def test_interrupt_in_a_stage(
 ) -> None:
     _without(case, *missing)
     kept = case.keys()
-    with _child(["-m", "pipeline", *case.command("run", *settings)]) as child:
+    with _child(["-m", "gudgeon.pipeline", *case.command("run", *settings)]) as child:
         assert child.stderr is not None
         assert child.stdout is not None
         assert any(line == f"{stage} …\n" for line in child.stderr)
@@ -691,8 +691,8 @@ def test_interrupt_in_a_stage(
         stdout, stderr = child.communicate(timeout=PATIENCE)
     _assert_interrupted(case, child.returncode, stdout, stderr, stage)
     assert case.keys() == kept
-    monkeypatch.setitem(pipeline.plots.PLOTS, "rendered", {})
-    monkeypatch.delitem(pipeline.plots.PLOTS, "rendered")
+    monkeypatch.setitem(PLOTS, "rendered", {})
+    monkeypatch.delitem(PLOTS, "rendered")
     assert main(case.command("run" if stage == "plot" else "solve")) == 0
     case.assert_sound()
 
@@ -700,11 +700,11 @@ def test_interrupt_in_a_stage(
 @pytest.mark.parametrize(
     ("module", "function", "missing", "stage"),
     [
-        ("pipeline.mesh", "build_mesh", ("mesh", "modes", "morph", "solve"), "mesh"),
-        ("pipeline.reduce", "reduce_component", ("modes", "morph", "solve"), "modes"),
-        ("pipeline.morph", "own_modes", ("morph", "solve"), "morph"),
-        ("solver.simulation", "simulate", ("solve",), "solve"),
-        ("pipeline.plots", "render", (), "plot"),
+        ("gudgeon.pipeline.stages.mesh", "build_mesh", ("mesh", "modes", "morph", "solve"), "mesh"),
+        ("gudgeon.pipeline.reduction.reduce", "reduce_component", ("modes", "morph", "solve"), "modes"),
+        ("gudgeon.pipeline.design.morph", "own_modes", ("morph", "solve"), "morph"),
+        ("gudgeon.solver.simulate", "simulate", ("solve",), "solve"),
+        ("gudgeon.pipeline.plots", "render", (), "plot"),
         ("os", "fsync", ("morph",), "morph"),
         ("os", "fsync", ("solve",), ""),
         ("shutil", "copyfile", ("solve",), ""),
@@ -733,7 +733,7 @@ def test_interrupt_of_the_next_command_names_no_old_stage(case: Case, monkeypatc
     def interrupted(*arguments: object, **options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pipeline.kinds.open_job", interrupted)
+    monkeypatch.setattr("gudgeon.pipeline.kinds.open_job", interrupted)
     assert main(case.command("status")) == 1
     assert complaints(capsys.readouterr().err) == ["interrupted; what was finished is kept, run again to go on"]
 

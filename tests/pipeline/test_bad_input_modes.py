@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-import modaldb
-from modaldb.schema import MeshRecord, Surface
-from pipeline import linalg
-from pipeline.cli import main
-from pipeline.errors import InputError, StageError
-from pipeline.femodel import FEModel
-from pipeline.geometry.box import Box
-from pipeline.linalg import BACKENDS
-from pipeline.material import Material
-from pipeline.model import build_model
-from pipeline.modes import lanczos
-from pipeline.modes.normal import normal_modes
+from gudgeon import modaldb
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline import linalg
+from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.shapes.box import Box
+from gudgeon.pipeline.linalg import BACKENDS
+from gudgeon.pipeline.modes import lanczos
+from gudgeon.pipeline.modes.normal import normal_modes
+from gudgeon.pipeline.scenes.material import Material
 from tests.pipeline.blocks import EDGES, MKL_HAS_A_WHEEL
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-import modaldb
-from pipeline.cli import main
-from pipeline.errors import StageError
-from pipeline.femodel import FEModel
-from pipeline.linalg import Factor, factorise
-from pipeline.material import Material
-from pipeline.modes import static
-from pipeline.modes.static import Flexibility
-from pipeline.recipes import RECIPES, ContactRows
-from pipeline.settings import ModesSettings
+from gudgeon import modaldb
+from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.linalg import Factor, factorise
+from gudgeon.pipeline.modes import static
+from gudgeon.pipeline.modes.static import Flexibility
+from gudgeon.pipeline.reduction.recipes import RECIPES, ContactRows
+from gudgeon.pipeline.scenes.material import Material
+from gudgeon.pipeline.scenes.modes import ModesSettings
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 SECTION = '{ kind = "rectangle", width = 0.02, height = 0.04 }'

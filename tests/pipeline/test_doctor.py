@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline import doctor
-from pipeline.doctor import Finding
+from gudgeon.pipeline import doctor
+from gudgeon.pipeline.doctor import Finding
 
 ROOT = Path(__file__).resolve().parents[2]
 SEGFAULT = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
@@ -28,7 +28,7 @@ def test_examine_names_every_package_and_probe(tmp_path: Path) -> None:
 def test_import_loads_nothing_heavy() -> None:
     """Doctor starts where nothing is installed."""
     heavy = "{'numpy', 'scipy', 'h5py', 'pydantic', 'gmsh', 'pyvista', 'matplotlib'}"
-    probe = f"import sys, pipeline.doctor; print(*{heavy} & set(sys.modules))"
+    probe = f"import sys, gudgeon.pipeline.doctor; print(*{heavy} & set(sys.modules))"
     child = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True, cwd=ROOT)
     assert child.stdout.split() == []
 
@@ -91,7 +91,7 @@ def test_rendering_failures() -> None:
 
 def test_backend_states(monkeypatch: pytest.MonkeyPatch) -> None:
     """The backend is named; where it cannot be imported, it is missing or broken."""
-    from pipeline import linalg
+    from gudgeon.pipeline import linalg
 
     assert doctor.backend_finding() == Finding("sparse backend", "ok", linalg.available_backend())
 
@@ -100,7 +100,7 @@ def test_backend_states(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(linalg, "available_backend", unloadable)
     assert doctor.backend_finding().state == "broken"
-    monkeypatch.setitem(sys.modules, "pipeline.linalg", None)
+    monkeypatch.setitem(sys.modules, "gudgeon.pipeline.linalg", None)
     assert doctor.backend_finding().state == "missing"
 
 

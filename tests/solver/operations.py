@@ -13,10 +13,10 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-import solver
-from solver import simulate
-from solver.scene import Scene
-from solver.system import compile_system
+from gudgeon import solver
+from gudgeon.solver import simulate
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system.compile import compile_system
 from tests.solver import systems
 from tests.solver.scenes_counted import Case, families
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from modaldb.schema import (
+from gudgeon.modaldb.records.modes import (
     GaugeModes,
     InertiaCouplings,
     InterfaceModes,

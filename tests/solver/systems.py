@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-import modaldb
-from modaldb.schema import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
-from modaldb.store import FolderStore
-from solver.implicit import Trapezoid
-from solver.outcome import Samples
-from solver.scene import Scene
-from solver.system import System, compile_system
+from gudgeon import modaldb
+from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
+from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.solver.integrators.outcome import Samples
+from gudgeon.solver.integrators.trapezoid.integrator import Trapezoid
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system.compile import compile_system
+from gudgeon.solver.system.system import System
 
 LENGTH, SPEED, MASS = 1.0, 5000.0, 2.0
 SPACING = 0.01

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from modaldb.schema import Trajectory
-from solver.errors import SceneError
-from solver.simulation import simulate
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.simulate import simulate
 from tests.solver.systems import build_all, rigid_records
 
 FLOOR = {"shape": "plane", "point": [0.0, 0, 0], "normal": [0.0, 0, 1.0]}

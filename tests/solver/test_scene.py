@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from solver import Scene, SceneError, simulate
-from solver.terms import fields_read, scene_terms
+from gudgeon.solver import Scene, SceneError, simulate
+from gudgeon.solver.system.requirements import fields_read, scene_terms
 from tests.solver.systems import (
     block_records,
     block_scene,

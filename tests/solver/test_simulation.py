@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver import SceneError, SolverError, System, simulate
-from solver.result import Result
-from solver.simulation import LARGEST, plan_steps
+from gudgeon.solver import SceneError, SolverError, System, simulate
+from gudgeon.solver.integrators.steps import LARGEST, plan_steps
+from gudgeon.solver.result import Result
 from tests.solver.systems import LENGTH, MASS, SPEED, block_records, block_scene, build, rod_records, rod_scene
 
 ROUND_OFF = 1e-11
@@ -23,8 +23,8 @@ ORACLE = """
 import json, sys
 from pathlib import Path
 from tests.solver.systems import block_records, block_scene, build, rod_records, rod_scene
-from solver import simulate
-from solver import kernel
+from gudgeon.solver import simulate
+from gudgeon.solver.integrators.kick import kernel
 assert not hasattr(kernel.march, 'py_func')  # really undecorated
 folder = Path(sys.argv[1])
 found = {}

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from modaldb.schema import MeshRecord, Surface
-from pipeline.cyclic import CyclicSymmetry, Mistuning, Sector, cyclic_sector
-from pipeline.femodel import FEModel, MassProperties
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.cyclic import CyclicSymmetry, Mistuning, Sector, cyclic_sector
+from gudgeon.pipeline.fem.model import FEModel, MassProperties
 
 F5 = json.loads((Path(__file__).parents[2] / "data/bladed-disk/F5_cyclic_chain.json").read_text())
 

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-import modaldb
-from modaldb.schema import Trajectory
-from pipeline.stages import RunReport, run
+from gudgeon import modaldb
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.kinds import run
+from gudgeon.pipeline.stages.run_report import RunReport
 
 DATA = Path(__file__).parents[2] / "data"
 

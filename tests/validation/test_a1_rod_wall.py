@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import modaldb
-from pipeline.frequency_table import FIELDS
-from pipeline.stages import RunReport, open_job, plan, run
-from pipeline.study.force import pulse_reference
+from gudgeon import modaldb
+from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.reduction.frequency_table import FIELDS
+from gudgeon.pipeline.report.force import pulse_reference
+from gudgeon.pipeline.stages.plan import plan
+from gudgeon.pipeline.stages.run_report import RunReport
 
 SCENE = Path(__file__).parents[2] / "data" / "rod-wall"
 EXACT = json.loads((SCENE / "A1_rod_rigid_wall.json").read_text())["expected"]
@@ -87,15 +89,15 @@ def test_solve_reads_just_the_plan_and_imports_no_mesher(report: RunReport, fold
     """The fields that the store is asked for are those of the plan; neither gmsh nor pyvista is ever loaded."""
     code = """
 import json, sys
-from pipeline import stages
-from modaldb.store import FolderStore
+from gudgeon.pipeline import kinds
+from gudgeon.modaldb.stores.folder import FolderStore
 asked = []
 whole = FolderStore.get
 def spy(self, key, kind, *, only=None):
     asked.append([kind, list(only) if only is not None else None])
     return whole(self, key, kind, only=only)
 FolderStore.get = spy
-stages.run(sys.argv[1], set=["run.duration=5e-4"], db=sys.argv[2] + "/db", out=sys.argv[2] + "/again", until="solve")
+kinds.run(sys.argv[1], set=["run.duration=5e-4"], db=sys.argv[2] + "/db", out=sys.argv[2] + "/again", until="solve")
 print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "matplotlib") if m in sys.modules]]))
 """
     child = subprocess.run([sys.executable, "-c", code, SCENE, folder], capture_output=True, text=True, check=True)

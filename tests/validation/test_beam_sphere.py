@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.geometry.box import Box
+from gudgeon.pipeline.geometry.shapes.box import Box
 from tests.validation.scenes import reference, solve
 
 CASES = [

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.cyclic import (
+from gudgeon.pipeline.cyclic import (
     InterfaceChoice,
     harmonic_modes,
     sector_parts,
@@ -15,7 +15,7 @@ from pipeline.cyclic import (
     wheel_frequencies,
     wheel_problem,
 )
-from pipeline.cyclic.hermitian import lowest_pairs
+from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
 from tests.validation.cyclic_chain import F5, chain
 
 EXACT = 1e-11

@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.stages import open_job, run_job
-from solver.simulation import simulate
-from solver.system import compile_system
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.compile import compile_system
 
 WIDTH, HEIGHT, LENGTH, DENSITY, G = 0.02, 0.03, 0.2, 7850.0, 9.81
 SCENE = f"""

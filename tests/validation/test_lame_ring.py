@@ -10,13 +10,13 @@ import gmsh
 import numpy as np
 import pytest
 
-from pipeline.component import Component
-from pipeline.gauge import gauge_rows
-from pipeline.interface import Interface
-from pipeline.loads import load_rows
-from pipeline.mesh import build_mesh
-from pipeline.model import build_model
-from pipeline.modes.static import Flexibility
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.interfaces.gauges import gauge_rows
+from gudgeon.pipeline.interfaces.loads import load_rows
+from gudgeon.pipeline.modes.static import Flexibility
+from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.interface import Interface
+from gudgeon.pipeline.stages.mesh import build_mesh
 
 A, B, T, E, NU = 0.05, 0.1, 0.01, 2e11, 0.3
 SIZES = 0.05 / np.array([6, 8, 12, 16, 24])

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import modaldb
-from pipeline.mesh import build_mesh
-from pipeline.model import build_model
-from pipeline.modes.estimate import discretisation_errors
-from pipeline.modes.normal import normal_modes
-from pipeline.stages import open_job
+from gudgeon import modaldb
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.modes.estimate import discretisation_errors
+from gudgeon.pipeline.modes.normal import normal_modes
+from gudgeon.pipeline.stages.mesh import build_mesh
 from tests.validation.scenes import DATA, reference, solve
 
 ROUND_OFF = 1e-9

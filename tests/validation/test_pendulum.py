@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-import modaldb
+from gudgeon import modaldb
 from tests.validation.scenes import Solved, reference, solve
 
 SOFT = reference("pendulum/G1_pendulum_tip_soft_stop.json")

@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from modaldb.schema import Trajectory
-from pipeline.cycle_report import mechanism_of
-from pipeline.slaps import CycleHistory, Mechanism, history_of
-from pipeline.stages import Job, open_job, run_job
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.report.slap.cycle import mechanism_of
+from gudgeon.pipeline.report.slap.slaps import CycleHistory, Mechanism, history_of
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job
 
 ROOT = Path(__file__).resolve().parents[2]
 THRUST = 0.01

@@ -12,14 +12,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from modaldb import hdf5
-from modaldb.schema import GaugeModes, ModalRecord, MorphRecord
-from pipeline.stages import open_job
-from solver import system as compiled
-from solver.errors import SceneError
-from solver.scene import Scene
-from solver.system import System, compile_system
-from solver.terms import Stock, scene_terms
+from gudgeon.modaldb import hdf5
+from gudgeon.modaldb.records.modes import GaugeModes, ModalRecord, MorphRecord
+from gudgeon.pipeline.kinds import kind_of, open_job
+from gudgeon.pipeline.stages.plan import plan
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system import system as compiled
+from gudgeon.solver.system.compile import compile_system
+from gudgeon.solver.system.requirements import Stock, scene_terms
+from gudgeon.solver.system.system import System
 from tests.solver.systems import (
     arrays,
     block_records,
@@ -48,7 +51,8 @@ def parsed(entry: str) -> tuple[str, tuple[str, ...]]:
 
 
 def planned(scene: str, folder: Path) -> list[dict[str, Any]]:
-    return open_job(DATA / scene, db=folder / "db", out=folder / "out").plan()["terms"]
+    job = open_job(DATA / scene, db=folder / "db", out=folder / "out")
+    return kind_of(job).plan(job)["terms"]
 
 
 def test_every_scene_has_a_list() -> None:
@@ -142,16 +146,16 @@ def test_the_solver_reads_what_the_plan_says(kind: str, tmp_path: Path, opened: 
     """Dataset by dataset, and the bytes of them all."""
     scene, changes = SMALL[kind]
     job = open_job(DATA / scene, set=changes, db=tmp_path / "db", out=tmp_path / "out")
-    job.run("morph")
-    plan, expected = job.plan(), set[tuple[str, str]]()
-    for row in plan["terms"]:
+    run_job(job, "morph")
+    found, expected = plan(job), set[tuple[str, str]]()
+    for row in found["terms"]:
         steps = job.components()[job.scene.component_of(row["body"])]
         if row["present"]:
             expected |= existing(job.store, {name: step.key for name, step in steps.items()}, row["fields"])
     opened.clear()
     compile_system(job.store, job.scene, {name: steps["morph"].key for name, steps in job.components().items()})
     assert set(opened) == expected
-    assert sum(opened.values()) == plan["bytes"]
+    assert sum(opened.values()) == found["bytes"]
 
 
 def existing(store: Any, keys: dict[str, str], planned_fields: list[str]) -> set[tuple[str, str]]:

@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from pipeline.stages import run
+from gudgeon.pipeline.kinds import run
 from tests.validation.scenes import DATA
 
 LENGTH, WIDTH, HEIGHT, E, RHO = 0.4, 0.04, 0.02, 210e9, 7850.0

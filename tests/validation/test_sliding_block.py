@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
-from modaldb.traction import cubic_weights
-from pipeline.stages import Job, open_job, run_job
-from solver.system import System, compile_system
+from gudgeon.modaldb.traction import cubic_weights
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.system.compile import compile_system
+from gudgeon.solver.system.system import System
 
 SCENE = """
 [component.block]

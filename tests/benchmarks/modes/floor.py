@@ -12,10 +12,10 @@ import time
 import numpy as np
 from scipy import sparse
 
-from modaldb.schema import MeshRecord
-from pipeline.linalg.pardiso import find_library
-from pipeline.material import Material
-from pipeline.model import build_model
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.linalg.pardiso import find_library
+from gudgeon.pipeline.scenes.material import Material
 from tests.benchmarks.modes.job import DENSITY, POISSON, YOUNG, load_mesh
 
 ORDER, REPEATS = 2400, 10

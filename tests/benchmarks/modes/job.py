@@ -16,7 +16,7 @@ RIGID = 6
 SHIFT = -((2 * np.pi * 100.0) ** 2)
 """[rad²/s²], of the peers that take one: below all eigenvalues, close to zero beside the first elastic one."""
 RESIDUAL = 1e-8
-"""Largest ‖Kφ − λMφ‖ / ‖Kφ‖ that counts as verified, as in `pipeline.modes.normal`."""
+"""Largest ‖Kφ − λMφ‖ / ‖Kφ‖ that counts as verified, as in `gudgeon.pipeline.modes.normal`."""
 MIB = 1024
 """Linux counts ru_maxrss in KiB."""
 

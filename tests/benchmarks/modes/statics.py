@@ -5,11 +5,11 @@
 
 import numpy as np
 
-from modaldb.schema import MeshRecord
-from pipeline.material import Material
-from pipeline.model import build_model
-from pipeline.modes.normal import normal_modes
-from pipeline.modes.static import Flexibility, residual_shapes
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.modes.normal import normal_modes
+from gudgeon.pipeline.modes.static import Flexibility, residual_shapes
+from gudgeon.pipeline.scenes.material import Material
 from tests.benchmarks.modes.job import DENSITY, POISSON, YOUNG, Answer, Stopwatch, load_mesh, run
 
 ROWS = 600

@@ -6,11 +6,11 @@ from functools import wraps
 from importlib.metadata import version
 from typing import Any
 
-from modaldb.schema import MeshRecord
-from pipeline.linalg import BACKENDS, available_backend
-from pipeline.material import Material
-from pipeline.model import build_model
-from pipeline.modes.normal import normal_modes
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.linalg import BACKENDS, available_backend
+from gudgeon.pipeline.modes.normal import normal_modes
+from gudgeon.pipeline.scenes.material import Material
 from tests.benchmarks.modes.job import DENSITY, POISSON, YOUNG, Answer, Stopwatch, load_mesh, run
 
 VERIFIED = "residual, orthogonality, inertia count"

@@ -1,0 +1,30 @@
+"""The records: the only vocabulary that pipeline and solver share.
+
+Every record is a frozen dataclass of arrays, numbers, texts and named groups of these; `modaldb.hdf5` writes and
+reads them field by field, so that a reader can ask for less than the whole. All quantities are SI. Shapes use:
+n nodes, e cells, m elastic coordinates, c contact rows of an interface, s samples, f frames.
+"""
+
+from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
+from gudgeon.modaldb.records.nodal import NodalRecord
+from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
+
+SCHEMA_VERSION = 5
+READABLE_VERSIONS = (1, 2, 3, 4, 5)
+"""A field that an older version lacks takes its default."""
+
+KINDS: dict[str, type] = {
+    "mesh": MeshRecord,
+    "modes": ModalRecord,
+    "morph": MorphRecord,
+    "nodal": NodalRecord,
+    "trajectory": Trajectory,
+    "cyclic": CyclicRecord,
+    "wheel": WheelRecord,
+    "measurement": MeasurementRecord,
+    "report": ReportRecord,
+}
+"""Kinds of record that a store holds, by the name that stands in the file."""

@@ -1,0 +1,158 @@
+"""Records of a component's modes and of its designs."""
+
+from dataclasses import dataclass, field
+
+from gudgeon.modaldb.records.types import Array, Json
+
+
+@dataclass(frozen=True)
+class InterfaceModes:
+    """What a contact needs of a body: one row per contact point of a named interface."""
+
+    nodes: Array
+    """Node number of each contact point, (c,)."""
+    points: Array
+    """Contact points on the true surface [m], (c, 3)."""
+    normals: Array
+    """Outward unit normals of the true surface, (c, 3)."""
+    areas: Array
+    """Tributary areas [m^2], (c,)."""
+    edge: Array
+    """Whether a point borders on surface that is not part of the interface, (c,); contact there may go on beyond."""
+    rows: Array
+    """B Φ: outward normal displacement per unit of each elastic coordinate [kg^-½], (c, m)."""
+
+
+@dataclass(frozen=True)
+class TractionModes:
+    """A smooth traction space on a surface that many points slide over: tensor products of uniform cubic B-splines.
+
+    Function a = i·counts[1] + j is the product of the i-th spline across and the j-th along, N_a; its traction is
+    N_a / ∫ N_a dA, of unit resultant. See `modaldb.traction` for chart and splines.
+    """
+
+    chart: Json
+    """What `across` and `along` mean: `{"kind": "cylinder", "axis", "origin", "radius", "middle"}` or
+    `{"kind": "plane", "origin", "normal", "across", "along"}`."""
+    start: Array
+    """Least coordinates of the space, across and along [m], (2,)."""
+    spacing: Array
+    """Knot spacing across and along [m], (2,)."""
+    counts: Array
+    """Number of splines across and along, f = their product, (2,)."""
+    rows: Array
+    """B Φ: mean outward normal displacement under each traction per unit of each elastic coordinate [kg^-½], (f, m)."""
+    resultant: Array
+    """Force and moment about the component's origin of each unit traction along the outward normal [1, m], (f, 6)."""
+
+
+@dataclass(frozen=True)
+class LoadModes:
+    """A load that is no contact, or a point that a joint holds: k generalised forces and their displacements."""
+
+    rows: Array
+    """B Φ: displacement conjugate to each force per unit of each elastic coordinate, (k, m)."""
+    resultant: Array
+    """Force and moment about the component's origin per unit, (k, 6)."""
+    point: Array
+    """Where it acts: the mean of its surface, or the reference point of a tie [m], (3,)."""
+    unit: str
+    """Of the generalised force: `N` of a mean's three, `N, N m` on a tie's reference point, `Pa` of a pressure."""
+
+
+@dataclass(frozen=True)
+class GaugeModes:
+    """A place where stress or strain is read: value = rows q + residual λ, k values.
+
+    k = 1 is the bending stress of a beam; k = 6 are the components xx, yy, zz, xy, yz, zx of a tensor at a point, shear
+    strain as ε_xy and not γ_xy; k = 6 s are these at s nodes of a surface, node by node.
+    """
+
+    rows: Array
+    """Value per unit of each elastic coordinate, (k, m)."""
+    residual: Array
+    """Quasi-static value per unit force of each row of R, what the kept coordinates lack, (k, C); (k, 0) of a surface
+    where the recipe makes no R."""
+    unit: str
+    """Of the value, `Pa` or `1`."""
+    nodes: Array | None = None
+    """Node numbers of a surface, (s,), ascending; None of a place."""
+
+
+@dataclass(frozen=True)
+class InertiaCouplings:
+    """Constant tensors of the nodal floating frame from the consistent mass (Zwölfer & Gerstmayr 2020)."""
+
+    translation: Array
+    """Tᵀ M Φ [kg^½], (3, m); zero for free-free modes."""
+    rotation: Array
+    """x̃ᵀ M Φ about the centre of mass [kg^½ m], (3, m); zero for free-free modes."""
+    rotation_gradient: Array
+    """∂(ũᵀ M Φ)/∂q [1], (3, m, m), antisymmetric in the last two."""
+
+
+@dataclass(frozen=True)
+class ModalRecord:
+    """Elastic coordinates of one component: Φᵀ M Φ = I, Φᵀ K Φ = diag(ω²)."""
+
+    mesh_key: str
+    recipe: str
+    normal_count: int
+    static_count: int
+    angular_frequencies: Array
+    """ω [rad/s], (m,): normal modes first, then the static correction shapes' own."""
+    mass: float
+    """[kg]"""
+    centre: Array
+    """Centre of mass [m], (3,)."""
+    inertia: Array
+    """Inertia about the centre of mass [kg m^2], (3, 3)."""
+    rigid_twists: Array
+    """Mass-normalised rigid motions (translation, rotation about the centre) [kg^-½, kg^-½ m^-1], (r, 6)."""
+    interfaces: dict[str, InterfaceModes]
+    interface_rows: Json
+    """First and last + 1 row of each interface, traction space and load in the residual flexibility."""
+    residual_flexibility: Array | None
+    """R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ [m/N] over the rows of all interfaces, (C, C), symmetric positive semidefinite; None
+    where the recipe makes none."""
+    shapes: Array | None
+    """Φ, nodal displacement per unit of each elastic coordinate, (n, 3, m)."""
+    inertia_couplings: InertiaCouplings | None
+    quality: Json
+    """What the extraction verified of itself: residuals, orthogonality, inertia count, dropped shapes."""
+    tractions: dict[str, TractionModes] = field(default_factory=dict)
+    """Traction spaces by interface; their rows in R stand in `interface_rows`."""
+    loads: dict[str, LoadModes] = field(default_factory=dict)
+    """Loads by interface; their rows in R stand in `interface_rows`."""
+    gauges: dict[str, GaugeModes] = field(default_factory=dict)
+    residuals: Array | None = None
+    """‖KΦ − MΦω²‖ / ‖KΦ‖ of each coordinate over the free dofs, (m,): round-off of a normal mode, what a Ritz
+    vector lacks of being one; None in records before version 4."""
+    algebraic_errors: Array | None = None
+    """Bound on |δω|/ω of each coordinate against the nearest exact frequency of the same mesh, (m,)."""
+    discretisation_errors: Array | None = None
+    """Estimate of (ω − ω_exact)/ω of each normal mode, what a finer mesh would take off, (m,); NaN for static shapes
+    and Ritz vectors; None where the elements have no estimate."""
+    participation: Array | None = None
+    """Tᵀ M Φ with T the unit translations [kg^½], (3, m): what gravity does to each coordinate; None where nothing is
+    held, as free modes take no part in translations."""
+
+
+@dataclass(frozen=True)
+class MorphRecord:
+    """One design of a component: where its nodes and contact points stand, and which modes serve it."""
+
+    mesh_key: str
+    modes_key: str
+    rung: str
+    """`none`, `reuse` or `recompute`."""
+    points: dict[str, Array]
+    """Contact points of each interface in this design [m], (c, 3)."""
+    mass: float
+    centre: Array
+    inertia: Array
+    rigid_twists: Array
+    """As in ModalRecord, always recomputed for this design."""
+    nodes: Array | None
+    """Nodal positions of this design [m], (n, 3); None where nothing moved."""
+    quality: Json

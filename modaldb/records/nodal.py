@@ -1,0 +1,34 @@
+"""Records of full-FE runs."""
+
+from dataclasses import dataclass, field
+
+from gudgeon.modaldb.records.types import Array, Json
+
+
+@dataclass(frozen=True)
+class NodalRecord:
+    """A run of the nodal synthesis. s: steps."""
+
+    step: float
+    """[s]"""
+    times: Array
+    """Ends of the steps [s], (s,)."""
+    force: Array
+    """Mean resultant on the body over each step [N], (s, 3)."""
+    energies: Array
+    """Kinetic, strain, contact [J], (s, 3)."""
+    energy_drift: float
+    coordinates: int
+    newton_iterations: int
+    wall_seconds: float
+    cpu_seconds: float
+    forces: dict[str, Array] = field(default_factory=dict)
+    """Mean resultant on the body over each step, by contact and joint [N], (s, 3); `force` is the contacts' sum."""
+    motion: dict[str, Array] = field(default_factory=dict)
+    """As in Trajectory, at the end of each step, (s, 12)."""
+    frame_times: Array | None = None
+    """[s], (f,)"""
+    masters: dict[str, Array] = field(default_factory=dict)
+    """As ContactHistory.master, by contact, (f, functions)."""
+    quantities: Json = field(default_factory=dict)
+    """As in Trajectory, where they have the same definition."""

@@ -1,0 +1,77 @@
+"""Records of simulations."""
+
+from dataclasses import dataclass, field
+
+from gudgeon.modaldb.records.types import Array, Json
+
+
+@dataclass(frozen=True)
+class ContactHistory:
+    """One contact over time."""
+
+    body: str
+    interface: str
+    force: Array
+    """Resultant on the body, mean over each sample interval, so that its sum × interval is the impulse [N], (s, 3)."""
+    multipliers: Array
+    """Contact force of each point at each frame [N], (f, c)."""
+    areas: Array | None
+    """Tributary areas [m^2], (c,); None where the scene did not need them."""
+    points: Array
+    """Contact points in the body's own design position [m], (c, 3)."""
+    master: Array | None = None
+    """Where another body's traction space is touched: mean outward normal displacement under each of its functions at
+    each frame [m], (f, functions)."""
+
+
+@dataclass(frozen=True)
+class JointHistory:
+    """One joint over time."""
+
+    body: str
+    interface: str
+    angle: Array
+    """Of the crank, from its upper dead centre, at the end of each sample interval [rad], (s,)."""
+    force: Array
+    """On the body, mean over each sample interval [N], (s, 3)."""
+    violation: Array
+    """Length error at the end of each sample interval [m], (s,)."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What a simulation found."""
+
+    result: str
+    """A member name of `solver.Result`."""
+    bodies: dict[str, str]
+    """Key of each body's MorphRecord."""
+    coordinate_offsets: Json
+    """First coordinate of each body: its rigid ones (as many as its rigid twists), then its elastic ones."""
+    times: Array
+    """Ends of the sample intervals [s], (s,)."""
+    energies: Array
+    """Kinetic, strain, contact (½ λᵀCλ) and dissipated energy, and the work of loads and joints so far, at the end of
+    each interval [J], (s, 5); without the work in version 1, (s, 4)."""
+    contacts: dict[str, ContactHistory]
+    frame_times: Array
+    """[s], (f,)"""
+    frames: Array
+    """All coordinates at each frame [m kg^½], (f, coordinates)."""
+    velocities: Array
+    """All velocities at each frame [m kg^½/s], (f, coordinates)."""
+    quantities: Json
+    """name → {"value", "unit"}."""
+    energy_drift: float
+    momentum_residual: float
+    counts: Json
+    """Steps, substeps per given step, steps in contact, pivots, coordinates, bytes read."""
+    joints: dict[str, JointHistory] = field(default_factory=dict)
+    motion: dict[str, Array] = field(default_factory=dict)
+    """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass
+    since the start [m, rad], their rates [m/s, rad/s], (s, 12)."""
+    episodes: dict[str, Array] = field(default_factory=dict)
+    """Contact by contact, each blow: first and last time [s], impulse [N s], largest force [N], its time [s], closing
+    speed at the first time and opening speed at the last [m/s], (b, 7); empty where the integrator locates none."""
+    gauges: dict[str, Array] = field(default_factory=dict)
+    """`body.gauge` → value at the end of each sample interval, (s, k)."""

@@ -1,0 +1,136 @@
+"""The embedded store: a folder of immutable record files, named by their keys.
+
+A record is written under a temporary name, flushed, and renamed; nothing that exists is ever changed. The folder
+itself is the catalogue.
+"""
+
+import contextlib
+import os
+import shutil
+import uuid
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any, Protocol
+
+from gudgeon.modaldb import hdf5
+from gudgeon.modaldb.errors import RecordDamaged, RecordMissing, StoreUnusable
+
+
+class Store(Protocol):
+    """What pipeline and solver ask of a database, wherever its records stand."""
+
+    def has(self, key: str) -> bool: ...
+    def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any: ...
+    def put(self, key: str, kind: str, record: Any, inputs: dict[str, Any]) -> None: ...
+    def sizes(self, key: str) -> dict[str, int]: ...
+    def provenance(self, key: str) -> dict[str, Any]: ...
+    def keys(self) -> Iterator[str]: ...
+
+
+class FolderStore:
+    """Records as files `<root>/<first two digits>/<key>.h5`.
+
+    Args:
+        root: The folder; made when the first record is put.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._verified: dict[Path, tuple[int, int, int]] = {}
+
+    def path(self, key: str) -> Path:
+        """Return where the record of `key` stands, whether or not it exists."""
+        return self.root / key[:2] / f"{key}.h5"
+
+    def has(self, key: str) -> bool:
+        """Whether a sound record stands under `key`.
+
+        Raises:
+            RecordDamaged: a record is there but its bytes changed; it has been moved aside as `.damaged`, so that
+                the next run makes it anew.
+        """
+        try:
+            return self.path(key).is_file() and self._verify(self.path(key))
+        except OSError as error:
+            raise StoreUnusable(f"{error.filename}: cannot be read or moved ({error.strerror})") from error
+
+    def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any:
+        """Read a record, or the fields named in `only`; see `hdf5.read_record`.
+
+        Raises:
+            RecordMissing: nothing stands under `key`.
+            RecordDamaged, RecordMismatch: what stands there cannot be trusted or is something else.
+        """
+        if not self.has(key):
+            raise RecordMissing(f"{self.root}: no {kind} record {key[:12]}…")
+        return hdf5.read_record(self.path(key), kind, only)
+
+    def put(self, key: str, kind: str, record: Any, inputs: dict[str, Any]) -> None:
+        """Write a record under its final name in one step; an equal key is left as it is.
+
+        Raises:
+            StoreUnusable: the folder cannot be written.
+        """
+        path = self.path(key)
+        with contextlib.suppress(RecordDamaged):
+            if self.has(key):
+                return
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with _scratch_file(path) as scratch:
+                hdf5.write_record(scratch, kind, record, inputs)
+                os.replace(scratch, path)
+        except OSError as error:
+            raise StoreUnusable(f"{path.parent}: cannot be written ({error.strerror or error})") from error
+
+    def sizes(self, key: str) -> dict[str, int]:
+        """Return the bytes of each dataset of a record, by field path."""
+        return hdf5.dataset_bytes(self.path(key))
+
+    def provenance(self, key: str) -> dict[str, Any]:
+        """Return the inputs that a record was made from."""
+        return hdf5.provenance(self.path(key))
+
+    def keys(self) -> Iterator[str]:
+        """Yield the keys of all records in the folder."""
+        for path in sorted(self.root.glob("??/*.h5")):
+            yield path.stem
+
+    def _verify(self, path: Path) -> bool:
+        stat = path.stat()
+        stamp = (stat.st_mtime_ns, stat.st_size, stat.st_ino)
+        if self._verified.get(path) != stamp:
+            try:
+                hdf5.verify_record(path)
+            except RecordDamaged as error:
+                aside = path.with_suffix(".damaged")
+                os.replace(path, aside)
+                raise RecordDamaged(f"{error}; moved aside to {aside.name}, run again to make it anew") from None
+            self._verified[path] = stamp
+        return True
+
+
+@contextlib.contextmanager
+def _scratch_file(path: Path) -> Iterator[Path]:
+    """Yield a new name beside `path`; whatever still stands there afterwards is removed."""
+    # Named before it is made: Ctrl-C within mkdtemp would leave a folder that nobody knows.
+    folder = path.with_name(f".writing-{uuid.uuid4().hex}")
+    try:
+        folder.mkdir()
+        yield folder / path.name
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def open_store(location: str | Path) -> FolderStore:
+    """Open the database at a folder, which need not exist yet.
+
+    Raises:
+        StoreUnusable: the path is there but is not a folder, or it is a URL.
+    """
+    if "://" in str(location):
+        raise StoreUnusable(f"{location}: this release opens folders only")
+    root = Path(location).expanduser()
+    if root.exists() and not root.is_dir():
+        raise StoreUnusable(f"{root}: not a folder")
+    return FolderStore(root)

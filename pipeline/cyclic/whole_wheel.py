@@ -1,0 +1,107 @@
+"""The whole wheel, assembled of its sectors, each with the stiffness of its own blade.
+
+T = I ⊗ C₀ + P ⊗ C₁ with P the shift to the next sector; K = Tᵀ (I ⊗ K + diag(f − 1) ⊗ K_blade) T in the turning axes
+of the sectors. Its size is N times a sector's: a reference for small meshes.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.pipeline.cyclic.harmonic import rigid_motions
+from gudgeon.pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
+from gudgeon.pipeline.cyclic.sector import Sector
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.scenes.material import Material
+
+
+@dataclass(frozen=True)
+class Mistuning:
+    """Blades of unlike stiffness."""
+
+    part: sparse.csr_matrix
+    """Stiffness of the blade alone, its share in the sector's K, (dofs, dofs)."""
+    factors: np.ndarray
+    """Stiffness of each blade over the tuned one, (N,)."""
+
+
+def part_stiffness(model: FEModel, material: Material, cells: np.ndarray) -> sparse.csr_matrix:
+    """Return what some cells of a solid add to its stiffness, (dofs, dofs).
+
+    Args:
+        cells: Which, (e,): a mask, or numbers.
+    """
+    nodes, numbers = np.unique(model.mesh.cells[cells], return_inverse=True)
+    mesh = replace(
+        model.mesh, nodes=model.nodes[nodes], cells=numbers.reshape(-1, model.mesh.cells.shape[1]), surfaces={}
+    )
+    K, d = sparse.coo_matrix(build_model(mesh, material).K), len(model.directions)
+    dofs = (d * nodes[:, None] + np.arange(d)).ravel()
+    return sparse.csr_matrix((K.data, (dofs[K.row], dofs[K.col])), shape=model.K.shape)
+
+
+def shift(sectors: int) -> sparse.csr_matrix:
+    """Return P with P[j, j + 1] = 1, the last sector followed by the first, (N, N)."""
+    rows = np.arange(sectors)
+    return sparse.csr_matrix((np.ones(sectors), (rows, (rows + 1) % sectors)), shape=(sectors, sectors))
+
+
+def wheel_problem(sector: Sector, mistuning: Mistuning | None = None) -> Problem:
+    """Assemble the wheel, sector after sector, (N m).
+
+    Raises:
+        InputError: there are not as many blades as sectors, or a factor is not positive.
+    """
+    sectors, T = sector.symmetry.sectors, _tied(sector)
+    K = sparse.kron(sparse.eye(sectors), sector.model.K)
+    if mistuning is not None:
+        K = K + sparse.kron(sparse.diags(changes(mistuning, sectors)), mistuning.part)
+    M = sparse.csr_matrix(T.T @ sparse.kron(sparse.eye(sectors), sector.model.M, format="csr") @ T)
+    K = sparse.csr_matrix(T.T @ sparse.csr_matrix(K) @ T)
+    rigid = orthonormal(wheel_rigid(sector), M)
+    return Problem(sparse.csr_matrix(0.5 * (K + K.T)), sparse.csr_matrix(0.5 * (M + M.T)), rigid)
+
+
+def changes(mistuning: Mistuning, sectors: int) -> np.ndarray:
+    """Return f − 1 of each blade, (N,).
+
+    Raises:
+        InputError: there are not as many blades as sectors, or a factor is not positive.
+    """
+    factors = np.asarray(mistuning.factors, float)
+    if factors.shape != (sectors,):
+        raise InputError(f"mistuning.factors: {factors.size} given, the wheel has {sectors} blades")
+    if not factors.min() > 0:
+        raise InputError(f"mistuning.factors: {factors.min():.6g} given, a blade's stiffness must be above 0")
+    return factors - 1
+
+
+def wheel_frequencies(sector: Sector, count: int, mistuning: Mistuning | None = None) -> np.ndarray:
+    """Return the lowest elastic frequencies of the whole wheel [rad/s], (count,)."""
+    return np.sqrt(lowest_pairs(wheel_problem(sector, mistuning), count).values)
+
+
+def wheel_motion(sector: Sector, rows: np.ndarray) -> sparse.csr_matrix:
+    """Return rows over a sector's dofs (c, dofs) as rows over the wheel's, sector after sector, (N c, N m)."""
+    blocks = sparse.kron(sparse.eye(sector.symmetry.sectors), sparse.csr_matrix(rows), format="csr")
+    return sparse.csr_matrix(blocks @ _tied(sector))
+
+
+def _tied(sector: Sector) -> sparse.csr_matrix:
+    """Return T, (N dofs, N m)."""
+    sectors = sector.symmetry.sectors
+    return sparse.csr_matrix(sparse.kron(sparse.eye(sectors), sector.own) + sparse.kron(shift(sectors), sector.next))
+
+
+def wheel_rigid(sector: Sector) -> np.ndarray:
+    """Return the wheel's rigid motions, put together of those of the harmonics, (N m, r)."""
+    symmetry = sector.symmetry
+    columns = [np.empty((symmetry.sectors * sector.own.shape[1], 0))]
+    for harmonic in symmetry.harmonics():
+        turns = np.exp(1j * harmonic * symmetry.angle * np.arange(symmetry.sectors))
+        whole = np.kron(turns[:, None], rigid_motions(sector, harmonic))
+        columns += [whole.real] if symmetry.multiplicity(harmonic) == 1 else [whole.real, whole.imag]
+    return np.column_stack(columns)

@@ -1,0 +1,1 @@
+"""A change of the design: nodes move, modes stay."""

@@ -1,0 +1,28 @@
+"""`gudgeon export`: a scene's modes or results as files for other programs."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from gudgeon.pipeline.exporters import EXPORTERS
+from gudgeon.pipeline.stages.job import Job, free_twists
+from gudgeon.pipeline.stages.run import run_job
+
+
+def export(job: Job, what: str, every: int) -> list[Path]:
+    """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder."""
+    run_job(job, "modes" if what == "modes" else "solve")
+    files, exporter = [], EXPORTERS["vtu"]
+    for body in job.scene.body:
+        steps = job.components()[job.scene.component_of(body)]
+        mesh = job.store.get(steps["mesh"].key, "mesh")
+        modal = job.store.get(steps["modes"].key, "modes")
+        if what == "modes":
+            target = job.out / "vtu" / f"{body}-modes.vtu"
+            exporter.write_modes(target, mesh, modal, None)
+            files.append(target)
+        else:
+            # The exporter moves a body by its rigid coordinates: those that the scene leaves free.
+            morph = replace(job.store.get(steps["morph"].key, "morph"), rigid_twists=free_twists(job, body))
+            trajectory = job.store.get(job.trajectory().key, "trajectory")
+            files += exporter.write_trajectory(job.out / "vtu" / body, mesh, modal, morph, trajectory, body, every)
+    return files

@@ -1,0 +1,1 @@
+"""Mesh, material and supports to stiffness, mass and rigid motions."""

@@ -1,0 +1,47 @@
+"""From a mesh and a material to the FE model: K, M, rigid motions, and what holds it."""
+
+from collections.abc import Sequence
+
+from pydantic import BaseModel
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.elements import ASSEMBLERS
+from gudgeon.pipeline.fem.elements.rigid import rigid_body
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.fem.supports import hold
+from gudgeon.pipeline.geometry.soundness import refuse_pieces
+from gudgeon.pipeline.scenes.material import Material
+from gudgeon.pipeline.scenes.supports import Support
+
+
+def build_model(
+    mesh: MeshRecord,
+    material: Material | None,
+    supports: Sequence[Support | str] = (),
+    where: str = "component",
+    geometry: BaseModel | None = None,
+) -> FEModel:
+    """Assemble stiffness and consistent mass of a meshed component.
+
+    Args:
+        material: None for a rigid body.
+        supports: What is held; a plain name holds a surface's nodes in all their dofs.
+        where: The component's key in the scene, for messages.
+        geometry: What the mesh was made of; a beam and a rigid body need it, for the section or the mass.
+
+    Raises:
+        InputError: the mesh is not of one piece, has an element without volume or no such surface, or a support does
+            not fit it.
+    """
+    if mesh.cell_type == "vertex":
+        model = rigid_body(mesh, geometry)
+    else:
+        if material is None:
+            raise InputError(f"{where}.material: is missing; a body that deforms needs E, nu and rho")
+        refuse_pieces(mesh, where)
+        try:
+            model = ASSEMBLERS[mesh.cell_type](mesh, material, geometry)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+    return hold(model, supports, f"{where}.supports") if supports else model

@@ -1,0 +1,32 @@
+"""Bar elements: quadratic, of axial motion alone."""
+
+import numpy as np
+from pydantic import BaseModel
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.elements.reference import reference
+from gudgeon.pipeline.fem.model import FEModel, LineStiffness, MassProperties, scatter
+from gudgeon.pipeline.scenes.material import Material
+
+
+def assemble_bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
+    area = next(iter(mesh.surfaces.values())).shape["area"]
+    N, dN, W = reference("line3", 4)
+    x = mesh.nodes[mesh.cells]
+    axis = x[0, 1] - x[0, 0]
+    axis = axis / np.linalg.norm(axis)
+    J = np.einsum("ea,akq->eq", x @ axis, dN)
+    grad = dN[None, :, 0] / J[:, None]
+    Ke = material.E * area * np.einsum("eaq,ebq,eq,q->eab", grad, grad, J, W)
+    Me = material.rho * area * np.einsum("aq,bq,eq,q->eab", N, N, J, W)
+    count = len(mesh.nodes)
+    K, M = scatter(Ke, mesh.cells, count), scatter(Me, mesh.cells, count)
+    mass = float(M.sum())
+    weights = np.asarray(M.sum(axis=0)).ravel()
+    centre = weights @ mesh.nodes / mass
+    second = weights @ ((mesh.nodes - centre) @ axis) ** 2
+    inertia = second * (np.eye(3) - np.outer(axis, axis))
+    twist = np.concatenate([axis / np.sqrt(mass), np.zeros(3)])[None]
+    properties = MassProperties(mass, centre, inertia)
+    parts = LineStiffness(Ke, mesh.cells)
+    return FEModel(K, M, mesh, axis[None], np.zeros((1, 3)), properties, twist, np.zeros(count, bool), parts)

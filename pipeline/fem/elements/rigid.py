@@ -1,0 +1,23 @@
+"""A body of mass without elasticity."""
+
+import numpy as np
+from pydantic import BaseModel
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.model import FEModel, MassProperties
+from gudgeon.pipeline.geometry.shapes.rigid import Rigid
+
+
+def rigid_body(mesh: MeshRecord, geometry: BaseModel | None) -> FEModel:
+    """Return a body of mass without elasticity: K and M are empty, its rigid motions are all there is."""
+    if not isinstance(geometry, Rigid):
+        raise TypeError("a mesh of type vertex needs its Rigid geometry")
+    nothing, size = sparse.csr_matrix((3 * len(mesh.nodes), 3 * len(mesh.nodes))), 3 * len(mesh.nodes)
+    moments = np.array(geometry.inertia)
+    turning = np.flatnonzero(moments)
+    twists = np.zeros((3 + len(turning), 6))
+    twists[:3, :3] = np.eye(3) / np.sqrt(geometry.mass)
+    twists[3 + np.arange(len(turning)), 3 + turning] = 1 / np.sqrt(moments[turning])
+    properties = MassProperties(geometry.mass, np.zeros(3), np.diag(moments))
+    return FEModel(nothing, nothing, mesh, np.eye(3), np.zeros((3, 3)), properties, twists, np.zeros(size, bool))

@@ -1,0 +1,159 @@
+"""Strains inside elements, as energy sees them: D^½ ε at points through which they are linear in each element.
+
+Quadratic solids and bars have linear strains where they are straight, and so have bending and shear of both beams; the
+d + 1 points of the least Gauss rule in d dimensions are where a smooth field's strains are most exact (Barlow 1976).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.elements.beam import hermite_curvature, timoshenko_strains
+from gudgeon.pipeline.fem.elements.plane import plane_lame, plane_quadrature
+from gudgeon.pipeline.fem.elements.reference import extrapolation, reference
+from gudgeon.pipeline.fem.elements.solid import solid_quadrature
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.shapes.beam import Beam
+from gudgeon.pipeline.geometry.shapes.plane import PlanePart
+from gudgeon.pipeline.scenes.material import Material
+
+GAUSS_ORDER = 2
+"""Of the rule with d + 1 points: 4 in a tetrahedron, 3 in a triangle, 2 on a line."""
+EDGES = {1: ((0, 1),), 2: ((0, 1), (1, 2), (2, 0)), 3: ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))}
+"""Corners of each side with a mid-node, in meshio's order, by dimension."""
+SHEARS = ((1, 2), (0, 2), (0, 1))
+"""Directions of the shear components, in order."""
+
+
+@dataclass(frozen=True)
+class StrainSamples:
+    """Where strains are taken in a mesh, and how they follow from displacements."""
+
+    nodes: np.ndarray
+    """Corners and middles of sides [m], (n, 3)."""
+    cells: np.ndarray
+    """Numbers of each element's corners, then of its middles, (e, a)."""
+    points: np.ndarray
+    """Where strains are taken [m], (e, q, 3)."""
+    sizes: np.ndarray
+    """Volume or length of each element, (e,)."""
+    to_nodes: np.ndarray
+    """Carries values at the points to the element's nodes, linearly, (a, q)."""
+    mass: np.ndarray
+    """∫ N_a N_b of a reference element of unit size, quadratic N, (a, a)."""
+    components: int
+    """Of a strain, s."""
+    strains: Callable[[np.ndarray], np.ndarray]
+    """From dof columns (dofs, k) to D^½ ε, whose square is the density of twice the strain energy, (e, q, s, k)."""
+
+
+def strain_samples(model: FEModel, material: Material, geometry: BaseModel | None) -> StrainSamples | None:
+    """Return where strains of a model are taken; None where its cells have no strains known here."""
+    make = SAMPLERS.get(model.mesh.cell_type)
+    return None if make is None else make(model.mesh, material, geometry)
+
+
+def _solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    N, grad, dx = solid_quadrature(mesh, GAUSS_ORDER, np.arange(len(mesh.cells)))
+    strains = _from_gradients(mesh, grad, elasticity(material))
+    points = np.matmul(N.T, mesh.nodes[mesh.cells])
+    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("tetra10"), 6, strains)
+
+
+def _plane(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    if not isinstance(geometry, PlanePart):
+        raise TypeError("a mesh of type triangle6 needs its plane geometry")
+    N, grad, dx = plane_quadrature(mesh, GAUSS_ORDER)
+    lam, mu = plane_lame(material, geometry)
+    D = np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
+    strains = _from_gradients(mesh, grad, geometry.thickness * D)
+    points = np.matmul(N.T, mesh.nodes[mesh.cells])
+    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("triangle6"), 3, strains)
+
+
+def _bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    area = next(iter(mesh.surfaces.values())).shape["area"]
+    N, dN, _ = reference("line3", GAUSS_ORDER)
+    h = _lengths(mesh)
+    scale = np.sqrt(material.E * area)
+
+    def strains(columns: np.ndarray) -> np.ndarray:
+        return scale * np.einsum("aq,eak,e->eqk", dN[:, 0], columns[mesh.cells], 1 / h)[:, :, None]
+
+    points = np.matmul(N.T, mesh.nodes[mesh.cells])
+    return StrainSamples(mesh.nodes, mesh.cells, points, h, *_quadratic("line3"), 1, strains)
+
+
+def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    if not isinstance(geometry, Beam):
+        raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
+    N, _, _ = reference("line3", GAUSS_ORDER)
+    h, section = _lengths(mesh), geometry.section
+    xi = 2 * (N[1] + N[2] / 2) - 1
+    nodes, cells = mesh.nodes, mesh.cells
+    bending = np.sqrt(material.E * section.second_moment)
+    if mesh.cell_type == "beam2":
+        rows = bending * hermite_curvature(h, xi)[:, :, None]
+        middles = nodes[cells].mean(axis=1)
+        nodes, cells = np.vstack([nodes, middles]), np.column_stack([cells, len(nodes) + np.arange(len(cells))])
+    else:
+        bend, shear = timoshenko_strains(h, xi)
+        G = material.E / 2 / (1 + material.nu)
+        rows = np.stack([bending * bend, np.sqrt(geometry.shear_coefficient * G * section.area) * shear], axis=2)
+    dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(len(h), -1)
+
+    def strains(columns: np.ndarray) -> np.ndarray:
+        return np.einsum("eqsd,edk->eqsk", rows, columns[dofs])
+
+    points = np.matmul(N.T, nodes[cells])
+    return StrainSamples(nodes, cells, points, h, *_quadratic("line3"), rows.shape[2], strains)
+
+
+SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {
+    "tetra10": _solid,
+    "triangle6": _plane,
+    "line3": _bar,
+    "beam2": _beam,
+    "beam3": _beam,
+}
+
+
+def elasticity(material: Material) -> np.ndarray:
+    """Return D of an isotropic solid [Pa] for strains xx, yy, zz, yz, xz, xy, shears in engineers' measure, (6, 6)."""
+    lam, mu = material.lame
+    D = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
+    D[:3, :3] += lam
+    return D
+
+
+def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what turns dof columns into D^½ ε, given ∂N/∂x (e, a, d, q) and D in components xx, yy, zz, yz, xz, xy."""
+    d = grad.shape[2]
+    slopes = np.ascontiguousarray(grad.transpose(0, 3, 2, 1)).reshape(len(grad), -1, grad.shape[1])
+    pairs = [(i, i) for i in range(d)] + [(i, j) for i, j in SHEARS if max(i, j) < d]
+    strain = np.zeros((len(pairs), d, d))
+    for row, (i, j) in enumerate(pairs):
+        strain[row, i, j] = strain[row, j, i] = 1.0
+    # An upper triangle R with RᵀR = D.
+    scaled = np.linalg.cholesky(D).T @ strain.reshape(len(pairs), -1)
+
+    def strains(columns: np.ndarray) -> np.ndarray:
+        u = columns.reshape(len(mesh.nodes), -1)[mesh.cells]
+        slope = (slopes @ u).reshape(len(u), grad.shape[3], d * d, columns.shape[1])
+        return scaled @ slope
+
+    return strains
+
+
+def _quadratic(cell_type: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return what carries values at the Gauss points to the nodes, (a, q), and ∫ N Nᵀ over the unit of size, (a, a)."""
+    N, _, W = reference(cell_type, 4)
+    return extrapolation(cell_type, GAUSS_ORDER), (N * W) @ N.T / W.sum()
+
+
+def _lengths(mesh: MeshRecord) -> np.ndarray:
+    """Return the length of each line element [m], (e,)."""
+    return np.linalg.norm(mesh.nodes[mesh.cells[:, 1]] - mesh.nodes[mesh.cells[:, 0]], axis=1)

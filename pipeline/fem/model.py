@@ -1,0 +1,128 @@
+"""A linear elastic body before reduction: matrices on dofs, and what a dof means."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+
+
+@dataclass(frozen=True)
+class MassProperties:
+    """Mass [kg], centre of mass [m] and inertia about it [kg m^2]."""
+
+    mass: float
+    centre: np.ndarray
+    inertia: np.ndarray
+
+
+@dataclass(frozen=True)
+class LineStiffness:
+    """Stiffness of bar or beam elements before it is added up: strain energy without the round-off of K Φ.
+
+    Each element's own rigid motion is taken off first, which is most of the motion in a slender body.
+    """
+
+    blocks: np.ndarray
+    """(e, a, a)"""
+    dofs: np.ndarray
+    """Of a bar its nodes', of a beam deflection and turn of node after node, (e, a)."""
+    distances: np.ndarray | None = None
+    """Of each beam element's nodes from its first one [m], (e, a/2); None of bars, which do not turn."""
+
+    def product(self, Phi: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
+        """Return ΦᵀKX of columns (dofs, m) and (dofs, k), the same by default, (m, k)."""
+        bent = self._bent(Phi)
+        loads = np.einsum("eab,ebj->eaj", self.blocks, bent if other is None else self._bent(other))
+        return np.einsum("eai,eaj->ij", bent, loads, optimize=True)
+
+    def _bent(self, Phi: np.ndarray) -> np.ndarray:
+        """Return the motion of each element's dofs beside its rigid one, (e, a, m)."""
+        local = Phi[self.dofs]
+        if self.distances is None:
+            return local - local[:, :1]
+        w, turn = local[:, 0::2], local[:, 1::2]
+        w = w - w[:, :1] + turn[:, :1] * self.distances[:, :, None]
+        return np.stack([w, turn - turn[:, :1]], axis=2).reshape(local.shape)
+
+
+@dataclass(frozen=True)
+class FEModel:
+    """Linear elastic body before reduction. Dof = d·node + i: along `directions[i]`, or about `rotations[i]`."""
+
+    K: sparse.csr_matrix
+    """Stiffness [N/m], (dofs, dofs)."""
+    M: sparse.csr_matrix
+    """Consistent mass [kg], (dofs, dofs)."""
+    mesh: MeshRecord
+    directions: np.ndarray
+    """Direction of each of a node's dofs, (d, 3): the axes of a solid, the axis of a bar; zero where it is a turn."""
+    rotations: np.ndarray
+    """Axis of each of a node's dofs that is a turn [rad], (d, 3); zero where it is a translation."""
+    properties: MassProperties
+    rigid_twists: np.ndarray
+    """Mass-normalised rigid motions that the supports leave: translation, rotation about the centre, (r, 6)."""
+    held: np.ndarray
+    """Which dofs a support holds at zero, (dofs,). K and M have all dofs nevertheless."""
+    parts: LineStiffness | None = None
+    """Elements of a bar or a beam; None of anything else."""
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """[m], (n, 3)"""
+        return self.mesh.nodes
+
+    @property
+    def rigid_modes(self) -> np.ndarray:
+        """Φ_r, mass-orthonormal, (dofs, r)."""
+        if not len(self.rigid_twists):
+            return np.empty((len(self.held), 0))
+        arm = self.nodes - self.properties.centre
+        motion = [
+            (twist[:3] + np.cross(twist[3:], arm)) @ self.directions.T + twist[3:] @ self.rotations.T
+            for twist in self.rigid_twists
+        ]
+        modes = np.column_stack([field.ravel() for field in motion])
+        modes[self.held] = 0.0  # What a support leaves vanishes there but for round-off.
+        return modes
+
+    @property
+    def free(self) -> np.ndarray:
+        """Numbers of the dofs that no support holds, (free,)."""
+        return np.flatnonzero(~self.held)
+
+    def free_matrices(self) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """Return K and M of the dofs that no support holds, (free, free)."""
+        if not self.held.any():
+            return self.K, self.M
+        free = self.free
+        return sparse.csr_matrix(self.K[free][:, free]), sparse.csr_matrix(self.M[free][:, free])
+
+    def nodal(self, columns: np.ndarray) -> np.ndarray:
+        """Turn dof columns (dofs, k) into nodal displacements (n, 3, k)."""
+        per_node = columns.reshape(len(self.nodes), len(self.directions), -1)
+        return np.einsum("ndk,di->nik", per_node, self.directions)
+
+    def rows(self, nodes: np.ndarray, normals: np.ndarray) -> sparse.csr_matrix:
+        """B: displacement of `nodes` (c,) along `normals` (c, 3), as a matrix on the dofs, (c, dofs)."""
+        d = len(self.directions)
+        along = normals @ self.directions.T
+        columns = (d * nodes[:, None] + np.arange(d)).ravel()
+        points = np.repeat(np.arange(len(nodes)), d)
+        return sparse.csr_matrix((along.ravel(), (points, columns)), shape=(len(nodes), self.K.shape[0]))
+
+    def on_dofs(self, nodal: sparse.csr_matrix) -> sparse.csr_matrix:
+        """Turn rows over nodal vectors (k, 3n), node by node, into rows over the dofs, (k, dofs)."""
+        spread = sparse.kron(sparse.eye(len(self.nodes)), self.directions.T, format="csr")
+        return sparse.csr_matrix(nodal @ spread)
+
+
+def scatter(blocks: np.ndarray, dofs: np.ndarray, size: int) -> sparse.csr_matrix:
+    """Add element matrices (e, a, a) at their dofs (e, a)."""
+    width = dofs.shape[1]
+    rows = np.repeat(dofs, width, axis=1).ravel().astype(np.int32)
+    columns = np.tile(dofs, (1, width)).ravel().astype(np.int32)
+    matrix = sparse.csr_matrix((blocks.ravel(), (rows, columns)), shape=(size, size))
+    matrix.sort_indices()
+    return sparse.csr_matrix(0.5 * (matrix + matrix.T))

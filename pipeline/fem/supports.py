@@ -1,0 +1,94 @@
+"""What holds a component: named surfaces, in all directions or in some, and the rigid motions that are left."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy import linalg
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.scenes.supports import Support
+
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+VANISHING = 1e-9
+"""A rigid motion below this share of the strongest one on the held dofs is free: round-off of the mesh's nodes."""
+FIRMNESS = 1e-6
+"""A rigid motion between this share and `VANISHING` is neither free nor held: nodes almost on one line."""
+
+
+def hold(model: FEModel, supports: Sequence[Support | str], where: str) -> FEModel:
+    """Return the model with what its supports hold, and the rigid motions that they leave.
+
+    Args:
+        where: Key of the supports in the scene, for messages.
+
+    Raises:
+        InputError: the mesh has no such surface, the model no such direction, or a rigid motion is held by a hair.
+    """
+    held = np.zeros((len(model.nodes), len(model.directions)), bool)
+    for entry in supports:
+        support = Support(surface=entry) if isinstance(entry, str) else entry
+        nodes = surface_nodes(model.mesh, support.surface, where)
+        held[np.ix_(nodes, _dofs_of(model, support, where))] = True
+    names = ", ".join(entry if isinstance(entry, str) else entry.surface for entry in supports)
+    twists = remaining_twists(model, held.ravel(), f"{where}: the nodes of {names}")
+    return replace(model, rigid_twists=twists, held=held.ravel())
+
+
+def surface_nodes(mesh: MeshRecord, name: str, where: str) -> np.ndarray:
+    """Return the nodes of a named surface, (k,).
+
+    Raises:
+        InputError: the mesh has no such surface.
+    """
+    if name not in mesh.surfaces:
+        have = ", ".join(sorted(mesh.surfaces)) or "none"
+        raise InputError(f"{where}: the mesh has no surface '{name}', it has {have}")
+    return np.unique(mesh.surfaces[name].facets)
+
+
+def remaining_twists(model: FEModel, held: np.ndarray, what: str) -> np.ndarray:
+    """Return the mass-normalised rigid motions of a model that vanish on the held dofs, (r, 6).
+
+    Args:
+        held: Which dofs are held, (dofs,).
+        what: Key and what holds, the beginning of a message.
+
+    Raises:
+        InputError: a motion is neither free nor firmly held.
+    """
+    rigid = model.rigid_modes
+    count = rigid.shape[1]
+    if count == 0:
+        return model.rigid_twists
+    _, strength, motions = np.linalg.svd(rigid[held], full_matrices=True)
+    strength = np.concatenate([strength, np.zeros(count - len(strength))])
+    share = strength / max(strength[0], np.finfo(float).tiny)
+    doubtful = (share > VANISHING) & (share < FIRMNESS)
+    if doubtful.any():
+        raise InputError(f"{what} hold a rigid motion by a share of {share[doubtful][0]:.1g} only; hold it or leave it")
+    free = motions[share <= VANISHING]
+    if not len(free):
+        return np.empty((0, 6))
+    # The span is what counts; pivoting keeps a motion that is free by itself as it was, such as a translation along x.
+    basis = linalg.qr(free.T @ free, pivoting=True)[0][:, : len(free)]
+    basis *= np.sign(basis[np.abs(basis).argmax(axis=0), np.arange(len(free))])
+    basis[np.abs(basis) < 16 * np.finfo(float).eps] = 0.0
+    return basis.T @ model.rigid_twists
+
+
+def _dofs_of(model: FEModel, support: Support, where: str) -> np.ndarray:
+    """Return which of a node's dofs a support holds, (k,)."""
+    axes = np.concatenate([model.directions, model.rotations], axis=1)
+    have = {AXES[int(np.abs(axis).argmax())]: i for i, axis in enumerate(axes) if np.abs(axis).max() > 1 - VANISHING}
+    if support.hold is None:
+        return np.arange(len(axes))
+    for name in support.hold:
+        if name not in have:
+            raise InputError(
+                f"{where}: '{name}' given in hold of '{support.surface}'; the model of this geometry has"
+                f" {', '.join(have) or 'none along an axis'}"
+            )
+    return np.array([have[name] for name in support.hold])

@@ -1,0 +1,380 @@
+"""A solid from a mesh file: whatever meshio reads, as tet10 with named, outward surfaces.
+
+Surfaces get their names from gmsh's physical groups of dimension 2, from sets of triangles or nodes, from integer
+cell or point arrays (non-zero = member), or from their true shape alone.
+"""
+
+import contextlib
+import io
+import re
+import warnings
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.occ import SurfaceRule
+from gudgeon.pipeline.geometry.soundness import refuse_pieces
+from gudgeon.pipeline.geometry.surfaces import cylindrical, true_surface
+
+ON_SHAPE = 1e-5
+"""How far corners may lie from a true shape, relative to its size: what files with six digits keep."""
+
+FACING = 0.5
+"""Least cosine between facet and true shape: an end face's ear whose three corners lie on the cylinder has none."""
+
+LIFTS = 30
+"""Alternating projections onto shapes that meet in an edge; one is enough where they meet at right angles."""
+
+FLAT = 1e-9
+"""Least 6 × volume of a tetrahedron by its longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
+
+MID_REACH = 0.35
+"""How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
+
+EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
+FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
+"""Outward faces of a tet10 of positive volume, corners first, in meshio's order."""
+GMSH_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+MIRRORED = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
+
+SOLIDS, TRIANGLES = ("tetra", "tetra10"), ("triangle", "triangle6")
+READABLE = "allowed: .msh (saved without Mesh.SaveAll), .inp, .vtu or another format of meshio"
+
+ABAQUS_TYPES = [
+    (re.compile(r"D?C3D(4|10)[A-Z]*"), r"C3D\1"),
+    (re.compile(r"(C3D\d+[A-Z]*)"), r"\1"),
+    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|R3D|STRI|S)3[A-Z]*"), "S3"),
+    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|S)6[A-Z]*|STRI65"), "STRI65"),
+]
+"""Solids and triangles of a deck by the name that meshio knows; other elements (springs, beams) are left out."""
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Point = tuple[Finite, Finite, Finite]
+
+
+def _unit_vector(vector: Point) -> Point:
+    length = float(np.linalg.norm(vector))
+    if length == 0:
+        raise ValueError("the vector is zero, it must have a direction")
+    return vector[0] / length, vector[1] / length, vector[2] / length
+
+
+Direction = Annotated[Point, AfterValidator(_unit_vector)]
+
+
+class CylinderShape(BaseModel):
+    """A circular cylinder."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["cylinder"]
+    radius: Positive
+    """[m]"""
+    axis: Direction
+    origin: Point
+    """A point of the axis [m]."""
+
+
+class PlaneShape(BaseModel):
+    """A plane."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["plane"]
+    normal: Direction
+    origin: Point
+    """A point of the plane [m]."""
+
+
+SurfaceShape = Annotated[CylinderShape | PlaneShape, Field(discriminator="kind")]
+
+
+class MeshFile(BaseModel):
+    """A tetrahedral mesh in a file; linear tetrahedra become tet10."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["file"]
+    path: str
+    unit: Positive = 1.0
+    """Metres per unit of length of the file."""
+    surfaces: dict[str, SurfaceShape] = Field(default_factory=dict)
+    """True shapes [m]. A name that the file lacks is found as the boundary facets that lie on its shape."""
+
+    def build(self, size: float | None) -> MeshRecord:
+        """Read the mesh; `size` is not used, the file has its own.
+
+        Raises:
+            InputError: the file is missing, no mesh, not one solid of tetrahedra, or off its declared surfaces.
+        """
+        mesh = read_mesh(self.path)
+        points = self.unit * np.asarray(mesh.points, float)
+        cells = _ordered(points, _tetrahedra(mesh, self.path), self.path)
+        used, numbers = np.unique(cells, return_inverse=True)
+        nodes, cells = points[used], numbers.reshape(len(cells), -1)
+        skin, faces = _skin(cells, self.path)
+        number = np.full(len(points), -1)
+        number[used] = np.arange(len(used))
+        members = _named(mesh, number, faces, len(nodes))
+        shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
+        members |= {name: self._on_shape(name, shape, nodes[faces[:, :3]], members) for name, shape in shapes.items()}
+        straight = cells.shape[1] == 4
+        if straight:
+            nodes, cells = _with_mid_nodes(nodes, cells)
+        facets = {name: cells[skin[chosen, :1], FACES[skin[chosen, 1]]] for name, chosen in members.items()}
+        if straight:
+            _lift(nodes, facets, shapes)
+        surfaces = {name: Surface(facets[name], shapes.get(name, {})) for name in facets}
+        mesh = MeshRecord(nodes=nodes, cells=cells, cell_type="tetra10", surfaces=surfaces)
+        refuse_pieces(mesh, self.path)
+        return mesh
+
+    def _on_shape(
+        self, name: str, shape: SurfaceRule, corners: np.ndarray, members: dict[str, np.ndarray]
+    ) -> np.ndarray:
+        """Tell which boundary facets, with `corners` (f, 3, 3), make up the surface `name` of a true shape."""
+        off = _distance(corners.reshape(-1, 3), shape).reshape(-1, 3)
+        limit = ON_SHAPE * shape.get("radius", np.ptp(corners.reshape(-1, 3), axis=0).max())
+        hint = "check `unit` and the shape, which is in metres"
+        if name in members and (worst := off[members[name]].max()) > limit:
+            raise InputError(
+                f"{self.path}: surface '{name}' lies up to {worst:.3g} m off its {shape['kind']}, allowed:"
+                f" {limit:.3g} m; {hint}"
+            )
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        with np.errstate(invalid="ignore"):  # a facet with its middle on the axis has no radial direction
+            _, true_normal = true_surface(corners.mean(axis=1), normal, shape)
+        facing = np.einsum("fi,fi->f", normal, true_normal) > FACING
+        found = members.get(name, np.ones(len(off), bool)) & facing & (off.max(axis=1) <= limit)
+        if not found.any():
+            have = ", ".join(sorted(members)) or "no surface"
+            raise InputError(
+                f"{self.path}: no boundary facet lies on the {shape['kind']} of surface '{name}', and the file"
+                f" names {have}; {hint}"
+            )
+        return found
+
+
+def _distance(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
+    if shape["kind"] == "plane":
+        return np.abs((points - np.asarray(shape["origin"])) @ np.asarray(shape["normal"]))
+    return np.abs(cylindrical(points, shape)[0] - shape["radius"])
+
+
+def _lift(nodes: np.ndarray, facets: dict[str, np.ndarray], shapes: dict[str, SurfaceRule]) -> None:
+    """Move the mid-edge nodes of facets onto their true shapes, in place."""
+    for _ in range(LIFTS):
+        for name, shape in shapes.items():
+            middle = np.unique(facets[name][:, 3:])
+            nodes[middle], _ = true_surface(nodes[middle], nodes[middle], shape)
+
+
+def _tetrahedra(mesh: Any, path: str) -> np.ndarray:
+    """Return the file's tetrahedra (e, 4) or (e, 10); other solid cells are refused, lines and faces left out."""
+    kinds = {block.type for block in mesh.cells if len(block.data)}
+    have = ", ".join(sorted(kinds)) or "no cells"
+    others = {block.type for block in mesh.cells if block.dim == 3 and len(block.data)} - set(SOLIDS)
+    if not kinds & set(SOLIDS) or others:
+        what = f"has cells that are no tetrahedra ({', '.join(sorted(others))})" if others else "has no tetrahedra"
+        raise InputError(f"{path}: the mesh {what}, it has {have}; allowed: solids of tetra or tetra10")
+    if kinds >= set(SOLIDS):
+        raise InputError(f"{path}: the mesh has both tetra and tetra10; allowed: one of them")
+    return np.concatenate([np.asarray(block.data, int) for block in mesh.cells if block.type in SOLIDS])
+
+
+def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
+    """Return the cells in meshio's order, of positive volume, each once (gmsh 2.2 writes one per physical group)."""
+    corners = points[cells[:, :4]]
+    ends = corners[:, EDGES]
+    length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
+    if cells.shape[1] == 10:
+        centres = ends.mean(axis=2)
+        swapped = cells[:, GMSH_ORDER]
+        off, off_swapped = (((points[order[:, 4:]] - centres) ** 2).sum(axis=2) for order in (cells, swapped))
+        better = off_swapped.sum(axis=1) < off.sum(axis=1)
+        cells = np.where(better[:, None], swapped, cells)
+        reach = np.sqrt(np.where(better[:, None], off_swapped, off)) > MID_REACH * length
+        if reach.any():
+            edge = np.argwhere(reach)[0]
+            raise InputError(
+                f"{path}: the node of edge {edge[1]} of tetrahedron {edge[0]} (from 0) does not lie near that edge;"
+                " allowed: mid-edge nodes in the order 01, 12, 02, 03, 13, 23"
+            )
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
+    flat = np.abs(volume) <= FLAT * length.max(axis=1) ** 3
+    if flat.any():
+        raise InputError(
+            f"{path}: {int(flat.sum())} of {len(cells)} tetrahedra are flat, the first is number"
+            f" {int(np.argmax(flat))} (from 0); allowed: 6 × volume above {FLAT:g} × longest edge³"
+        )
+    turned = volume < 0
+    cells[turned] = cells[turned][:, MIRRORED[: cells.shape[1]]]
+    _, first = np.unique(np.sort(cells[:, :4], axis=1), axis=0, return_index=True)
+    return cells[np.sort(first)]
+
+
+def _skin(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return cell and face number (f, 2) of each boundary facet and its nodes (f, 3) or (f, 6), outward."""
+    faces = cells[:, FACES if cells.shape[1] == 10 else FACES[:, :3]]
+    key = np.sort(faces[:, :, :3].reshape(-1, 3), axis=1)
+    _, inverse, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    if count.max() > 2:
+        raise InputError(f"{path}: {int((count > 2).sum())} faces belong to more than two tetrahedra; allowed: two")
+    skin = np.argwhere(count[inverse.reshape(-1, 4)] == 1)
+    return skin, faces[skin[:, 0], skin[:, 1]]
+
+
+def _with_mid_nodes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Turn linear tetrahedra (e, 4) into straight tet10 (e, 10); new nodes stand behind the old."""
+    edges, numbers = np.unique(np.sort(cells[:, EDGES].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
+    middle = len(nodes) + numbers.reshape(-1, 6)
+    return np.concatenate([nodes, nodes[edges].mean(axis=1)]), np.hstack([cells, middle])
+
+
+def _named(mesh: Any, number: np.ndarray, faces: np.ndarray, count: int) -> dict[str, np.ndarray]:
+    """Return which boundary facets belong to each surface that the file names.
+
+    Args:
+        number: New number of each of the file's nodes, -1 where unused.
+        faces: New node numbers of each boundary facet (f, 3) or (f, 6).
+        count: How many nodes are used.
+    """
+    found: dict[str, np.ndarray] = {}
+    corners = np.sort(faces[:, :3], axis=1)
+    for name, triangles in _triangle_sets(mesh).items():
+        rows = np.concatenate([corners, np.sort(number[triangles], axis=1)])
+        code = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
+        found[name] = np.isin(code[: len(corners)], code[len(corners) :])
+    arrays = {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if marks(name, values)}
+    for name, chosen in ({n: np.asarray(s, int) for n, s in mesh.point_sets.items()} | arrays).items():
+        inside = np.zeros(count + 1, bool)  # one more, for the unused nodes' -1
+        inside[number[chosen]] = True
+        found.setdefault(name.strip('"'), np.asarray(inside[faces].all(axis=1)))
+    return {name: chosen for name, chosen in found.items() if chosen.any()}
+
+
+def marks(name: str, values: np.ndarray) -> bool:
+    """Return whether a file's array tells members from others by integers."""
+    return ":" not in name and values.ndim == 1 and values.dtype.kind in "iub"
+
+
+def _triangle_sets(mesh: Any) -> dict[str, np.ndarray]:
+    """Return the corners (k, 3) of the triangles in each named set of the file."""
+    found: dict[str, list[np.ndarray]] = {}
+    faces = [(k, np.asarray(block.data)[:, :3]) for k, block in enumerate(mesh.cells) if block.type in TRIANGLES]
+    for name, blocks in mesh.cell_sets.items():
+        if name.startswith("gmsh:"):
+            continue
+        chosen = [corners[np.asarray(blocks[k], int)] for k, corners in faces if k < len(blocks)]
+        found[name.strip('"')] = chosen
+    names = {int(tag): name for name, (tag, dimension) in mesh.field_data.items() if dimension == 2}
+    for array, blocks in mesh.cell_data.items():
+        for k, corners in faces:
+            values = np.asarray(blocks[k])
+            if marks(array, values):
+                found.setdefault(array, []).append(corners[values != 0])
+            elif array in ("gmsh:physical", "medit:ref", "nastran:ref"):
+                for tag in set(values.tolist()) - {0}:
+                    found.setdefault(names.get(tag, str(tag)), []).append(corners[values == tag])
+    return {name: np.concatenate(chosen) for name, chosen in found.items() if sum(map(len, chosen))}
+
+
+def read_mesh(path: str) -> Any:
+    """Return the meshio mesh of a file; what meshio prints is dropped, what it raises becomes one line."""
+    import meshio
+
+    if not Path(path).is_file():
+        raise InputError(f"{path}: no such file; {READABLE}")
+    printed = io.StringIO()
+    try:
+        _refuse_cut_off(path)
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            mesh = _read_abaqus(path) if path.lower().endswith(".inp") else meshio.read(path)
+        points = np.asarray(mesh.points, float)
+        sound = points.ndim == 2 and points.shape[1] == 3 and np.isfinite(points).all()
+        for block in mesh.cells:
+            if block.type in SOLIDS + TRIANGLES and len(block.data):
+                sound = sound and block.data.min() >= 0 and block.data.max() < len(points)
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:  # meshio's readers raise anything, or end the process
+        reason = " ".join(str(error).split()) if isinstance(error, Exception) else "not what its name ends in"
+        raise InputError(f"{path}: cannot be read as a mesh ({reason or type(error).__name__}); {READABLE}") from error
+    if not sound:
+        raise InputError(f"{path}: damaged, not every node of its cells has three finite coordinates; {READABLE}")
+    return mesh
+
+
+def _refuse_cut_off(path: str) -> None:
+    """meshio only warns of a .msh that ends inside a section, and takes what is left of a number for the whole."""
+    if path.lower().endswith(".msh"):
+        with open(path, "rb") as file:
+            head = file.read(1)
+            file.seek(max(0, file.seek(0, io.SEEK_END) - 256))
+            last = file.read().rstrip().rpartition(b"\n")[2]
+        if head == b"$" and not last.startswith(b"$End"):
+            raise InputError(f"{path}: cut off, its last line is not the end of a section ($End…)")
+
+
+def _read_abaqus(path: str) -> Any:
+    """Read an Abaqus or CalculiX deck by meshio, rearranged to nodes, elements, sets.
+
+    meshio keeps only the last *NODE block and the last part of a set, and hands sets to the wrong elements where an
+    *ELEMENT names none (its issue 1530). So parts are joined, each *ELEMENT block gets a set of its own, and its name
+    back afterwards.
+    """
+    import meshio
+
+    deck: dict[str, list[str]] = {"*NODE": []}
+    blocks: list[str] = []
+    rows: list[str] | None = None
+    header, parts, generate = "", 0, False
+    for line in Path(path).read_text(errors="replace").splitlines():
+        if line.startswith("**") or not line.strip():
+            continue
+        if line.startswith("*"):
+            keyword, header = _abaqus_header(line, blocks)
+            parts += keyword == "PART"
+            if keyword == "INCLUDE" or parts > 1:
+                raise InputError(f"{path}: has *INCLUDE or a second *PART; allowed: one mesh, wholly in this file")
+            rows = deck.setdefault(header, []) if header else None
+            generate = "GENERATE" in line.upper().replace(" ", "").split(",")
+        elif rows is not None and generate:
+            first, last, *step = (int(number) for number in line.split(",") if number.strip())
+            rows.append(",".join(map(str, range(first, last + 1, *step))))
+        elif rows is not None and not line.strip()[0].isdigit():  # sets of sets
+            kind = header.partition("=")[0]
+            rows += [row for name in line.split(",") for row in deck.get(f"{kind}={name.strip()}", [])]
+        elif rows is not None:
+            rows.append(line)
+    rank = {"*NODE": 0, "*ELEMENT": 1, "*NSET": 2, "*ELSET": 3}
+    headers = sorted(deck, key=lambda header: rank[header.partition(",")[0]])
+    text = "".join(f"{line}\n" for header in headers for line in [header, *deck[header]])
+    mesh = meshio.read(io.StringIO(text), file_format="abaqus")
+    for k, name in enumerate(blocks):
+        del mesh.cell_sets[f":{k}"]
+        if name:
+            sets = mesh.cell_sets.get(name) or [np.empty(0, int) for _ in blocks]
+            sets[k] = np.arange(len(mesh.cells[k].data))
+            mesh.cell_sets[name] = sets
+    return mesh
+
+
+def _abaqus_header(line: str, blocks: list[str]) -> tuple[str, str]:
+    """Return a keyword and the line that stands for it, empty if it is left out; note the names of element blocks."""
+    keyword = line.partition(",")[0].strip("* \t").upper()
+    options = {key.upper(): value.strip() for key, value in re.findall(r",\s*(\w+)\s*=([^,]+)", line)}
+    if keyword == "NODE":
+        return keyword, "*NODE"
+    if keyword in ("NSET", "ELSET"):
+        return keyword, f"*{keyword}, {keyword}={options.get(keyword, '')}"
+    if keyword == "ELEMENT":
+        for pattern, known in ABAQUS_TYPES:
+            if found := pattern.fullmatch(options.get("TYPE", "").upper()):
+                blocks.append(options.get("ELSET", ""))
+                return keyword, f"*ELEMENT, TYPE={found.expand(known)}, ELSET=:{len(blocks) - 1}"
+    return keyword, ""

@@ -1,0 +1,137 @@
+"""Profile tables: radial deviation of a surface over height and angle, read from CSV.
+
+First row: a free label, then angles [deg]; first column: heights [m]; the rest: deviations [m], positive outwards.
+A table must span a full turn, −180 to 180 or 0 to 360 with equal ends, or have a single angle for a body of
+revolution. Between its points it is a bicubic spline (of lower degree where there are fewer points), periodic in angle.
+"""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+
+HEIGHT_MARGIN = 1e-9
+"""How far a node may lie outside the table's heights [m]: round-off of mesh generators."""
+WRAPPED = 3
+"""Columns repeated on either side, so that the spline is periodic to its own degree."""
+
+
+@dataclass(frozen=True)
+class ProfileTable:
+    """Deviations [m] on a grid of heights [m], (h,), and angles [rad], (a,)."""
+
+    heights: np.ndarray
+    angles: np.ndarray
+    deviations: np.ndarray
+    source: str
+
+    def __call__(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """Interpolate at points (k,).
+
+        Raises:
+            InputError: a point lies above or below the table.
+        """
+        from scipy.interpolate import RectBivariateSpline, make_interp_spline
+
+        low, high = self.heights[0] - HEIGHT_MARGIN, self.heights[-1] + HEIGHT_MARGIN
+        if height.min() < low or height.max() > high:
+            raise InputError(
+                f"{self.source}: heights {self.heights[0]:g} to {self.heights[-1]:g} m do not cover the surface,"
+                f" which reaches from {height.min():g} to {height.max():g} m"
+            )
+        height = np.clip(height, self.heights[0], self.heights[-1])
+        degree = min(3, len(self.heights) - 1)
+        if len(self.angles) == 1:
+            return make_interp_spline(self.heights, self.deviations[:, 0], k=degree)(height)
+        angles, deviations = self._wrapped()
+        turned = self.angles[0] + np.mod(angle - self.angles[0], 2 * np.pi)
+        spline = RectBivariateSpline(self.heights, angles, deviations, kx=degree, ky=3)
+        return spline.ev(height, turned)
+
+    def linear(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """Interpolate linearly at points (k,), the nearest height beyond the table; quick, for checks."""
+        turned = self.angles[0] + np.mod(angle - self.angles[0], 2 * np.pi)
+        height = np.clip(height, self.heights[0], self.heights[-1])
+        upper = np.clip(np.searchsorted(self.heights, height), 1, len(self.heights) - 1)
+        share = (height - self.heights[upper - 1]) / (self.heights[upper] - self.heights[upper - 1])
+        if len(self.angles) == 1:
+            rows = self.deviations[:, 0]
+            return (1 - share) * rows[upper - 1] + share * rows[upper]
+        right = np.clip(np.searchsorted(self.angles, turned), 1, len(self.angles) - 1)
+        side = (turned - self.angles[right - 1]) / (self.angles[right] - self.angles[right - 1])
+        at = [
+            (1 - side) * self.deviations[row, right - 1] + side * self.deviations[row, right]
+            for row in (upper - 1, upper)
+        ]
+        return (1 - share) * at[0] + share * at[1]
+
+    def _wrapped(self) -> tuple[np.ndarray, np.ndarray]:
+        a, d, turn = self.angles, self.deviations, 2 * np.pi
+        width = min(WRAPPED, len(a) - 1)
+        angles = np.concatenate([a[-1 - width : -1] - turn, a, a[1 : 1 + width] + turn])
+        return angles, np.column_stack([d[:, -1 - width : -1], d, d[:, 1 : 1 + width]])
+
+
+@dataclass(frozen=True)
+class UniformProfile:
+    """The same deviation [m] everywhere."""
+
+    deviation: float
+
+    def __call__(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """Return it at points (k,)."""
+        return np.full(np.broadcast(height, angle).shape, self.deviation)
+
+
+def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> ProfileTable:
+    """Read a profile table.
+
+    Args:
+        scale: Factor on the table's deviations.
+        offset: Deviation on top of that everywhere [m].
+
+    Raises:
+        InputError: the file is missing or cut off, a value is no number, or the grid is not as it must be.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: profile table cannot be read ({reason})") from error
+    if len(rows) < 3 or len(rows[0]) < 2:
+        raise InputError(f"{path}: a profile table needs a row of angles and at least two rows of heights")
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(rows[0]):
+            raise InputError(
+                f"{path}: row {number} has {len(row)} cells, the first row has {len(rows[0])}; is it cut off?"
+            )
+    angles = np.radians([_number(cell, path, 1) for cell in rows[0][1:]])
+    values = np.array([[_number(cell, path, n) for cell in row] for n, row in enumerate(rows[1:], 2)])
+    table = ProfileTable(values[:, 0], angles, scale * values[:, 1:] + offset, str(path))
+    _check_grid(table)
+    return table
+
+
+def _check_grid(table: ProfileTable) -> None:
+    if np.any(np.diff(table.heights) <= 0) or np.any(np.diff(table.angles) <= 0):
+        raise InputError(f"{table.source}: heights and angles must increase")
+    if len(table.angles) > 1:
+        span = np.degrees(table.angles[-1] - table.angles[0])
+        if abs(span - 360) > 1e-6 or len(table.angles) < 4:
+            raise InputError(f"{table.source}: angles must span 360 degrees in at least 4 columns, they span {span:g}")
+        if not np.allclose(table.deviations[:, 0], table.deviations[:, -1], rtol=0, atol=1e-12):
+            raise InputError(f"{table.source}: the first and last angle are the same place but differ in deviation")
+
+
+def _number(cell: str, path: Path, row: int) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        raise InputError(f"{path}: row {row} holds '{cell.strip()}', a number is needed") from None
+    if not np.isfinite(value):
+        raise InputError(f"{path}: row {row} holds '{cell.strip()}', a finite number is needed")
+    return value

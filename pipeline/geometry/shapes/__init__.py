@@ -1,0 +1,1 @@
+"""Built-in parametric shapes, one a file."""

@@ -1,0 +1,41 @@
+"""A straight bar along x on a line mesh: axial motion only, no solid, no gmsh."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Bar(BaseModel):
+    """Bar of constant section from x = 0 (`left`) to x = `length` (`right`)."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["bar"]
+    length: Positive
+    """[m]"""
+    area: Positive
+    """Cross-section [m^2]."""
+
+    def build(self, size: float) -> MeshRecord:
+        """Divide the bar into quadratic line elements no longer than `size` [m]."""
+        count = max(1, int(np.ceil(self.length / size * (1 - 1e-12))))
+        nodes = np.zeros((2 * count + 1, 3))
+        nodes[:, 0] = np.linspace(0.0, self.length, 2 * count + 1)
+        first = 2 * np.arange(count)
+        ends = {"left": (0, -1.0), "right": (2 * count, 1.0)}
+        return MeshRecord(
+            nodes=nodes,
+            cells=np.column_stack([first, first + 2, first + 1]),
+            cell_type="line3",
+            surfaces={
+                name: Surface(
+                    np.array([[node]]),
+                    {"kind": "point", "normal": [sign, 0.0, 0.0], "area": self.area, "origin": nodes[node].tolist()},
+                )
+                for name, (node, sign) in ends.items()
+            },
+        )

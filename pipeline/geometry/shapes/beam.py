@@ -1,0 +1,105 @@
+"""A straight beam along x or y on a line mesh, bending towards z: no solid, no gmsh."""
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.geometry.section import General, Section
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+ENDS = ("left", "right")
+NEAREST = 1e-6
+"""Least distance of different stations over the length: shorter elements drown the others in round-off."""
+SIDES = {"top": 1.0, "bottom": -1.0}
+"""Outward normal along z of each side of the beam."""
+
+
+class Beam(BaseModel):
+    """Beam of constant section from the origin (`left`) to `length` (`right`) along its axis."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["beam"]
+    length: Positive
+    """[m]"""
+    section: Section
+    theory: Literal["euler-bernoulli", "timoshenko"] = Field(
+        default="euler-bernoulli",
+        description="euler-bernoulli: slender, neither shear nor rotary inertia; timoshenko: both",
+    )
+    along: Literal["x", "y"] = Field(default="x", description="Its axis")
+    stations: dict[str, float] = Field(default={}, description="Places along the axis by name where nodes stand [m]")
+
+    @field_validator("theory")
+    @classmethod
+    def _can_shear(cls, value: str, info: ValidationInfo) -> str:
+        section = info.data.get("section")
+        if value == "timoshenko" and isinstance(section, General) and section.shear_coefficient is None:
+            raise ValueError("'timoshenko' given, it needs section.shear_coefficient with a section of kind 'general'")
+        return value
+
+    @field_validator("stations")
+    @classmethod
+    def _inside(cls, value: dict[str, float], info: ValidationInfo) -> dict[str, float]:
+        length = info.data.get("length", np.inf)
+        for name, x in value.items():
+            if name in ENDS or name.endswith(tuple(f"-{side}" for side in SIDES)):
+                raise ValueError(f"'{name}' given, left, right and what ends in -top or -bottom are names of others")
+            if not 0 < x < length:
+                raise ValueError(f"{name} = {x} given, a station is between 0 and the length {length} m, ends excluded")
+        places = np.array(sorted({0.0, *value.values(), length}))
+        if np.isfinite(length) and np.diff(places).min() < NEAREST * length:
+            raise ValueError(f"stations {NEAREST:g} of the length apart from each other and from the ends are needed")
+        return value
+
+    @property
+    def shear_coefficient(self) -> float:
+        """κ, as given or by the section's form."""
+        given = self.section.shear_coefficient
+        kappa = self.section.shear_form if given is None else given
+        assert kappa is not None
+        return kappa
+
+    @property
+    def axis(self) -> np.ndarray:
+        """Unit vector from left to right, (3,)."""
+        return np.eye(3)["xy".index(self.along)]
+
+    def places(self) -> dict[str, float]:
+        """Return where every end and station is along the axis [m]."""
+        return {"left": 0.0, **self.stations, "right": self.length}
+
+    def build(self, size: float) -> MeshRecord:
+        """Divide the beam into elements no longer than `size` [m], with nodes at the stations.
+
+        Two-node elements for Euler-Bernoulli (`beam2`), three-node ones for Timoshenko (`beam3`).
+        """
+        quadratic = self.theory == "timoshenko"
+        stops = sorted({0.0, self.length, *self.stations.values()})
+        corners = np.concatenate([[0.0], *(_divided(a, b, size) for a, b in pairwise(stops))])
+        x = np.insert(corners, np.arange(1, len(corners)), (corners[1:] + corners[:-1]) / 2) if quadratic else corners
+        first = np.arange(len(corners) - 1)
+        cells = np.column_stack([2 * first, 2 * first + 2, 2 * first + 1] if quadratic else [first, first + 1])
+        nodes = x[:, None] * self.axis
+        surfaces = {}
+        for name, place in self.places().items():
+            facets = np.array([[int(np.abs(x - place).argmin())]])
+            along = {"left": -1.0, "right": 1.0}.get(name, 0.0)
+            up = np.array([0.0, 0.0, 1.0])
+            surfaces[name] = self._point(facets, along * self.axis if along else up, place * self.axis)
+            for side, sign in SIDES.items():
+                at = place * self.axis + sign * self.section.height / 2 * up
+                surfaces[f"{name}-{side}"] = self._point(facets, sign * up, at)
+        return MeshRecord(nodes, cells, "beam3" if quadratic else "beam2", surfaces)
+
+    def _point(self, facets: np.ndarray, normal: np.ndarray, origin: np.ndarray) -> Surface:
+        shape = {"kind": "point", "normal": normal.tolist(), "area": self.section.area, "origin": origin.tolist()}
+        return Surface(facets, shape)
+
+
+def _divided(start: float, end: float, size: float) -> np.ndarray:
+    """Return the ends of equal elements no longer than `size` [m] from `start` to `end`, `start` left out."""
+    count = max(1, int(np.ceil((end - start) / size * (1 - 1e-12))))
+    return np.linspace(start, end, count + 1)[1:]

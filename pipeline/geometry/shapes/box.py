@@ -1,0 +1,54 @@
+"""A rectangular block."""
+
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.geometry.occ import SurfaceRule, box_faces, build_solid
+
+Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Box(BaseModel):
+    """Block centred in x and y, from z = 0 up to z = `lz`. All lengths in metres."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["box"]
+    lx: Length
+    ly: Length
+    lz: Length
+    patch: tuple[Length, Length] | None = Field(
+        default=None, description="Sides along x and y of a rectangle in the middle of the top, surface 'patch' [m]"
+    )
+
+    @field_validator("patch")
+    @classmethod
+    def _on_top(cls, value: tuple[float, float] | None, info: ValidationInfo) -> tuple[float, float] | None:
+        for given, name in zip(value or (), ("lx", "ly"), strict=False):
+            if given > info.data.get(name, np.inf):
+                raise ValueError(f"{list(value or ())} given, its side {given} m is longer than {name}")
+        return value
+
+    def surface_shapes(self) -> dict[str, SurfaceRule]:
+        """Return the named surfaces with the true shape of each."""
+        return box_faces(self.lx, self.ly, self.lz)
+
+    def build(self, size: float) -> MeshRecord:
+        """Mesh the block with tet10 of edge length `size` [m]."""
+
+        def draw(occ: Any) -> None:
+            solid = occ.addBox(-self.lx / 2, -self.ly / 2, 0, self.lx, self.ly, self.lz)
+            if self.patch is not None:
+                x, y = self.patch
+                occ.fragment([(3, solid)], [(2, occ.addRectangle(-x / 2, -y / 2, self.lz, x, y))])
+
+        mesh = build_solid(draw, size, self.surface_shapes())
+        if self.patch is None:
+            return mesh
+        top = mesh.surfaces["top"]
+        middle = np.abs(mesh.nodes[top.facets].mean(axis=1)[:, :2])
+        inside = (middle < np.array(self.patch) / 2).all(axis=1)
+        return replace(mesh, surfaces=mesh.surfaces | {"patch": Surface(top.facets[inside], top.shape)})

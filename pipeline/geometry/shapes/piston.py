@@ -1,0 +1,117 @@
+"""A piston: full-round skirt, relieved ring belt, flat crown, and pin bosses that ribs join to the crown."""
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.occ import REVOLVED, SurfaceRule, build_solid, cylinder, plane, revolve
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+ROUND_OFF = 1e-9
+"""Relative: what is as large as its limit but for round-off touches, and gmsh cannot mesh what merely touches."""
+
+
+class Piston(BaseModel):
+    """Piston along z: the open end at z = 0, the crown on top, the pin along y, thrust sides at ±x. Metres."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["piston"]
+    outer_radius: Length
+    """Of the skirt."""
+    height: Length
+    crown: Length
+    """Thickness of the crown."""
+    skirt_height: Length
+    """Of the part that slides; the ring belt is above it."""
+    wall: Length
+    """Thickness of the skirt."""
+    pin_radius: Length
+    pin_height: Length
+    """z of the pin's axis."""
+    pin_offset: Finite = 0.0
+    """x of the pin's axis."""
+    boss_radius: Length
+    boss_gap: Length
+    """Room for the rod between the bosses."""
+    rib_width: Length = 0.012
+    """Thickness in x of the ribs from the bosses to the crown, the path of the gas force to the pin."""
+    belt_relief: Length = 0.0003
+    """By how much the belt's radius is less than the skirt's."""
+    relief_height: Length = 0.004
+    """Height of the cone from skirt to belt; a step of `belt_relief` would make elements as thin as that."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> "Piston":
+        for key, value, limit, meaning in self._limits():
+            if value >= limit * (1 - ROUND_OFF):
+                raise ValueError(f"{key} is {value:.6g} m, it must be below {meaning} = {limit:.6g} m")
+        return self
+
+    def _limits(self) -> list[tuple[str, float, float, str]]:
+        """Return what must fit: key, its value, the limit and what the limit is."""
+        inner, under = self.outer_radius - self.wall, self.height - self.crown
+        reach = abs(self.pin_offset) + self.boss_radius
+        deep = 2 * np.sqrt(max(inner**2 - reach**2, 0.0))
+        return [
+            ("wall", self.wall, self.outer_radius, "outer_radius"),
+            ("crown", self.crown, self.height, "height"),
+            ("belt_relief", self.belt_relief, self.wall, "wall"),
+            ("skirt_height", self.skirt_height, self.height - self.relief_height, "height - relief_height"),
+            ("pin_radius", self.pin_radius, self.boss_radius, "boss_radius"),
+            ("boss_radius", self.boss_radius, self.pin_height, "pin_height"),
+            ("boss_radius", self.boss_radius, under - self.pin_height, "height - crown - pin_height"),
+            ("pin_radius", self.pin_radius, self.skirt_height - self.pin_height, "skirt_height - pin_height"),
+            ("boss_radius + |pin_offset|", reach, inner, "outer_radius - wall"),
+            ("boss_gap", self.boss_gap, deep, "the skirt's inner width at the sides of the bosses"),
+            ("rib_width", self.rib_width, 2 * self.boss_radius, "2 boss_radius"),
+        ]
+
+    def surface_shapes(self) -> dict[str, SurfaceRule]:
+        """Return the named surfaces with the true shape of each."""
+        return {
+            "skirt": cylinder(self.outer_radius),
+            "belt": cylinder(self.outer_radius - self.belt_relief),
+            "inner": cylinder(self.outer_radius - self.wall),
+            "crown": plane((0, 0, 1), (0, 0, self.height)),
+            "crown_inner": plane((0, 0, -1), (0, 0, self.height - self.crown)),
+            "open_end": plane((0, 0, -1), (0, 0, 0)),
+            "pin_bore": cylinder(self.pin_radius, (0, 1, 0), (self.pin_offset, 0, self.pin_height)),
+        }
+
+    def build(self, size: float) -> MeshRecord:
+        """Mesh the piston with curved tet10 of edge length `size` [m]."""
+        return build_solid(self._draw, size, self.surface_shapes(), options=REVOLVED)
+
+    def _draw(self, occ: Any) -> None:
+        inner, belt = self.outer_radius - self.wall, self.outer_radius - self.belt_relief
+        under, relieved = self.height - self.crown, self.skirt_height + self.relief_height
+        section = [(inner, 0), (self.outer_radius, 0), (self.outer_radius, self.skirt_height), (belt, relieved)]
+        section += [(belt, self.height), (0, self.height), (0, under), (inner, under)]
+        shell = revolve(occ, section)
+        # Bosses end inside wall and crown, so that the union has no faces that merely touch.
+        into = self.outer_radius - self.wall / 2
+        boss = self._along_pin(occ, self.boss_radius)
+        left = self.pin_offset - self.rib_width / 2
+        rib = occ.addBox(
+            left, -into, self.pin_height, self.rib_width, 2 * into, under + self.crown / 2 - self.pin_height
+        )
+        room = occ.addBox(-into, -self.boss_gap / 2, 0, 2 * into, self.boss_gap, self.height)
+        inside = occ.addCylinder(0, 0, 0, 0, 0, self.height, into)
+        bosses, _ = occ.fuse([(3, boss)], [(3, rib)])
+        bosses, _ = occ.cut(bosses, [(3, room)])
+        bosses, _ = occ.intersect(bosses, [(3, inside)])
+        whole, _ = occ.fuse(shell, bosses)
+        occ.cut(whole, [(3, self._along_pin(occ, self.pin_radius))])
+
+    def _along_pin(self, occ: Any, radius: float) -> int:
+        """Add a cylinder about the pin's axis, longer than the piston is wide, and return its tag."""
+        reach = 1.1 * self.outer_radius
+        x, z = self.pin_offset, self.pin_height
+        rod = occ.addCylinder(x, -reach, z, 0, 2 * reach, 0, radius)
+        # OCC puts the seam straight above the axis, `pin_offset` beside the skirt's: edges as short as that.
+        occ.rotate([(3, rod)], x, 0, z, 0, 1, 0, np.pi / 2)
+        return rod

@@ -1,0 +1,53 @@
+"""A rigid body without mesh: a mass, its principal inertia, and the points where it is touched."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Moment = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class RigidPoint(BaseModel):
+    """A point of the body's skin."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    at: tuple[Finite, Finite, Finite] = Field(description="Position from the centre of mass [m]")
+    normal: tuple[Finite, Finite, Finite] = Field(description="Outward normal, of any length")
+    area: Positive = Field(
+        default=1.0, description="Tributary area [m^2]; with 1, a surface_stiffness is the point's own in N/m"
+    )
+
+    @field_validator("normal")
+    @classmethod
+    def _has_length(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if not np.linalg.norm(value) > 0:
+            raise ValueError(f"{list(value)} given, a normal has a length above zero")
+        return value
+
+
+class Rigid(BaseModel):
+    """Rigid body with its centre of mass at the origin."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: Literal["rigid"]
+    mass: Positive
+    """[kg]"""
+    inertia: tuple[Moment, Moment, Moment] = Field(
+        default=(0.0, 0.0, 0.0), description="Principal inertia about x, y, z [kg m^2]; it does not turn where it is 0"
+    )
+    points: dict[str, RigidPoint] = Field(default={}, description="Where it is touched or held, by name")
+
+    def build(self, size: float | None) -> MeshRecord:
+        """Return a node at the centre and one at each point, with a surface for each point."""
+        places = [np.zeros(3), *(np.array(point.at) for point in self.points.values())]
+        surfaces = {}
+        for node, (name, point) in enumerate(self.points.items(), start=1):
+            normal = np.array(point.normal) / np.linalg.norm(point.normal)
+            shape = {"kind": "point", "normal": normal.tolist(), "area": point.area, "origin": list(point.at)}
+            surfaces[name] = Surface(np.array([[node]]), shape)
+        return MeshRecord(np.array(places), np.arange(len(places))[:, None], "vertex", surfaces)

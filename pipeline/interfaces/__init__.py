@@ -1,0 +1,1 @@
+"""Rows of a body: displacements conjugate to contact forces, loads, ties and gauges."""

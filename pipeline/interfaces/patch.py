@@ -1,0 +1,65 @@
+"""One contact row for a flat surface: its mean outward normal displacement, ∫ n·u dA / A.
+
+The force conjugate to it is a uniform pressure of unit resultant, with the consistent weights ∫ N dA / A of the
+facets: next to nothing at the corners of quadratic ones.
+"""
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.interfaces.loads import surface_weights
+from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points, facet_points, named_surface, thickness_of
+from gudgeon.pipeline.scenes.interface import Interface
+
+FLATNESS = 1e-6
+"""Of normals, and of distances from the plane over the surface's size: far above round-off, far below any curve."""
+
+
+def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
+    """Return the centroid of a flat surface with its normal and area as the one contact point.
+
+    Args:
+        where: The interface's key in the scene, for messages.
+
+    Raises:
+        InputError: the mesh has no such surface, or it is not flat.
+    """
+    surface = named_surface(mesh, interface, where)
+    if surface.facets.shape[1] == 1:
+        return contact_points(mesh, interface, where)
+    _, points, vectors = facet_points(mesh.nodes, surface.facets, thickness=thickness_of(surface))
+    places, elements = points.reshape(-1, 3), vectors.reshape(-1, 3)
+    areas = np.linalg.norm(elements, axis=1)
+    area = float(areas.sum())
+    normal = elements.sum(axis=0)
+    normal = normal / max(float(np.linalg.norm(normal)), np.finfo(float).tiny)
+    centroid = areas @ places / area
+    bend = float(np.abs(elements / areas[:, None] - normal).max())
+    bulge = float(np.abs((places - centroid) @ normal).max()) / np.sqrt(area)
+    if max(bend, bulge) > FLATNESS:
+        raise InputError(
+            f"{where}.surface: '{interface.surface}' given, kind 'patch' needs a flat surface; its normals differ by"
+            f" {bend:.2g} and its points by {bulge:.2g} of its size"
+        )
+    nodes = np.unique(surface.facets)
+    nearest = nodes[[int(np.linalg.norm(mesh.nodes[nodes] - centroid, axis=1).argmin())]]
+    return ContactPoints(nearest, centroid[None], normal[None], np.array([area]), np.zeros(1, bool))
+
+
+def patch_row(mesh: MeshRecord, model: FEModel, interface: Interface, where: str) -> sparse.csr_matrix:
+    """Return the mean outward normal displacement of a flat surface as a row over the dofs, (1, dofs).
+
+    Raises:
+        InputError: the mesh has no such surface, or it is not flat.
+    """
+    normal = patch_point(mesh, interface, where).normals[0]
+    nodes, shares, _ = surface_weights(mesh, named_surface(mesh, interface, where))
+    weights = (shares / shares.sum())[:, None] * normal
+    columns = 3 * nodes[:, None] + np.arange(3)
+    shape = (1, 3 * len(mesh.nodes))
+    return model.on_dofs(
+        sparse.csr_matrix((weights.ravel(), (np.zeros(weights.size, int), columns.ravel())), shape=shape)
+    )

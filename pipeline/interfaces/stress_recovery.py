@@ -1,0 +1,146 @@
+"""Stress and strain from displacements: averaged recovery at the nodes, and places within elements.
+
+In every element the strain is taken at the points of the rule that is exact to degree 2, where derivatives of quadratic
+elements are best (Barlow 1976; four points of a tetrahedron, three of a triangle); the linear field through these gives
+it at the nodes, and what the elements around a node say is averaged by their volumes. Between nodes the shape functions
+interpolate. Linear strain is met exactly on straight elements.
+
+Components are those of the tensor, shear strains ε_ij and not γ_ij, in the order of `COMPONENTS`.
+"""
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.elements.reference import DIMENSIONS, extrapolation, reference, shape_functions
+from gudgeon.pipeline.scenes.material import Material
+
+COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+ORDER = 2
+"""Of the rule at whose points strains are taken."""
+BATCH = 4096
+OUTSIDE = 1e-2
+"""How far a place may lie outside an element, in its barycentric coordinates: curved skins of quadratic elements leave
+a true surface by less than a hundredth of their size."""
+REACH = 0.2
+"""By how much of its extent an element may bulge beyond its nodes."""
+ITERATIONS, CONVERGED = 30, 1e-12
+
+
+def strain_rows(mesh: MeshRecord, nodes: np.ndarray) -> sparse.csr_matrix:
+    """Return the recovered strain at nodes (s,) over the nodal displacements, (6 s, 3 n), node by node.
+
+    In a plane part the strain across it is zero here; `complete_strain` knows better.
+    """
+    D = nodal_gradient(mesh, nodes)
+    count = len(nodes)
+    rows = sparse.csr_matrix((6 * count, 3 * len(mesh.nodes)))
+    for component, (i, j) in enumerate(PAIRS):
+        unit = sparse.csr_matrix(([1.0], ([component], [0])), shape=(6, 1))
+        for derivative, direction in ((i, j), (j, i)):
+            along = sparse.csr_matrix(([0.5], ([0], [direction])), shape=(1, 3))
+            if derivative < len(D):
+                rows = rows + sparse.kron(sparse.kron(D[derivative], along), unit, format="csr")
+    return sparse.csr_matrix(rows)
+
+
+def nodal_gradient(mesh: MeshRecord, nodes: np.ndarray) -> list[sparse.csr_matrix]:
+    """Return ∂/∂x, ∂/∂y and, of solids, ∂/∂z of a nodal field, recovered at nodes (s,), (s, n) each."""
+    dimension = DIMENSIONS[mesh.cell_type]
+    place = np.full(len(mesh.nodes), -1)
+    place[nodes] = np.arange(len(nodes))
+    around = np.flatnonzero((place[mesh.cells] >= 0).any(axis=1))
+    _, dN, W = reference(mesh.cell_type, ORDER)
+    E = extrapolation(mesh.cell_type, ORDER)
+    shape = (len(nodes), len(mesh.nodes))
+    total, volumes = [sparse.csr_matrix(shape) for _ in range(dimension)], np.zeros(len(nodes))
+    for start in range(0, len(around), BATCH):
+        cells = mesh.cells[around[start : start + BATCH]]
+        J = np.einsum("eai,akq->eqik", mesh.nodes[cells][:, :, :dimension], dN)
+        volume = np.linalg.det(J) @ W
+        gradient = np.einsum("akq,eqki->eaiq", dN, np.linalg.inv(J), optimize=True)
+        at_nodes = np.einsum("cq,eaiq,e->ieca", E, gradient, volume, optimize=True)
+        rows = np.broadcast_to(place[cells][:, :, None], at_nodes.shape[1:])
+        columns = np.broadcast_to(cells[:, None], at_nodes.shape[1:])
+        wanted = rows >= 0
+        for i in range(dimension):
+            total[i] += sparse.csr_matrix((at_nodes[i][wanted], (rows[wanted], columns[wanted])), shape=shape)
+        own = place[cells]
+        np.add.at(volumes, own[own >= 0], np.broadcast_to(volume[:, None], own.shape)[own >= 0])
+    return [sparse.csr_matrix(sparse.diags(1 / volumes) @ one) for one in total]
+
+
+def complete_strain(material: Material, state: str) -> np.ndarray:
+    """Return the matrix that adds the strain across a plane part to its strain, (6, 6); for solids the identity.
+
+    Args:
+        state: `solid`, `plane-strain` or `plane-stress`: σ_zz = 0 there, ε_zz = −ν/(1 − ν) (ε_xx + ε_yy).
+    """
+    complete = np.eye(6)
+    if state == "plane-stress":
+        complete[2] = [-material.nu / (1 - material.nu)] * 2 + [0.0] * 4
+    return complete
+
+
+def hooke(material: Material) -> np.ndarray:
+    """Return the matrix from the strain's components to those of the stress [Pa], (6, 6)."""
+    lam, _ = material.lame
+    D = material.E / (1 + material.nu) * np.eye(6)
+    D[:3, :3] += lam
+    return D
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """Return the equivalent stress [Pa], (...), of the components of stress, (..., 6)."""
+    xx, yy, zz, xy, yz, zx = np.moveaxis(stress, -1, 0)
+    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return np.sqrt(0.5 * normal + 3 * (xy**2 + yz**2 + zx**2))
+
+
+def interpolation(mesh: MeshRecord, point: np.ndarray, where: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes of the element that holds a place (3,) [m], and their shape functions there, (a,) each.
+
+    Args:
+        where: Key of the place, for the message.
+
+    Raises:
+        InputError: it lies outside the part.
+    """
+    dimension = DIMENSIONS[mesh.cell_type]
+    corners = mesh.nodes[mesh.cells]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    room = REACH * (high - low).max(axis=1, keepdims=True)
+    found, best = None, -np.inf
+    for cell in np.flatnonzero(((point >= low - room) & (point <= high + room)).all(axis=1)):
+        X = _place(mesh, int(cell), point)
+        if X is not None and (inside := float(min(X.min(), 1 - X.sum()))) > best:
+            found, best = (int(cell), X), inside
+    off_plane = dimension == 2 and abs(point[2]) > OUTSIDE * np.ptp(mesh.nodes, axis=0).max()
+    if found is None or best < -OUTSIDE or off_plane:
+        nearest = float(np.linalg.norm(mesh.nodes - point, axis=1).min())
+        raise InputError(
+            f"{where}: {point.tolist()} given, it lies outside the part; the nearest node is {nearest:.4g} m away"
+        )
+    N, _ = shape_functions(mesh.cell_type, found[1][:, None])
+    return mesh.cells[found[0]], N[:, 0]
+
+
+def _place(mesh: MeshRecord, cell: int, point: np.ndarray) -> np.ndarray | None:
+    """Return where a place stands in the reference element (k,), or None where Newton's method finds nothing."""
+    dimension = DIMENSIONS[mesh.cell_type]
+    x = mesh.nodes[mesh.cells[cell]][:, :dimension]
+    X = np.full(dimension, 1 / (dimension + 1))
+    for _ in range(ITERATIONS):
+        N, dN = shape_functions(mesh.cell_type, X[:, None])
+        J = x.T @ dN[:, :, 0]
+        if np.linalg.det(J) <= 0:
+            return None
+        step = np.linalg.solve(J, point[:dimension] - N[:, 0] @ x)
+        X = X + step
+        if np.abs(step).max() < CONVERGED:
+            return X
+        if np.abs(X).max() > 1 / REACH:
+            return None
+    return None

@@ -1,0 +1,275 @@
+"""Traction spaces: the smooth tractions that a body offers to points of another body which slide over its surface.
+
+Chart and splines are those of `modaldb.traction`. The row of function a is the mean normal displacement under its unit
+traction, ∫ N_a n·u dA / ∫ N_a dA, over the curved facets with their true outward normal n. The splines next to the
+edges of the space keep their tails where the surface goes on beyond it, so that a force near an edge of the space is
+as smooth as one inside; where the surface ends, they are cut.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.types import Json
+from gudgeon.modaldb.traction import chart_coordinates, cubic_weights
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.interfaces.points import facet_points, named_surface
+from gudgeon.pipeline.scenes.interface import Interface
+
+MOST_FUNCTIONS = 1000
+"""Of one component: R has a row for each, and each costs a solve."""
+PIECES_PER_SPACING = 2
+"""Quadrature triangles along one knot interval at least: splines are smooth pieces between knots."""
+LEAST_SHARE = 1e-4
+"""Of one knot rectangle, that a function must find on the mesh; one cut at a corner still has 1/24² of it."""
+IN_PLANE = 1e-3
+"""Largest normal part of the unit vector `along` of a plane."""
+BATCH = 40_000
+"""Quadrature points at once: about 100 MB of work arrays."""
+
+
+@dataclass(frozen=True)
+class TractionSpace:
+    """A traction space on a mesh; see TractionModes for chart, start, spacing and counts."""
+
+    chart: Json
+    start: np.ndarray
+    spacing: np.ndarray
+    counts: np.ndarray
+    areas: np.ndarray
+    """∫ N_a dA [m^2], (f,)."""
+    weights: sparse.csr_matrix
+    """Mean normal displacement under each unit traction per nodal displacement, node by node, (f, 3n)."""
+    resultant: np.ndarray
+    """Force and moment about the component's origin of each unit traction [1, m], (f, 6)."""
+
+    def rows(self, model: FEModel) -> sparse.csr_matrix:
+        """B: mean normal displacement under each unit traction as a matrix on the dofs, (f, dofs)."""
+        return model.on_dofs(self.weights)
+
+    @property
+    def centres(self) -> np.ndarray:
+        """Coordinates of the functions' centres, scaled so that the space is [−1, 1], (f, 2)."""
+        axes = [2 * (np.arange(count) - 1) / (count - 3) - 1 for count in self.counts]
+        return np.column_stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")])
+
+
+@dataclass(frozen=True)
+class _Grid:
+    chart: Json
+    start: np.ndarray
+    spacing: np.ndarray
+    counts: np.ndarray
+
+    @property
+    def size(self) -> int:
+        return int(self.counts.prod())
+
+
+def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> TractionSpace:
+    """Build the traction space of an interface of kind `traction`.
+
+    Args:
+        where: The interface's key in the scene, for messages.
+
+    Raises:
+        InputError: the surface is no cylinder or plane, the space is not on it, or it has too many functions.
+    """
+    surface = named_surface(mesh, interface, where)
+    grid = _grid(mesh, surface, interface, where)
+    areas, weights, moments = _integrals(mesh, surface, grid)
+    least = LEAST_SHARE * float(grid.spacing.prod())
+    if areas.min() < least:
+        i, j = divmod(int(areas.argmin()), int(grid.counts[1]))
+        limits = "sector_deg and height" if grid.chart["kind"] == "cylinder" else "extent"
+        at = grid.start + (np.array([i, j]) - 1) * grid.spacing
+        raise InputError(
+            f"{where}: {int((areas < least).sum())} functions of the traction space find no surface, such as the one at"
+            f" ({at[0]:.4g}, {at[1]:.4g}) m across and along; keep {limits} within '{interface.surface}'"
+        )
+    scale = sparse.diags(1 / areas)
+    return TractionSpace(
+        grid.chart, grid.start, grid.spacing, grid.counts, areas,
+        sparse.csr_matrix(scale @ weights), moments / areas[:, None],
+    )  # fmt: skip
+
+
+def refuse_too_many(spaces: dict[str, TractionSpace], where: str) -> None:
+    """Check the number of functions of all traction spaces of a component.
+
+    Args:
+        where: The component's key in the scene, for messages.
+
+    Raises:
+        InputError: there are more than MOST_FUNCTIONS.
+    """
+    total = sum(len(space.areas) for space in spaces.values())
+    if total > MOST_FUNCTIONS:
+        each = ", ".join(f"{len(space.areas)} in {name}" for name, space in spaces.items())
+        factor = _coarsening([(space.spacing, space.counts) for space in spaces.values()])
+        raise InputError(
+            f"{where}: {total} traction functions ({each}), at most {MOST_FUNCTIONS} in a component; spacings"
+            f" {factor:.3g} times as large fit"
+        )
+
+
+def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
+    """Check that a mesh has at least as many nodes under each traction space as this has functions.
+
+    Args:
+        where: The component's key in the scene, for messages.
+
+    Raises:
+        InputError: a space has more.
+    """
+    for name, space in spaces.items():
+        nodes = len(np.unique(space.weights.indices // 3))
+        if len(space.areas) > nodes:
+            raise InputError(
+                f"{where}.{name}: {len(space.areas)} traction functions on {nodes} nodes, which cannot tell them apart;"
+                " take a larger spacing or a finer mesh"
+            )
+
+
+def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> _Grid:
+    if mesh.cell_type != "tetra10" or surface.shape.get("kind") not in ("cylinder", "plane"):
+        raise InputError(f"{where}: a traction space needs a cylinder or a plane, '{interface.surface}' is none")
+    build = _cylinder if surface.shape["kind"] == "cylinder" else _plane
+    chart, low, high = build(mesh, surface, interface, where)
+    assert interface.spacing is not None
+    # Round-off must not add an interval where the spacing divides the length.
+    intervals = np.maximum(np.ceil((high - low) / np.array(interface.spacing) - 1e-9), 1).astype(int)
+    grid = _Grid(chart, low, (high - low) / intervals, intervals + 3)
+    if grid.size > MOST_FUNCTIONS:
+        fits = _coarsening([(grid.spacing, grid.counts)]) * grid.spacing
+        raise InputError(
+            f"{where}.spacing: {grid.counts[0]} × {grid.counts[1]} = {grid.size} functions, at most {MOST_FUNCTIONS};"
+            f" spacing = [{fits[0]:.4g}, {fits[1]:.4g}] m fits"
+        )
+    return grid
+
+
+def _coarsening(grids: list[tuple[np.ndarray, np.ndarray]]) -> float:
+    """Return the factor on the spacings of grids (spacing, counts) with which they have few enough functions."""
+
+    def size(factor: float) -> int:
+        return sum(int((np.ceil((counts - 3) / factor).astype(int) + 3).prod()) for _, counts in grids)
+
+    factor = 1.0
+    while size(factor) > MOST_FUNCTIONS and factor < 1e6:
+        factor *= 1.02
+    return 1.01 * factor
+
+
+def _cylinder(
+    mesh: MeshRecord, surface: Surface, interface: Interface, where: str
+) -> tuple[Json, np.ndarray, np.ndarray]:
+    """Return chart, least and largest coordinates of a space on a cylinder."""
+    if interface.sector_deg is None:
+        raise InputError(f"{where}.sector_deg: is missing; a traction space on a cylinder needs it")
+    for name in ("along", "extent"):
+        if getattr(interface, name) is not None:
+            raise InputError(f"{where}.{name}: is for planes, '{interface.surface}' is a cylinder")
+    first, last = np.radians(interface.sector_deg)
+    if last - first > 2 * np.pi * (1 + 1e-12):
+        raise InputError(f"{where}.sector_deg: {list(interface.sector_deg)} given, allowed is one turn at most")
+    shape = surface.shape
+    axis = np.asarray(shape["axis"], float)
+    chart = {
+        "kind": "cylinder",
+        "axis": (axis / np.linalg.norm(axis)).tolist(),
+        "origin": [float(x) for x in shape["origin"]],
+        "radius": float(shape["radius"]),
+        "middle": float((first + last) / 2),
+    }
+    heights = chart_coordinates(chart, mesh.nodes[np.unique(surface.facets)])[:, 1]
+    low, high = interface.height or (float(heights.min()), float(heights.max()))
+    half = chart["radius"] * (last - first) / 2
+    return chart, np.array([-half, low]), np.array([half, high])
+
+
+def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> tuple[Json, np.ndarray, np.ndarray]:
+    """Return chart, least and largest coordinates of a space on a plane; across × along is the outward normal."""
+    for name in ("sector_deg", "height"):
+        if getattr(interface, name) is not None:
+            raise InputError(f"{where}.{name}: is for cylinders, '{interface.surface}' is a plane")
+    if interface.along is None:
+        raise InputError(f"{where}.along: is missing; a traction space on a plane needs the direction of sliding")
+    outward = facet_points(mesh.nodes, surface.facets)[2].sum(axis=(0, 1))
+    normal = np.asarray(surface.shape["normal"], float)
+    normal = normal / np.linalg.norm(normal) * np.sign(normal @ outward)
+    length = float(np.linalg.norm(interface.along))
+    if length == 0 or abs(np.dot(interface.along, normal)) > IN_PLANE * length:
+        given = list(interface.along)
+        raise InputError(f"{where}.along: {given} given, it must be a direction in the plane of '{interface.surface}'")
+    along = np.array(interface.along) - normal * np.dot(interface.along, normal)
+    along /= np.linalg.norm(along)
+    chart = {
+        "kind": "plane",
+        "origin": [float(x) for x in surface.shape["origin"]],
+        "normal": normal.tolist(),
+        "across": np.cross(along, normal).tolist(),
+        "along": along.tolist(),
+    }
+    if interface.extent is not None:
+        low, high = np.array(interface.extent).T
+        return chart, low, high
+    coordinates = chart_coordinates(chart, mesh.nodes[np.unique(surface.facets)])
+    return chart, coordinates.min(axis=0), coordinates.max(axis=0)
+
+
+def _integrals(mesh: MeshRecord, surface: Surface, grid: _Grid) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
+    """Integrate over the facets: ∫ N_a dA (f,), ∫ N_a n N_b dA (f, 3n), and force and moment of N_a n (f, 6)."""
+    corners = mesh.nodes[surface.facets[:, :3]]
+    edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
+    facets = surface.facets[_near(mesh.nodes, grid, edge)[surface.facets].any(axis=1)]
+    pieces = int(np.ceil(PIECES_PER_SPACING * edge / grid.spacing.min()))
+    areas, resultants = np.zeros(grid.size), np.zeros((grid.size, 6))
+    total = sparse.csr_matrix((grid.size, 3 * len(mesh.nodes)))
+    at_once = max(BATCH // (6 * pieces**2), 1)
+    for begin in range(0, len(facets), at_once):
+        some = facets[begin : begin + at_once]
+        N, points, elements = facet_points(mesh.nodes, some, pieces)
+        splines = _splines(grid, points.reshape(-1, 3))
+        elements = elements.reshape(-1, 3)
+        areas += splines.T @ np.linalg.norm(elements, axis=1)
+        moments = np.cross(points.reshape(-1, 3), elements)
+        resultants += splines.T @ np.column_stack([elements, moments])
+        total += splines.T @ _displacements(N, some, elements, 3 * len(mesh.nodes))
+    return areas, total, resultants
+
+
+def _near(nodes: np.ndarray, grid: _Grid, edge: float) -> np.ndarray:
+    """Return which nodes may belong to a facet on which some function is not zero, (n,)."""
+    coordinates, margin = chart_coordinates(grid.chart, nodes), 3 * grid.spacing + edge
+    end = grid.start + grid.spacing * (grid.counts - 3)
+    return np.all((coordinates > grid.start - margin) & (coordinates < end + margin), axis=1)
+
+
+def _displacements(N: np.ndarray, facets: np.ndarray, elements: np.ndarray, size: int) -> sparse.csr_matrix:
+    """Return n·u dA at all quadrature points as a matrix on nodal displacements, (f·q, 3n)."""
+    count = N.shape[1]
+    values = elements.reshape(len(facets), count, 1, 3) * N.T[:, :, None]
+    columns = np.repeat((3 * facets[:, :, None] + np.arange(3)).reshape(len(facets), 1, 18), count, axis=1)
+    starts = 18 * np.arange(len(elements) + 1)
+    return sparse.csr_matrix((values.ravel(), columns.ravel(), starts), shape=(len(elements), size))
+
+
+def _splines(grid: _Grid, points: np.ndarray) -> sparse.csr_matrix:
+    """Return all functions at points (p, 3), tails beyond the space included, (p, f)."""
+    place = (chart_coordinates(grid.chart, points) - grid.start) / grid.spacing
+    first = np.floor(place).astype(int)
+    numbers = first[:, :, None] + np.arange(4)
+    values = np.stack([cubic_weights(place[:, k] - first[:, k]) for k in range(2)], axis=1)
+    values *= (numbers >= 0) & (numbers < grid.counts[:, None])
+    numbers = np.clip(numbers, 0, grid.counts[:, None] - 1)
+    joined = numbers[:, 0, :, None] * int(grid.counts[1]) + numbers[:, 1, None, :]
+    product = values[:, 0, :, None] * values[:, 1, None, :]
+    matrix = sparse.csr_matrix(
+        (product.ravel(), joined.ravel(), 16 * np.arange(len(points) + 1)), shape=(len(points), grid.size)
+    )
+    matrix.eliminate_zeros()
+    return matrix

@@ -1,0 +1,1 @@
+"""Seconds, memory, the machine, and windows on histories."""

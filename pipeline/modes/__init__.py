@@ -1,0 +1,1 @@
+"""Eigenpairs of a component, their proof and their errors."""

@@ -1,0 +1,1 @@
+"""Full FE of contact at points."""

@@ -1,0 +1,302 @@
+"""Bodies whose matrices are narrow bands once their nodes stand in a row, and their time loop, compiled.
+
+    S v̄ = M v − ½ h K u + ½ h (f + Gᵀ λ̄),   u⁺ = u + h v̄,   v⁺ = 2 v̄ − v,   S = M + α K,   α = ¼ h² + ½ h β
+
+S = L D Lᵀ is factorised once. A step is one solve and one product with K for each body; M v̄ follows from the rule. A
+rigid body is r coordinates of unit mass. K u and M v are carried on by K v̄ and M v̄ and never multiplied out again:
+K u of a fine mesh has fewer digits than its sum over the steps.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from scipy import sparse
+from scipy.linalg import cholesky_banded
+
+from gudgeon.pipeline.nodal.points.contact import press
+from gudgeon.pipeline.nodal.problem import NodalBody
+
+WIDEST = 16
+"""Entries beside the diagonal up to which a band is solved faster here than by a sparse factor."""
+WIDTHS = (3, 5, WIDEST)
+"""To which triangles are filled up with zeros; bars need 2, beams 3 and 5."""
+FAST = {"reassoc", "contract"}
+
+
+class Band(NamedTuple):
+    """A body. n: dofs, b: entries beside the diagonal, c: points of all contacts."""
+
+    lower: np.ndarray
+    """L left of its diagonal of ones, by rows from there, zeros up to `WIDTHS`, (n, w)."""
+    upper: np.ndarray
+    """Lᵀ right of it, the same, (n, w)."""
+    pivots: np.ndarray
+    """1 / D, (n,)."""
+    M: np.ndarray
+    """[kg], by diagonals from the main one downwards, (b + 1, n)."""
+    K: np.ndarray
+    """[N/m], the same."""
+    starts: np.ndarray
+    """G by rows: where each begins, (c + 1,)."""
+    dofs: np.ndarray
+    entries: np.ndarray
+    answers: np.ndarray
+    """S⁻¹ Gᵀ, (c, n)."""
+    load: np.ndarray
+    """f [N], (n,)."""
+    beta: float
+    """β [s]."""
+    u: np.ndarray
+    v: np.ndarray
+    Ku: np.ndarray
+    Mv: np.ndarray
+    mean: np.ndarray
+    """v̄"""
+    rhs: np.ndarray
+    books: np.ndarray
+    """What damping took, work of the load [J], (2,)."""
+    order: np.ndarray
+    """Dof of the body at each place of the band, (n,)."""
+
+
+def is_narrow(body: NodalBody) -> bool:
+    """Whether K and M are a band of at most `WIDEST` entries beside the diagonal once the dofs stand in a row."""
+    pattern = _pattern(body)
+    return (
+        int(np.diff(pattern.indptr).max(initial=0)) <= 2 * WIDEST + 1 and _width(pattern, in_a_row(pattern)) <= WIDEST
+    )
+
+
+def in_a_row(pattern: sparse.csr_matrix) -> np.ndarray:
+    """Return the dofs in Cuthill and McKee's order, each part of the graph begun at one of its ends, (n,)."""
+    degree, order, seen = np.diff(pattern.indptr), [], np.zeros(pattern.shape[0], bool)
+    for start in range(len(seen)):
+        if not seen[start]:
+            end = _levels(pattern, degree, start)[-1]
+            part = _levels(pattern, degree, end)
+            seen[part] = True
+            order += part
+    return np.array(order, np.int64)
+
+
+def _levels(pattern: sparse.csr_matrix, degree: np.ndarray, start: int) -> list[int]:
+    """Return what is joined to a dof, nearest first, of equals that with the fewest neighbours."""
+    order, found = [start], {start}
+    for dof in order:
+        near = pattern.indices[pattern.indptr[dof] : pattern.indptr[dof + 1]]
+        new = sorted((int(one) for one in near if int(one) not in found), key=lambda one: (degree[one], one))
+        found.update(new)
+        order += new
+    return order
+
+
+def new_band(body: NodalBody, rows: sparse.csr_matrix, step: float) -> Band:
+    """Return a body at its start.
+
+    Args:
+        rows: G, (c, dofs).
+        step: h [s].
+    """
+    pattern = _pattern(body)
+    order = in_a_row(pattern)
+    K, M = (_diagonals(matrix[order][:, order], _width(pattern, order)) for matrix in (body.K, body.M))
+    alpha = step**2 / 4 + step * body.damping / 2
+    columns = cholesky_banded(M + alpha * K, lower=True).T
+    lower, upper = _triangles(columns[:, 1:] / columns[:, :1])
+    n, G = len(order), sparse.csr_matrix(rows[:, order])
+    zero = np.zeros(n)
+    u, v = (zero.copy() if x is None else np.array(x, float)[order] for x in (body.displacement, body.velocity))
+    load = zero.copy()
+    for item in body.loads:
+        load += item.mean(np.array([0.0, step]))[0] * item.row[order]
+    answers = G.toarray()
+    band = Band(
+        lower, upper, 1 / columns[:, 0] ** 2, M, K, G.indptr.astype(np.int64), G.indices.astype(np.int64), G.data,
+        answers, load, body.damping, u, v, zero.copy(), zero.copy(), zero.copy(), zero.copy(), np.zeros(2),
+        order,
+    )  # fmt: skip
+    for answer in answers:
+        solve(band, answer)
+    product(K, u, band.Ku)
+    product(M, v, band.Mv)
+    return band
+
+
+def _pattern(body: NodalBody) -> sparse.csr_matrix:
+    return sparse.csr_matrix(abs(body.K) + abs(body.M))
+
+
+def _width(pattern: sparse.csr_matrix, order: np.ndarray) -> int:
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(len(order))
+    rows, columns = pattern.nonzero()
+    return int(np.abs(place[rows] - place[columns]).max(initial=0))
+
+
+def _triangles(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return L and Lᵀ by rows, (n, w) each, from L by columns, (n, b)."""
+    n, b = columns.shape
+    lower, upper = np.zeros((2, n, next(width for width in WIDTHS if width >= b)))
+    upper[:, :b] = columns
+    for k in range(b):
+        lower[k + 1 :, k] = columns[: n - k - 1, k]
+    return lower, upper
+
+
+def _diagonals(matrix: sparse.csr_matrix, width: int) -> np.ndarray:
+    found = np.zeros((width + 1, matrix.shape[0]))
+    for k in range(width + 1):
+        found[k, : matrix.shape[0] - k] = matrix.diagonal(-k)
+    return found
+
+
+@njit(cache=True)
+def solve(band, x):  # type: ignore[no-untyped-def]
+    """Put S⁻¹ x in the place of x, (n,)."""
+    if band.lower.shape[1] == 3:
+        _substitute3(band.lower, x, 0, 1)
+        x *= band.pivots
+        _substitute3(band.upper, x, len(x) - 1, -1)
+    elif band.lower.shape[1] == 5:
+        _substitute5(band.lower, x, 0, 1)
+        x *= band.pivots
+        _substitute5(band.upper, x, len(x) - 1, -1)
+    else:
+        _substitute(band.lower, x, 0, 1)
+        x *= band.pivots
+        _substitute(band.upper, x, len(x) - 1, -1)
+
+
+@njit(cache=True)
+def _substitute3(rows, x, first, way):  # type: ignore[no-untyped-def]
+    """Solve a triangle of width 3; what was found last stays in registers, only one product waits for it."""
+    a, b, c = 0.0, 0.0, 0.0
+    j = first
+    for _ in range(len(x)):
+        rest = x[j] - (rows[j, 1] * b + rows[j, 2] * c)
+        a, b, c = rest - rows[j, 0] * a, a, b
+        x[j] = a
+        j += way
+
+
+@njit(cache=True)
+def _substitute5(rows, x, first, way):  # type: ignore[no-untyped-def]
+    """The same of width 5."""
+    a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
+    j = first
+    for _ in range(len(x)):
+        rest = x[j] - ((rows[j, 1] * b + rows[j, 2] * c) + (rows[j, 3] * d + rows[j, 4] * e))
+        a, b, c, d, e = rest - rows[j, 0] * a, a, b, c, d
+        x[j] = a
+        j += way
+
+
+@njit(cache=True)
+def _substitute(rows, x, first, way):  # type: ignore[no-untyped-def]
+    """The same of any width."""
+    j = first
+    for done in range(len(x)):
+        for k in range(min(rows.shape[1], done)):
+            x[j] -= rows[j, k] * x[j - way * (k + 1)]
+        j += way
+
+
+@njit(cache=True, fastmath=FAST)
+def product(diagonals, x, out):  # type: ignore[no-untyped-def]
+    """Put a symmetric band times x in `out`, (n,)."""
+    n = len(x)
+    for j in range(n):
+        out[j] = diagonals[0, j] * x[j]
+    for k in range(1, len(diagonals)):
+        for j in range(n - k):
+            out[j] += diagonals[k, j] * x[j + k]
+        for j in range(n - k):
+            out[j + k] += diagonals[k, j] * x[j]
+
+
+@njit(cache=True, fastmath=FAST)
+def sample(band, field, out):  # type: ignore[no-untyped-def]
+    """Add G field to `out`, (c,)."""
+    for i in range(len(out)):
+        for a in range(band.starts[i], band.starts[i + 1]):
+            out[i] += band.entries[a] * field[band.dofs[a]]
+
+
+@njit(cache=True, fastmath=FAST)
+def _predict(band, h):  # type: ignore[no-untyped-def]
+    """Begin a step: v̄ without contact forces."""
+    for j in range(len(band.u)):
+        band.rhs[j] = band.Mv[j] + 0.5 * h * (band.load[j] - band.Ku[j])
+        band.mean[j] = band.rhs[j]
+    solve(band, band.mean)
+
+
+@njit(cache=True, fastmath=FAST)
+def _advance(band, force, h, work):  # type: ignore[no-untyped-def]
+    """End a step under constant contact forces (c,)."""
+    n, mean = len(band.u), band.mean
+    for i in range(len(force)):
+        if force[i] != 0.0:
+            push = 0.5 * h * force[i]
+            for j in range(n):
+                mean[j] += push * band.answers[i, j]
+            for a in range(band.starts[i], band.starts[i + 1]):
+                band.rhs[band.dofs[a]] += push * band.entries[a]
+    product(band.K, mean, work)
+    alpha = 0.25 * h * h + 0.5 * h * band.beta
+    lost, given = 0.0, 0.0
+    for j in range(n):
+        lost += mean[j] * work[j]
+        given += band.load[j] * mean[j]
+        band.u[j] += h * mean[j]
+        band.v[j] = 2.0 * mean[j] - band.v[j]
+        band.Ku[j] += h * work[j]
+        # M v̄ from the rule: K v̄ from it would lose the digits of slow motions.
+        band.Mv[j] = 2.0 * (band.rhs[j] - alpha * work[j]) - band.Mv[j]
+    band.books[0] += h * band.beta * lost
+    band.books[1] += h * given
+
+
+@njit(cache=True)
+def march(bodies, works, now, rest, gap, h, forces, gaps, energies):  # type: ignore[no-untyped-def]
+    """Make `len(forces)` steps; returns how many were made, fewer where a contact force could not be found.
+
+    Args:
+        bodies: Bands.
+        works: Room for each, (n,).
+        now: The Press.
+        rest: Gaps where u = 0 [m], (c,).
+        gap: Now; changed in place, (c,).
+        forces, gaps: Out: λ̄ of each step [N] and gaps at its end [m], (s, c).
+        energies: Out: kinetic, strain, contact, lost, work of loads [J], (s, 5).
+    """
+    free, rate = np.empty(len(rest)), np.empty(len(rest))
+    for n in range(len(forces)):
+        rate[:] = 0.0
+        for band in bodies:
+            if now.rigid:
+                sample(band, band.v, rate)
+            _predict(band, h)
+        free[:] = 0.0
+        for band in bodies:
+            sample(band, band.mean, free)
+        for i in range(len(free)):
+            free[i] = gap[i] + h * free[i]
+        if not press(now, gap, rate, free):
+            return n
+        gap[:] = rest
+        kinetic, strain, lost, given = 0.0, 0.0, now.books[0], 0.0
+        for k in range(len(bodies)):
+            band = bodies[k]
+            _advance(band, now.state.force, h, works[k])
+            sample(band, band.u, gap)
+            for j in range(len(band.u)):
+                kinetic += 0.5 * band.v[j] * band.Mv[j]
+                strain += 0.5 * band.u[j] * band.Ku[j]
+            lost += band.books[0]
+            given += band.books[1]
+        forces[n], gaps[n] = now.state.force, gap
+        energies[n, 0], energies[n, 1], energies[n, 2] = kinetic, strain, now.books[1]
+        energies[n, 3], energies[n, 4] = lost, given
+    return len(forces)

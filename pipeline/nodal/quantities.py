@@ -1,0 +1,123 @@
+"""Quantities of a nodal run, named and defined as the solver's: from mean forces of steps and gaps at their ends."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.modaldb.records.types import Json
+from gudgeon.pipeline.nodal.problem import PointContact
+from gudgeon.solver.results.contact_events import Quantity, blow_quantities, departure, merged, rebound, smoothed_peak
+
+
+@dataclass(frozen=True)
+class History:
+    """What contact points did. s: steps, c: points."""
+
+    times: np.ndarray
+    """Start and ends of the steps [s], (s + 1,)."""
+    forces: np.ndarray
+    """Mean over each step [N], (s, c)."""
+    gaps: np.ndarray
+    """At the start and the ends of the steps [m], (s + 1, c)."""
+    rates: np.ndarray
+    """Of the gaps at the start [m/s], (c,)."""
+
+    def of(self, rows: slice) -> "History":
+        """Return that of some points."""
+        return History(self.times, self.forces[:, rows], self.gaps[:, rows], self.rates[rows])
+
+
+def resolved(times: np.ndarray) -> float:
+    """Return the period of the highest frequency that the steps carry through the run [s].
+
+    The midpoint rule is late by ω³h²T/12 in phase after a time T; beyond one radian a wave has left its front.
+    """
+    step, duration = float(times[1] - times[0]), float(times[-1] - times[0])
+    return 2 * np.pi * (step**2 * duration / 12) ** (1 / 3)
+
+
+def located(history: History, rigid: bool) -> np.ndarray:
+    """Return the blows of a contact, (b, 7) as `Trajectory.episodes`; its gap is that of its nearest point.
+
+    With a law a blow begins and ends where the gap, linear in the step, passes zero. A rigid contact closes as the gap
+    of the step before leads on, and ends with its last step.
+    """
+    times, force, gap = history.times, history.forces.sum(axis=1), history.gaps.min(axis=1)
+    h, pressed = float(times[1] - times[0]), np.concatenate([[0], force > 0, [0]]).astype(np.int8)
+    firsts, ends = np.flatnonzero(np.diff(pressed) == 1), np.flatnonzero(np.diff(pressed) == -1)
+    # Speeds at which the gap closes, in each step; before the first one as at the start.
+    speeds = np.concatenate([[-history.rates.min()], -np.diff(gap) / h, [0.0]])
+    blows = np.zeros((len(firsts), 7))
+    for blow, first, end in zip(blows, firsts, ends, strict=True):
+        last = end - 1
+        closing = speeds[first] if rigid else speeds[first + 1]
+        opening = -speeds[end + 1] if rigid else -speeds[end]
+        most = first + int(force[first:end].argmax())
+        late = gap[first] / closing if gap[first] > 0 and closing > 0 else 0.0
+        over = gap[end] / opening if not rigid and gap[last] < 0 < gap[end] and opening > 0 else 0.0
+        blow[:] = (
+            times[first] + min(late, h), times[end] - over, h * force[first:end].sum(), force[most],
+            0.5 * (times[most] + times[most + 1]), max(closing, 0.0), max(opening, 0.0),
+        )  # fmt: skip
+    return blows
+
+
+def contact_quantities(
+    history: History,
+    contact: PointContact,
+    motions: tuple[np.ndarray, np.ndarray | None],
+    elastic: bool,
+    alone: bool,
+) -> dict[str, Quantity]:
+    """Return what a contact did.
+
+    Args:
+        motions: Of its body's centre and of the other body's, see `NodalBody.centre_motion`; None for something rigid.
+        elastic: Whether any body is.
+        alone: Whether nothing else acts on them.
+    """
+    step = float(history.times[1] - history.times[0])
+    forces = history.forces @ contact.directions
+    impulse = step * forces.sum(axis=0)
+    size = float(np.linalg.norm(impulse))
+    values: dict[str, Quantity] = {"impulse": (size, "N s")}
+    if size == 0:
+        return values
+    along = impulse / size
+    rigid = contact.law is None
+    # A law's force has its own bandwidth; a rigid one has all that steps carry, and its blows part within it.
+    resolution = resolved(history.times) if rigid else 2 * step
+    blows = located(history, rigid)
+    if elastic:
+        values |= blow_quantities(merged(blows, resolution)) | smoothed_peak(forces @ along, step, resolution)
+    else:
+        values |= blow_quantities(blows)
+    own, other = (None if motion is None else motion[[2, 0], :3] for motion in motions)
+    assert own is not None
+    return values | rebound(along, own, other, alone)
+
+
+def resultant_quantities(times: np.ndarray, forces: np.ndarray) -> dict[str, Quantity]:
+    """Return what the resultant of a contact tells where its points' gaps are not kept.
+
+    Args:
+        times: Ends of the steps [s], (s,); the first begins at 0.
+        forces: Mean over each step [N], (s, 3).
+    """
+    step, impulse = float(times[0]), float(times[0]) * forces.sum(axis=0)
+    size = float(np.linalg.norm(impulse))
+    pressed = np.flatnonzero(np.abs(forces).sum(axis=1))
+    if not len(pressed) or size == 0:
+        return {"impulse": (size, "N s")}
+    return {
+        "impulse": (size, "N s"),
+        "force_peak": (float((forces @ impulse).max()) / size, "N"),
+        "start": (float(times[pressed[0]]) - step, "s"),
+        "duration": (float(times[pressed[-1]] - times[pressed[0]]) + step, "s"),
+    }
+
+
+def body_quantities(name: str, motion: np.ndarray) -> Json:
+    """Return with what a body's centre leaves, see `NodalBody.centre_motion`."""
+    values = departure(*motion)
+    return {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}

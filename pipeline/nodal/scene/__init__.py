@@ -1,0 +1,1 @@
+"""A scene made a full-FE problem."""

@@ -1,0 +1,80 @@
+"""A body of a scene on its mesh, for the nodal synthesis."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.design.morph import moved_mesh
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.interfaces.patch import patch_point, patch_row
+from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points
+from gudgeon.pipeline.interfaces.tie import refuse_rigid
+from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.mesh import movement_of
+
+CONTACT_KINDS = ("points", "patch")
+
+
+@dataclass(frozen=True)
+class Part:
+    """One body of the scene on its mesh, that of the changed design where it has a change."""
+
+    name: str
+    mesh: MeshRecord
+    model: FEModel
+    component: Component
+    settings: Any
+
+    @property
+    def position(self) -> np.ndarray:
+        """[m], (3,)"""
+        return np.asarray(self.settings.position, float)
+
+    @property
+    def stiffness_factor(self) -> float:
+        """β of C = β K [s]."""
+        return self.settings.damping.stiffness_factor if self.settings.damping else 0.0
+
+    def contact_rows(self, name: str, where: str) -> tuple[ContactPoints, sparse.csr_matrix]:
+        """Return the points of an interface and their outward normal displacement, (c, dofs).
+
+        Args:
+            where: The key that names it, for messages.
+
+        Raises:
+            InputError: there is no such interface, it is for no contact, or its surface does not fit it.
+        """
+        if name not in self.component.interface:
+            have = ", ".join(self.component.interface) or "none"
+            raise InputError(f"{where}: body '{self.name}' has no '{name}', it has {have}")
+        interface = self.component.interface[name]
+        if interface.kind not in CONTACT_KINDS:
+            raise InputError(f"{where}: '{name}' is of kind '{interface.kind}', report.nodal needs 'points' or 'patch'")
+        if interface.kind == "patch":
+            points = patch_point(self.mesh, interface, where)
+            return points, patch_row(self.mesh, self.model, interface, where)
+        points = contact_points(self.mesh, interface, where)
+        return points, self.model.rows(points.nodes, points.normals)
+
+
+def load_part(job: Job, name: str) -> Part:
+    """Return a body of a scene.
+
+    Raises:
+        InputError: its component has a rigid surface, or what `build_model` refuses.
+    """
+    component_name = job.scene.component_of(name)
+    component = job.scene.component[component_name]
+    base = job.store.get(job.components()[component_name]["base-mesh"].key, "mesh")
+    movement = movement_of(component, job.folder, component_name)
+    mesh = base if movement is None else moved_mesh(base, movement)
+    where = f"component.{component_name}"
+    refuse_rigid(component.interface, f"{job.path}: {where}", "report.nodal")
+    model = build_model(mesh, component.material, component.supports, where, component.geometry)
+    return Part(name, mesh, model, component, job.scene.body[name])

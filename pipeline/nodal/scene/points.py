@@ -1,0 +1,94 @@
+"""A scene whose bodies meet at fixed points, in all nodal dofs: point against point, or against a plane or a bore."""
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.nodal import NodalBody, PointContact, PointProblem, facing, supported_body
+from gudgeon.pipeline.nodal.scene.body import Part, load_part
+from gudgeon.pipeline.stages.job import Job, free_twists
+from gudgeon.solver.obstacles import obstacle_of
+
+INSIDE = 1e-9
+"""Depth at the start, relative to the points' coordinates, that is round-off."""
+CARRIED = ("residual", "penalty", "constraint")
+"""Contact methods; what residual flexibility stands for is in the nodes."""
+
+
+def meeting_problem(job: Job) -> PointProblem:
+    """Return the problem.
+
+    Raises:
+        InputError: something is not carried, or points start inside or do not pair.
+    """
+    scene = job.scene
+    for name in scene.springs():
+        raise InputError(f"{job.path}: report.nodal: knows no springs, leave force.{name} out")
+    names = list(scene.body)
+    parts = [load_part(job, name) for name in names]
+    made = [_body(job, part) for part in parts]
+    contacts = {}
+    for name in scene.contact:
+        contacts[name] = _contact(job, name, parts, [reduction for _, reduction in made])
+    if len({contact.law is None for contact in contacts.values()}) > 1:
+        raise InputError(f"{job.path}: report.nodal: carries contacts with laws or layers, or without any, not both")
+    flying = len(contacts) == 1 and not any(scene.run.gravity)
+    return PointProblem(tuple(body for body, _ in made), contacts, scene.run.duration, flying)
+
+
+def refuse_contacts(job: Job) -> None:
+    """Refuse contacts of kinds that the nodal synthesis has not.
+
+    Raises:
+        InputError: a contact has friction or a restitution.
+    """
+    for name, contact in job.scene.contact.items():
+        where = f"{job.path}: report.nodal: contact.{name}"
+        if contact.method not in CARRIED:
+            raise InputError(f"{where}.method: '{contact.method}' given, it carries {', '.join(CARRIED)}")
+        if contact.friction is not None:
+            raise InputError(f"{where}.friction: given, it carries frictionless contact only")
+
+
+def _body(job: Job, part: Part) -> tuple[NodalBody, sparse.csr_matrix]:
+    """Return a body as it starts, and the displacement of its model's dofs by its own."""
+    properties, settings = part.model.properties, part.settings
+    linear = properties.mass * np.asarray(settings.velocity)
+    momentum = np.concatenate([linear, properties.inertia @ np.asarray(settings.angular_velocity)])
+    field = np.asarray(job.scene.run.gravity)
+    twists = free_twists(job, part.name)
+    return supported_body(part.name, part.model, twists, momentum, damping=part.stiffness_factor, field=field)
+
+
+def _contact(job: Job, name: str, parts: list[Part], reductions: list[sparse.csr_matrix]) -> PointContact:
+    contact, names = job.scene.contact[name], [part.name for part in parts]
+    own = names.index(contact.body)
+    points, outward = parts[own].contact_rows(contact.interface, f"contact.{name}.interface")
+    placed = points.points + parts[own].position
+    rows: list[sparse.csr_matrix | None] = [None] * len(parts)
+    rows[own] = sparse.csr_matrix(-outward @ reductions[own])
+    if contact.against.shape == "body":
+        other = names.index(contact.against.body)
+        where = f"contact.{name}.against.interface"
+        far, there = parts[other].contact_rows(contact.against.interface, where)
+        if len(far.points) != len(placed):
+            raise InputError(
+                f"{job.path}: {where}: has {len(far.points)} points, {len(placed)} face them; they must be as many"
+            )
+        order, gap, _ = facing(placed, points.normals, far.points + parts[other].position)
+        if len(np.unique(order)) < len(order):
+            raise InputError(f"{job.path}: {where}: two points face the same point; mesh both faces alike")
+        rows[other] = sparse.csr_matrix(-there[order] @ reductions[other])
+        directions = -points.normals
+    else:
+        other, obstacle = None, obstacle_of(contact.against.model_dump())
+        gap, directions = obstacle.gap(placed), obstacle.direction(placed)
+    if gap.min() < -INSIDE * float(np.abs(placed).max()):
+        raise InputError(f"{job.path}: contact.{name}: points start inside by {-gap.min():.3g} m")
+    law = None
+    if contact.surface_stiffness is not None:
+        law = np.zeros((len(gap), 4))
+        law[:, 0], law[:, 1] = contact.surface_stiffness * points.areas, 1.0
+    elif contact.law is not None:
+        law = np.tile(contact.law.coefficients(), (len(gap), 1))
+    return PointContact(tuple(rows), np.maximum(gap, 0.0), directions, own, other, law)

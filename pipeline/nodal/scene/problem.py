@@ -1,0 +1,176 @@
+"""A scene as a problem in all nodal dofs: same meshes, same points, same surface layer, same loads and rod."""
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.modes import TractionModes
+from gudgeon.modaldb.traction import along_direction, chart_coordinates
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.interfaces.loads import load_rows
+from gudgeon.pipeline.interfaces.traction_space import traction_space
+from gudgeon.pipeline.nodal import (
+    NodalBody,
+    NodalContact,
+    NodalLoad,
+    NodalProblem,
+    NodalRod,
+    PointProblem,
+    SlidingSurface,
+    SplineWeights,
+    free_body,
+    gravity,
+    static_start,
+)
+from gudgeon.pipeline.nodal.scene.body import Part, load_part
+from gudgeon.pipeline.nodal.scene.points import meeting_problem, refuse_contacts
+from gudgeon.pipeline.stages.job import Job, free_twists
+from gudgeon.solver.contact.rows import basic_surface
+from gudgeon.solver.obstacles import obstacle_of
+
+LINES = ("bar", "beam", "rigid")
+"""Geometries whose points are few."""
+START_STEP = 1e-6
+"""Over which loads and the crank pin's motion are taken for the deformation at the start [s]."""
+
+
+def nodal_problem(job: Job) -> NodalProblem | PointProblem:
+    """Return the scene in all nodal dofs, on the mesh of the changed design where it has a change.
+
+    Points that slide over another body, a joint, and many points of a solid on a layer against an obstacle go to the
+    loop with sliding contact; all else to that of bodies that meet at fixed points.
+
+    Raises:
+        InputError: the scene has what neither carries.
+    """
+    scene = job.scene
+    for name in scene.moving():
+        raise InputError(f"{job.path}: report.nodal: knows no moving forces, leave force.{name} out")
+    if not scene.contact:
+        raise InputError(f"{job.path}: report.nodal: is for scenes with contacts, this one has none")
+    refuse_contacts(job)
+    sliding = bool(scene.masters() or scene.joint)
+    return _sliding_problem(job) if sliding or _layered_solid(job) else meeting_problem(job)
+
+
+def _layered_solid(job: Job) -> bool:
+    """Whether one free or held solid presses layers of its points against obstacles."""
+    scene = job.scene
+    if scene.others() or len(scene.body) != 1 or scene.springs():
+        return False
+    component = job.scene.component[scene.component_of(next(iter(scene.body)))]
+    layers = all(contact.surface_stiffness is not None for contact in scene.contact.values())
+    return layers and component.geometry.kind not in LINES and not component.supports
+
+
+def _sliding_problem(job: Job) -> NodalProblem:
+    scene, masters = job.scene, job.scene.masters()
+    slaves = {contact.body for contact in scene.contact.values()}
+    over = {master.body for master in masters.values()}
+    if len(slaves) != 1 or len(over) > 1 or slaves | over != set(scene.body) or len(scene.joint) > 1:
+        raise InputError(
+            f"{job.path}: report.nodal: where points slide or a joint drives, it is for the contact points of one body,"
+            " against obstacles or one other body, and one joint"
+        )
+    for name, contact in scene.contact.items():
+        if contact.surface_stiffness is None or contact.against.shape == "body":
+            raise InputError(
+                f"{job.path}: report.nodal: contact.{name} needs surface_stiffness and an obstacle or a surface where"
+                " points slide or a joint drives"
+            )
+    slave = _solid(job, slaves.pop())
+    master = _solid(job, over.pop()) if over else None
+    loads = [_gas(job, name, slave) for name in scene.gas()]
+    if any(scene.run.gravity):
+        loads.append(gravity(slave.model, np.asarray(scene.run.gravity)))
+    spin = np.cross(np.asarray(slave.settings.angular_velocity), slave.model.nodes - slave.model.properties.centre)
+    velocity = (np.asarray(slave.settings.velocity) + spin) @ slave.model.directions.T
+    body = free_body(
+        slave.name, slave.model, velocity.ravel(), twists=free_twists(job, slave.name), damping=slave.stiffness_factor,
+        loads=tuple(loads),
+    )  # fmt: skip
+    problem = NodalProblem(
+        body,
+        {name: _contact(job, name, slave, master) for name in scene.contact},
+        scene.run.duration,
+        master=_held_body(master) if master else None,
+        rod=_rod(job, slave) if scene.joint else None,
+        frames=scene.run.frames if master else 0,
+    )
+    return static_start(problem, START_STEP) if scene.joint else problem
+
+
+def _solid(job: Job, name: str) -> Part:
+    part = load_part(job, name)
+    if part.mesh.cell_type not in ("tetra10", "line3"):
+        raise InputError(
+            f"{job.path}: report.nodal: where points slide or a joint drives, it is for solids and bars,"
+            f" component.{job.scene.component_of(name)}.geometry is '{part.component.geometry.kind}'"
+        )
+    if part.model.held.any() and len(part.model.rigid_twists):
+        raise InputError(
+            f"{job.path}: report.nodal: where points slide or a joint drives, it is for bodies free or held,"
+            f" component.{job.scene.component_of(name)}.supports hold it in part"
+        )
+    return part
+
+
+def _held_body(part: Part) -> NodalBody:
+    if not part.model.held.any():
+        return free_body(part.name, part.model, np.zeros(part.model.K.shape[0]), damping=part.stiffness_factor)
+    K, M = part.model.free_matrices()
+    return NodalBody(part.name, K, M, damping=part.stiffness_factor)
+
+
+def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalContact:
+    contact = job.scene.contact[name]
+    points, rows = slave.contact_rows(contact.interface, f"contact.{name}.interface")
+    placed = points.points + slave.position
+    if name in job.scene.masters():
+        assert master is not None
+        surface, space = _surface(job, name, slave, master, placed)
+        obstacle = basic_surface(space.chart, master.position)
+    else:
+        surface, obstacle = None, obstacle_of(contact.against.model_dump())
+    directions = obstacle.direction(placed)
+    return NodalContact(
+        sparse.csr_matrix(-rows),
+        obstacle.gap(placed),
+        contact.surface_stiffness * points.areas,
+        directions,
+        surface,
+    )
+
+
+def _surface(
+    job: Job, name: str, slave: Part, master: Part, placed: np.ndarray
+) -> tuple[SlidingSurface, TractionModes]:
+    over = job.scene.masters()[name]
+    found = traction_space(master.mesh, master.component.interface[over.interface], f"contact.{name}.against")
+    space = TractionModes(
+        found.chart, found.start, found.spacing, found.counts, np.empty((0, 0)), found.resultant
+    )  # fmt: skip
+    weights = SplineWeights(space, chart_coordinates(found.chart, placed - master.position))
+    along = np.tile(slave.model.directions @ along_direction(found.chart), len(slave.model.nodes))
+    slide = np.asarray(slave.model.M @ along) / slave.model.properties.mass
+    rows = sparse.csr_matrix(found.rows(master.model)[:, master.model.free])
+    return SlidingSurface(rows, weights, slide), space
+
+
+def _gas(job: Job, name: str, slave: Part) -> NodalLoad:
+    force = job.scene.gas()[name]
+    joint = job.scene.joint[force.joint]
+    rows = load_rows(slave.mesh, slave.model, slave.component.interface[force.interface], f"force.{name}.interface")
+
+    def mean(edges: np.ndarray) -> np.ndarray:
+        return force.pressure(joint.angle(0.5 * (edges[1:] + edges[:-1])))
+
+    return NodalLoad(rows.B.toarray()[0], mean)
+
+
+def _rod(job: Job, slave: Part) -> NodalRod:
+    ((name, joint),) = job.scene.joint.items()
+    held = load_rows(slave.mesh, slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
+    along, lateral = joint.axes
+    axes = np.stack([lateral, along])
+    point = axes @ (held.point + slave.position)
+    return NodalRod(name, axes @ held.B.toarray(), point, joint.rod_length, joint.crank_pin, axes)

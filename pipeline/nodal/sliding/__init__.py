@@ -1,0 +1,1 @@
+"""Full FE of bodies that slide over each other."""

@@ -1,0 +1,266 @@
+"""What happens between the bodies in one step: contact points, the rod, and the drag of a deformed surface.
+
+With N at the start and N⁺ at the end of the step, N̄ their mean, e the inward displacement of the master's functions:
+
+    g⁺ = g₀ + G u⁺ + N⁺ e⁺,   force on the functions N̄ᵀ λ̄,   g⁺ − g = G Δu + N̄ Δe + ΔN ē
+
+so that λ̄ᵀ ΔN ē is work that neither body receives: the slave climbs the deformed surface. It is given back as the
+drag d = λ̄ᵀ ΔN ē / Δσ along the slave's way of sliding in the same step, which closes the energy. N⁺ belongs to a
+prediction of σ⁺ with the last step's forces; d depends so little on itself that Newton's method just follows it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.pipeline.nodal.body import MovingBody
+from gudgeon.pipeline.nodal.problem import NodalProblem
+from gudgeon.pipeline.nodal.sliding.contact import close_gaps, contact_energy
+from gudgeon.pipeline.nodal.sliding.rod import RodStep, prepare_rod
+from gudgeon.pipeline.nodal.sliding.weights import Surfaces, Touch
+
+FAR = 1.0
+"""Gap of a point off its surface [m]."""
+PREDICTED = 0.1
+"""Relative difference of Δσ from its prediction above which the drag takes the prediction: it passes zero there."""
+NEAR = 4.0
+"""Points nearer than this many times what contact moved in the last step are solved for; the rest is verified."""
+
+
+@dataclass
+class StepForces:
+    """What one step found."""
+
+    ports: np.ndarray
+    """Force on each port of the slave: λ̄, rod lateral and along, drags [N], (p,)."""
+    functions: np.ndarray
+    """Force on each function of the master, inward [N], (F,)."""
+    multipliers: np.ndarray
+    """λ̄ [N], (c,)."""
+    rod: float
+    """x, positive when it pushes the slave away from the crank pin [N]."""
+    edge: float
+    """Contact energy that came with points which entered a surface or left it [J]."""
+    iterations: int
+
+
+def slave_ports(problem: NodalProblem) -> sparse.csr_matrix:
+    """Stack G of all contacts, J of the rod and the ways of sliding."""
+    contacts = problem.contacts.values()
+    rows = [contact.G for contact in contacts]
+    if problem.rod is not None:
+        rows.append(sparse.csr_matrix(problem.rod.rows))
+    rows += [sparse.csr_matrix(c.surface.slide[None]) for c in contacts if c.surface is not None]
+    if not rows:
+        return sparse.csr_matrix((0, problem.slave.K.shape[0]))
+    return sparse.csr_matrix(sparse.vstack(rows))
+
+
+def master_ports(problem: NodalProblem) -> sparse.csr_matrix:
+    """Stack the inward displacements of all surfaces' functions."""
+    rows = [-contact.surface.rows for contact in problem.contacts.values() if contact.surface is not None]
+    return sparse.csr_matrix(sparse.vstack(rows))
+
+
+class Coupling:
+    """Contacts and rod with their state at the start of a step.
+
+    Args:
+        problem: Bodies and contacts.
+        slave: Its ports are `slave_ports(problem)`.
+        master: Its ports are `master_ports(problem)`.
+    """
+
+    def __init__(self, problem: NodalProblem, slave: MovingBody, master: MovingBody | None) -> None:
+        contacts = list(problem.contacts.values())
+        self.surfaces, self.rod = Surfaces(contacts), problem.rod
+        self.gap_at_rest = np.concatenate([np.zeros(0), *(contact.gap for contact in contacts)])
+        self.stiffness = np.concatenate([np.zeros(0), *(contact.stiffness for contact in contacts)])
+        c, rods = self.surfaces.count, 0 if problem.rod is None else 2
+        self._slides = slice(c + rods, c + rods + len(self.surfaces.sliding))
+        self._contact_of_slide = [self.surfaces.points[k] for k in self.surfaces.sliding]
+        self._slave, self._W = slave, slave.W
+        self._R = np.zeros((0, 0)) if master is None else master.W
+        self._aux = np.zeros(len(self._W) - c)
+        self._reach = 0.0
+        places = slave.places()
+        self.inward = np.zeros(0) if master is None else master.places()
+        self._places = places
+        self._sigma = places[self._slides]
+        self._touch = self.surfaces.touch(self._sigma)
+        self.gap = self._gaps(places, self.inward, self._touch)
+
+    def solve(self, places: np.ndarray, inward: np.ndarray, pins: np.ndarray) -> StepForces:
+        """Find the forces of a step.
+
+        Args:
+            places: Displacement of the slave's ports at its end without them [m], (p,).
+            inward: That of the master's functions, (F,).
+            pins: Crank pin at its start and end, (2, 4); empty without a rod.
+        """
+        c = self.surfaces.count
+        predicted = places[c:] + self._W[c:, c:] @ self._aux
+        sigma = predicted[self._slides.start - c :]
+        touch = self.surfaces.touch(sigma) if len(sigma) else self._touch
+        work = _Step(self, places, inward, touch, sigma)
+        if self.rod is not None:
+            rates = np.array([self._slave.rate(c), self._slave.rate(c + 1)])
+            work.hold(prepare_rod(self.rod, self._places[c : c + 2], rates, predicted[:2], pins, self._slave.step))
+        found = work.run()
+        self._sigma, self._touch, self._aux = sigma, touch, found.ports[c:]
+        return found
+
+    def finish(self, inward: np.ndarray) -> np.ndarray:
+        """Take over where the bodies ended; returns how far the slave's ports went [m], (p,)."""
+        places = self._slave.places()
+        way = places - self._places
+        self._places, self.inward = places, inward
+        return way
+
+    @property
+    def energy(self) -> float:
+        """Σ V(g) now [J]."""
+        return contact_energy(self.stiffness, self.gap)
+
+    def _gaps(self, places: np.ndarray, inward: np.ndarray, touch: Touch) -> np.ndarray:
+        gap = self.gap_at_rest + places[: self.surfaces.count]
+        if self.surfaces.size:
+            gap += touch.sample(inward)
+            gap[~touch.present] = FAR
+        return gap
+
+
+class _Step:
+    """The unknowns of one step, reduced to the multipliers of the points near contact."""
+
+    def __init__(self, home: Coupling, places: np.ndarray, inward: np.ndarray, touch: Touch, sigma: np.ndarray) -> None:
+        self.home, self.places, self.inward, self.touch, self.sigma = home, places, inward, touch, sigma
+        self.c = home.surfaces.count
+        self.free = home._gaps(places, inward, touch)
+        self.usable = touch.present & home._touch.present
+        self.rod: RodStep | None = None
+        # x = rod_free − rod_per_row·λ̄ − rod_per_drag·d
+        self.rod_free, self.rod_per_row, self.push = 0.0, np.zeros(self.c), np.zeros(self.c)
+        self.rod_per_drag = np.zeros(len(sigma))
+        self.drag = np.zeros(len(sigma))
+
+    def hold(self, rod: RodStep) -> None:
+        """Put the rod in: its force follows from all others."""
+        W, c = self.home._W, self.c
+        two, slides = slice(c, c + 2), self.home._slides
+        give = 2 * float(rod.end @ W[two, two] @ rod.middle)
+        ahead = rod.error - 2 * float(rod.end @ (W[two, c:] @ self.home._aux))
+        self.rod = rod
+        self.rod_free = -ahead / give
+        self.rod_per_row = (2 / give) * (rod.end @ W[two, :c])
+        self.rod_per_drag = (2 / give) * (rod.end @ W[two, slides])
+        self.push = rod.middle @ W[two, :c]
+        self.free = np.where(self.touch.present, self.free + self.push * self.rod_free, FAR)
+
+    def run(self) -> StepForces:
+        """Solve, verify the points left out, and collect the forces."""
+        home, c = self.home, self.c
+        multipliers, functions = np.zeros(c), np.zeros(home.surfaces.size)
+        old, new = home.gap, self.free
+        reach, iterations = NEAR * home._reach, 0
+        near = self.usable & ((old <= reach) | (new <= reach))
+        touching = bool((self.usable & ((old < 0) | (new < 0))).any())
+        while touching:
+            rows = np.flatnonzero(near)
+            gaps, multipliers[rows], used = self._close(rows)
+            iterations += used
+            new, functions = self._respond(multipliers)
+            missed = self.usable & ~near & (new < 0)
+            new[rows] = gaps
+            if not missed.any():
+                home._reach = float(np.abs(new - self.free)[self.usable].max())
+                break
+            near |= missed
+        crossing = self.touch.present != home._touch.present
+        edge = 0.0
+        if crossing.any():
+            kappa = home.stiffness[crossing]
+            edge = contact_energy(kappa, new[crossing]) - contact_energy(kappa, old[crossing])
+        home.gap = new
+        force = self._rod_force(multipliers)
+        ports = np.concatenate([multipliers, self._aux_forces(force)])
+        return StepForces(ports, functions, multipliers, force, edge, iterations)
+
+    def _rod_force(self, multipliers: np.ndarray) -> float:
+        return float(self.rod_free - self.rod_per_row @ multipliers - self.rod_per_drag @ self.drag)
+
+    def _aux_forces(self, force: float) -> np.ndarray:
+        return self.drag if self.rod is None else np.concatenate([force * self.rod.middle, self.drag])
+
+    def _close(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+        """Close the gaps of the rows near contact."""
+        home = self.home
+        W = home._W[np.ix_(rows, rows)]
+        if self.rod is not None:
+            W -= np.outer(self.push[rows], self.rod_per_row[rows])
+        scale = float(np.abs(self.free[self.usable]).max())
+        if not home.surfaces.size:
+            return close_gaps(W, home.stiffness[rows], home.gap[rows], self.free[rows], scale)
+        self._local(rows)
+        W += (self.N_new @ self.R) @ self.N_mean.T
+        to_drag = home._W[rows, home._slides] - np.outer(self.push[rows], self.rod_per_drag)
+
+        def follow(multipliers: np.ndarray) -> np.ndarray:
+            self._find_drag(rows, multipliers)
+            return to_drag @ self.drag
+
+        found = close_gaps(W, home.stiffness[rows], home.gap[rows], self.free[rows], scale, follow)
+        self._find_drag(rows, found[1])
+        return found
+
+    def _local(self, rows: np.ndarray) -> None:
+        """Narrow N and the master's response to the functions that these rows touch."""
+        home = self.home
+        mark = np.zeros(home.surfaces.size, np.int64)
+        mark[self.touch.numbers[rows]] = 1
+        mark[home._touch.numbers[rows]] = 1
+        self.used = np.flatnonzero(mark)
+        mark[self.used] = np.arange(len(self.used))
+        self.R = home._R[np.ix_(self.used, self.used)]
+        self.N_new = self.touch.dense(rows, mark, len(self.used))
+        N_old = home._touch.dense(rows, mark, len(self.used))
+        self.N_mean, self.N_change = 0.5 * (N_old + self.N_new), self.N_new - N_old
+        self.mean_free = 0.5 * (home.inward[self.used] + self.inward[self.used])
+
+    def _find_drag(self, rows: np.ndarray, multipliers: np.ndarray) -> None:
+        """d = λ̄ᵀ ΔN ē / Δσ of every sliding contact."""
+        home, c = self.home, self.c
+        inward = self.mean_free + 0.5 * (self.R @ (self.N_mean.T @ multipliers))
+        lost = multipliers * (self.N_change @ inward)
+        every = np.zeros(c)
+        every[rows] = multipliers
+        slides = home._slides
+        aux = self._aux_forces(self._rod_force(every))
+        start = home._places[slides]
+        true = self.places[slides] + home._W[slides, rows] @ multipliers + home._W[slides, c:] @ aux - start
+        guess = self.sigma - home._sigma
+        drag = np.zeros(len(guess))
+        for k, points in enumerate(home._contact_of_slide):
+            way = true[k] if abs(true[k] - guess[k]) <= PREDICTED * abs(guess[k]) else guess[k]
+            if way != 0:
+                first, last = np.searchsorted(rows, [points.start, points.stop])
+                drag[k] = lost[first:last].sum() / way
+        self.drag = drag
+
+    def _respond(self, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return all gaps and the forces on the functions under given multipliers."""
+        home, c = self.home, self.c
+        acting = np.flatnonzero(multipliers)
+        force = multipliers[acting]
+        rod = -float(self.rod_per_row[acting] @ force) - float(self.rod_per_drag @ self.drag)
+        gaps = self.free + force @ home._W[acting, :c] + self.push * rod
+        functions = np.zeros(home.surfaces.size)
+        if home.surfaces.size:
+            gaps += home._W[:c, home._slides] @ self.drag
+            for touch in (home._touch, self.touch):
+                functions += 0.5 * touch.spread(force, acting, home.surfaces.size)
+            loaded = np.flatnonzero(functions)
+            gaps += self.touch.sample(functions[loaded] @ home._R[loaded])
+            gaps[~self.touch.present] = FAR
+        return gaps, functions

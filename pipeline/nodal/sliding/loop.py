@@ -1,0 +1,195 @@
+"""The time loop of the nodal synthesis, and the account that it keeps of the energy."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+
+import numpy as np
+
+from gudgeon.modaldb.records.nodal import NodalRecord
+from gudgeon.modaldb.records.types import Json
+from gudgeon.pipeline.linalg.threads import one_thread
+from gudgeon.pipeline.measuring.clock import Clock, Seconds
+from gudgeon.pipeline.nodal.body import MovingBody
+from gudgeon.pipeline.nodal.points.loop import simulate_points
+from gudgeon.pipeline.nodal.problem import NodalBody, NodalProblem, PointProblem
+from gudgeon.pipeline.nodal.quantities import body_quantities, resultant_quantities
+from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
+
+PROGRESS_STRIDE = 64
+
+
+def simulate_nodal(
+    problem: NodalProblem | PointProblem, step: float, progress: Callable[[float], None] | None = None
+) -> NodalRecord:
+    """Integrate a problem with a fixed step [s].
+
+    Args:
+        progress: Told the share done from time to time.
+
+    Raises:
+        StageError: contact did not converge in a step, or a body's rigid motions are none.
+    """
+    if isinstance(problem, PointProblem):
+        return simulate_points(problem, step, progress)
+    clock = Clock()
+    count = max(1, round(problem.duration / step))
+    with ExitStack() as stack:
+        stack.enter_context(one_thread())
+        run = _Run(problem, step, count)
+        stack.callback(run.free)
+        # Solves release the interpreter's lock: the master's runs beside the slave's.
+        run.pool = stack.enter_context(ThreadPoolExecutor(1)) if run.master is not None else None
+        for n in range(count):
+            run.advance(n)
+            if progress is not None and n % PROGRESS_STRIDE == 0:
+                progress(n / count)
+    return run.record(clock.read())
+
+
+class _Run:
+    def __init__(self, problem: NodalProblem, step: float, count: int) -> None:
+        self.problem, self.step, self.times = problem, step, step * np.arange(count + 1)
+        self.slave = MovingBody(problem.slave, slave_ports(problem), step)
+        self.master = None if problem.master is None else MovingBody(problem.master, master_ports(problem), step)
+        self.bodies = [(problem.slave, self.slave)]
+        if problem.master is not None and self.master is not None:
+            self.bodies.append((problem.master, self.master))
+        self.coupling = Coupling(problem, self.slave, self.master)
+        self.account = _Account(self)
+        self.pool: ThreadPoolExecutor | None = None
+        self._loads = [_means(body, self.times) for body, _ in self.bodies]
+        self._pins = np.zeros((count + 1, 0)) if problem.rod is None else np.asarray(problem.rod.crank(self.times))
+        self._energies, self._iterations = np.zeros((count, 3)), 0
+        self._contact_forces = {name: np.zeros((count, 3)) for name in problem.contacts}
+        self._rod_force = np.zeros((count, 2))
+        self._motion = {body.name: np.zeros((count, 12)) for body, _ in self.bodies if body.twists is not None}
+        shares = np.arange(1, problem.frames + 1) / max(1, problem.frames)
+        self._frames = np.unique(np.round(count * shares).astype(int))
+        self._surfaces: list[np.ndarray] = []
+        self._start = [moving.q.copy() for _, moving in self.bodies]
+
+    def advance(self, n: int) -> None:
+        """Make step n."""
+        slave, master = self.slave, self.master
+        waiting = None
+        if self.pool is not None and master is not None:
+            waiting = self.pool.submit(master.predict, self._loads[1][n])
+        places = slave.predict(self._loads[0][n])
+        inward = np.zeros(0) if waiting is None else waiting.result()
+        found = self.coupling.solve(places, inward, self._pins[n : n + 2])
+        growth = slave.advance(found.ports)
+        if master is not None:
+            master.advance(found.functions)
+        way = self.coupling.finish(inward if master is None else master.places())
+        self._keep(n, found)
+        self._energies[n] = self.account.book(found, way, growth)
+
+    def free(self) -> None:
+        """Give the factors' memory back."""
+        for _, moving in self.bodies:
+            moving.free()
+
+    def record(self, taken: Seconds) -> NodalRecord:
+        """Return what was found, and the seconds it took."""
+        forces = dict(self._contact_forces)
+        total = np.sum([np.zeros((len(self.times) - 1, 3)), *forces.values()], axis=0)
+        if self.problem.rod is not None:
+            forces[self.problem.rod.name] = self._rod_force @ self.problem.rod.directions
+        surfaces = self.coupling.surfaces
+        names = list(self.problem.contacts)
+        masters = {
+            names[k]: np.array([-inward[surfaces.functions[k]] for inward in self._surfaces])
+            for k in surfaces.sliding
+            if len(self._surfaces)
+        }
+        return NodalRecord(
+            self.step, self.times[1:], total, self._energies, self.account.drift,
+            sum(len(moving.u) for _, moving in self.bodies), self._iterations, taken.wall, taken.cpu,
+            forces=forces, motion=self._motion,
+            frame_times=self.times[self._frames] if self.problem.frames else None, masters=masters,
+            quantities=self._quantities(),
+        )  # fmt: skip
+
+    def _quantities(self) -> Json:
+        """Return name → {"value", "unit"} as the solver names them."""
+        found: Json = {}
+        for name, forces in self._contact_forces.items():
+            values = resultant_quantities(self.times[1:], forces)
+            found |= {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}
+        for body, moving in self.bodies:
+            found |= body_quantities(body.name, body.centre_motion(moving.motion()))
+        return found
+
+    def _keep(self, n: int, found: StepForces) -> None:
+        self._iterations += found.iterations
+        for (name, contact), points in zip(self.problem.contacts.items(), self.coupling.surfaces.points, strict=True):
+            self._contact_forces[name][n] = found.multipliers[points] @ contact.directions
+        if self.problem.rod is not None:
+            c = len(found.multipliers)
+            self._rod_force[n] = found.ports[c : c + 2]
+        for (body, moving), start in zip(self.bodies, self._start, strict=True):
+            if body.twists is not None:
+                self._motion[body.name][n, :6] = (moving.q - start) @ body.twists
+                self._motion[body.name][n, 6:] = moving.p @ body.twists
+        if n + 1 in self._frames:
+            self._surfaces.append(self.coupling.inward.copy())
+
+
+class _Account:
+    """Energy balance E − E₀ − W + D, against the energy exchanged at contacts.
+
+    W is the work of loads and of the rod, and the contact energy of points that enter a surface or leave it pressed;
+    the drag is internal. What contact exchanges is ½ (Σ |w_k| + |w_e| + V), w_k the work of the contact forces so far
+    on each rigid motion of the slave, w_e that on its deformation: a driven stroke has no part in it.
+    """
+
+    def __init__(self, run: _Run) -> None:
+        self._run = run
+        self._on_rigid, self._on_all = np.zeros(run.slave.rigid_count), 0.0
+        self._given = 0.0
+        self._worst, self._exchanged = 0.0, 0.0
+        self._first = self._balance()[1]
+
+    @property
+    def drift(self) -> float:
+        """Largest error of the balance over the largest exchange; 0 where contact exchanges nothing."""
+        return self._worst / self._exchanged if self._exchanged else 0.0
+
+    def book(self, found: StepForces, way: np.ndarray, growth: np.ndarray) -> tuple[float, float, float]:
+        """Book a step; returns kinetic, strain and contact energy [J].
+
+        Args:
+            way: How far the slave's ports went [m].
+            growth: How much its rigid coordinates grew.
+        """
+        run, c = self._run, len(found.multipliers)
+        if run.problem.rod is not None:
+            self._given += float(found.ports[c : c + 2] @ way[c : c + 2])
+        self._given += found.edge
+        acting = np.flatnonzero(found.multipliers)
+        if len(acting):
+            force = found.multipliers[acting]
+            self._on_rigid += (force @ run.slave.ports_rigid[acting]) * growth
+            self._on_all += float(force @ way[acting])
+        energies, total = self._balance()
+        self._worst = max(self._worst, abs(total - self._first))
+        rest = self._on_all - float(self._on_rigid.sum())
+        exchanged = float(np.abs(self._on_rigid).sum()) + abs(rest) + energies[2]
+        self._exchanged = max(self._exchanged, 0.5 * exchanged)
+        return energies
+
+    def _balance(self) -> tuple[tuple[float, float, float], float]:
+        moving = [moving for _, moving in self._run.bodies]
+        kinetic, strain = sum(body.kinetic for body in moving), sum(body.strain for body in moving)
+        contact = self._run.coupling.energy
+        lost = sum(body.dissipated for body in moving)
+        given = self._given + sum(body.work for body in moving)
+        return (kinetic, strain, contact), kinetic + strain + contact + lost - given
+
+
+def _means(body: NodalBody, times: np.ndarray) -> np.ndarray:
+    """Return the mean of each load over each step, (steps, l)."""
+    if not body.loads:
+        return np.zeros((len(times) - 1, 0))
+    return np.column_stack([load.mean(times) for load in body.loads])

@@ -1,0 +1,45 @@
+"""The massless rod within a step: one force x along its direction in the middle of the step.
+
+The force follows from |P⁺ − C⁺| − L + ½ h n·(Ṗ⁺ − Ċ⁺) = 0 at the end of the step, linear about a prediction of P⁺.
+Under the midpoint rule Ṗ⁺ = 2 (P⁺ − P)/h − Ṗ, so the condition has the derivative 2 n by P⁺ and takes
+a violation back, half of it in the next step and the rest in the one after; a condition on the length alone would swing
+for ever, one on its rate would drift.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.pipeline.nodal.problem import NodalRod
+
+
+@dataclass(frozen=True)
+class RodStep:
+    """The linear condition error + 2 n·(P⁺ − predicted) = 0, and along what the force acts."""
+
+    middle: np.ndarray
+    """Direction of the force, (2,)."""
+    end: np.ndarray
+    """n at the end of the step, (2,)."""
+    error: float
+    """Of the condition where P⁺ is as predicted [m]."""
+
+
+def prepare_rod(
+    rod: NodalRod, place: np.ndarray, rate: np.ndarray, predicted: np.ndarray, pins: np.ndarray, step: float
+) -> RodStep:
+    """Linearise the rod's condition about a prediction.
+
+    Args:
+        place: Displacement of the point at the start of the step [m], (2,).
+        rate: Its velocity then [m/s], (2,).
+        predicted: Its displacement at the end of the step [m], (2,).
+        pins: The crank pin at the start and the end of the step: lateral, along, rates, (2, 4).
+        step: h [s].
+    """
+    before = rod.point + place - pins[0, :2]
+    after = rod.point + predicted - pins[1, :2]
+    length = float(np.hypot(*after))
+    end, middle = after / length, before + after
+    error = length - rod.length + end @ (predicted - place) - step / 2 * (end @ (rate + pins[1, 2:]))
+    return RodStep(middle / np.hypot(*middle), end, float(error))

@@ -1,0 +1,172 @@
+"""What a drawing function is given: the records of one trajectory, read when they are asked for, and where to draw."""
+
+import contextlib
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
+from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
+from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.pipeline.reduction.expansion import displacement
+from gudgeon.solver.bodies.small_motion import free_twists
+from gudgeon.solver.scene.body import Body
+
+LINES = ("line3", "beam2", "beam3")
+"""Kinds of cells of bars and beams."""
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """One body of a trajectory."""
+
+    name: str
+    mesh: MeshRecord
+    modal: ModalRecord
+    morph: MorphRecord
+    """Its rigid twists are those that the scene leaves the body."""
+    nodes: np.ndarray
+    """Nodal positions of the design [m], (n, 3)."""
+    coordinates: np.ndarray
+    """Rigid, then elastic coordinates at each frame, (f, r + m)."""
+
+    def on(self, numbers: np.ndarray) -> "BodyMotion":
+        """Return the same motion on some of the nodes, so that the shapes of all others can be let go."""
+        assert self.modal.shapes is not None
+        modal = replace(self.modal, shapes=self.modal.shapes[numbers])
+        return replace(self, modal=modal, nodes=self.nodes[numbers])
+
+    def elastic(self, frame: int) -> np.ndarray:
+        """Return the displacement without its rigid part [m], (n, 3)."""
+        coordinates = self.coordinates[frame].copy()
+        coordinates[: len(self.morph.rigid_twists)] = 0.0
+        return displacement(self.nodes, self.morph, self.modal, coordinates)
+
+    def twist(self, frame: int) -> np.ndarray:
+        """Return translation and rotation of the centre of mass [m, rad], (6,)."""
+        return self.coordinates[frame, : len(self.morph.rigid_twists)] @ self.morph.rigid_twists
+
+    def rigid(self, frame: int) -> np.ndarray:
+        """Return the displacement without its elastic part [m], (n, 3)."""
+        twist = self.twist(frame)
+        return twist[:3] + np.cross(twist[3:], self.nodes - self.morph.centre)
+
+    def total(self, frame: int) -> np.ndarray:
+        """Return the whole displacement from the initial position [m], (n, 3)."""
+        return displacement(self.nodes, self.morph, self.modal, self.coordinates[frame])
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A trajectory to draw; of a wheel, `key` is its response's and there is no trajectory."""
+
+    store: FolderStore
+    key: str
+    scene_name: str
+    out: Path
+    scratch: Path
+    tell: Callable[[str], None]
+    """Told the name of each file once it is whole."""
+    compare: Mapping[str, str] = field(default_factory=dict)
+    """Keys of other runs of the same scene, by the label that they get."""
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """The whole trajectory."""
+        return self.store.get(self.key, "trajectory")
+
+    @cached_property
+    def scene(self) -> dict[str, Any]:
+        """The solver's part of the scene as JSON, or nothing where the record does not say."""
+        return self.store.provenance(self.key).get("scene", {})
+
+    def body(self, name: str) -> BodyMotion:
+        """Read one body's records; the residual flexibility, which may be huge, stays on the disk."""
+        morph = self.store.get(self.trajectory.bodies[name], "morph")
+        if (settings := self.scene.get("body", {}).get(name)) is not None:
+            morph = replace(morph, rigid_twists=free_twists(morph, Body.model_validate(settings), name))
+        mesh = self.store.get(morph.mesh_key, "mesh")
+        needed = ["shapes", "angular_frequencies", "interfaces"]
+        modal = self.store.get(morph.modes_key, "modes", only=needed)
+        first = self.trajectory.coordinate_offsets[name]
+        count = len(morph.rigid_twists) + len(modal.angular_frequencies)
+        nodes = mesh.nodes if morph.nodes is None else morph.nodes
+        return BodyMotion(name, mesh, modal, morph, nodes, self.trajectory.frames[:, first : first + count])
+
+    @property
+    def driven(self) -> bool:
+        """Whether a joint drives the scene: the rigid motion is large, and known beforehand but for what slaps."""
+        return bool(self.trajectory.joints)
+
+    def cell_type(self, body: str) -> str:
+        """Return a body's kind of cells without reading its mesh."""
+        morph = self.store.get(self.trajectory.bodies[body], "morph", only=["mesh_key"])
+        return self.store.get(morph.mesh_key, "mesh", only=["cell_type"]).cell_type
+
+    def contacts_of(self, body: str) -> dict[str, ContactHistory]:
+        """Return the contacts of a body."""
+        return {name: item for name, item in self.trajectory.contacts.items() if item.body == body}
+
+    def contacts_on(self, body: str) -> dict[str, ContactHistory]:
+        """Return the contacts of a body and those of others against it."""
+        against = {name: item["against"].get("body") for name, item in self.scene.get("contact", {}).items()}
+        contacts = self.trajectory.contacts.items()
+        return {name: item for name, item in contacts if body in (item.body, against.get(name))}
+
+    def struck_lines(self) -> list[str]:
+        """Return the bars and beams on which a contact, their own or another's, ever acts."""
+        return [
+            body
+            for body in self.trajectory.bodies
+            if any(contact.force.any() for contact in self.contacts_on(body).values()) and self.cell_type(body) in LINES
+        ]
+
+    def touched(self, cell_type: str) -> list[str]:
+        """Return the bodies of a kind of cells that some contact presses in some frame."""
+        return [
+            body
+            for body in self.trajectory.bodies
+            if any(contact.multipliers.any() for contact in self.contacts_of(body).values())
+            and self.cell_type(body) == cell_type
+        ]
+
+    def deformed_count(self) -> int:
+        """Return how many bodies have a picture of their deformation."""
+        return len(self.touched("tetra10")) + len(self.touched("triangle6")) + len(self.struck_lines())
+
+    def frame_force(self, body: str) -> np.ndarray:
+        """Return the sum of all contact forces on a body at each frame [N], (f,)."""
+        forces = [contact.multipliers.sum(axis=1) for contact in self.contacts_of(body).values()]
+        return np.sum(forces, axis=0)
+
+    def unseen(self) -> list[str]:
+        """Return the contacts that were closed, but in no frame, other than those whose blows are located."""
+        trajectory = self.trajectory
+        return [
+            name
+            for name, contact in trajectory.contacts.items()
+            if contact.force.any() and not contact.multipliers.any() and name not in trajectory.episodes
+        ]
+
+    def file_name(self, stem: str, suffix: str, part: str, parts: int) -> str:
+        """Return `stem.suffix`, with the part's name in it where there is more than one."""
+        return f"{stem}{suffix}" if parts < 2 else f"{stem}-{part}{suffix}"
+
+    @contextlib.contextmanager
+    def file(self, name: str) -> Iterator[Path]:
+        """Give a scratch path that takes the place of `out/name` once it is whole.
+
+        A picture of an earlier result is taken away first, so that it does not stand there if this one fails.
+        """
+        with contextlib.suppress(FileNotFoundError):
+            (self.out / name).unlink()
+        path = self.scratch / name
+        yield path
+        os.replace(path, self.out / name)
+        self.tell(name)

@@ -1,0 +1,98 @@
+"""`blows.png` of a contact whose blows are located: how the two points meet and part above, what it gives below."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.force_axes import blow_axes, force_axes, legend, spaced
+from gudgeon.pipeline.plots.contact.located import Course, Touch, normal_courses, touches
+from gudgeon.pipeline.plots.driven.sliding import slides, sliding_figure
+
+HEADROOM = 0.12
+"""Of the axis, for the numbers of blows."""
+NUMBERS = 0.03
+"""Of the axis: numbers of blows that are closer overlap."""
+STILL = 1e-6
+"""Of the closing speed: points that part by less do so by round-off, or gather speed after the blow."""
+COLOURS = (style.BLUE, style.ORANGE)
+
+
+def draw_blows(drawing: Drawing) -> None:
+    """Draw one picture for each contact with located blows."""
+    found = touches(drawing)
+    for touch in found:
+        with style.styled(), drawing.file(drawing.file_name("blows", ".png", touch.name, len(found))) as path:
+            draw = sliding_figure if slides(drawing, touch) else _figure
+            style.save(draw(drawing, touch), path)
+
+
+def shade(axes: Axes, touch: Touch, shown: float) -> None:
+    """Shade the blows that last, and draw a line for each of the others."""
+    for blow, brief in zip(touch.blows, touch.brief, strict=True):
+        if brief:
+            axes.axvline(blow[0] * shown, color=style.RED, lw=0.8, alpha=0.45, zorder=0.5)
+        else:
+            axes.axvspan(blow[0] * shown, blow[1] * shown, color=style.GREY, alpha=0.16, lw=0, zorder=0.4)
+
+
+def _figure(drawing: Drawing, touch: Touch) -> Figure:
+    span = touch.span
+    shown, time_name = style.time_unit(span[1] - span[0])
+    blows = touch.blows
+    parts = [drawing.scene_name, f"contact {touch.name}", "one blow" if len(blows) == 1 else f"{len(blows)} blows"]
+    closing, opening = (abs(float(speed)) for speed in blows[0, 5:])
+    if len(blows) == 1 and closing > 0:
+        parts.append(f"closing at {style.quantity(closing, 'm/s')}")
+        if opening > STILL * closing:
+            parts[-1] += f", opening at {style.quantity(opening, 'm/s')}"
+    figure = style.new_figure("Blows" if len(blows) > 1 else "Blow", "  ·  ".join(parts))
+    width = 0.81 if touch.impulsive and not touch.brief.all() else 0.865
+    upper = figure.add_axes((0.1, 0.45, width, 0.38))
+    lower = figure.add_axes((0.1, 0.1, width, 0.25), sharex=upper)
+    _places(upper, normal_courses(drawing, touch), touch, span)
+    if touch.impulsive:
+        blow_axes(lower, touch, span)
+    else:
+        force_axes(lower, touch.trajectory, touch.name, span)
+    for axes in (upper, lower):
+        shade(axes, touch, shown)
+    upper.tick_params(labelbottom=False)
+    upper.set_xlim(span[0] * shown, span[1] * shown)
+    lower.set_xlabel(f"time [{time_name}]")
+    return figure
+
+
+def _places(axes: Axes, courses: list[Course], touch: Touch, span: tuple[float, float]) -> None:
+    shown, _ = style.time_unit(span[1] - span[0])
+    seen = np.concatenate([_within(course, span) for course in courses] + ([] if touch.other else [np.zeros(1)]))
+    low, high = float(seen.min()), float(seen.max())
+    size = high - low or 1.0
+    low, high = low - 0.06 * size, high + HEADROOM * size
+    scale, unit = style.prefixed(max(abs(float(seen.min())), abs(float(seen.max()))), "m")
+    for course, colour in zip(courses, COLOURS, strict=False):
+        axes.plot(course.times * shown, course.place * scale, color=colour, lw=1.8, label=course.label)
+    if touch.other is None:
+        axes.axhspan(low * scale, 0, facecolor="none", edgecolor=style.GREY, hatch="////", alpha=0.45, lw=0)
+        axes.axhline(0, color=style.FAINT, lw=1.2, zorder=0.7, label="obstacle")
+    axes.set_ylim(low * scale, high * scale)
+    axes.set_ylabel(f"place along the normal [{unit}]")
+    starts = touch.blows[:, 0]
+    middles = np.where(
+        touch.brief, starts, 0.5 * (np.maximum(starts, span[0]) + np.minimum(touch.blows[:, 1], span[1]))
+    )
+    if len(starts) > 1:
+        for number in spaced(middles, span, NUMBERS):
+            axes.text(
+                middles[number] * shown, (high - 0.015 * (high - low)) * scale, f"{number + 1}", ha="center", va="top",
+                fontsize=8.5, fontweight="bold", color=style.FAINT,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.2},
+            )  # fmt: skip
+    legend(axes)
+
+
+def _within(course: Course, span: tuple[float, float]) -> np.ndarray:
+    """Return the places that a span of time shows, its ends included."""
+    inside = (course.times >= span[0]) & (course.times <= span[1])
+    return np.append(course.place[inside], np.interp(span, course.times, course.place))

@@ -1,0 +1,152 @@
+"""The force of one contact over time: curves where it lasts, stems of impulses where it does not."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.measuring.force_window import hann_filter
+from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.contact.located import Touch
+
+WINDOW = 40e-6
+"""Full width of the Hann window [s]: within the bandwidth of the modes that are commonly kept."""
+FINEST = 4
+"""Sample intervals: a narrower window changes nothing."""
+SHORTEST = 3.0
+"""Windows that contact lasts at least: less, and the window is what is seen."""
+LONGEST = 1000.0
+"""Windows that contact lasts at most: more, and the window changes nothing."""
+WRITTEN = 10
+"""Stems that have their impulse written on them at most."""
+APART = 0.055
+"""Of the axis: values that are closer overlap."""
+LOW = 0.05
+"""Of the highest stem: no value is written on a lower one."""
+SAME = 0.02
+"""Of the largest force: a window that changes no more than this is not worth a curve."""
+
+
+def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None:
+    """Return a contact's force within a window [N], (s, 3), and what the window is; None where none makes sense.
+
+    It is the mean that the quantity `force_peak` is the largest of, or a Hann window where the run has no such.
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    times, force = trajectory.times, trajectory.contacts[name].force
+    interval = float(times[1] - times[0])
+    lasts = interval * np.count_nonzero(np.abs(force).sum(axis=1))
+    own = trajectory.quantities.get(f"{name}.force_window")
+    if own is None and name in trajectory.episodes:
+        return None
+    width = own["value"] if own else WINDOW
+    if width < FINEST * interval or not SHORTEST * width <= lasts <= (np.inf if own else LONGEST * width):
+        return None
+    if own:
+        mean = uniform_filter1d(force, round(width / interval), axis=0, mode="reflect")
+        if np.abs(mean - force).max() < SAME * np.abs(force).max():
+            return None
+        return mean, f"mean over {style.quantity(width, 's')}"
+    return hann_filter(times, force, width), f"Hann window of {style.quantity(width, 's')}"
+
+
+def force_axes(
+    axes: Axes, trajectory: Trajectory, name: str, span: tuple[float, float], normal: np.ndarray | None = None
+) -> None:
+    """Draw the resultant's magnitude at samples, and within a window where that makes sense.
+
+    Args:
+        normal: Unit vector of the part to draw, where friction has another, (3,).
+    """
+    times, force = trajectory.times, trajectory.contacts[name].force
+    if normal is not None:
+        force = np.outer(force @ normal, normal)
+    raw, interval = np.linalg.norm(force, axis=1), float(times[1] - times[0])
+    scale, unit = style.prefixed(float(raw.max()), "N")
+    shown, _ = style.time_unit(span[1] - span[0])
+    impulse = float(np.linalg.norm(force.sum(axis=0)) * interval)
+    window = smoothed(trajectory, name)
+    label = f"mean over {style.quantity(interval, 's')}, peak {style.quantity(float(raw.max()), 'N')}"
+    top, alpha, width = (raw, 0.38, 0.7) if window else (raw, 1.0, 1.8)
+    axes.plot(times * shown, raw * scale, color=style.BLUE, alpha=alpha, lw=width, label=label)
+    if window:
+        top = np.linalg.norm(window[0], axis=1) if normal is None else np.abs(window[0] @ normal)
+        label = f"{window[1]}, peak {style.quantity(float(top.max()), 'N')}"
+        axes.plot(times * shown, top * scale, color=style.BLUE, lw=2.0, label=label)
+    area = f"impulse {style.quantity(impulse, 'N·s')}"
+    axes.fill_between(times * shown, top * scale, color=style.BLUE, alpha=0.1, lw=0, label=area)
+    axes.set_ylim(0, 1.06 * float(raw.max()) * scale or 1.0)
+    axes.set_ylabel(f"{'contact' if normal is None else 'normal'} force [{unit}]")
+    legend(axes)
+
+
+def blow_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:
+    """Draw a contact with blows that samples do not resolve: impulses as stems, and the force of those that last."""
+    shown, _ = style.time_unit(span[1] - span[0])
+    blows, brief = touch.blows, touch.brief
+    if brief.all():
+        _stems(axes, blows, span)
+        return
+    times, force = touch.trajectory.times, touch.lasting_force
+    scale, unit = style.prefixed(float(np.abs(force).max()), "N")
+    label = f"lasting contact: impulse {style.quantity(float(blows[~brief, 2].sum()), 'N·s')}"
+    axes.fill_between(times * shown, force * scale, color=style.BLUE, alpha=0.1, lw=0)
+    axes.plot(times * shown, force * scale, color=style.BLUE, lw=1.8, label=label)
+    axes.set_ylim(0, 1.15 * float(np.abs(force).max()) * scale or 1.0)
+    axes.set_ylabel(f"contact force [{unit}]", color=style.BLUE)
+    beside = axes.twinx()
+    beside.grid(False)
+    _stems(beside, blows[brief], span)
+    beside.spines["right"].set_visible(True)
+    legend(axes, beside)
+
+
+def legend(axes: Axes, beside: Axes | None = None) -> None:
+    """Write the labels of axes, and of those that share their place, above them."""
+    found = list(zip(*axes.get_legend_handles_labels(), strict=True))
+    if beside is not None:
+        found += zip(*beside.get_legend_handles_labels(), strict=True)
+        if (own := beside.get_legend()) is not None:
+            own.remove()
+    axes.legend(
+        [handle for handle, _ in found], [label for _, label in found],
+        loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=3, columnspacing=1.8, borderaxespad=0.2,
+    )  # fmt: skip
+
+
+def spaced(places: np.ndarray, span: tuple[float, float], apart: float = APART) -> list[int]:
+    """Return the numbers of the first few places at which texts do not overlap."""
+    found: list[int] = []
+    for number in np.argsort(places)[:WRITTEN]:
+        place = places[number]
+        free = not found or place - places[found[-1]] >= apart * (span[1] - span[0])
+        if span[0] <= place <= span[1] and free:
+            found.append(int(number))
+    return found
+
+
+def _stems(axes: Axes, blows: np.ndarray, span: tuple[float, float]) -> None:
+    shown, _ = style.time_unit(span[1] - span[0])
+    scale, unit = style.prefixed(float(blows[:, 2].max()), "N·s")
+    at, impulses = blows[:, 0] * shown, blows[:, 2] * scale
+    highest = blows[blows[:, 3].argmax()]
+    label = f"impulse of {'one blow' if len(blows) == 1 else f'each of {len(blows)} blows'}"
+    if len(blows) > 1:
+        label += f", together {style.quantity(float(blows[:, 2].sum()), 'N·s')}"
+    elif highest[3] > 0:
+        length = style.quantity(float(highest[1] - highest[0]), "s")
+        label += f", force up to {style.quantity(float(highest[3]), 'N')} in {length}"
+    axes.vlines(at, 0, impulses, color=style.RED, lw=1.4 if len(blows) < 40 else 0.9)
+    axes.plot(at, impulses, "o", color=style.RED, ms=4.5 if len(blows) < 40 else 3, label=label, clip_on=False)
+    for number in spaced(blows[:, 0], span):
+        if impulses[number] < LOW * impulses.max():
+            continue
+        first = at[number] <= span[0] * shown
+        axes.annotate(
+            style.digits(float(impulses[number])), (at[number], impulses[number]), xytext=(5 if first else 0, 6),
+            textcoords="offset points", ha="left" if first else "center",
+            fontsize=8.5, color=style.RED,
+        )  # fmt: skip
+    axes.set_ylim(0, 1.2 * float(impulses.max()) or 1.0)
+    axes.set_ylabel(f"impulse [{unit}]", color=style.RED)
+    legend(axes)

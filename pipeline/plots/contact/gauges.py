@@ -1,0 +1,86 @@
+"""`gauges.png`: what the gauges of all bodies read over time, with their peaks, and when blows happen."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from gudgeon.pipeline.interfaces.stress_recovery import COMPONENTS, von_mises
+from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.contact_events import shade
+from gudgeon.pipeline.plots.contact.located import touches
+
+COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.GREY, "#8a5fb0", "#b08a2e")
+NOTHING = 1e-9
+"""Components below this share of the largest one are not drawn."""
+PANEL, MOST = 420, 6
+"""Height of a further panel [px], and how many a picture has at most."""
+
+
+def draw_gauges(drawing: Drawing) -> None:
+    """Draw one panel for each gauge."""
+    trajectory = drawing.trajectory
+    gauges = [(name, values) for name, values in trajectory.gauges.items() if values.size][:MOST]
+    if not gauges:
+        return
+    end = float(trajectory.times[-1])
+    shown, time_name = style.time_unit(end)
+    height = style.HEIGHT if len(gauges) < 3 else 340 + PANEL * len(gauges)
+    found = touches(drawing)
+    subtitle = drawing.scene_name + ("  ·  blows are shaded" if found else "")
+    with style.styled(), drawing.file("gauges.png") as path:
+        figure = style.new_figure("Gauges" if len(gauges) > 1 else "Gauge", subtitle, height=height)
+        grid = figure.add_gridspec(
+            len(gauges), 1, left=0.1, right=0.965, bottom=120 / height, top=1 - 215 / height, hspace=0.3
+        )
+        for row, (name, values) in enumerate(gauges):
+            axes = figure.add_subplot(grid[row])
+            _gauge_axes(axes, trajectory.times * shown, values, name, _unit(drawing, name))
+            for touch in found:
+                if name.partition(".")[0] in (touch.side.body, touch.other.body if touch.other else None):
+                    shade(axes, touch, shown)
+            axes.set_xlim(0, end * shown)
+            if row == len(gauges) - 1:
+                axes.set_xlabel(f"time [{time_name}]")
+            else:
+                axes.tick_params(labelbottom=False)
+        style.save(figure, path)
+
+
+def _gauge_axes(axes: Axes, times: np.ndarray, values: np.ndarray, name: str, unit: str) -> None:
+    values = values.reshape(len(values), -1)
+    largest = float(np.abs(values).max())
+    names = [name]
+    if values.shape[1] == len(COMPONENTS):
+        shown = np.flatnonzero(np.abs(values).max(axis=0) > NOTHING * largest)
+        names, equivalent = [COMPONENTS[number] for number in shown], von_mises(values)
+        values = values[:, shown]
+        if unit == "Pa":
+            names, values = [*names, "von Mises"], np.column_stack([values, equivalent])
+            largest = max(largest, float(equivalent.max()))
+    scale, shown_unit = style.prefixed(largest, unit)
+    for number, (label, column) in enumerate(zip(names, values.T, strict=True)):
+        colour = style.INK if label == "von Mises" else COLOURS[number % len(COLOURS)]
+        axes.plot(times, column * scale, color=colour, lw=1.3, label=label)
+    axes.axhline(0, color=style.FAINT, lw=0.7)
+    at, column = np.unravel_index(np.abs(values).argmax(), values.shape)
+    peak = float(values[at, column]) * scale
+    left = times[at] > 0.75 * times[-1]
+    if largest > 0:
+        axes.plot(times[at], peak, "o", color=style.RED, ms=5, zorder=3)
+        axes.annotate(
+            f"{style.digits(peak)} {shown_unit}".replace("-", "−"), (times[at], peak),
+            xytext=(-8 if left else 8, 6 if peak > 0 else -6), textcoords="offset points",
+            ha="right" if left else "left", va="bottom" if peak > 0 else "top", color=style.RED, fontweight="bold",
+        )  # fmt: skip
+    low, high = min(0.0, float(values.min())) * scale, max(0.0, float(values.max())) * scale
+    room = 0.14 * ((high - low) or 1.0)
+    axes.set_ylim(low - room, high + room)
+    axes.set_ylabel(f"{name} [{shown_unit}]")
+    if len(names) > 1:
+        axes.legend(ncols=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), handlelength=1.4, columnspacing=1.2)
+
+
+def _unit(drawing: Drawing, name: str) -> str:
+    body, _, gauge = name.partition(".")
+    morph = drawing.store.get(drawing.trajectory.bodies[body], "morph", only=["modes_key"])
+    return drawing.store.get(morph.modes_key, "modes", only=[f"gauges/{gauge}/unit"]).gauges[gauge].unit

@@ -1,0 +1,223 @@
+"""What a contact with located blows shows: the blows, the force, and how the points that meet move."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gudgeon.modaldb.records.modes import InterfaceModes
+from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
+from gudgeon.solver.obstacles import obstacle_of
+
+BRIEF = 5.0
+"""Sample intervals: samples do not resolve the force of a blow that is shorter, only its impulse."""
+FEW = 20.0
+"""Sample intervals: a picture of less shows nothing."""
+MARGIN = 0.25
+"""Shown before the first blow and after the last, of the time between them."""
+SHARE = 0.05
+"""Of all impulse: where brief blows give more, they are drawn by their impulses."""
+ALONE = 0.6
+"""The same beside a single blow, of its duration."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """A point that meets another."""
+
+    body: str
+    interface: str
+    point: int
+    """Its number among the interface's."""
+
+    @property
+    def label(self) -> str:
+        """Body and interface."""
+        return f"{self.body}, {self.interface}"
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A contact and where it is pressed most."""
+
+    name: str
+    trajectory: Trajectory
+    side: Side
+    other: Side | None
+    """On the other body; None against an obstacle."""
+    direction: np.ndarray
+    """Unit vector along which the contact pushes the body, (3,)."""
+    gap: float
+    """At the start [m]."""
+
+    @property
+    def contact(self) -> ContactHistory:
+        """The contact's history."""
+        return self.trajectory.contacts[self.name]
+
+    @property
+    def interval(self) -> float:
+        """Between samples [s]."""
+        return float(self.trajectory.times[1] - self.trajectory.times[0])
+
+    @cached_property
+    def blows(self) -> np.ndarray:
+        """Blows as in `Trajectory.episodes`, joined where they part for less than frequencies resolve, (b, 7)."""
+        return joined(self.trajectory, self.name)
+
+    @cached_property
+    def brief(self) -> np.ndarray:
+        """Which blows are seen by their impulse alone: without duration, or shorter than samples resolve, (b,)."""
+        lengths = self.blows[:, 1] - self.blows[:, 0]
+        return (self.blows[:, 3] == 0) | (lengths < BRIEF * self.interval)
+
+    @property
+    def impulsive(self) -> bool:
+        """Whether the impulses of brief blows are worth drawing."""
+        return bool(self.blows[self.brief, 2].sum() > SHARE * self.blows[:, 2].sum())
+
+    @cached_property
+    def lasting_force(self) -> np.ndarray:
+        """Force along the direction in the blows that last, zero in samples that others reach into [N], (s,)."""
+        force = self.contact.force @ self.direction
+        if not self.brief.any():
+            return force
+        ends, inside = self.trajectory.times, np.zeros(len(force), bool)
+        for blow in self.blows[~self.brief]:
+            inside |= (ends - self.interval >= blow[0] - 1e-9 * self.interval) & (ends <= blow[1] + self.interval)
+        for blow in self.blows[self.brief]:
+            inside &= (ends < blow[0]) | (ends - self.interval > blow[1])
+        return np.where(inside, force, 0.0)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """What is worth showing [s]: the blows with a margin, or the whole run where they last next to nothing."""
+        end = float(self.trajectory.times[-1])
+        first, last = float(self.blows[:, 0].min()), float(self.blows[:, 1].max())
+        if last - first < FEW * self.interval:
+            return 0.0, end
+        margin = (ALONE if len(self.blows) == 1 else MARGIN) * (last - first)
+        return max(0.0, first - margin), min(end, last + margin)
+
+
+@dataclass(frozen=True)
+class Course:
+    """How a point moves along one direction."""
+
+    label: str
+    times: np.ndarray
+    """[s], (t,)"""
+    place: np.ndarray
+    """From its start [m], (t,)."""
+
+
+def joined(trajectory: Trajectory, name: str) -> np.ndarray:
+    """Return the blows of a contact, joined where they part for less than the window of its smoothed force, (b, 7)."""
+    window = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
+    found: list[np.ndarray] = []
+    for blow in trajectory.episodes.get(name, np.empty((0, 7))):
+        if found and blow[0] - found[-1][1] < window:
+            last = found[-1]
+            last[[1, 6]], last[2] = blow[[1, 6]], last[2] + blow[2]
+            if blow[3] > last[3]:
+                last[3:5] = blow[3:5]
+        else:
+            found.append(blow.copy())
+    return np.array(found).reshape(-1, 7)
+
+
+def touches(drawing: Drawing) -> list[Touch]:
+    """Return the contacts whose blows are located and were any, as the scene describes them."""
+    found = [touch_of(drawing, name) for name, blows in drawing.trajectory.episodes.items() if len(blows)]
+    return [touch for touch in found if touch is not None]
+
+
+def touch_of(drawing: Drawing, name: str) -> Touch | None:
+    """Return a contact where it is pressed most, or None where the scene does not say what it meets."""
+    contact, settings = drawing.trajectory.contacts[name], drawing.scene.get("contact", {}).get(name)
+    if settings is None or settings["against"]["shape"] == "surface":
+        return None
+    number = int(contact.multipliers.sum(axis=0).argmax()) if contact.multipliers.size else 0
+    side, against = Side(contact.body, contact.interface, number), settings["against"]
+    placed = contact.points + _position(drawing, contact.body)
+    if against["shape"] != "body":
+        obstacle = obstacle_of(against)
+        direction, gap = obstacle.direction(placed)[number], float(obstacle.gap(placed)[number])
+        return Touch(name, drawing.trajectory, side, None, direction, gap)
+    direction = -drawing.body(contact.body).modal.interfaces[contact.interface].normals[number]
+    there = _points(drawing, against["body"], against["interface"]) + _position(drawing, against["body"])
+    far = placed[number] - there
+    aside = np.linalg.norm(far - np.outer(far @ direction, direction), axis=1)
+    other = Side(against["body"], against["interface"], int(aside.argmin()))
+    return Touch(name, drawing.trajectory, side, other, direction, float(far[other.point] @ direction))
+
+
+def course(drawing: Drawing, side: Side, direction: np.ndarray, pressed: np.ndarray | None = None) -> Course:
+    """Return how a point moves along a direction.
+
+    A body without elastic coordinates is followed at samples, another at frames.
+
+    Args:
+        pressed: Outward forces on the interface's points at each frame, (f, c), where what the coordinates lack yields.
+    """
+    body, trajectory = drawing.body(side.body), drawing.trajectory
+    arm = body.morph.points[side.interface][side.point] - body.morph.centre
+    wrench = np.concatenate([direction, np.cross(arm, direction)])
+    if not len(body.modal.angular_frequencies):
+        motion = trajectory.motion.get(side.body, np.zeros((len(trajectory.times), 12)))
+        return _from_start(side.label, trajectory.times, motion[:, :6] @ wrench)
+    interface = body.modal.interfaces[side.interface]
+    count = len(body.morph.rigid_twists)
+    rigid = body.coordinates[:, :count] @ (body.morph.rigid_twists @ wrench)
+    outward = body.coordinates[:, count:] @ interface.rows[side.point]
+    if pressed is not None:
+        outward = outward + pressed @ _residual(drawing, body, side, interface)
+    return _from_start(
+        side.label, trajectory.frame_times, rigid + outward * (interface.normals[side.point] @ direction)
+    )
+
+
+def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
+    """Return how the body's point, and the other's, move along the contact's direction from the other's start."""
+    flexible = drawing.scene["contact"][touch.name].get("method") == "residual"
+    pressed = -touch.contact.multipliers if flexible else None
+    own = course(drawing, touch.side, touch.direction, pressed)
+    own = Course(own.label, own.times, own.place + touch.gap)
+    if touch.other is None:
+        return [own]
+    if pressed is not None:
+        pressed = pressed[:, _facing(drawing, touch)]
+    return [own, course(drawing, touch.other, touch.direction, pressed)]
+
+
+def _facing(drawing: Drawing, touch: Touch) -> np.ndarray:
+    """Return which point of the body each point of the other faces, (c,)."""
+    assert touch.other is not None
+    mine = touch.contact.points + _position(drawing, touch.side.body)
+    there = _points(drawing, touch.other.body, touch.other.interface) + _position(drawing, touch.other.body)
+    far = there[:, None] - mine[None]
+    aside = far - (far @ touch.direction)[..., None] * touch.direction
+    return np.linalg.norm(aside, axis=2).argmin(axis=1)
+
+
+def _residual(drawing: Drawing, body: BodyMotion, side: Side, interface: InterfaceModes) -> np.ndarray:
+    """Return the row of R of a point [m/N], (c,); zero where the recipe stores none."""
+    fields = ["residual_flexibility", "interface_rows"]
+    modal = drawing.store.get(body.morph.modes_key, "modes", only=fields)
+    if modal.residual_flexibility is None:
+        return np.zeros(len(interface.nodes))
+    first, last = modal.interface_rows[side.interface]
+    return modal.residual_flexibility[first + side.point, first:last]
+
+
+def _from_start(label: str, times: np.ndarray, place: np.ndarray) -> Course:
+    return Course(label, np.append(0.0, times), np.append(0.0, place))
+
+
+def _points(drawing: Drawing, body: str, interface: str) -> np.ndarray:
+    return drawing.store.get(drawing.trajectory.bodies[body], "morph", only=["points"]).points[interface]
+
+
+def _position(drawing: Drawing, body: str) -> np.ndarray:
+    return np.asarray(drawing.scene["body"][body]["position"], float)

@@ -1,0 +1,65 @@
+"""Equivalent stress after von Mises on the surfaces that a body's gauges read, at a frame of a trajectory."""
+
+import numpy as np
+
+from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.interfaces.stress_recovery import COMPONENTS, von_mises
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
+
+
+def reads_stress(drawing: Drawing, body: BodyMotion) -> bool:
+    """Return whether a body's record has stress on a surface."""
+    return bool(_surface_gauges(drawing, body))
+
+
+def _surface_gauges(drawing: Drawing, body: BodyMotion) -> list[str]:
+    """Return the gauges of stress on surfaces; nothing large is read."""
+    ending = "/nodes"
+    places = [path for path in drawing.store.sizes(body.morph.modes_key) if path.startswith("gauges/")]
+    paths = [path for path in places if path.endswith(ending)]
+    if not paths:
+        return []
+    gauges = drawing.store.get(body.morph.modes_key, "modes", only=paths).gauges
+    return [name for name, gauge in gauges.items() if gauge.unit == "Pa"]
+
+
+def equivalent_stress(drawing: Drawing, body: BodyMotion, frame: int) -> np.ndarray:
+    """Return the equivalent stress at the nodes [Pa], (n,), NaN where no gauge reads it: rows q + residual λ.
+
+    Raises:
+        StageError: forces on the body are not known row by row at frames.
+    """
+    names = [f"gauges/{name}" for name in _surface_gauges(drawing, body)]
+    modal = drawing.store.get(body.morph.modes_key, "modes", only=[*names, "interface_rows"])
+    q = body.coordinates[frame, len(body.morph.rigid_twists) :]
+    forces = row_forces(drawing, body, modal, frame)
+    values = np.full(len(body.nodes), np.nan)
+    for gauge in modal.gauges.values():
+        stress = gauge.rows @ q
+        if gauge.residual.shape[1]:
+            stress = stress + gauge.residual @ forces
+        values[gauge.nodes] = von_mises(stress.reshape(-1, len(COMPONENTS)))
+    return values
+
+
+def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord, frame: int) -> np.ndarray:
+    """Return the force on each row of R at a frame, (C,); a contact pushes against the outward normal.
+
+    Raises:
+        StageError: another body's points press on several rows, in an order that the trajectory does not hold, or
+            what acts is no contact.
+    """
+    for name, force in drawing.scene.get("force", {}).items():
+        if body.name in (force.get("body"), force.get("against")):
+            raise StageError(f"the trajectory does not hold force {name} on body {body.name} at frames")
+    forces = np.zeros(max((end for _, end in modal.interface_rows.values()), default=0))
+    for name, contact in drawing.contacts_on(body.name).items():
+        interface, pressed = contact.interface, contact.multipliers[frame]
+        if contact.body != body.name:
+            interface = drawing.scene["contact"][name]["against"]["interface"]
+        rows = slice(*modal.interface_rows[interface])
+        if contact.body != body.name and rows.stop - rows.start > 1:
+            raise StageError(f"the points of contact {name} press on several rows of '{interface}' in another order")
+        forces[rows] -= pressed
+    return forces

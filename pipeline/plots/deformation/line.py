@@ -1,0 +1,139 @@
+"""`deformation.png` of a bar, its strain, and of a beam, its deflection, over position and time beside the force."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
+from gudgeon.pipeline.plots.contact.force_axes import smoothed
+
+LARGE = 1e-2
+"""Strain that is better told in percent."""
+
+
+@dataclass(frozen=True)
+class LineMap:
+    """What is drawn over the axis of a body, and over time."""
+
+    title: str
+    what: str
+    position: np.ndarray
+    """Along the axis, from its beginning [m], (n,)."""
+    values: np.ndarray
+    """At each frame, (f, n)."""
+    top: float
+    """Where the colours end."""
+    factor: float
+    """From SI to the label's unit."""
+    label: str
+
+
+def draw_waves(drawing: Drawing) -> None:
+    """Draw one picture for each bar or beam that was struck."""
+    bodies, count = drawing.struck_lines(), drawing.deformed_count()
+    for name in bodies:
+        body = drawing.body(name)
+        if body.modal.shapes is None or not body.modal.shapes.size:
+            continue
+        found = _strain_map(body) if body.mesh.cell_type == "line3" else _deflection_map(body)
+        with style.styled(), drawing.file(drawing.file_name("deformation", ".png", name, count)) as path:
+            style.save(_diagram(drawing, body, found), path)
+
+
+def strain(body: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions along the bar [m], (n,), and axial strain at each frame [1], (f, n)."""
+    position, order, direction = _axis(body)
+    return position, np.gradient(_elastic(body)[:, order] @ direction, position, axis=1)
+
+
+def deflection(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return positions along the beam [m], (n,), elastic deflection at each frame [m], (f, n), and its axis, 0 to 2."""
+    position, order, direction = _axis(body)
+    across = _elastic(body)[:, order]
+    across = across - (across @ direction)[..., None] * direction
+    axis = int(np.abs(across).max(axis=(0, 1)).argmax())
+    return position, across[..., axis], axis
+
+
+def _axis(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ascending positions [m], the order of nodes that they have, and the unit vector along the line."""
+    ends = body.nodes[body.mesh.cells[:, :2]]
+    direction = (ends[:, 1] - ends[:, 0]).sum(axis=0)
+    direction = direction / np.linalg.norm(direction)
+    position = (body.nodes - body.nodes[0]) @ direction
+    order = np.argsort(position)
+    return position[order] - position[order[0]], order, direction
+
+
+def _elastic(body: BodyMotion) -> np.ndarray:
+    """Return elastic displacements at all frames [m], (f, n, 3)."""
+    return np.stack([body.elastic(frame) for frame in range(len(body.coordinates))])
+
+
+def _strain_map(body: BodyMotion) -> LineMap:
+    position, strains = strain(body)
+    # Strain of truncated modes overshoots at the front; the bulk of the wave sets the colours.
+    top = 1.25 * float(np.percentile(np.abs(strains), 99)) or 1e-12
+    factor, unit = (1e6, "µm/m") if top < LARGE else (1e2, "%")
+    label = f"strain [{unit}], tension positive"
+    return LineMap("Waves in the bar", "axial strain", position, strains, top, factor, label)
+
+
+def _deflection_map(body: BodyMotion) -> LineMap:
+    position, values, axis = deflection(body)
+    top = float(np.abs(values).max()) or 1e-12
+    factor, unit = style.prefixed(top, "m")
+    what = "elastic deflection" if len(body.morph.rigid_twists) else "deflection"
+    label = f"{what} along {'xyz'[axis]} [{unit}]"
+    return LineMap("Bending of the beam", what, position, values, top, factor, label)
+
+
+def _diagram(drawing: Drawing, body: BodyMotion, found: LineMap) -> Figure:
+    trajectory = drawing.trajectory
+    shown, time_name = style.time_unit(float(trajectory.times[-1]))
+    length, length_unit = (1e3, "mm") if found.position[-1] < 1 - 1e-9 else (1.0, "m")
+    subtitle = (
+        f"{drawing.scene_name}  ·  body {body.name}: {found.what} over position and time,"
+        f" {len(body.modal.angular_frequencies)} modes"
+    )
+    figure = style.new_figure(found.title, subtitle)
+    axes = figure.add_axes((0.095, 0.11, 0.52, 0.72))
+    top = found.top * found.factor
+    image = axes.pcolormesh(
+        found.position * length, trajectory.frame_times * shown, found.values * found.factor,
+        shading="gouraud", cmap=style.SIGNED, vmin=-top, vmax=top, rasterized=True,
+    )  # fmt: skip
+    style.plain_axes(axes)
+    axes.set(xlabel=f"position [{length_unit}]", ylabel=f"time [{time_name}]")
+    beside = figure.add_axes((0.655, 0.11, 0.19, 0.72), sharey=axes)
+    _force_beside(beside, drawing, body, shown)
+    beside.set_ylim(0, trajectory.times[-1] * shown)
+    beyond = np.abs(found.values).max() > found.top * (1 + 1e-9)
+    bar = figure.colorbar(
+        image, cax=figure.add_axes((0.885, 0.11, 0.018, 0.72)), extend="both" if beyond else "neither"
+    )
+    bar.set_label(found.label)
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    return figure
+
+
+def _force_beside(axes: Axes, drawing: Drawing, body: BodyMotion, shown: float) -> None:
+    """Draw the force of all contacts on the body over time, which runs upwards."""
+    trajectory = drawing.trajectory
+    total, windows = np.zeros((len(trajectory.times), 3)), set()
+    for name, contact in drawing.contacts_on(body.name).items():
+        window = smoothed(trajectory, name)
+        total += (1.0 if contact.body == body.name else -1.0) * (window[0] if window else contact.force)
+        windows.add(window[1] if window else "")
+    force = np.linalg.norm(total, axis=1)
+    scale, unit = style.prefixed(float(force.max()), "N")
+    axes.fill_betweenx(trajectory.times * shown, force * scale, color=style.BLUE, alpha=0.15, lw=0)
+    axes.plot(force * scale, trajectory.times * shown, color=style.BLUE, lw=1.8)
+    axes.tick_params(labelleft=False)
+    axes.set(xlabel=f"contact force [{unit}]")
+    axes.set_xlim(0, 1.1 * float(force.max()) * scale or 1.0)
+    if len(windows) == 1:
+        axes.set_title(windows.pop(), loc="left", fontsize=9, color=style.FAINT)

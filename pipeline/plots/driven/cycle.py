@@ -1,0 +1,174 @@
+"""`cycle.png` of a driven scene: side force, tilt and lateral shift over the crank angle, of all compared runs."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.force_axes import WINDOW
+from gudgeon.pipeline.plots.driven.drive import Cycle, crank_axis, cycles, gas_pressure, shown_angle
+
+STYLES = (
+    (style.BLUE, "-"),
+    (style.ORANGE, (0, (5, 1.5))),
+    (style.GREEN, (0, (1.5, 1))),
+    (style.RED, (0, (6, 1.5, 1.5, 1.5))),
+    (style.GREY, "-"),
+)
+"""Colour and dashes of each run."""
+AROUND = (-35.0, 35.0)
+"""Part of the cycle that is shown enlarged, from the hardest contact [deg]."""
+GAS = "#eceff2"
+WHERE = (0.1, 0.51), (0.67, 0.295)
+"""Left border and width of the whole cycle and of the enlarged part."""
+LOW, APART = 0.088, 0.032
+"""Lower border of the panels, and between them."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One quantity over the crank angle."""
+
+    label: str
+    unit: str
+    values: Callable[[Cycle], Sequence[np.ndarray]]
+    """One curve or more of a run in that unit."""
+    height: float
+    """Relative to the other panels'."""
+
+
+PANELS = (
+    Panel("side force", "N", lambda run: [*run.sides.values()], 1.35),
+    Panel("tilt", "rad", lambda run: [run.tilt], 1.0),
+    Panel("lateral shift", "m", lambda run: [run.lateral], 1.0),
+)
+
+
+def draw_cycle(drawing: Drawing) -> None:
+    """Draw the cycle of a driven scene, as a whole and around its hardest contact."""
+    with style.styled(), drawing.file("cycle.png") as path:
+        style.save(_picture(drawing), path)
+
+
+def _picture(drawing: Drawing) -> Figure:
+    runs = cycles(drawing)
+    drive = runs[0].drive
+    rows = 1 + (len(runs) - 1) // 2
+    joint = drawing.scene.get("joint", {}).get(drive.joint, {})
+    speed = f"{joint['speed']:g} rev/min  ·  " if "speed" in joint else ""
+    to = next((name for name, curve in runs[0].sides.items() if curve.sum() > 0), "the right")
+    subtitle = (
+        f"{drawing.scene_name}  ·  {speed}Hann window of {WINDOW * 1e6:.0f} µs"
+        f"  ·  positive: upper end tilts, centre shifts to {to}"
+    )
+    figure = style.new_figure("Side force and motion over the cycle", subtitle)
+    top = 1 - (185 + 42 * rows) / style.HEIGHT
+    whole = span_of(runs[0])
+    enlarged = np.clip(hardest_angle(runs[0]) + np.array(AROUND), *whole)
+    for column, (left, width) in enumerate(WHERE):
+        for number, box in enumerate(stacked(left, width, LOW, top)):
+            axes = figure.add_axes(box)
+            draw_panel(axes, PANELS[number], runs, tuple(enlarged) if column else whole)
+            if number == 0:
+                draw_gas(drawing, axes, runs[0], label=not column)
+            if number == 0 and column:
+                axes.set_title("hardest contact, enlarged", loc="right", fontsize=8.5, color=style.FAINT)
+            if not column:
+                axes.axvspan(*enlarged, color=style.ORANGE, alpha=0.09, lw=0)
+            if number < len(PANELS) - 1:
+                axes.tick_params(labelbottom=False)
+            else:
+                axes.set_xlabel("crank angle [deg]")
+    handles = [Line2D([], [], color=colour, ls=dashes, lw=1.6) for colour, dashes in _styles(len(runs))]
+    figure.legend(
+        handles,
+        [legend_label(run) for run in runs],
+        loc="upper left",
+        bbox_to_anchor=(0.028, 1 - 118 / style.HEIGHT),
+        ncols=min(2, len(runs)),
+        columnspacing=2.0,
+        handlelength=3.0,
+    )
+    return figure
+
+
+def stacked(left: float, width: float, bottom: float, top: float) -> list[tuple[float, float, float, float]]:
+    """Return left, bottom, width, height of each panel, from the top down."""
+    free = top - bottom - APART * (len(PANELS) - 1)
+    heights = [free * panel.height / sum(other.height for other in PANELS) for panel in PANELS]
+    lower = [top - sum(heights[: k + 1]) - APART * k for k in range(len(heights))]
+    return [(left, low, width, height) for low, height in zip(lower, heights, strict=True)]
+
+
+def span_of(run: Cycle) -> tuple[float, float]:
+    """Return the crank angles at which a run begins and ends [deg], rounded where they are whole."""
+    first, last = run.degrees[0] - (run.degrees[1] - run.degrees[0]), run.degrees[-1]
+    return float(np.round(first, 6)), float(np.round(last, 6))
+
+
+def draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[float, float]) -> None:
+    """Draw one quantity of all runs over part of the cycle."""
+    curves = [panel.values(run) for run in runs]
+    whole = span == span_of(runs[0])
+    factor, unit = style.prefixed(max(float(np.abs(curve).max()) for own in curves for curve in own), panel.unit)
+    seen = [0.0]
+    for run, own, (colour, dashes) in zip(runs, curves, _styles(len(runs)), strict=True):
+        within = (run.degrees >= span[0]) & (run.degrees <= span[1])
+        for curve in own:
+            # Where a contact is open its force would hide the others' beneath a line at zero.
+            shown = np.where(curve == 0, np.nan, curve * factor)
+            crowded = whole and len(runs) > 1
+            axes.plot(run.degrees, shown, color=colour, ls="-" if crowded else dashes, lw=0.9 if crowded else 1.3)
+            seen += [curve[within].min() * factor, curve[within].max() * factor]
+    axes.axhline(0, color=style.FAINT, lw=0.7, zorder=1)
+    low, high = float(min(seen)), float(max(seen))
+    margin = 0.1 * (high - low) or 1.0
+    axes.set_ylim(low - margin * panel.height**2, high + margin)
+    if whole:
+        axes.set_ylabel(f"{panel.label} [{unit}]")
+        axes.yaxis.set_label_coords(-0.125, 0.5)
+    crank_axis(axes, runs[0].drive, *span)
+
+
+def draw_gas(drawing: Drawing, axes: Axes, run: Cycle, *, label: bool) -> None:
+    """Put the gas pressure behind a panel, on a scale of its own, and name the sides of the force."""
+    pressure = gas_pressure(drawing, run.drive, run.degrees)
+    low, high = axes.get_ylim()
+    if pressure is not None:
+        heights = low + 0.92 * (high - low) * pressure / pressure.max()
+        axes.fill_between(run.degrees, low, heights, color=GAS, lw=0, zorder=0)
+    if not label:
+        return
+    for name, curve in run.sides.items():
+        upper = curve.sum() > 0
+        place = {"y": 0.96, "va": "top"} if upper else {"y": 0.03, "va": "bottom"}
+        axes.text(0.012, s=f"{'↑' if upper else '↓'} {name}", transform=axes.transAxes, fontsize=9, **place)
+    if pressure is not None:
+        text = f"grey: gas pressure, peak {style.quantity(float(pressure.max()), 'Pa')}"
+        axes.set_title(text, loc="right", fontsize=8.5, color=style.FAINT)
+
+
+def hardest_angle(run: Cycle) -> float:
+    """Return the crank angle of the largest windowed force of any contact [deg]."""
+    if not run.sides:
+        return float(run.degrees[len(run.degrees) // 2])
+    return float(run.degrees[np.argmax(np.max(np.abs([*run.sides.values()]), axis=0))])
+
+
+def legend_label(run: Cycle) -> str:
+    """Return a run's name with its largest force."""
+    if not run.sides:
+        return run.label
+    peaks = {name: float(np.abs(curve).max()) for name, curve in run.sides.items()}
+    name = max(peaks, key=lambda key: peaks[key])
+    angle = shown_angle(run.drive, hardest_angle(run), 1)
+    return f"{run.label}: {style.quantity(peaks[name], 'N')} on {name} at {angle}°"
+
+
+def _styles(count: int) -> list[tuple]:
+    return [STYLES[k % len(STYLES)] for k in range(count)]

@@ -1,0 +1,152 @@
+"""What a driven scene is seen by: crank angle instead of time, and the directions along, across and out of plane."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, MultipleLocator
+
+from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
+from gudgeon.pipeline.measuring.force_window import hann_filter
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.force_axes import WINDOW
+
+TICK = 90.0
+"""Between labelled crank angles [deg], or a multiple of it."""
+FINE = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0)
+"""Where less than two of these are seen."""
+MOST_TICKS = 8
+TURN = 360.0
+CLOSE = 1e-6
+"""Of a turn: angles that differ by less are the same."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The first joint of a scene: a body that is moved along, and slaps across."""
+
+    joint: str
+    body: str
+    along: np.ndarray
+    """Unit vector of the prescribed motion, (3,)."""
+    right: np.ndarray
+    """Unit vector away from where the crank pin goes first: the thrust side after the upper dead centre, (3,)."""
+    cycle: float
+    """After which crank angles count from zero again [deg]."""
+
+    @property
+    def axis(self) -> np.ndarray:
+        """Axis about which the body tilts so that what is above leans to the right, (3,)."""
+        return np.cross(self.along, self.right)
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """One run over the crank angle."""
+
+    label: str
+    drive: Drive
+    trajectory: Trajectory
+    """With times, contacts' forces, joints and motion."""
+
+    @property
+    def degrees(self) -> np.ndarray:
+        """Crank angle at the end of each sample interval [deg], (s,)."""
+        return np.degrees(self.trajectory.joints[self.drive.joint].angle)
+
+    @cached_property
+    def sides(self) -> dict[str, np.ndarray]:
+        """Windowed force of the body to the right on each of its contacts [N], (s,)."""
+        times = self.trajectory.times
+        return {
+            name: hann_filter(times, contact.force @ -self.drive.right, WINDOW)
+            for name, contact in self.trajectory.contacts.items()
+            if contact.body == self.drive.body
+        }
+
+    @cached_property
+    def side_force(self) -> np.ndarray:
+        """Windowed force of the body to the right [N], (s,)."""
+        return np.sum([*self.sides.values()], axis=0) if self.sides else np.zeros(len(self.trajectory.times))
+
+    @property
+    def tilt(self) -> np.ndarray:
+        """What is above leans to the right by this [rad], (s,)."""
+        return self.trajectory.motion[self.drive.body][:, 3:6] @ self.drive.axis
+
+    @property
+    def lateral(self) -> np.ndarray:
+        """Centre of mass, to the right of its start [m], (s,)."""
+        return self.trajectory.motion[self.drive.body][:, :3] @ self.drive.right
+
+
+def drive_of(drawing: Drawing) -> Drive:
+    """Return the first joint of a driven scene, as its scene describes it."""
+    name, history = next(iter(drawing.trajectory.joints.items()))
+    joint = drawing.scene.get("joint", {}).get(name, {})
+    along = _unit(joint.get("along", (0.0, 0.0, 1.0)))
+    right = -_unit(joint.get("lateral", (1.0, 0.0, 0.0)))
+    spans = [np.ptp([row[0] for row in force["values"]]) for force in _gas(drawing, name)]
+    return Drive(name, history.body, along, right, max([TURN, *(float(span) for span in spans)]))
+
+
+def cycles(drawing: Drawing) -> list[Cycle]:
+    """Return this run first, then those that it is compared with; one under its own key gives it its label."""
+    drive = drive_of(drawing)
+    own = next((label for label, key in drawing.compare.items() if key == drawing.key), drawing.scene_name)
+    found = [Cycle(own, drive, drawing.trajectory)]
+    fields = ["times", "contacts", "joints", "motion"]
+    for label, key in drawing.compare.items():
+        if key != drawing.key:
+            found.append(Cycle(label, drive, drawing.store.get(key, "trajectory", only=fields)))
+    return found
+
+
+def hardest_first(contacts: Mapping[str, ContactHistory]) -> list[str]:
+    """Return the names of contacts by their largest force, falling."""
+    return sorted(contacts, key=lambda name: -float(np.linalg.norm(contacts[name].force, axis=1).max()))
+
+
+def gas_pressure(drawing: Drawing, drive: Drive, degrees: np.ndarray) -> np.ndarray | None:
+    """Return the pressure that a table of the scene gives at crank angles [deg], (s,), or None without a table."""
+    for force in _gas(drawing, drive.joint):
+        angle, pressure = np.array(force["values"], float).T
+        return np.interp(np.mod(degrees - angle[0], np.ptp(angle)), angle - angle[0], pressure)
+    return None
+
+
+def frame_degrees(drawing: Drawing, drive: Drive) -> np.ndarray:
+    """Return the crank angle at each frame [deg], (f,)."""
+    trajectory = drawing.trajectory
+    times, angle = trajectory.times, np.degrees(trajectory.joints[drive.joint].angle)
+    # A crank turns evenly: a straight line also serves frames before the first sample's end.
+    return np.polyval(np.polyfit(times, angle, 1), trajectory.frame_times)
+
+
+def crank_axis(axes: Axes, drive: Drive, first: float, last: float) -> None:
+    """Let an axis run over crank angles, labelled within one cycle."""
+    axes.set_xlim(first, last)
+    whole = first >= -CLOSE and last <= drive.cycle * (1 + CLOSE)
+    steps = FINE if last - first < 2 * TICK else TICK * 2.0 ** np.arange(20)
+    step = next((tick for tick in steps if (last - first) / tick <= MOST_TICKS), steps[-1])
+    decimals = 0 if step >= 1 else 1
+    axes.xaxis.set_major_locator(MultipleLocator(step))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda angle, _: shown_angle(drive, angle, decimals, whole=whole)))
+
+
+def shown_angle(drive: Drive, degrees: float, decimals: int, *, whole: bool = False) -> str:
+    """Return a crank angle as text, within one cycle unless it is `whole`."""
+    text = f"{degrees if whole else np.mod(degrees, drive.cycle):.{decimals}f}"
+    return "0" if not whole and float(text) == drive.cycle else text
+
+
+def _gas(drawing: Drawing, joint: str) -> list[dict]:
+    forces = drawing.scene.get("force", {}).values()
+    return [force for force in forces if force.get("joint") == joint and len(force.get("values", ())) > 1]
+
+
+def _unit(vector: object) -> np.ndarray:
+    found = np.asarray(vector, float)
+    return found / np.linalg.norm(found)

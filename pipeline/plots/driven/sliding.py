@@ -1,0 +1,122 @@
+"""`blows.png` of a contact with friction that lasts: where the point slides and where it sticks."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.force_axes import legend
+from gudgeon.pipeline.plots.contact.located import Side, Touch
+
+STICKS = 1e-7
+"""Sliding speed, relative to the largest speed, that counts as none; sticking points keep it to round-off."""
+MARKS = 14
+"""Marks of a moving obstacle that are seen at once."""
+
+
+def slides(drawing: Drawing, touch: Touch) -> bool:
+    """Tell whether friction acts in blows that last and give most of the impulse."""
+    settings = drawing.scene["contact"][touch.name]
+    lasting = touch.blows[~touch.brief, 2].sum()
+    return settings.get("friction") is not None and 2 * lasting > touch.blows[:, 2].sum()
+
+
+def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
+    """Draw the place, the speed and the force along the line of friction."""
+    trajectory, settings = touch.trajectory, drawing.scene["contact"][touch.name]
+    line = np.asarray(settings["friction"]["direction"], float)
+    line = line / np.linalg.norm(line)
+    belt = float(line @ np.asarray(settings["against"].get("velocity", (0.0, 0.0, 0.0))))
+    place, speed = _along(drawing, touch.side, line)
+    if touch.other is not None:
+        ground, ground_speed = _along(drawing, touch.other, line)
+    else:
+        ground, ground_speed = belt * trajectory.times, np.full(len(trajectory.times), belt)
+    largest = max(float(np.abs(speed).max()), float(np.abs(ground_speed).max()))
+    sliding = np.abs(speed - ground_speed) > STICKS * largest
+    end = float(trajectory.times[-1])
+    shown, time_name = style.time_unit(end)
+    times = trajectory.times * shown
+    subtitle = f"{drawing.scene_name}  ·  contact {touch.name} along the line of friction  ·  {_changes(sliding)}"
+    figure = style.new_figure("Sliding and sticking", subtitle)
+    panels = [
+        figure.add_axes((0.1, bottom, 0.865, height)) for bottom, height in ((0.57, 0.26), (0.365, 0.165), (0.1, 0.18))
+    ]
+    met = touch.other.label if touch.other else "the obstacle"
+    _place_axes(panels[0], times, place, ground, (touch.side.label, met))
+    _speed_axes(panels[1], times, speed, ground_speed)
+    _force_axes(panels[2], times, touch, line, settings["friction"])
+    for axes in panels:
+        for first, last in _runs(sliding, trajectory.times):
+            axes.axvspan(first * shown, last * shown, color=style.ORANGE, alpha=0.13, lw=0, zorder=0.3)
+        axes.set_xlim(0, end * shown)
+        axes.tick_params(labelbottom=axes is panels[-1])
+    panels[-1].set_xlabel(f"time [{time_name}]")
+    return figure
+
+
+def _place_axes(axes: Axes, times: np.ndarray, place: np.ndarray, ground: np.ndarray, names: tuple[str, str]) -> None:
+    low, high = min(0.0, float(place.min())), max(0.0, float(place.max()))
+    size = high - low or 1.0
+    low, high = low - 0.06 * size, high + 0.06 * size
+    scale, unit = style.prefixed(max(abs(low), abs(high)), "m")
+    moved = np.ptp(ground) > 0
+    offsets = (high - low) / MARKS * 4 * np.arange(-200, 201) if moved else np.zeros(1)
+    reach = [o for o in offsets if ground.min() + o < high and ground.max() + o > low]
+    for number, offset in enumerate(reach):
+        label = (f"marks on {names[1]}" if moved else names[1]) if number == 0 else None
+        axes.plot(times, (ground + offset) * scale, color=style.GREY, lw=0.8, alpha=0.7, label=label)
+    axes.plot(times, place * scale, color=style.BLUE, lw=1.8, label=names[0])
+    axes.set_ylim(low * scale, high * scale)
+    axes.set_ylabel(f"place [{unit}]")
+    found = axes.get_legend_handles_labels()
+    axes.legend(
+        [*found[0], Patch(color=style.ORANGE, alpha=0.25, lw=0)], [*found[1], "slides"],
+        loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=3, columnspacing=1.8, borderaxespad=0.2,
+    )  # fmt: skip
+
+
+def _speed_axes(axes: Axes, times: np.ndarray, speed: np.ndarray, ground: np.ndarray) -> None:
+    scale, unit = style.prefixed(max(float(np.abs(speed).max()), float(np.abs(ground).max())), "m/s")
+    axes.plot(times, ground * scale, color=style.GREY, lw=1.2)
+    axes.plot(times, speed * scale, color=style.BLUE, lw=1.6)
+    axes.set_ylabel(f"speed [{unit}]")
+
+
+def _force_axes(axes: Axes, times: np.ndarray, touch: Touch, line: np.ndarray, friction: dict) -> None:
+    normal, drag = touch.contact.force @ touch.direction, touch.contact.force @ line
+    scale, unit = style.prefixed(float(np.abs(normal).max()) * friction["static"], "N")
+    hold = friction["static"] * normal * scale
+    for bound, label in ((hold, "what friction can hold"), (-hold, None)):
+        axes.plot(times, bound, color=style.FAINT, lw=1.0, ls=(0, (5, 3)), label=label)
+    axes.plot(times, drag * scale, color=style.RED, lw=1.6, label="friction force on the body")
+    axes.set_ylabel(f"force [{unit}]")
+    axes.set_ylim(-1.12 * float(hold.max()) or -1.0, 1.12 * float(hold.max()) or 1.0)
+    legend(axes)
+
+
+def _along(drawing: Drawing, side: Side, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return place and speed of a point of a rigid body along a line at samples [m, m/s], (s,) each."""
+    morph = drawing.store.get(drawing.trajectory.bodies[side.body], "morph", only=["points", "centre"])
+    wrench = np.concatenate([line, np.cross(morph.points[side.interface][side.point] - morph.centre, line)])
+    motion = drawing.trajectory.motion.get(side.body, np.zeros((len(drawing.trajectory.times), 12)))
+    return motion[:, :6] @ wrench, motion[:, 6:] @ wrench
+
+
+def _runs(sliding: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
+    """Return from when to when it slides [s]."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], sliding.astype(int), [0]])))
+    starts = np.append(0.0, times)
+    return [(float(starts[a]), float(starts[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _changes(sliding: np.ndarray) -> str:
+    if sliding.all():
+        return "slides throughout"
+    begun = int((np.diff(sliding.astype(int)) == 1).sum()) + int(sliding[0])
+    if not begun:
+        return "never slides"
+    stuck = "sticks at the end" if not sliding[-1] else "slides at the end"
+    return f"slides {'once' if begun == 1 else f'{begun} times'}, {stuck}"

@@ -1,0 +1,1 @@
+"""A component reduced to a modal record."""

@@ -1,0 +1,103 @@
+"""How exact the frequencies of a reduction are: residuals, bounds against the mesh, estimates against the continuum."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.bounds import ProvenCount, algebraic_errors, residuals
+from gudgeon.pipeline.modes.estimate import discretisation_errors
+from gudgeon.pipeline.reduction.recipes import Reduction
+from gudgeon.pipeline.scenes.component import Component
+
+INCOMPRESSIBLE = 0.48
+"""ν from which quadratic elements may lock: displacements must keep the volume of every one."""
+COMPRESSIBLE = 0.3
+"""ν at which the same elements do not lock: what is off there too is too coarse, whatever the material."""
+ACCEPTED = 0.03
+"""Estimated relative error of a frequency that is accepted in any case."""
+LOCKING_RATIO = 2.0
+"""Times the error at that ν from which elements lock."""
+IS_A_MODE = 0.1
+"""Coordinates whose frequency is known no better than this are no modes, and their error of discretisation means
+nothing: static shapes, Ritz vectors of the highest orders."""
+
+
+@dataclass(frozen=True)
+class FrequencyErrors:
+    """Of each coordinate."""
+
+    residuals: np.ndarray
+    """‖KΦ − MΦω²‖ / ‖KΦ‖ over the free dofs, (m,)."""
+    algebraic: np.ndarray
+    """Bound on |δω|/ω against the nearest exact frequency of the mesh, (m,)."""
+    discretisation: np.ndarray | None
+    """Estimate of (ω − ω_exact)/ω, (m,), NaN where a coordinate is no mode; None where the elements have none."""
+
+
+def refuse_locking(
+    errors: np.ndarray | None,
+    frequencies: np.ndarray,
+    component: Component,
+    where: str,
+    reduced: Callable[[Component], np.ndarray | None],
+) -> None:
+    """Refuse nearly incompressible material on elements that cannot follow it.
+
+    Args:
+        errors: Estimates of (ω − ω_exact)/ω, (m,).
+        frequencies: [rad/s], (m,).
+        where: The component's key in the scene.
+        reduced: Returns the estimates of another component on the same mesh.
+
+    Raises:
+        StageError: ν is high, and the elements' own estimate says that modes are stiffer than their size explains.
+    """
+    material = component.material
+    if material is None or material.nu < INCOMPRESSIBLE or errors is None or np.isnan(errors).all():
+        return
+    worst = int(np.nanargmax(errors))
+    if (error := float(errors[worst])) <= ACCEPTED:
+        return
+    soft = reduced(component.model_copy(update={"material": material.model_copy(update={"nu": COMPRESSIBLE})}))
+    usual = float(np.nanmax(soft)) if soft is not None and not np.isnan(soft).all() else 0.0
+    if error > (allowed := max(ACCEPTED, LOCKING_RATIO * usual)):
+        raise StageError(
+            f"{where}.material.nu: {material.nu:g} given, elements of this size lock: the frequency of mode"
+            f" {worst + 1}, {frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about {error:.1%}, allowed next"
+            f" to ν = 0.5: {allowed:.1%}, twice what it is at ν = {COMPRESSIBLE:g}; refine the mesh, keep fewer modes,"
+            " or lower nu"
+        )
+
+
+def frequency_errors(
+    model: FEModel, reduction: Reduction, untied: FEModel, spread: sparse.csr_matrix, component: Component
+) -> FrequencyErrors:
+    """Return the errors of a reduction's frequencies.
+
+    Args:
+        model: What was reduced.
+        untied: The model before surfaces were made rigid; the same one where none are.
+        spread: From the dofs of `model` to those of `untied`, (dofs, dofs).
+    """
+    frequencies, Phi, count = reduction.angular_frequencies, reduction.Phi, reduction.normal_count
+    if not len(frequencies) or component.material is None:
+        nothing = np.zeros(len(frequencies))
+        return FrequencyErrors(nothing, nothing, None)
+    relative, rest = residuals(model, frequencies, Phi)
+    proven = None
+    if reduction.quality.get("inertia_expected", count + 1) <= count:
+        proven = ProvenCount(reduction.quality["inertia_shift"], int(reduction.quality["inertia_expected"]))
+    algebraic = algebraic_errors(model, (frequencies, Phi), rest, proven, model.M is untied.M)
+    modes = np.flatnonzero(algebraic[:count] < IS_A_MODE)
+    estimates = discretisation_errors(
+        untied, component.material, component.geometry, frequencies[modes], spread @ Phi[:, modes]
+    )
+    if estimates is None:
+        return FrequencyErrors(relative, algebraic, None)
+    discretisation = np.full(len(frequencies), np.nan)
+    discretisation[modes] = estimates
+    return FrequencyErrors(relative, algebraic, discretisation)

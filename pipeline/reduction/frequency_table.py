@@ -1,0 +1,72 @@
+"""What a run says of its modes: frequency, estimated error, residual, and where the mesh is too coarse for them."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.modaldb.stores.folder import FolderStore
+
+FIELDS = ("angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors")
+"""Of a record of modes, what is read."""
+SHOWN = 24
+"""Lines of a table; of more modes the middle ones are left out."""
+COARSE = 0.01
+"""Estimated relative error of a kept mode's frequency from which a run says so."""
+
+
+def kept_modes(store: FolderStore, keys: Mapping[str, str]) -> dict[str, ModalRecord]:
+    """Return the small fields of records of modes by component, of those that there are.
+
+    Args:
+        keys: Of the records, by component.
+    """
+    return {name: store.get(key, "modes", only=FIELDS) for name, key in keys.items() if store.has(key)}
+
+
+def frequency_rows(record: ModalRecord) -> list[dict[str, Any]]:
+    """Return number, frequency [Hz], estimated error, bound and residual of each kept mode, None where unknown."""
+    count = record.normal_count
+    columns = [
+        [None] * count if values is None else [float(v) if np.isfinite(v) else None for v in values[:count]]
+        for values in (record.discretisation_errors, record.algebraic_errors, record.residuals)
+    ]
+    frequencies = record.angular_frequencies[:count] / (2 * np.pi)
+    return [
+        {"mode": i + 1, "frequency": float(f), "estimated_error": error, "algebraic_bound": bound, "residual": rest}
+        for i, (f, error, bound, rest) in enumerate(zip(frequencies, *columns, strict=True))
+    ]
+
+
+def frequency_text(rows: Mapping[str, list[dict[str, Any]]]) -> str:
+    """Return the rows of components as a table."""
+    lines = []
+    for name, modes in rows.items():
+        if not modes:
+            continue
+        lines += ["", f"component.{name}", "mode   frequency [Hz]   estimated error   residual"]
+        for row in modes if len(modes) <= SHOWN else [*modes[: SHOWN - 4], None, *modes[-3:]]:
+            if row is None:
+                lines.append(f"   … {len(modes) - SHOWN + 1} more")
+                continue
+            error = "–" if row["estimated_error"] is None else f"{row['estimated_error']:.1e}"
+            rest = "–" if row["residual"] is None else f"{row['residual']:.1e}"
+            lines.append(f"{row['mode']:4} {row['frequency']:16.6g} {error:>17} {rest:>10}")
+    return "\n".join(lines)
+
+
+def coarse_notes(records: Mapping[str, ModalRecord]) -> list[str]:
+    """Return a line for each component whose mesh is too coarse for modes that it keeps."""
+    notes = []
+    for name, record in records.items():
+        errors = record.discretisation_errors
+        if errors is None or not (coarse := np.flatnonzero(errors > COARSE)).size:
+            continue
+        worst = coarse[np.argmax(errors[coarse])]
+        notes.append(
+            f"component.{name}.mesh.size: too coarse for {len(coarse)} of {record.normal_count} modes; the frequency of"
+            f" mode {worst + 1}, {record.angular_frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about"
+            f" {errors[worst]:.1%}; a finer mesh mends it, or fewer modes"
+        )
+    return notes

@@ -1,0 +1,51 @@
+"""Gauges of a reduced component: values per unit of each coordinate and contact force."""
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.modes import GaugeModes
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.interfaces.gauges import gauge_nodes
+from gudgeon.pipeline.modes.static import BLOCK, Flexibility
+from gudgeon.pipeline.reduction.recipes.reduction import Reduction
+from gudgeon.pipeline.scenes.component import Component
+
+
+def gauge_modes(
+    component: Component, gauges: dict[str, sparse.csr_matrix], model: FEModel, B: sparse.csr_matrix, own: Reduction
+) -> dict[str, GaugeModes]:
+    """Return what the gauges of a component read of its reduced body.
+
+    The residual is zero, and of a surface left out, where the recipe makes none: what the coordinates lack is dropped.
+
+    Args:
+        gauges: Rows S of each over the model's dofs, (k, dofs).
+        B: Displacement conjugate to each force, (C, dofs).
+        own: The reduction, in the model's dofs.
+    """
+    if not gauges:
+        return {}
+    S = sparse.csr_matrix(sparse.vstack(list(gauges.values())))
+    rows, residual, has = S @ own.Phi, np.zeros((S.shape[0], B.shape[0])), own.residual_flexibility is not None
+    if has:
+        residual = _answers(S, model, B) - (rows / own.angular_frequencies**2) @ (B @ own.Phi).T
+    found, first = {}, 0
+    for name, lines in gauges.items():
+        gauge, here = component.gauge[name], slice(first, first + lines.shape[0])
+        first = here.stop
+        nodes = None if gauge.surface is None else gauge_nodes(model.mesh, gauge, name)
+        part = residual[here] if has or nodes is None else np.empty((lines.shape[0], 0))
+        found[name] = GaugeModes(rows[here], part, gauge.unit, nodes)
+    return found
+
+
+def _answers(S: sparse.csr_matrix, model: FEModel, B: sparse.csr_matrix) -> np.ndarray:
+    """Return S G Bᵀ, (k, C), solved from the side that has fewer rows; G is symmetric."""
+    flexibility = Flexibility(model)
+    few, many = (S, B) if S.shape[0] <= B.shape[0] else (B, S)
+    found = np.empty((many.shape[0], few.shape[0]))
+    for start in range(0, few.shape[0], BLOCK):
+        block = slice(start, start + BLOCK)
+        found[:, block] = many @ flexibility.solve(few[block].T.toarray())
+    flexibility.free()
+    return found if few is B else found.T.copy()

@@ -1,0 +1,277 @@
+"""Substructures: fixed-interface normal modes and constraint modes, put together and made diagonal (Craig & Bampton
+1968).
+
+The mesh is cut along its longest axis into groups of whole cells. The boundary b is every dof that two groups share,
+that a row of B touches, or that lies on a surface which `boundary` names; the rest of each group is its interior i,
+which the assembled matrices couple with the boundary only. So Ψ = −K_ii⁻¹ K_ib group by group, and with
+u_i = Φ_f q_f + Ψ u_b
+
+  K_bb + Σ K_bi Ψ,  M_bb + Σ (M_bi Ψ + Ψᵀ M_ib + Ψᵀ M_ii Ψ),  K_ff = Λ_f,  M_ff = I,  M_bf = (M_bi + Ψᵀ M_ii) Φ_f.
+
+A boundary that leaves the body rigid motions (no row, or one point) is joined by as many dofs as hold them, so that
+K_ii is regular; they are counted in `boundary_added`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg, sparse
+
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.fem.supports import surface_nodes
+from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
+from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
+from gudgeon.pipeline.scenes.modes import ModesSettings
+
+LARGEST_BOUNDARY = 3000
+"""Boundary dofs: their dense eigenproblem takes about a minute."""
+DENSE = 400
+"""Interior dofs up to which all fixed-interface modes are computed at once."""
+EMPTY = 1e-9
+"""Rigid motions of which the boundary dofs feel less than this share are not held by it."""
+SOLVED = 1e-8
+"""Residual of K_ii Ψ + K_ib over K_ib: an interior that hangs on too few boundary dofs has no such solution."""
+RIGID_SHARE = 1e-6
+"""Eigenvalues of the rigid motions over the first elastic one, at most."""
+
+
+@dataclass(frozen=True)
+class Substructure:
+    """One substructure's interior."""
+
+    dofs: np.ndarray
+    """Interior dofs, (i,)."""
+    touching: np.ndarray
+    """Places among the boundary dofs that it is coupled with, (b,)."""
+    Psi: np.ndarray
+    """Constraint modes, (i, b)."""
+    fixed: NormalModes
+    """Fixed-interface modes, Phi (i, f)."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A body cut into substructures and condensed to its boundary."""
+
+    boundary: np.ndarray
+    """Boundary dofs, (b,)."""
+    added: int
+    """How many of them only hold rigid motions."""
+    groups: list[Substructure]
+    K: np.ndarray
+    """Over boundary dofs, then the fixed-interface modes of each group, (b + f, b + f)."""
+    M: np.ndarray
+    starts: list[int]
+    """Where each group's modes begin."""
+
+
+def craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
+    """Reduce a body, free or held.
+
+    Raises:
+        InputError: more parts, modes or boundary dofs than the mesh has or than is sensible; its key begins with
+            `modes`.
+        StageError: a shape fails its own check.
+    """
+    return synthesised(model, rows, settings, cut(model, rows, settings))
+
+
+def cut(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Parts:
+    """Cut a body into its substructures and condense each to the boundary.
+
+    Raises:
+        InputError: more parts, modes or boundary dofs than the mesh has or than is sensible.
+        StageError: a substructure is not held by the boundary.
+    """
+    part = substructures(model, settings.substructures)
+    boundary, added = _boundary(model, rows, part, settings.boundary)
+    if len(boundary) > LARGEST_BOUNDARY:
+        raise InputError(
+            f"modes.substructures: {settings.substructures} given, they and the interfaces have {len(boundary)}"
+            f" boundary dofs, at most {LARGEST_BOUNDARY}; coarsen the mesh, or take fewer parts or smaller interfaces"
+        )
+    groups = [
+        condensed(model, np.setdiff1d(np.flatnonzero(part == number), boundary), boundary, settings.fixed_count, number)
+        for number in range(settings.substructures)
+    ]
+    return Parts(boundary, added, groups, *_assembled(model, boundary, groups))
+
+
+def synthesised(
+    model: FEModel, rows: ContactRows, settings: ModesSettings, parts: Parts, W: np.ndarray | None = None
+) -> Reduction:
+    """Put the parts together and make them diagonal.
+
+    Args:
+        W: Columns to which the boundary dofs are reduced, (b, k), the rigid motions in their span; all dofs by default.
+
+    Raises:
+        InputError: more modes are asked for than the parts have coordinates.
+        StageError: a shape fails its own check.
+    """
+    modes = ritz_modes(model, _lowest_shapes(model, parts, W, settings.normal_count))
+    quality = modes.quality | {"boundary_dofs": len(parts.boundary), "boundary_added": parts.added}
+    count = settings.normal_count or len(modes.angular_frequencies)
+    return completed(model, rows, lowest(replace(modes, quality=quality), count))
+
+
+def substructures(model: FEModel, count: int) -> np.ndarray:
+    """Return the substructure of each dof, −1 where several share it or a support holds it, (dofs,).
+
+    Raises:
+        InputError: the mesh has fewer cells than parts are asked for.
+    """
+    cells = model.mesh.cells
+    if count > len(cells):
+        raise InputError(f"modes.substructures: {count} given, the mesh has {len(cells)} cells; ask for at most that")
+    axis = int(np.ptp(model.nodes, axis=0).argmax())
+    order = np.argsort(model.nodes[cells, axis].mean(axis=1), kind="stable")
+    node_part = np.full(len(model.nodes), -2)
+    for number, group in enumerate(np.array_split(order, count)):
+        nodes = np.unique(cells[group])
+        node_part[nodes] = np.where(node_part[nodes] == -2, number, -1)
+    part = np.repeat(node_part, len(model.directions))
+    part[model.held] = -1
+    return part
+
+
+def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray, surfaces: Sequence[str]) -> tuple[np.ndarray, int]:
+    """Return the boundary dofs in order, and how many of them only hold rigid motions."""
+    B = sparse.csr_matrix(rows.B, copy=True)
+    B.eliminate_zeros()
+    chosen = part == -1
+    chosen[np.unique(B.indices)] = True
+    for name in surfaces:
+        chosen[surface_dofs(model, name, "modes.boundary")] = True
+    chosen &= ~model.held
+    rigid = model.rigid_modes
+    if not rigid.shape[1]:
+        return np.flatnonzero(chosen), 0
+    loose = loose_motions(rigid, chosen)
+    if len(loose):
+        chosen[linalg.qr((rigid @ loose.T).T, mode="economic", pivoting=True)[2][: len(loose)]] = True
+    return np.flatnonzero(chosen), len(loose)
+
+
+def loose_motions(rigid: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Return the combinations of rigid motions (dofs, r) that do not move the chosen dofs, (l, r)."""
+    if not rigid.shape[1]:
+        return np.empty((0, 0))
+    _, strength, motions = np.linalg.svd(rigid[held], full_matrices=True)
+    strength = np.concatenate([strength, np.zeros(rigid.shape[1] - len(strength))])
+    return motions[strength <= EMPTY * np.abs(rigid).max()]
+
+
+def surface_dofs(model: FEModel, name: str, where: str) -> np.ndarray:
+    """Return the dofs of a surface's nodes, (k,).
+
+    Raises:
+        InputError: the mesh has no such surface.
+    """
+    d = len(model.directions)
+    return (d * surface_nodes(model.mesh, name, where)[:, None] + np.arange(d)).ravel()
+
+
+def condensed(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, fixed_count: int, number: int) -> Substructure:
+    """Return constraint and fixed-interface modes of one interior.
+
+    Args:
+        dofs: Interior dofs, (i,).
+        boundary: All boundary dofs, (b,).
+        number: Of the substructure, for messages.
+
+    Raises:
+        InputError: it has fewer dofs than modes are asked for.
+        StageError: the boundary does not hold it.
+    """
+    if fixed_count > len(dofs):
+        raise InputError(
+            f"modes.fixed_count: {fixed_count} given, substructure {number} has {len(dofs)} interior dofs;"
+            " refine the mesh or ask for fewer"
+        )
+    K_ib = sparse.csc_matrix(model.K[dofs][:, boundary])
+    K_ib.eliminate_zeros()
+    M_ib = sparse.csc_matrix(model.M[dofs][:, boundary])
+    touching = np.flatnonzero(np.diff(K_ib.indptr) + np.diff(M_ib.indptr))
+    Psi = np.empty((len(dofs), len(touching)))
+    if len(dofs) and len(touching):
+        K_ii, load = sparse.csr_matrix(model.K[dofs][:, dofs]), K_ib[:, touching].toarray()
+        factor = factorise(K_ii, definite=model.parts is not None)
+        Psi = -factor.solve(load)
+        factor.free()
+        rest = float(np.abs(K_ii @ Psi + load).max()) / float(np.abs(load).max(initial=0.0) or 1.0)
+        if not rest < SOLVED:
+            raise StageError(
+                f"modes: the boundary does not hold substructure {number} (residual {rest:.2g}); take fewer parts"
+            )
+    return Substructure(dofs, touching, Psi, _fixed_modes(model, dofs, fixed_count))
+
+
+def _fixed_modes(model: FEModel, dofs: np.ndarray, count: int) -> NormalModes:
+    """Return the lowest modes of an interior with all other dofs held, Phi (i, count)."""
+    if count == 0:
+        return NormalModes(np.empty(0), np.empty((len(dofs), 0)), {})
+    if len(dofs) <= DENSE:
+        K, M = (matrix[dofs][:, dofs].toarray() for matrix in (model.K, model.M))
+        values, vectors = linalg.eigh(K, M, subset_by_index=(0, count - 1))
+        return NormalModes(np.sqrt(values), vectors, {})
+    held = np.ones(len(model.held), bool)
+    held[dofs] = False
+    modes = normal_modes(replace(model, held=held, rigid_twists=np.empty((0, 6))), count)
+    return replace(modes, Phi=modes.Phi[dofs])
+
+
+def _lowest_shapes(model: FEModel, parts: Parts, W: np.ndarray | None, wanted: int) -> np.ndarray:
+    """Return the lowest `wanted` elastic Ritz vectors of the assembled parts, or all for 0, (dofs, m)."""
+    K, M, border = parts.K, parts.M, len(parts.boundary)
+    if W is not None:
+        T = linalg.block_diag(W, np.eye(len(K) - border))
+        K, M = T.T @ K @ T, T.T @ M @ T
+        K, M = 0.5 * (K + K.T), 0.5 * (M + M.T)
+    rigid = len(model.rigid_twists)
+    most = len(K) - rigid
+    if most < max(wanted, 1):
+        raise InputError(
+            f"modes.normal_count: {wanted} given, the substructures have {max(most, 0)} coordinates beside the rigid"
+            " motions; raise fixed_count, interface_count or substructures, or refine the mesh"
+        )
+    scale = 1 / np.sqrt(M.diagonal())
+    last = rigid + (wanted or most) - 1
+    values, vectors = linalg.eigh(K * np.outer(scale, scale), M * np.outer(scale, scale), subset_by_index=(0, last))
+    if rigid and np.abs(values[:rigid]).max() > RIGID_SHARE * values[rigid]:
+        raise StageError(f"modes: rigid motions have the eigenvalue {values[rigid - 1]:.2g} in the parts' basis")
+    vectors = scale[:, None] * vectors[:, rigid:]
+    if W is not None:
+        vectors = np.concatenate([W @ vectors[: W.shape[1]], vectors[W.shape[1] :]])
+    basis = np.zeros((len(model.held), vectors.shape[1]))
+    basis[parts.boundary] = vectors[:border]
+    for group, start in zip(parts.groups, parts.starts, strict=True):
+        own = vectors[start : start + group.fixed.Phi.shape[1]]
+        basis[group.dofs] = group.fixed.Phi @ own + group.Psi @ vectors[:border][group.touching]
+    return basis
+
+
+def _assembled(
+    model: FEModel, boundary: np.ndarray, groups: list[Substructure]
+) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """Return stiffness and mass over boundary dofs, then fixed-interface modes, and where each group's begin."""
+    ends = np.cumsum([len(boundary), *(group.fixed.Phi.shape[1] for group in groups)])
+    K, M = np.zeros((2, ends[-1], ends[-1]))
+    count = len(boundary)
+    K[:count, :count] = model.K[boundary][:, boundary].toarray()
+    M[:count, :count] = model.M[boundary][:, boundary].toarray()
+    for group, start, end in zip(groups, ends, ends[1:], strict=False):
+        at, Psi, Phi, fixed = boundary[group.touching], group.Psi, group.fixed.Phi, slice(start, end)
+        spot = np.ix_(group.touching, group.touching)
+        K_ib, M_ib = model.K[group.dofs][:, at], model.M[group.dofs][:, at]
+        M_ii = model.M[group.dofs][:, group.dofs]
+        K[spot] += K_ib.T @ Psi
+        M[spot] += (mixed := M_ib.T @ Psi) + mixed.T + Psi.T @ (M_ii @ Psi)
+        M[group.touching, fixed] = M_ib.T @ Phi + Psi.T @ (M_ii @ Phi)
+        M[fixed, group.touching] = M[group.touching, fixed].T
+        K[fixed, fixed] = np.diag(group.fixed.angular_frequencies**2)
+        M[fixed, fixed] = np.eye(end - start)
+    return 0.5 * (K + K.T), 0.5 * (M + M.T), [int(start) for start in ends[:-1]]

@@ -1,0 +1,39 @@
+"""Rigid attachment: shapes of the body with a reference surface clamped (Escalona, Hussien & Shabana 1998).
+
+The shapes and the rigid motions together are made diagonal, so that the rigid motions stay exact and the elastic
+coordinates are those of a free body: a Ritz basis with the wrong boundary at the reference.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.fem.supports import remaining_twists, surface_nodes
+from gudgeon.pipeline.modes.normal import largest_count, normal_modes
+from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction, completed, ritz_modes
+from gudgeon.pipeline.scenes.modes import ModesSettings
+
+
+def fixed_reference(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
+    """Reduce a body, free or held.
+
+    Raises:
+        InputError: there is no such surface, or it does not hold the body; its key begins with `modes`.
+        StageError: a shape fails its own check.
+    """
+    key = "modes.reference"
+    nodes = surface_nodes(model.mesh, settings.reference or "", key)
+    held = model.held.copy().reshape(len(model.nodes), -1)
+    held[nodes] = True
+    free = len(remaining_twists(model, held.ravel(), f"{key}: the nodes of {settings.reference}"))
+    if free:
+        raise InputError(f"{key}: '{settings.reference}' given, clamping it leaves {free} rigid motions free, not 0")
+    clamped = replace(model, held=held.ravel(), rigid_twists=np.empty((0, 6)))
+    if settings.normal_count > (most := largest_count(clamped)):
+        raise InputError(f"modes.normal_count: {settings.normal_count} given, the clamped mesh has {most} at most")
+    shapes = normal_modes(clamped, settings.normal_count)
+    kept = ritz_modes(model, shapes.Phi)
+    quality = {f"clamped_{name}": value for name, value in shapes.quality.items()}
+    return completed(model, rows, replace(kept, quality=kept.quality | quality))

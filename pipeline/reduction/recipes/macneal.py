@@ -1,0 +1,16 @@
+"""MacNeal's basis: normal modes, static correction shapes if asked, and the residual flexibility of the rest without
+mass (MacNeal 1971; massless contact boundary: Monjaraz-Tec, Gross & Krack 2022)."""
+
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.normal import normal_modes
+from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction, completed
+from gudgeon.pipeline.scenes.modes import ModesSettings
+
+
+def macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
+    """Reduce a body, free or held.
+
+    Raises:
+        StageError: a shape fails its own check.
+    """
+    return completed(model, rows, normal_modes(model, settings.normal_count))

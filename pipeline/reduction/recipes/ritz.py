@@ -1,0 +1,76 @@
+"""Load-dependent Ritz vectors as a recipe: K X₁ = Bᵀ, K Xᵢ₊₁ = M Xᵢ, see `RitzVectors`.
+
+One factorisation serves all blocks and R. Where the rows are more than half of the vectors wanted, the first block
+takes their most flexible load patterns, the leading eigenvectors of B G Bᵀ with each row scaled by the root of its own
+flexibility.
+
+Vectors that grow out of round-off take no part in what the loads do: only those are kept whose share
+of a row's flexibility, (bφ)²/ω² over the sum of all, stands out.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import linalg
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.normal import NormalModes
+from gudgeon.pipeline.modes.static import RANK_TOLERANCE, Flexibility, residual_shapes
+from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
+from gudgeon.pipeline.reduction.recipes.ritz_vectors import RitzVectors
+from gudgeon.pipeline.scenes.modes import ModesSettings
+
+PARTICIPATION = 1e-8
+"""Share of a row's flexibility below which a vector is round-off: those of an axial blow on a rod lie above 1e-6, what
+grew along bending and torsion below 1e-10."""
+
+
+def ritz(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
+    """Reduce a body, free or held, by vectors that its loads excite.
+
+    Raises:
+        InputError: there is no load to start from, or the loads excite fewer vectors; its key begins with `modes`.
+        StageError: a shape fails its own check.
+    """
+    wanted = settings.ritz_count or 2 * settings.normal_count
+    source = RitzVectors(model)
+    loads = _load_patterns(model, rows, source.flexibility, max(wanted // 2, 1))
+    vectors, dropped = source.krylov(rows.B.T @ loads, wanted)
+    modes = ritz_modes(model, vectors)
+    excited = _excited(rows, modes)
+    if len(excited) < settings.normal_count:
+        raise InputError(
+            f"modes.normal_count: {settings.normal_count} given, the interfaces' loads excite {len(excited)} of the"
+            f" {wanted} vectors; raise modes.ritz_count or ask for fewer"
+        )
+    modes = replace(modes, angular_frequencies=modes.angular_frequencies[excited], Phi=modes.Phi[:, excited])
+    quality = modes.quality | {
+        "ritz_loads": loads.shape[1],
+        "ritz_vectors": vectors.shape[1],
+        "ritz_excited": len(excited),
+        "ritz_dropped": modes.quality["ritz_dropped"] + dropped,
+    }
+    kept = lowest(replace(modes, quality=quality), settings.normal_count)
+    reduction = completed(model, rows, kept, source.flexibility)
+    source.free()
+    return reduction
+
+
+def _excited(rows: ContactRows, modes: NormalModes) -> np.ndarray:
+    """Return the numbers of the modes that take part in what the rows' loads do."""
+    share = (rows.B @ modes.Phi) ** 2 / modes.angular_frequencies**2
+    whole = share.sum(axis=1, keepdims=True)
+    return np.flatnonzero((share / np.where(whole > 0, whole, 1.0)).max(axis=0) > PARTICIPATION)
+
+
+def _load_patterns(model: FEModel, rows: ContactRows, flexibility: Flexibility, most: int) -> np.ndarray:
+    """Return independent load patterns over the rows, the most flexible first, (c, k), k at most `most`."""
+    if not rows.B.shape[0]:
+        raise InputError("modes.recipe: 'ritz' given, it needs at least one interface to load the component")
+    nothing = NormalModes(np.empty(0), np.empty((rows.B.shape[1], 0)), {})
+    whole = residual_shapes(model, rows.B, nothing, np.empty((rows.B.shape[0], 0)), flexibility)
+    strength, patterns = linalg.eigh(whole.flexibility / np.outer(whole.scale, whole.scale))
+    order = np.argsort(-strength)[:most]
+    order = order[strength[order] > RANK_TOLERANCE * strength[-1]]
+    return patterns[:, order] / whole.scale[:, None]

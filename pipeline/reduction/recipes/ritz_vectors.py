@@ -1,0 +1,129 @@
+"""Load-dependent Ritz vectors, made again for other loads at the price of back-substitutions (Wu & Mani; the
+recurrence: Wilson, Yuan & Dickens 1982).
+
+K X₁ = f, K Xᵢ₊₁ = M Xᵢ, each block M-orthogonalised twice against all before it. Neither step touches the factor, so
+that a load which moves needs as many solves as vectors and nothing else; several places advance together, and their
+solves stand in blocks. Beside kept normal modes, which Wu & Mani combine them with, the first block is static
+correction and the next ones follow what inertia does of it. On a body with rigid motions K⁻¹ is G, with inertia relief.
+"""
+
+from collections.abc import Generator, Sequence
+
+import numpy as np
+from scipy import linalg, sparse
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.normal import NormalModes
+from gudgeon.pipeline.modes.static import BLOCK, RANK_TOLERANCE, Flexibility
+from gudgeon.pipeline.reduction.recipes.reduction import ritz_modes
+
+Recurrence = Generator[np.ndarray, np.ndarray, tuple[np.ndarray, int]]
+"""Yields loads and is sent what they displace; returns the vectors and how many dependent ones were dropped."""
+
+
+class RitzVectors:
+    """Vectors of one body for any loads, on one factorisation."""
+
+    def __init__(self, model: FEModel) -> None:
+        self._model = model
+        self.factorisations = 0
+        """How often K was factorised."""
+        self.solved = 0
+        """Right-hand sides that the recurrence solved so far."""
+        self.flexibility = self._factorised()
+
+    def generate(self, loads: np.ndarray, count: int, normal: NormalModes | None = None) -> NormalModes:
+        """Return the vectors of given loads; see `generate_all`."""
+        return self.generate_all([loads], count, normal)[0]
+
+    def generate_all(
+        self, places: Sequence[np.ndarray], count: int, normal: NormalModes | None = None
+    ) -> list[NormalModes]:
+        """Return a set of elastic vectors for each place, K-diagonal and M-orthonormal, lowest frequency first.
+
+        Args:
+            places: Nodal forces of each load [N], one array (dofs, k) a place.
+            count: Vectors of each set, kept normal modes included.
+            normal: Normal modes that stay among them; count − m vectors of the loads join these m.
+
+        Raises:
+            InputError: the loads are no forces on this body, or have fewer independent vectors.
+        """
+        size = self._model.K.shape[0]
+        first = np.empty((size, 0)) if normal is None else normal.Phi
+        for loads in places:
+            if loads.ndim != 2 or loads.shape[0] != size or not np.isfinite(loads).all():
+                raise InputError(f"loads: shape {loads.shape} given, ({size}, k) finite nodal forces are needed")
+        if count <= first.shape[1]:
+            raise InputError(f"count: {count} given, it must be above the {first.shape[1]} normal modes that are kept")
+        found = []
+        for basis, _ in self._advance([_recurrence(self._model.M, loads, count, first) for loads in places]):
+            modes = ritz_modes(self._model, basis) if basis.shape[1] == count else None
+            if modes is None or modes.Phi.shape[1] < count:
+                got = basis.shape[1] if modes is None else modes.Phi.shape[1]
+                raise InputError(f"count: {count} given, loads and kept normal modes have {got} independent vectors")
+            found.append(modes)
+        return found
+
+    def krylov(self, loads: np.ndarray, count: int) -> tuple[np.ndarray, int]:
+        """Return M-orthonormal vectors (dofs, count or fewer), elastic ones only, and how many dependent ones went.
+
+        Args:
+            loads: (dofs, k)
+        """
+        return self._advance([_recurrence(self._model.M, loads, count, np.empty((loads.shape[0], 0)))])[0]
+
+    def free(self) -> None:
+        """Give the factor's memory back."""
+        self.flexibility.free()
+
+    def _factorised(self) -> Flexibility:
+        self.factorisations += 1
+        return Flexibility(self._model)
+
+    def _advance(self, recurrences: Sequence[Recurrence]) -> list[tuple[np.ndarray, int]]:
+        """Run recurrences side by side, the loads of all solved in blocks."""
+        results: dict[int, tuple[np.ndarray, int]] = {}
+        answers: dict[int, np.ndarray | None] = dict.fromkeys(range(len(recurrences)))
+        while answers:
+            asked = {}
+            for number, answer in answers.items():
+                try:
+                    asked[number] = next(recurrences[number]) if answer is None else recurrences[number].send(answer)
+                except StopIteration as end:
+                    results[number] = end.value
+            answers = self._solved(asked)
+        return [results[number] for number in range(len(recurrences))]
+
+    def _solved(self, asked: dict[int, np.ndarray]) -> dict[int, np.ndarray | None]:
+        """Return G·loads of each recurrence."""
+        if not asked:
+            return {}
+        loads = np.column_stack(list(asked.values()))
+        starts = range(0, loads.shape[1], BLOCK)
+        shapes = np.column_stack([self.flexibility.solve(loads[:, start : start + BLOCK]) for start in starts])
+        self.solved += loads.shape[1]
+        ends = np.cumsum([block.shape[1] for block in asked.values()])
+        return dict(zip(asked, np.split(shapes, ends[:-1], axis=1), strict=True))
+
+
+def _recurrence(M: sparse.csr_matrix, loads: np.ndarray, count: int, basis: np.ndarray) -> Recurrence:
+    """Return up to `count` M-orthonormal vectors, those of `basis` first."""
+    images, dropped = M @ basis, 0
+    while basis.shape[1] < count and loads.shape[1]:
+        block = yield loads
+        norms = np.sqrt(np.einsum("dk,dk->k", block, M @ block))
+        block = block[:, norms > 0] / norms[norms > 0]
+        for _ in range(2):
+            block = block - basis @ (images.T @ block)
+        strength, directions = linalg.eigh(block.T @ (M @ block))
+        kept = np.flatnonzero(strength > RANK_TOLERANCE)[::-1]
+        dropped += loads.shape[1] - len(kept)
+        kept = kept[: count - basis.shape[1]]
+        block = block @ (directions[:, kept] / np.sqrt(strength[kept]))
+        # What the rank test kept of a nearly dependent block is orthogonal to few digits: once more.
+        block = block - basis @ (images.T @ block)
+        loads = M @ block
+        basis, images = np.column_stack([basis, block]), np.column_stack([images, loads])
+    return basis, dropped

@@ -1,0 +1,252 @@
+"""`gudgeon report` of a scene of contacts: its sweep against its reference, error beside run time."""
+
+import difflib
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+
+from gudgeon.modaldb.records.nodal import NodalRecord
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.measuring.machine import machine
+from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
+from gudgeon.pipeline.report.changes import change_rows
+from gudgeon.pipeline.report.choice import choose, doubtful, keep
+from gudgeon.pipeline.report.document import Document, Quantity
+from gudgeon.pipeline.report.effort import Effort, command_text
+from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
+from gudgeon.pipeline.report.frequencies import frequencies_report
+from gudgeon.pipeline.report.front import with_front
+from gudgeon.pipeline.report.page.output import report_folder, write_report
+from gudgeon.pipeline.report.reference import Reference, errors_against, external_reference, reference_run, values_of
+from gudgeon.pipeline.report.slap.cycle import reproducible
+from gudgeon.pipeline.report.sweep import Setting, contradiction, finer, settings_of
+from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
+from gudgeon.pipeline.report.vectors.report import vectors_report
+from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.errors import SceneError, SolverError
+
+Tell = Callable[[str, float], None]
+PATIENCE = 20.0
+"""CPU seconds that a setting of the default sweep may take at least; more only where others take as much."""
+FINER = 6.0
+"""What finer runs take together, in times of the run itself."""
+TIMING = (
+    "CPU seconds of the solution alone, one thread, least of {repeat} runs after one that loads and compiles and is cut"
+    " off after {warm_up:.0f} CPU s; after {long:.0f} s none is repeated but the first. Timed runs never go beside each"
+    " other or beside anything else of the report: what --jobs spreads over processes are the finer runs that serve as"
+    " references only, afterwards. Cold: the stage in an empty database; warm: with everything at hand. Nodal runs: CPU"
+    " seconds of all their threads, least of {nodal} where the first takes {short:.0f} s at most, else its own."
+)
+
+
+def report_scene(job: Job, how: Effort, progress: Tell) -> Document:
+    """Write the report that a scene of bodies asks for: Ritz vectors, frequencies where nothing moves, or its sweep.
+
+    Raises:
+        InputError, StageError: see each.
+    """
+    if job.scene.report.vectors is not None:
+        return vectors_report(job, how, progress)
+    rigid = all(job.scene.component[name].geometry.kind == "rigid" for name in job.components())
+    if not (job.scene.contact or job.scene.force or job.scene.joint or rigid):
+        return frequencies_report(job, how, progress)
+    return report_job(job, how, progress)
+
+
+def report_job(job: Job, how: Effort, progress: Tell) -> Document:
+    """Run a scene's sweep, write `report.{json,csv,png,html}` into the job's folder, and keep it in the database.
+
+    Everything that is finished is kept: after an interruption the report goes on where it was.
+
+    Raises:
+        InputError: a setting that the scene names is wrong, or what it names of a reference is, or the job's folder
+            holds the report of another scene.
+        StageError: no setting ran.
+    """
+    with report_folder(job.out, job.name):
+        settings, left_out = _settings(job)
+        return _report(job, settings, left_out, how, progress)
+
+
+def _report(
+    job: Job, settings: Sequence[Setting], left_out: list[dict[str, str]], how: Effort, progress: Tell
+) -> Document:
+    run_job(job, "morph", progress)
+    nodal = nodal_runs(job, progress)
+    external = external_reference(job, nodal)
+    points = _points(job, settings, left_out, how.repeat, progress)
+    points = _telling(points, external, left_out)
+    points = _with_finer(job, points, how.jobs, progress)
+    if not any(one.ran for one in points):
+        why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
+        raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
+    reference = external if external is not None and _says(external) else _finest(job, points)
+    _known(job, points, reference)
+    found = quantities(points, reference, nodal, job)
+    counting = {one.name for one in found if one.counts}
+    runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
+    document = Document(
+        scene=job.name,
+        command=command_text(job.path, job.overrides, how),
+        reference={"kind": reference.kind, "source": reference.source},
+        machine=machine(),
+        version=version("gudgeon"),
+        quantities=found,
+        runs=runs,
+        left_out=left_out,
+        changes=change_rows(job, progress),
+        choice=choose(runs, how.tolerance, doubtful(found, how.tolerance)),
+        window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
+        until=job.scene.report.until,
+        notes=_notes(job, nodal, found, reference.kind),
+        timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
+    )
+    keep(job, document)
+    write_report(document, job.out)
+    progress("report", 1.0)
+    return document
+
+
+def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
+    """Return what runs, and what contradicts itself; misspelt changes shall not come out after the nodal runs."""
+    for changes in job.scene.report.changes.values():
+        variant(job, changes)
+    until = job.scene.report.until
+    able, left_out = [], []
+    for setting in settings_of(job):
+        if (why := contradiction(job, setting)) is None:
+            able.append(setting)
+            if until is not None and until > (duration := variant(job, setting.changes).scene.run.duration):
+                raise InputError(f"{job.path}: report.until: {until:g} s given, '{setting.name}' lasts {duration:g} s")
+        else:
+            left_out.append({"name": setting.name, "why": why})
+    if not able:
+        first = left_out[0]
+        raise InputError(f"{job.path}: report: no setting can be; {first['name']}: {first['why']}")
+    return able, left_out
+
+
+def _points(
+    job: Job, settings: Sequence[Setting], left_out: list[dict[str, str]], repeat: int, progress: Tell
+) -> list[Point]:
+    """Time every setting, alone; one that was thought up and cannot be, or is far too slow, is left out."""
+    points: list[Point] = []
+    for number, setting in enumerate(settings):
+        stage = f"setting {number + 1} of {len(settings)}"
+        progress(stage, number / len(settings))
+        changed = variant(job, setting.changes)
+        dearest = max((one.timed.cpu for one in points if one.timed is not None), default=math.inf)
+        limit = math.inf if setting.named or job.scene.report.sweep else max(PATIENCE, 10 * dearest)
+        try:
+            points.append(point(setting, changed, timed(changed, repeat, limit)))
+        except (InputError, SceneError) as error:
+            if setting.named:
+                raise
+            why = str(error).splitlines()[0].removeprefix(f"{job.path}: ")
+            left_out.append({"name": setting.name, "why": why})
+        except (StageError, SolverError) as error:
+            if limit < math.inf:
+                left_out.append({"name": setting.name, "why": str(error).splitlines()[0]})
+                continue
+            points.append(point(setting, changed, None, str(error).splitlines()[0]))
+    return points
+
+
+def _telling(points: list[Point], reference: Reference | None, left_out: list[dict[str, str]]) -> list[Point]:
+    """Leave out what was thought up and ran, but does not know what a blow is while the reference asks for blows."""
+    found = []
+    for one in points:
+        asked = reference.expected.keys() if reference is not None and one.ran else set()
+        lacks = sorted(asked - values_of(one.trajectory).keys()) if one.ran else []
+        if lacks and not one.setting.named:
+            left_out.append({"name": one.setting.name, "why": f"its run does not tell {', '.join(lacks)}"})
+        else:
+            found.append(one)
+    return found
+
+
+def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) -> list[Point]:
+    """Give every point the runs that tell its time error."""
+    wanted = {
+        number: finer(one.job, one.setting, fineness(one.job, one.trajectory))
+        for number, one in enumerate(points)
+        if one.timed is not None
+        and one.ran
+        and finest_step(one, points) is None  # Else a step that is named is the reference.
+        and (one.setting.named or FINER * one.timed.cpu < PATIENCE)
+    }
+    progress("finer steps", 0.0)
+    dearest = max((one.timed.cpu for one in points if one.timed is not None), default=0.0)
+    spread(
+        job, [setting.changes for settings in wanted.values() for setting in settings], jobs,
+        max(PATIENCE, 10 * dearest), lambda share: progress("finer steps", min(share, 0.999)),
+    )  # fmt: skip
+    found = list(points)
+    for number, settings in wanted.items():
+        runs = []
+        for setting in settings:
+            changed = variant(job, setting.changes)
+            trajectory = kept_trajectory(changed)
+            if trajectory is not None and trajectory.result == "FINISHED":
+                runs.append((setting.name, fineness(changed, trajectory), trajectory))
+        found[number] = replace(points[number], finer=tuple(runs))
+    return found
+
+
+def _known(job: Job, points: Sequence[Point], reference: Reference) -> None:
+    """Refuse names that no run knows: they would be taken for zero, or count for nothing.
+
+    Raises:
+        InputError: a name of `report.quantities` or `report.interest` is none.
+    """
+    ran = [one for one in points if one.ran]
+    told = set().union(*(values_of(one.trajectory) for one in ran))
+    compared = set().union(*(errors_against(one.job, one.trajectory, reference) for one in ran))
+    wrong = [("quantities", name, told) for name in reference.expected if name not in told]
+    wrong += [("interest", name, compared | told) for name in job.scene.report.interest if name not in compared]
+    lines = []
+    for key, name, known in wrong:
+        near = difflib.get_close_matches(name, known, 1)
+        hint = f"did you mean '{near[0]}'? " if near else ""
+        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {hint}there is {', '.join(sorted(known))}")
+    if lines:
+        raise InputError("\n".join(lines))
+
+
+def _says(reference: Reference) -> bool:
+    return bool(reference.expected) or reference.force is not None or reference.slaps is not None
+
+
+def _finest(job: Job, points: Sequence[Point]) -> Reference:
+    """Return the finest run of the scheme that the scene itself has, or of the first one that ran."""
+    own = point(Setting("", {}), job, None).scheme[0]
+    for scheme in dict.fromkeys([own, *(one.scheme[0] for one in points)]):
+        if (best := finest_of(points, scheme)) is not None:
+            name, trajectory = best
+            found = reference_run(job, trajectory, None, name)
+            return replace(found, source=f"the finest setting of the sweep: {name}")
+    raise AssertionError("a run has finished")
+
+
+def _failure(one: Point) -> str:
+    return f"{one.setting.name}: {one.failure or one.trajectory.result}"
+
+
+def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], kind: str) -> list[str]:
+    notes = []
+    if job.scene.joint and len(nodal) > 1:
+        until = reproducible(job, list(nodal))
+        if until < job.scene.run.duration * (1 - 1e-3):
+            notes.append(
+                f"The two finest nodal runs agree to 5 % in force up to {until * 1e3:.3g} ms; what comes later depends"
+                " on the last digits of any model."
+            )
+    uncounted = [one.name for one in found if not one.counts and one.converges is False]
+    if uncounted and kind == "finest":
+        notes.append(
+            f"Not counted, because the sweep is the only reference and they do not converge over it:"
+            f" {', '.join(uncounted)}."
+        )
+    return notes

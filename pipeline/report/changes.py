@@ -1,0 +1,77 @@
+"""Design changes in a report: reuse against recompute, and the price of each against that of the first run."""
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gudgeon import modaldb
+from gudgeon.pipeline.report.force import GRID, smooth
+from gudgeon.pipeline.report.reference import histories
+from gudgeon.pipeline.scenes.reading import UNSET
+from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.run_report import RunReport
+
+
+def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[str, Any]]:
+    """Return one row for each design change that a scene's report names; where it names none, for the scene's own."""
+    design, changes = job, job.scene.report.changes
+    if not changes:
+        design, changes = _own_change(job)
+    if not changes:
+        return []
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        base = replace(_on_rung(design, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
+        progress("first run", 0.0)
+        cold = run_job(base, "solve")
+        for name, tables in changes.items():
+            progress(f"change {name}", 0.0)
+            changed = variant(base, tables)
+            reused = run_job(changed, "solve")
+            recomputed = run_job(_on_rung(changed, "recompute"), "solve")
+            rows.append(_row(base, name, (cold, reused, recomputed)))
+    return rows
+
+
+def _own_change(job: Job) -> tuple[Job, dict[str, dict[str, Any]]]:
+    """Return the scene without the profiles that move its surfaces, and those as a change."""
+    moved = {
+        name: component.change.profile
+        for name, component in job.scene.component.items()
+        if component.change.profile.table is not None or component.change.profile.offset != 0
+    }
+    if not moved:
+        return job, {}
+    bare = {name: {"change": {"profile": {"table": UNSET, "offset": UNSET, "scale": UNSET}}} for name in moved}
+    given = {name: {"change": {"profile": job.tables["component"][name]["change"]["profile"]}} for name in moved}
+    return variant(job, {"component": bare}), {"the scene's own": {"component": given}}
+
+
+def _on_rung(job: Job, rung: str) -> Job:
+    return variant(job, {"component": {name: {"change": {"rung": rung}} for name in job.scene.component}})
+
+
+def _row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -> dict[str, Any]:
+    """Return the row of one change from its runs: cold and unchanged, changed by reuse, changed and recomputed."""
+    runs = [job.store.get(report.stages["solve"].key, "trajectory") for report in reports]
+    cold, reused, recomputed = (sum(stage.seconds for stage in report.stages.values()) for report in reports)
+    grid = np.linspace(0.0, job.scene.report.until or job.scene.run.duration, GRID + 1)
+    forces = [smooth(*histories(job, run), grid, job.scene.report.window) for run in runs]
+    impulses = [float(np.linalg.norm(np.diff(grid) @ smooth(*histories(job, run), grid, 0.0))) for run in runs]
+    scale = float(np.linalg.norm(forces[2]))
+    return {
+        "change": name,
+        "impulse_change": impulses[2] / impulses[0] - 1,
+        "impulse_error": impulses[1] / impulses[2] - 1,
+        "force_change": float(np.linalg.norm(forces[0] - forces[2])) / scale,
+        "force_error": float(np.linalg.norm(forces[1] - forces[2])) / scale,
+        "cold_seconds": cold,
+        "reuse_seconds": reused,
+        "recompute_seconds": recomputed,
+        "reuse_stages": {stage: entry.state for stage, entry in reports[1].stages.items()},
+    }

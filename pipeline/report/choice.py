@@ -1,0 +1,111 @@
+"""The cheapest setting that meets a tolerance; kept in the database with the report that it comes from."""
+
+import itertools
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gudgeon.modaldb.keys import file_digest
+from gudgeon.modaldb.records.report import ReportRecord
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.report.document import Choice, Document, Quantity, Run
+from gudgeon.pipeline.report.page.words import seconds_text, size_text, tick_text
+from gudgeon.pipeline.scenes.reading import find_file
+from gudgeon.pipeline.stages.base import SceneJob
+from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.products import Product, report_product
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.run_report import Progress, RunReport
+
+
+def doubtful(quantities: Sequence[Quantity], tolerance: float) -> set[str]:
+    """Return the runs along which a quantity that counts does not converge: whatever their errors, they are luck.
+
+    But for chains on which it wanders by less than the tolerance: there it has settled for what is asked.
+    """
+    chains = [chain for one in quantities if one.counts for chain in one.chains if chain.converges is False]
+    return {run for chain in chains if np.ptp(chain.differences) > tolerance for run in chain.runs}
+
+
+def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ()) -> Choice:
+    """Return the cheapest reduced run whose sound error is within a tolerance.
+
+    Args:
+        runs: With their sound errors.
+        avoided: Names of runs that are not to be trusted.
+    """
+    able = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED" and run.name not in avoided]
+    known = [(run.sound_error, run) for run in able if run.errors and run.sound_error is not None]
+    meeting = [run for error, run in known if error <= tolerance]
+    if meeting:
+        best = min(meeting, key=lambda run: run.cpu_seconds)
+        return Choice(
+            tolerance, best.name, best.settings, best.largest_error, best.largest_of, best.cpu_seconds,
+            f"the cheapest of {len(meeting)} of {len(known)} settings that meet {tick_text(tolerance)}",
+        )  # fmt: skip
+    if not known:
+        return Choice(tolerance, None, None, None, None, None, "no run has an error that counts")
+    error, nearest = min(known, key=lambda item: item[0])
+    where = f"in {nearest.largest_of}" if error == nearest.largest_error else "of its basis or step alone"
+    why = f"none meets {tick_text(tolerance)}; nearest is {nearest.name}, {size_text(error)} {where}"
+    return Choice(tolerance, None, None, nearest.largest_error, nearest.largest_of, None, why)
+
+
+def kept_reports(job: Job) -> Iterator[Product]:
+    """Yield the records of a scene's reports, whatever machine they were made on, the newest last but one.
+
+    The last one is that of the report to come: records are never changed, and seconds are others every time.
+    """
+    stages = {place: product.inputs for place, product in job.products(job.stages[:-1]).items()}
+    settings = job.scene.report.model_dump(mode="json")
+    if job.scene.report.reference is not None:
+        path = find_file(job.scene.report.reference, job.folder, f"{job.path}: report.reference")
+        settings["reference"] = file_digest(path)
+    for number in itertools.count():
+        product = report_product(job.name, stages, settings, number)
+        yield product
+        if not job.store.has(product.key):
+            return
+
+
+def newest_report(job: Job) -> Document | None:
+    """Return the report of a scene that was made last, or None."""
+    *made, _ = kept_reports(job)
+    return Document.from_json(job.store.get(made[-1].key, "report").document) if made else None
+
+
+def keep(job: Job, document: Document) -> None:
+    """Keep a report in the database as the newest of its scene, unless that is the same already."""
+    *made, coming = kept_reports(job)
+    found = document.as_json()
+    if not made or job.store.get(made[-1].key, "report").document != found:
+        job.store.put(coming.key, coming.kind, ReportRecord(found), coming.inputs)
+
+
+def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
+    """Return a job with the setting that its report found for a tolerance, and what to say of it.
+
+    Raises:
+        InputError: the scene is of another kind, it has no report in the database, or no setting meets the tolerance.
+    """
+    if not isinstance(job, Job) or job.scene.report.vectors is not None:
+        raise InputError(f"{job.path}: --tolerance: not for reports of wheels and vectors; set what the report names")
+    document = newest_report(job)
+    if document is None:
+        raise InputError(
+            f"{job.path}: --tolerance: no report of this scene as it is; make one: gudgeon report {job.path}"
+        )
+    found = choose(document.runs, tolerance, doubtful(document.quantities, tolerance))
+    if found.run is None:
+        raise InputError(f"{job.path}: --tolerance: {found.why}")
+    taken = f"in {seconds_text(found.cpu_seconds)} of CPU time"
+    said = f"{found.run}: error {size_text(found.error)} ({found.of}) {taken}, {found.why}"
+    return replace(variant(job, found.settings or {}), out=job.out), said
+
+
+def run_chosen(job: SceneJob, tolerance: float, until: str, progress: Progress) -> RunReport:
+    """Run a scene with the setting that its report found for a tolerance; a note says which."""
+    ready, said = chosen(job, tolerance)
+    report = run_job(ready, until, progress)
+    return replace(report, notes=[*report.notes, f"--tolerance {tick_text(tolerance)}: {said}"])

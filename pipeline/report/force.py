@@ -1,0 +1,94 @@
+"""Forces compared over time: impulse, and the force within the kept bandwidth, behind the same window on both sides."""
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.measuring.force_window import hann_filter, resample_mean
+from gudgeon.pipeline.scenes.reading import find_file
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.solver.obstacles import obstacle_of
+
+GRID = 4000
+"""Intervals of the common time grid on which forces are compared."""
+
+
+@dataclass(frozen=True)
+class ForceReference:
+    """A force history to compare with, on the common grid."""
+
+    source: str
+    grid: np.ndarray
+    """Edges of the intervals [s], (GRID + 1,)."""
+    force: np.ndarray
+    """Mean over each interval, windowed [N], (GRID, k)."""
+    impulse: float
+    """[N s]"""
+    window: float
+
+    def errors(self, times: np.ndarray, force: np.ndarray) -> tuple[float, float]:
+        """Return the signed relative error of the impulse and the relative L2 error of the force.
+
+        Args:
+            times: Ends of the intervals [s], (s,); the first starts at 0.
+            force: Mean resultants over each [N], (s, k).
+        """
+        size, ours = float(np.linalg.norm(self.force)), smooth(times, force, self.grid, self.window)
+        apart = float(np.linalg.norm(ours - self.force))
+        impulse = _impulse(times, force, self.grid)
+        if size == 0 or self.impulse == 0:
+            return impulse, apart
+        return impulse / self.impulse - 1, apart / size
+
+
+def smooth(times: np.ndarray, force: np.ndarray, grid: np.ndarray, window: float) -> np.ndarray:
+    """Return interval means on `grid`, windowed by a zero-phase Hann window of full width `window` [s], (GRID, k)."""
+    means = resample_mean(np.concatenate([[0.0], times]), force, grid)
+    return hann_filter(grid[1:], means, window) if window > 0 else means
+
+
+def history_reference(job: Job, source: str, times: np.ndarray, force: np.ndarray) -> ForceReference:
+    """Return a run's forces as a reference.
+
+    Args:
+        times: Ends of the intervals [s], (s,).
+        force: Mean resultants over each [N], (s, k).
+    """
+    grid, window = _grid(job), job.scene.report.window
+    return ForceReference(source, grid, smooth(times, force, grid, window), _impulse(times, force, grid), window)
+
+
+def pulse_reference(job: Job) -> ForceReference | None:
+    """Return the rectangular pulse that a scene's reference describes, or None where it names none.
+
+    Raises:
+        InputError: the file lacks its values, or the contact is not against an obstacle.
+    """
+    report = job.scene.report
+    if report.pulse is None or report.reference is None:
+        return None
+    path = find_file(report.reference, job.folder, f"{job.path}: report.reference")
+    try:
+        expected = json.loads(path.read_text(encoding="utf-8"))["expected"]
+        height, duration = (float(expected[n]["value"]) for n in (report.pulse.height, report.pulse.duration))
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: not a reference file with the values of report.pulse ({error})") from error
+    name, contact = next(iter(job.scene.contact.items()))
+    if contact.against.shape not in ("plane", "bore"):
+        raise InputError(f"{job.path}: report.pulse: contact '{name}' is against another body, it needs an obstacle")
+    direction = obstacle_of(contact.against.model_dump()).direction(np.zeros((1, 3)))[0]
+    exact, grid = np.outer(np.full(2, height) * [1, 0], direction), _grid(job)
+    means = resample_mean(np.array([0.0, duration, max(grid[-1], duration * (1 + 1e-9))]), exact, grid)
+    force = hann_filter(grid[1:], means, report.window) if report.window > 0 else means
+    return ForceReference(path.name, grid, force, height * duration, report.window)
+
+
+def _grid(job: Job) -> np.ndarray:
+    return np.linspace(0.0, job.scene.report.until or job.scene.run.duration, GRID + 1)
+
+
+def _impulse(times: np.ndarray, force: np.ndarray, grid: np.ndarray) -> float:
+    means = resample_mean(np.concatenate([[0.0], times]), force, grid)
+    return float(np.linalg.norm(np.diff(grid) @ means))

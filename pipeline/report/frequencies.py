@@ -1,0 +1,250 @@
+"""`gudgeon report` of a scene in which nothing touches: frequencies of its components over meshes of several sizes.
+
+The error of a frequency is against the scene's reference, or else against the finest mesh; the estimate that each run
+gives of it without a reference stands beside.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+
+import numpy as np
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.measuring.machine import machine
+from gudgeon.pipeline.reduction.frequency_table import FIELDS
+from gudgeon.pipeline.report.choice import choose, keep
+from gudgeon.pipeline.report.document import Chain, Document, Errors, Quantity, Run, Table
+from gudgeon.pipeline.report.effort import Effort, command_text
+from gudgeon.pipeline.report.front import with_front
+from gudgeon.pipeline.report.page.output import report_folder, write_report
+from gudgeon.pipeline.report.page.words import NOTHING, error_text, size_text
+from gudgeon.pipeline.report.reference import Reference, external_reference, largest
+from gudgeon.pipeline.report.series import chain, settling
+from gudgeon.pipeline.report.sweep import Setting, contradiction, settings_of
+from gudgeon.pipeline.report.timing import Prepared, prepared
+from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.run_report import Progress
+
+FACTORS = (2.0, 1.4, 1.0, 0.7)
+"""Edge lengths of the default sweep, over the scene's own."""
+CELLS = {"tetra10": (4, 3), "triangle6": (3, 2), "line3": (2, 1), "beam2": (2, 2), "beam3": (2, 2)}
+"""Corners of a cell and dofs of a node, by type of cell."""
+FITTED = 3
+"""Meshes from which an order is fitted."""
+TIMING = (
+    "CPU seconds for mesh and modes in an empty database, one thread, least of {repeat} runs, one after the other."
+    " Warm: with everything at hand."
+)
+
+
+@dataclass(frozen=True)
+class Meshed:
+    """A setting with the modes of its components."""
+
+    setting: Setting
+    taken: Prepared
+    dofs: int
+    """Of all nodes, those that are held among them."""
+    edges: dict[str, float]
+    """Mean edge length of each component's mesh [m]."""
+    frequencies: dict[str, float]
+    """By name, `COMPONENT.frequency1` and so on [Hz]."""
+    estimates: dict[str, float]
+    """Relative errors as the run itself estimates them, of those that it can."""
+    cells: str
+
+
+def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
+    """Compare meshes, write `report.{json,csv,png,html}` into the job's folder, and keep it in the database.
+
+    Raises:
+        InputError: a setting that the scene names is wrong, or its reference names frequencies that there are not.
+        StageError: no setting ran.
+    """
+    with report_folder(job.out, job.name):
+        return _report(job, how, progress)
+
+
+def _report(job: Job, how: Effort, progress: Progress) -> Document:
+    reference = external_reference(job, [])
+    meshes, left_out = _meshes(job, how.repeat, progress)
+    if reference is None or not reference.expected:
+        name = meshes[-1].setting.name
+        reference = Reference("finest", f"the finest mesh: {name}", meshes[-1].frequencies, None, None)
+    _known(job, reference, meshes[-1])
+    found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
+    counting = {one.name for one in found if one.counts}
+    runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
+    document = Document(
+        scene=job.name,
+        command=command_text(job.path, job.overrides, how),
+        reference={"kind": reference.kind, "source": reference.source},
+        machine=machine(),
+        version=version("gudgeon"),
+        quantities=found,
+        runs=runs,
+        left_out=left_out,
+        changes=[],
+        choice=choose(runs, how.tolerance),
+        tables=[_table(found, meshes, reference)],
+        timing=TIMING.format(repeat=how.repeat),
+    )
+    keep(job, document)
+    write_report(document, job.out)
+    progress("report", 1.0)
+    return document
+
+
+def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], list[dict[str, str]]]:
+    """Return the settings that have modes, coarse to fine, and those that have none, with the reason."""
+    meshes, left_out, able = [], [], []
+    for setting in sizes_of(job):
+        if (why := contradiction(job, setting)) is None:
+            able.append(setting)
+        else:
+            left_out.append({"name": setting.name, "why": why})
+    if not able:
+        raise InputError(f"{job.path}: report: no setting can be; {left_out[0]['name']}: {left_out[0]['why']}")
+    for number, setting in enumerate(able):
+        progress(f"setting {number + 1} of {len(able)}", number / len(able))
+        try:
+            meshes.append(_meshed(job, setting, repeat))
+        except (InputError, StageError) as error:
+            if setting.named and isinstance(error, InputError):
+                raise
+            why = str(error).splitlines()[0].removeprefix(f"{job.path}: ")
+            left_out.append({"name": setting.name, "why": why})
+    if not meshes:
+        raise StageError(f"{job.path}: report: no mesh has modes: {'; '.join(one['why'] for one in left_out)}")
+    return sorted(meshes, key=lambda one: one.dofs), left_out
+
+
+def sizes_of(job: Job) -> list[Setting]:
+    """Return the settings that a scene names in `report.models` and `report.sweep`, or its own mesh at other sizes.
+
+    Raises:
+        InputError: a path of the sweep leads nowhere.
+    """
+    if job.scene.report.models or job.scene.report.sweep:
+        return settings_of(job)
+    sizes = {name: job.scene.component[name].mesh.size for name in job.components()}
+    given = {name: size for name, size in sizes.items() if size is not None}
+    if not given:
+        return [Setting("as in the scene", {})]
+    found = []
+    for factor in FACTORS:
+        tables = {"component": {name: {"mesh": {"size": factor * size}} for name, size in given.items()}}
+        lengths = dict.fromkeys(f"{factor * size * 1e3:.3g}" for size in given.values())
+        changes = {} if factor == 1.0 else tables
+        found.append(Setting(f"edges of {' and '.join(lengths)} mm", changes, named=factor == 1.0))
+    return found
+
+
+def _meshed(job: Job, setting: Setting, repeat: int) -> Meshed:
+    changed = variant(job, setting.changes)
+    taken = prepared(changed, repeat)
+    run_job(changed, "modes")
+    frequencies: dict[str, float] = {}
+    estimates: dict[str, float] = {}
+    edges, kinds, dofs = {}, {}, 0
+    for name, steps in changed.components().items():
+        mesh: MeshRecord = changed.store.get(steps["mesh"].key, "mesh")
+        if mesh.cell_type not in CELLS:
+            continue
+        modes: ModalRecord = changed.store.get(steps["modes"].key, "modes", only=FIELDS)
+        edges[name], kinds[mesh.cell_type] = mean_edge(mesh), None
+        dofs += len(mesh.nodes) * CELLS[mesh.cell_type][1]
+        errors = modes.discretisation_errors
+        for i, omega in enumerate(modes.angular_frequencies[: modes.normal_count]):
+            frequencies[f"{name}.frequency{i + 1}"] = float(omega) / (2 * math.pi)
+            if errors is not None and np.isfinite(errors[i]):
+                estimates[f"{name}.frequency{i + 1}"] = float(errors[i])
+    return Meshed(setting, taken, dofs, edges, frequencies, estimates, ", ".join(kinds))
+
+
+def mean_edge(mesh: MeshRecord) -> float:
+    """Return the mean length of the straight edges between corners of cells [m]."""
+    corners = mesh.nodes[mesh.cells[:, : CELLS[mesh.cell_type][0]]]
+    i, j = np.triu_indices(corners.shape[1], 1)
+    return float(np.linalg.norm(corners[:, i] - corners[:, j], axis=-1).mean())
+
+
+def _known(job: Job, reference: Reference, finest: Meshed) -> None:
+    for name in reference.expected:
+        if name not in finest.frequencies:
+            have = ", ".join(finest.frequencies) or "none"
+            raise InputError(f"{job.path}: report.quantities: '{name}' given, frequencies of this scene are {have}")
+
+
+def _errors(one: Meshed, expected: Mapping[str, float]) -> Errors:
+    """Return relative errors of the frequencies that both have."""
+    return {name: one.frequencies[name] / value - 1 for name, value in expected.items() if name in one.frequencies}
+
+
+def _quantity(job: Job, name: str, meshes: Sequence[Meshed], reference: Reference) -> Quantity:
+    """Return a frequency; it counts where there is a value to compare with."""
+    having = [one for one in meshes if name in one.frequencies]
+    exact = reference.expected.get(name)
+    chains = []
+    if len(having) > 1:
+        component, last = name.rpartition(".")[0], having[-1].frequencies[name]
+        apart = [one.frequencies[name] / last - 1 for one in having]
+        values = apart if exact is None else [one.frequencies[name] / exact - 1 for one in having]
+        sizes = [one.edges[component] for one in having]
+        found = chain("mesh", [one.setting.name for one in having], sizes, values, apart)
+        known = exact is not None and reference.kind != "finest"
+        chains.append(replace(found, order=observed_order(found)) if known else found)
+    settles, why = settling(name, chains)
+    interest = job.scene.report.interest
+    counts = exact is not None and (not interest or name in interest)
+    counts = counts and not (reference.kind == "finest" and settles is False)
+    return Quantity(name, "Hz", "relative", exact, counts, settles, why, chains)
+
+
+def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
+    errors = _errors(one, reference.expected)
+    worst, size = largest(errors, counting)
+    cold = [stage.cold for name, stage in one.taken.stages.items() if name in ("mesh", "modes") and stage.cold]
+    return Run(
+        name=one.setting.name, kind="reduced", scheme=one.cells, settings=one.setting.changes, coordinates=one.dofs,
+        result="FINISHED", errors=errors, largest_error=size, largest_of=worst, truncation=None,
+        truncation_against="as many modes on every mesh", time=None, time_against="modes have no time step",
+        energy_drift=None, momentum_residual=None, step=None, steps=None, factorisations=one.taken.factorisations,
+        iterations=None, cpu_seconds=sum(taken.cpu for taken in cold), wall_seconds=sum(taken.wall for taken in cold),
+        stages={name: stage for name, stage in one.taken.stages.items() if name in ("mesh", "modes")},
+        peak_mib=one.taken.peak_mib, front=False,
+    )  # fmt: skip
+
+
+def observed_order(found: Chain) -> float | None:
+    """Return the order at which a chain's errors shrink with the edge length, None where none can be fitted."""
+    errors = np.abs(found.values)
+    if found.converges is not True or len(errors) < FITTED or not (errors > 0).all():
+        return None
+    return float(np.polyfit(np.log(found.sizes), np.log(errors), 1)[0])
+
+
+def _table(found: Sequence[Quantity], meshes: Sequence[Meshed], reference: Reference) -> Table:
+    rows = []
+    for one in found:
+        order = one.chains[0].order if one.chains else None
+        cells = []
+        for mesh in meshes:
+            errors = _errors(mesh, reference.expected)
+            cells.append(f"{error_text(errors.get(one.name))} / {size_text(mesh.estimates.get(one.name))}")
+        value = meshes[-1].frequencies[one.name] if one.reference is None else one.reference
+        rows.append(
+            [one.name, f"{value:.6g}{'' if one.reference is not None else ' (finest)'}",
+             NOTHING if order is None else f"{order:.1f}", *cells]
+        )  # fmt: skip
+    columns = ["frequency", "reference [Hz]", "order", *(mesh.setting.name for mesh in meshes)]
+    note = (
+        "Error / error as the run itself estimates it; the order is that of the error in the mean edge length. Modes"
+        " are compared by their number: on a coarse mesh they may stand in another order."
+    )
+    return Table("Frequencies: error and estimate", columns, rows, note)

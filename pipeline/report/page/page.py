@@ -1,0 +1,194 @@
+"""The page of a report: one HTML file that needs neither network nor script; the script adds what moves.
+
+Everything that comes from a scene is escaped; a policy in the page itself forbids it to load anything.
+"""
+
+import base64
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+from gudgeon.pipeline.report.document import Chain, Document, Quantity, Table
+from gudgeon.pipeline.report.page.chart import axes_of, chain_chart, error_chart, mark_path
+from gudgeon.pipeline.report.page.looks import LEAST, Look, looks
+from gudgeon.pipeline.report.page.tables import changes_table, errors_table, kind_table, quantities_table, runs_table
+from gudgeon.pipeline.report.page.words import SETTLES, flagged, machine_text, verdict
+
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+
+
+def page(document: Document, picture: bytes | None = None) -> str:
+    """Return the page of a report.
+
+    Args:
+        picture: A further picture, as PNG.
+    """
+    folder = files("gudgeon.pipeline.report.page")
+    style, script = ((folder / name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
+    title = escape(f"{document.scene}: error against run time")
+    data = {"looks": {scheme: asdict(look) for scheme, look in looks(document).items()}, "least": LEAST}
+    return "\n".join(
+        [
+            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>",
+            _head(document, title),
+            *(part for part in _sections(document, picture) if part),
+            f"</main>\n{_embedded('report-data', document.as_json())}\n{_embedded('report-looks', data)}",
+            f"<script>\n{script}</script>\n</body>\n</html>\n",
+        ]
+    )
+
+
+def _head(document: Document, title: str) -> str:
+    reference = document.reference
+    facts = {
+        "Reference": f"{escape(reference['kind'])}: {escape(reference['source'])}",
+        "Machine": escape(machine_text(document)),
+        "Version": escape(document.version),
+        "Command": f"<code>{escape(document.command)}</code>",
+    }
+    if document.window:
+        facts["Forces"] = f"after a Hann window of {document.window * 1e6:g} µs on both sides"
+    if document.until:
+        facts["Compared"] = f"up to {document.until * 1e3:g} ms"
+    rows = "".join(f"<dt>{key}</dt><dd>{value}</dd>" for key, value in facts.items())
+    unmet = " unmet" if document.choice is not None and document.choice.run is None else ""
+    flags = flagged(document)
+    warning = ""
+    if flags:
+        names = ", ".join(escape(one.name) for one in flags)
+        warning = f'<p class="bad">Does not converge over this sweep, not fitted: {names}.</p>'
+    return (
+        f'<h1>{title}</h1>\n<dl class="facts">{rows}</dl>\n'
+        f'<div class="verdict{unmet}"><p>{escape(verdict(document))}</p>{warning}</div>'
+    )
+
+
+def _sections(document: Document, picture: bytes | None) -> list[str]:
+    return [
+        _section("Error against run time", _chart(document)),
+        _section("Runs", _RUNS_NOTE + runs_table(document)),
+        _section("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if document.quantities else "",
+        _section("Quantities", quantities_table(document)) if document.quantities else "",
+        _convergence(document),
+        _section("Design changes: reuse against recompute", changes_table(document)) if document.changes else "",
+        *(_kind_section(table) for table in document.tables),
+        _picture(document, picture),
+        _listed("Settings left out", [f"{one['name']}: {one['why']}" for one in document.left_out]),
+        _listed("Notes", document.notes),
+        _section("How seconds were taken", f"<p>{escape(document.timing)}</p>") if document.timing else "",
+    ]
+
+
+_RUNS_NOTE = (
+    "<p>A blue dot marks the front: no other run is both faster and better. <em>basis</em> and <em>step</em> are the"
+    " parts of the largest error that the basis and the step add. A name opens to what the run changes of the scene;"
+    " stages are CPU seconds in an empty database and with everything at hand.</p>"
+)
+_ERRORS_NOTE = (
+    "<p>Errors are relative to the reference and signed, absolute with their unit where it is zero; those of histories"
+    " are relative L2 norms. Below: the parts that basis and step add.</p>"
+)
+
+
+def _section(title: str, body: str) -> str:
+    return f"<section>\n<h2>{escape(title)}</h2>\n{body}\n</section>"
+
+
+def _chart(document: Document) -> str:
+    options = ["", *(one.name for one in document.quantities)]
+    names = ["largest error of a run, its basis or step", *options[1:]]
+    chosen = "".join(
+        f'<option value="{escape(value)}">{escape(name)}</option>' for value, name in zip(options, names, strict=True)
+    )
+    legend = "".join(_legend(scheme, look) for scheme, look in looks(document).items())
+    lacking = ""
+    if document.reference["kind"] == "finest":
+        lacking = " A largest basis, which is the reference, too, is taken to lack what the next smaller one does."
+    notes = (
+        "Shown is the largest error of a run, or what its basis or step adds where that is larger: errors that cancel"
+        f" are luck.{lacking} The line is the Pareto front: what"
+        " lies above it costs more or errs more than a run on it. Grey squares are all nodal degrees of freedom;"
+        f" numbers are those of the table. A hollow mark on the lower edge has an error below {LEAST:.0e}; a dotted"
+        " line stands at the time of the reference."
+    )
+    return (
+        f'<figure><div class="controls"><label for="quantity">Error of</label><select id="quantity">{chosen}</select>'
+        f'<span class="faint">a mark shows its run, a scheme below turns on and off</span></div>'
+        f'<div id="chart">{error_chart(document)}</div><ul class="legend">{legend}</ul>'
+        f"<figcaption>{notes}</figcaption></figure>"
+    )
+
+
+def _legend(scheme: str, look: Look) -> str:
+    path = f'<path d="{mark_path(look.mark, 8, 8)}" fill="{look.colour}"/>'
+    mark = f'<svg viewBox="0 0 16 16" aria-hidden="true">{path}</svg>'
+    return (
+        f'<li><button type="button" disabled aria-pressed="true" data-scheme="{escape(scheme)}">{mark}'
+        f"{escape(scheme)}</button></li>"
+    )
+
+
+def _convergence(document: Document) -> str:
+    cards = [_card(document, quantity) for quantity in document.quantities if quantity.chains]
+    if not cards:
+        return ""
+    note = (
+        "<p>How far each value is from the finest one of its chain, all else equal; a line is a chain. Red does not"
+        " converge, grey is too short to tell.</p>"
+    )
+    return _section("Convergence over the sweep", f'{note}<div class="cards">{"".join(cards)}</div>')
+
+
+def _card(document: Document, quantity: Quantity) -> str:
+    axes = axes_of(document, quantity)
+    plots = "".join(chain_chart(quantity, what, chains) for what, chains in axes.items())
+    orders = [
+        f"order in {escape(what)}: {' to '.join(f'{order:.1f}' for order in found)}"
+        for what, chains in axes.items()
+        if (found := _orders(chains))
+    ]
+    flag = ' class="bad"' if quantity.converges is False else ""
+    return (
+        f'<div class="card"><h3>{escape(quantity.name)}</h3><p{flag}>{SETTLES[quantity.converges]}'
+        f"{'; ' + '; '.join(orders) if orders else ''}</p>{plots}</div>"
+    )
+
+
+def _orders(chains: Sequence[Chain]) -> list[float]:
+    """Return least and greatest order of some chains, one where they are the same."""
+    found = [chain.order for chain in chains if chain.order is not None]
+    return sorted({round(min(found), 1), round(max(found), 1)}) if found else []
+
+
+def _kind_section(table: Table) -> str:
+    note = f"<p>{escape(table.note)}</p>" if table.note else ""
+    return _section(table.title, note + kind_table(table))
+
+
+def _picture(document: Document, picture: bytes | None) -> str:
+    if picture is None:
+        return ""
+    text = base64.b64encode(picture).decode("ascii")
+    alt = escape(f"{document.scene}: the errors of its runs by choice; the tables hold the same numbers")
+    return _section("Picture", f'<img alt="{alt}" src="data:image/png;base64,{text}">')
+
+
+def _listed(title: str, lines: Sequence[str]) -> str:
+    if not lines:
+        return ""
+    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    return _section(title, f'<ul class="plain">{items}</ul>')
+
+
+def _embedded(name: str, value: Any) -> str:
+    """Return data for the script; no text in it can end the element or begin another."""
+    text = json.dumps(value, allow_nan=False, ensure_ascii=False)
+    for sign in "<>&\u2028\u2029":
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return f'<script type="application/json" id="{name}">{text}</script>'

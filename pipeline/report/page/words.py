@@ -1,0 +1,132 @@
+"""Numbers and findings of a report as people read them, for its page, its picture and its table."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from gudgeon.pipeline.report.document import Document, Quantity, Run
+
+NOTHING = "–"
+PERCENT = 1e-3
+"""Relative errors from here on are written in per cent."""
+SETTLES = {True: "converges", False: "does not converge over this sweep: not fitted", None: "too few runs to tell"}
+
+
+def error_text(value: float | None, measure: str = "relative", unit: str = "") -> str:
+    """Return an error: signed, but for L2 norms, which have no sign."""
+    if value is None or not math.isfinite(value):
+        return NOTHING
+    if value == 0:
+        return "0"
+    sign = "" if measure == "L2" else "+"
+    if measure == "absolute":
+        text = f"{value:{sign}.1e} {unit}".rstrip()
+    else:
+        text = f"{value:{sign}.2%}" if abs(value) >= PERCENT else f"{value:{sign}.1e}"
+    return f"−{text[1:]}" if value < 0 else text
+
+
+def size_text(value: float | None) -> str:
+    """Return the size of a largest error."""
+    return error_text(None if value is None else abs(value), "L2")
+
+
+def seconds_text(value: float | None) -> str:
+    """Return seconds with three digits and a fitting unit."""
+    if value is None:
+        return NOTHING
+    if value >= 99.95:
+        return f"{value:,.0f} s"
+    size, unit = (1.0, "s") if value >= 0.0999 else (1e-3, "ms") if value >= 0.999e-4 else (1e-6, "µs")
+    return f"{value / size:.3g} {unit}"
+
+
+def step_text(value: float | None) -> str:
+    """Return a step of time."""
+    return NOTHING if value is None else f"{value * 1e6:.4g} µs"
+
+
+def count_text(value: float | None) -> str:
+    """Return a whole number with its thousands parted."""
+    return NOTHING if value is None else f"{value:,.0f}"
+
+
+def small_text(value: float | None) -> str:
+    """Return what should be next to zero: a drift, a residual."""
+    return NOTHING if value is None else f"{value:.0e}"
+
+
+def tick_text(value: float) -> str:
+    """Return an error on an axis."""
+    return f"{value * 100:g}%" if value >= 0.99e-4 else f"{value:.0e}"
+
+
+def setting_texts(run: Run) -> list[str]:
+    """Return what a run changes of the scene, as `--set` takes it."""
+    return [f"{path}={_toml(value)}" for path, value in _paths(run.settings)]
+
+
+def flagged(document: Document) -> list[Quantity]:
+    """Return the quantities that do not settle over the sweep."""
+    return [quantity for quantity in document.quantities if quantity.converges is False]
+
+
+def machine_text(document: Document) -> str:
+    """Return the machine in one line."""
+    machine = document.machine
+    parts = [str(machine.get("cpu", "unknown processor"))]
+    if "cores" in machine:
+        parts.append(f"{machine['cores']} cores")
+    parts += [f"{key} {value}" for key, value in machine.items() if key not in ("cpu", "cores")]
+    return ", ".join(parts)
+
+
+def verdict(document: Document) -> str:
+    """Return what the tolerance chooses, or how one is given."""
+    choice = document.choice
+    if choice is None:
+        return "No tolerance was given; --tolerance 1% names the cheapest run that meets it."
+    if choice.run is None:
+        return f"Tolerance {tick_text(choice.tolerance)}: {choice.why}"
+    return (
+        f"{choice.run} meets {tick_text(choice.tolerance)}: error {size_text(choice.error)} ({choice.of}),"
+        f" {seconds_text(choice.cpu_seconds)} of CPU time; {choice.why}"
+    )
+
+
+def change_columns(document: Document) -> list[str]:
+    """Return the keys of the rows of design changes, in order."""
+    return list(dict.fromkeys(key for row in document.changes for key in row))
+
+
+def change_text(key: str, value: Any) -> str:
+    """Return an entry of a design change by what its key ends with."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name}: {change_text('', entry)}" for name, entry in value.items())
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return NOTHING if value is None else str(value)
+    if key.endswith("seconds"):
+        return seconds_text(value)
+    if key.endswith(("error", "change")):
+        return error_text(value)
+    return count_text(value) if isinstance(value, int) else f"{value:.4g}"
+
+
+def _paths(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the dotted path of each value in nested tables."""
+    for key, value in tables.items():
+        if isinstance(value, dict):
+            yield from ((f"{key}.{path}", one) for path, one in _paths(value))
+        else:
+            yield key, value
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_toml(entry) for entry in value) + "]"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)

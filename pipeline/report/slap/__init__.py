@@ -1,0 +1,1 @@
+"""Slaps of a driven piston."""

@@ -1,0 +1,207 @@
+"""What a report runs: the models that a scene names, crossed with its sweep; or, where it names neither, a default.
+
+A setting is a change of the scene. Its basis is what `component.*.modes` says, its step what `run.step` and
+`run.accuracy` say, and its scheme all the rest: runs of one scheme differ by truncation and time error only.
+"""
+
+import copy
+import itertools
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.reading import merge
+from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.solver.scene.scene import carriers
+
+FACTORS = (0.25, 0.5, 1.0, 2.0)
+"""Numbers of modes of the default sweep, as shares of the scene's own."""
+REFINED = (2, 4)
+"""Parts into which a setting's own step is divided, for its time error."""
+TIGHTER, OWN_ACCURACY, LEAST_ACCURACY = 1e-2, 1e-8, 1e-12
+"""Of located forces: what a time error is measured with, what the integrator takes by itself, and the least allowed."""
+LOOSER = (1e-4, 1e-6)
+"""Accuracies of the default sweep beside the scene's own."""
+SIMILAR = ("macneal", "ritz")
+"""Recipes of the default sweep: they take the same number of vectors."""
+WORDS = {
+    "normal_count": "{} modes",
+    "static_count": "{} static",
+    "accuracy": "accuracy {:g}",
+    "fixed_count": "{} fixed",
+}
+"""How values of a sweep are named; others are named by the value, or by key and value."""
+NO_RUN = ("report", "plot", "stress")
+"""Tables of a scene that say nothing of its motion."""
+SELF_EXPLAINING = ("recipe", "method", "kind", "integrator", "dashpot")
+UNITS = {"step": (1e6, "µs")}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One point of a sweep."""
+
+    name: str
+    changes: dict[str, Any]
+    """Of the scene, as nested tables."""
+    named: bool = True
+    """Whether the scene names it; one that was thought up may contradict itself."""
+
+
+def settings_of(job: Job) -> list[Setting]:
+    """Return what a report of a scene runs.
+
+    Raises:
+        InputError: a path of the sweep leads nowhere, or to what changes no run.
+    """
+    report = job.scene.report
+    if not report.models and not report.sweep:
+        return list(_default(job))
+    models = report.models or {"": {}}
+    named = [(f"models.{model}", table) for model, changes in models.items() for table in changes]
+    for where, table in [*named, *(("sweep", path.partition(".")[0]) for path in report.sweep)]:
+        if table in NO_RUN:
+            raise InputError(f"{job.path}: report.{where}: '{table}' given, which changes no run; vary what moves")
+    axes = [[(path, value) for value in values] for path, values in report.sweep.items()]
+    found = []
+    for (name, changes), point in itertools.product(models.items(), itertools.product(*axes)):
+        tables: dict[str, Any] = copy.deepcopy(changes)
+        for path, value in point:
+            merge(tables, _nested(job, path, value))
+        words = [name, *(word_of(path, value) for path, value in point)]
+        found.append(Setting(", ".join(filter(None, words)), tables, named=not point))
+    return found
+
+
+def finer(job: Job, setting: Setting, step: float) -> list[Setting]:
+    """Return settings that tell a setting's time error; none where its integrator makes none.
+
+    Args:
+        job: The scene with the setting put in.
+        step: That it took [s].
+    """
+    if job.scene.integrator == "event":
+        return []
+    if job.scene.integrator == "collocation":
+        tight = max(LEAST_ACCURACY, (job.scene.run.accuracy or OWN_ACCURACY) * TIGHTER)
+        parts = [(f"accuracy {tight:g}", {"accuracy": tight})]
+    else:
+        parts = [(f"step / {parts}", {"step": step / parts}) for parts in REFINED]
+    found = []
+    for word, run in parts:
+        changes = copy.deepcopy(setting.changes)
+        merge(changes, {"run": run})
+        found.append(Setting(f"{setting.name}, {word}", changes))
+    return found
+
+
+def scheme_of(job: Job) -> tuple[str, str]:
+    """Return what tells a setting's scheme from others, and its name.
+
+    Args:
+        job: The scene with the setting put in.
+    """
+    tables = copy.deepcopy(job.tables)
+    for name in NO_RUN:
+        tables.pop(name, None)
+    for component in tables.get("component", {}).values():
+        component.pop("modes", None)
+    for key in ("step", "accuracy", "samples", "frames"):
+        tables.get("run", {}).pop(key, None)
+    tables.setdefault("run", {})["integrator"] = job.scene.integrator
+    contacts = job.scene.contact.values()
+    words = [contact.method for contact in contacts]
+    words += [contact.law.kind for contact in contacts if contact.law is not None]
+    words += ["dashpot" for contact in contacts if contact.dashpot != "none"]
+    return json.dumps(tables, sort_keys=True), ", ".join(dict.fromkeys([*words, job.scene.integrator]))
+
+
+def basis_of(job: Job) -> str:
+    """Return what tells a setting's basis from others."""
+    return json.dumps({n: c.modes.model_dump(mode="json") for n, c in job.scene.component.items()}, sort_keys=True)
+
+
+def word_of(path: str, value: Any) -> str:
+    """Return how a value of a sweep is called."""
+    key = path.rsplit(".", 1)[-1]
+    if key in WORDS and isinstance(value, int | float):
+        return WORDS[key].format(value)
+    if key in UNITS and isinstance(value, int | float):
+        factor, unit = UNITS[key]
+        return f"{value * factor:g} {unit}"
+    return str(value) if key in SELF_EXPLAINING else f"{key} {value}"
+
+
+def _nested(job: Job, path: str, value: Any) -> dict[str, Any]:
+    """Return the nested tables that put a value at every place that a path means."""
+    found: dict[str, Any] = {}
+    for parts in _places(job.tables, path.split("."), []):
+        tables: Any = value
+        for part in reversed(parts):
+            tables = {part: tables}
+        merge(found, tables)
+    if not found:
+        raise InputError(f"{job.path}: report.sweep: '{path}' leads nowhere in this scene")
+    return found
+
+
+def _places(tables: Any, parts: list[str], before: list[str]) -> Iterator[list[str]]:
+    if len(parts) == 1 or not isinstance(tables, Mapping):
+        yield [*before, *parts]
+        return
+    names = list(tables) if parts[0] == "*" else [parts[0]]
+    for name in names:
+        if _is_rigid(tables.get(name)) and "modes" in parts:
+            continue
+        yield from _places(tables.get(name, {}), parts[1:], [*before, name])
+
+
+def _is_rigid(component: Any) -> bool:
+    return isinstance(component, Mapping) and component.get("geometry", {}).get("kind") == "rigid"
+
+
+def _default(job: Job) -> Iterator[Setting]:
+    """Yield shares of the scene's modes, then what else can carry the scene at its own number of modes."""
+    elastic = {
+        name: component.modes
+        for name, component in job.scene.component.items()
+        if component.geometry.kind != "rigid" and component.modes.recipe != "rigid"
+    }
+    counted = {name: modes for name, modes in elastic.items() if modes.normal_count > 0}
+    for factor in FACTORS if counted else (1.0,):
+        counts = {name: max(1, round(factor * modes.normal_count)) for name, modes in counted.items()}
+        changes = {"component": {name: {"modes": {"normal_count": n}} for name, n in counts.items()}} if counts else {}
+        numbers = " + ".join(dict.fromkeys(str(n) for n in counts.values()))
+        yield Setting(f"{numbers} modes" if counts else "as in the scene", changes, named=factor == 1.0)
+    for recipe in SIMILAR:
+        others = [name for name, modes in counted.items() if modes.recipe in SIMILAR and modes.recipe != recipe]
+        if others:
+            changes = {"component": {name: {"modes": {"recipe": recipe}} for name in others}}
+            yield Setting(f"recipe {recipe}", changes, named=False)
+    for integrator in carriers(job.scene):
+        if integrator != job.scene.integrator:
+            yield Setting(f"integrator {integrator}", {"run": {"integrator": integrator}}, named=False)
+    flexible = [name for name, contact in job.scene.contact.items() if contact.method == "residual"]
+    if elastic and flexible:
+        changes = {"contact": {name: {"method": "penalty"} for name in flexible}}
+        yield Setting("penalty", changes, named=False)
+    if job.scene.integrator == "collocation" and job.scene.run.accuracy is None:
+        for accuracy in LOOSER:
+            yield Setting(f"accuracy {accuracy:g}", {"run": {"accuracy": accuracy}}, named=False)
+
+
+def contradiction(job: Job, setting: Setting) -> str | None:
+    """Return why a setting cannot be, or None.
+
+    Raises:
+        InputError: it cannot, and the scene names it, or a key is misspelt.
+    """
+    try:
+        variant(job, setting.changes)
+    except InputError as error:
+        if setting.named or "unknown key" in str(error):
+            raise
+        return str(error).splitlines()[0].removeprefix(f"{job.path}: ")
+    return None

@@ -1,0 +1,64 @@
+"""Extremes of a scene: every case with what it rests on, as a share of its bound."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+from gudgeon.pipeline.plots.base.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, RED, new_figure, save, styled
+
+COLOURS = {"right": GREEN, "refused": ORANGE, "wrong": RED, "does not apply": GREY}
+LEAST = 1e-8
+"""Shares of bounds are drawn no smaller than this."""
+LONGEST = 76
+"""Characters of a reason that the picture shows."""
+
+
+def draw(document: dict[str, Any], path: Path) -> None:
+    """Draw a line for each case: its verdict, and each rule's value over its bound.
+
+    Args:
+        document: As `pipeline.robustness.run.stress_cases` returns it.
+        path: The PNG file, written in one step.
+    """
+    rows, counts = document["rows"], document["counts"]
+    height = 330 + 44 * len(rows)
+    with styled():
+        told = ", ".join(f"{number} {name}" for name, number in counts.items() if number)
+        told = told.replace("does not", "do not")
+        figure = new_figure(f"{document['scene']}: extremes", told, height=height)
+        axes = figure.add_axes((0.20, 130 / height, 0.36, (height - 290) / height))
+        for number, row in enumerate(rows):
+            colour = COLOURS[row["verdict"]]
+            y = len(rows) - 1 - number
+            axes.text(
+                -0.03, y, row["case"], transform=axes.get_yaxis_transform(), ha="right", va="center", fontsize=8.5,
+                color=INK,
+            )  # fmt: skip
+            for one in row["findings"]:
+                axes.plot(_share(one), y, "o", color=RED if not one["holds"] else BLUE, alpha=0.45, markersize=4)
+            if row["rule"] is not None:
+                axes.plot(_share(row), y, "o", color=colour, markersize=6)
+            says = row["rests_on"] if row["verdict"] == "right" else f"{row['verdict']}: {row['reason']}"
+            says = says if len(says) <= LONGEST else f"{says[: LONGEST - 1]}…"
+            axes.text(
+                1.03, y, says, transform=axes.get_yaxis_transform(), va="center", fontsize=6.5,
+                color=FAINT if row["verdict"] in ("right", "does not apply") else colour,
+            )  # fmt: skip
+        axes.axvline(1.0, color=RED, linewidth=1.0)
+        axes.set_xscale("log")
+        axes.set_xlim(LEAST / 2, 20)
+        axes.set_ylim(-0.7, len(rows) - 0.3)
+        axes.set_yticks([])
+        axes.set_xlabel("value over bound of each rule; the deciding one is large")
+        scratch = path.with_name(f".{path.name}.part")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save(figure, scratch)
+        scratch.replace(path)
+
+
+def _share(one: dict[str, Any]) -> float:
+    """Return value over bound within the picture."""
+    if one["value"] is None:
+        return 10.0
+    share = one["value"] / one["bound"] if one["bound"] else (math.inf if one["value"] else 0.0)
+    return min(max(share, LEAST), 10.0)

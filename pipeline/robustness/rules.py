@@ -1,0 +1,261 @@
+"""What must hold of a run whatever its numbers are: invariants and limits. A new one is a function and a line.
+
+A rule returns a finding, or None where it has nothing to say: a scene without free bodies has no momentum to keep.
+Bounds rest on what the integrators promise, or on round-off; none is fitted to a scene.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.pipeline.reduction.accuracy import ACCEPTED, LOCKING_RATIO
+from gudgeon.pipeline.robustness.evidence import Evidence
+from gudgeon.pipeline.robustness.units import FORCE, IMPULSE, LENGTH, TIME, Dimension, Units
+
+SAME = 1e-9
+"""Relative difference of what differs by round-off alone."""
+BALANCED = 1e-9
+"""Error of a momentum balance over the impulse."""
+KEPT = {"event": 1e-9, "collocation": 1e-6, "discrete-gradient": 1e-9, "kick": 2e-3, "trapezoid": 2e-3}
+"""Energy drift: exact motion and energy-conserving steps keep it to round-off, collocation to a hundred times its
+accuracy of 1e-8, explicit and implicit contact to what dt·ω_c leaves."""
+SECOND_ORDER = ("kick", "trapezoid")
+PER_STEP = 1e-16
+"""What round-off adds to the energy balance in each step."""
+ROUND_OFFS = 16.0
+"""How often the last digit of a place, a momentum or an energy may come into a result."""
+ORTHONORMAL = 1e-9
+SEEN = 1e-3
+"""Share of what energy allows from which frames have seen an overlap."""
+SETTLED = 0.01
+"""Share by which splitting a few elements may lower a frequency."""
+UNIT_OF: dict[str, Dimension] = {"s": TIME, "m": LENGTH, "N": FORCE, "N s": IMPULSE}
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What a case is held against."""
+
+    base: Evidence
+    """The run that it is compared with."""
+    units: Units | None = None
+    stretch: dict[str, float] | None = None
+    agreement: float | None = None
+    factor: float | None = None
+    """On the contacts' stiffness."""
+    measured: bool = False
+    """Whether units were read off gaps as the solver has them."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one rule found: it holds where the value is at most the bound."""
+
+    rule: str
+    value: float
+    bound: float
+    rests_on: str
+    """The invariant, in words."""
+
+    @property
+    def holds(self) -> bool:
+        """False where the value is no number, too."""
+        return bool(self.value <= self.bound)
+
+
+def similarity(found: Evidence, compared: Compared) -> Finding | None:
+    """First contact, or readings where nothing touches, the same but for the units."""
+    units, base = compared.units, compared.base
+    if units is None:
+        return None
+    places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
+    pairs: list[tuple[float, float]] = []
+    """Relative differences, and what is allowed."""
+    if base.contact is not None:
+        one, other = found.contact, base.contact
+        if one is None:
+            return Finding("similarity", np.inf, SAME, "first contact in other units (there is none)")
+        # A start that is all but zero is known to a share of how long the contact takes.
+        span = max(other.start, other.duration) or 1.0
+        places *= other.start / span
+        pairs.append((abs(one.start / units.of(TIME) - other.start) / span, SAME + places))
+        for name, dimension in (("impulse", IMPULSE), ("duration", TIME), ("force", FORCE)):
+            rings = found.force_round_off + base.force_round_off if name == "force" else 0.0
+            apart = _apart(getattr(one, name) / units.of(dimension), getattr(other, name))
+            pairs.append((apart, SAME + places + rings))
+    else:
+        largest: dict[str, float] = {}
+        for value, unit in base.readings.values():
+            largest[unit] = max(largest.get(unit, 0.0), abs(value))
+        for name, (value, unit) in base.readings.items():
+            if unit in UNIT_OF and name in found.readings and (size := largest.get(unit, 0.0)) > 0:
+                apart = abs(found.readings[name][0] / units.of(UNIT_OF[unit]) - value) / (abs(value) or size)
+                pairs.append((apart, SAME + places))
+    if not pairs:
+        return None
+    what = "first contact" if base.contact is not None else "readings"
+    value, bound = max(pairs, key=lambda pair: pair[0] / pair[1] if np.isfinite(pair[0]) else np.inf)
+    return Finding("similarity", value, bound, f"{what} the same in other units")
+
+
+def frequencies(found: Evidence, compared: Compared) -> Finding | None:
+    """Every frequency changed by a known factor."""
+    if compared.stretch is None or not compared.base.frequencies:
+        return None
+    worst = 0.0
+    for name, before in compared.base.frequencies.items():
+        after = found.frequencies.get(name, np.empty(0)) / compared.stretch[name]
+        if len(after) != len(before):
+            return Finding("frequencies", np.inf, SAME, "as many frequencies as before")
+        worst = max(worst, float(np.abs(after / before - 1).max()))
+    return Finding("frequencies", worst, SAME, "frequencies change by a known factor")
+
+
+def collision(found: Evidence, compared: Compared) -> Finding | None:
+    """Impulse (1 + e) m v of the first blow between rigid bodies."""
+    blows = found.blows
+    if blows is None or blows.restitution is None or not blows.alone or not blows.approach > 0:
+        return None
+    if found.contact is None:
+        return Finding("collision", np.inf, SAME, "impulse (1 + e) m v (there is none)")
+    expected = (1 + blows.restitution) * blows.mass * blows.approach
+    bound = SAME if found.integrator == "event" else 10 * KEPT[found.integrator]
+    return Finding("collision", _apart(found.contact.impulse, expected), bound, "impulse (1 + e) m v")
+
+
+def loss(found: Evidence, compared: Compared) -> Finding | None:
+    """Energy lost by blows of known restitution, Σ ½ m v² (1 − e²)."""
+    blows = found.blows
+    if blows is None or not blows.impact or blows.restitution is None or not len(blows.closing):
+        return None
+    expected = float((0.5 * blows.mass * blows.closing**2).sum() * (1 - blows.restitution**2))
+    whole = max(float((0.5 * blows.mass * blows.closing**2).max()), abs(found.loss))
+    return Finding("loss", abs(found.loss - expected) / whole, SAME, "loss Σ ½ m v² (1 − e²)") if whole > 0 else None
+
+
+def agreement(found: Evidence, compared: Compared) -> Finding | None:
+    """First contact's impulse, or largest reading, as in a run that must agree."""
+    if compared.agreement is None:
+        return None
+    base = compared.base
+    if base.contact is not None:
+        if found.contact is None:
+            return Finding("agreement", np.inf, compared.agreement, "first contact (there is none)")
+        value = abs(found.contact.impulse / base.contact.impulse - 1)
+        return Finding("agreement", value, compared.agreement, "impulse of the first contact")
+    pairs = [(found.readings[n][0], v) for n, (v, u) in base.readings.items() if u == "m" and n in found.readings]
+    size = max((abs(b) for _, b in pairs), default=0.0)
+    if size == 0:
+        return None
+    return Finding("agreement", max(abs(a - b) for a, b in pairs) / size, compared.agreement, "displacements")
+
+
+def nested(found: Evidence, compared: Compared) -> Finding | None:
+    """A mesh that holds the other one has lower frequencies, by little (Rayleigh)."""
+    rises, falls = [], []
+    for name, before in compared.base.frequencies.items():
+        after = found.frequencies.get(name)
+        if after is None or len(after) != len(before):
+            continue
+        rises.append(float((after / before - 1).max()))
+        falls.append(float((1 - after / before).max()))
+    if not rises:
+        return None
+    if max(falls) > SETTLED:
+        return Finding("nested", max(falls), SETTLED, "split elements change little")
+    return Finding("nested", max(rises), SAME, "split elements lower frequencies (Rayleigh)")
+
+
+def shear(found: Evidence, compared: Compared) -> Finding | None:
+    """ω²/G never falls as Poisson's ratio rises (Rayleigh)."""
+    falls = []
+    for name, before in compared.base.frequencies.items():
+        after = found.frequencies.get(name)
+        if after is not None and len(after) == len(before) and found.shear[name] <= compared.base.shear[name]:
+            ratio = (after / before) ** 2 * compared.base.shear[name] / found.shear[name]
+            falls.append(float((1 - ratio).max()))
+    return Finding("shear", max(falls), SAME, "ω²/G rises with ν (Rayleigh)") if falls else None
+
+
+def resolved(found: Evidence, compared: Compared) -> Finding | None:
+    """The error that elements are known to make stays small, or what it was: they do not lock."""
+    if found.estimated is None:
+        return None
+    bound = max(ACCEPTED, LOCKING_RATIO * (compared.base.estimated or 0.0))
+    return Finding("resolved", found.estimated, bound, "estimated error of frequencies")
+
+
+def momentum(found: Evidence, compared: Compared) -> Finding | None:
+    """Momentum of free bodies against the impulses on them."""
+    if found.momentum_residual is None:
+        return None
+    bound = BALANCED + ROUND_OFFS * found.momentum_round_off
+    return Finding("momentum", found.momentum_residual, bound, "momentum balance")
+
+
+def energy(found: Evidence, compared: Compared) -> Finding | None:
+    """Energy balance over energy exchanged."""
+    if found.energy_drift is None or not found.exchanged > 0:
+        return None
+    return Finding("energy", found.energy_drift, _kept(found, compared), "energy balance")
+
+
+def creation(found: Evidence, compared: Compared) -> Finding | None:
+    """Mechanical energy less work never grows, whatever dissipation is booked."""
+    if found.rise is None:
+        return None
+    return Finding("creation", found.rise, _kept(found, compared), "no energy from nothing")
+
+
+def penetration(found: Evidence, compared: Compared) -> Finding | None:
+    """Surfaces overlap by no more than the energy there is can press them."""
+    if found.penetration is None or found.penetration_bound is None:
+        return None
+    if found.contact is None and found.penetration <= found.penetration_bound:
+        return None  # What stays apart says nothing.
+    return Finding("penetration", found.penetration, found.penetration_bound, "overlap that the energy allows [m]")
+
+
+def monotone(found: Evidence, compared: Compared) -> Finding | None:
+    """Stiffer surfaces overlap less, softer ones more."""
+    factor, before, after = compared.factor, compared.base.penetration, found.penetration
+    if factor is None or before is None or after is None or compared.base.penetration_bound is None:
+        return None
+    if before < SEEN * compared.base.penetration_bound:
+        return None
+    value, bound = (after, before) if factor > 1 else (before, after)
+    return Finding("monotone", value, bound * (1 + SAME), "stiffer surfaces overlap less [m]")
+
+
+def orthogonality(found: Evidence, compared: Compared) -> Finding | None:
+    """ΦᵀMΦ = I."""
+    if found.orthogonality is None:
+        return None
+    return Finding("orthogonality", found.orthogonality, ORTHONORMAL, "modes are orthonormal")
+
+
+RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
+    "similarity": similarity, "frequencies": frequencies, "collision": collision, "loss": loss,
+    "agreement": agreement, "nested": nested, "shear": shear, "resolved": resolved, "momentum": momentum,
+    "energy": energy, "creation": creation, "penetration": penetration, "monotone": monotone,
+    "orthogonality": orthogonality,
+}  # fmt: skip
+
+
+def _kept(found: Evidence, compared: Compared) -> float:
+    """Return the energy drift that an integrator promises.
+
+    Steps of second order promise it at the step that a scene comes with. A run that must agree with it at a larger one
+    may drift as the step's square allows, and no more: faster growth means that it no longer converges.
+    """
+    promised, base = KEPT[found.integrator], compared.base
+    stretched = compared.agreement is not None and base.integrator == found.integrator in SECOND_ORDER
+    if stretched and base.energy_drift is not None and found.step > base.step > 0:
+        promised = max(promised, min(promised, base.energy_drift) * (found.step / base.step) ** 2)
+    return promised + PER_STEP * found.steps + ROUND_OFFS * found.energy_round_off
+
+
+def _apart(one: float, other: float) -> float:
+    """Return the relative difference of two numbers; 0 where both are 0."""
+    return 0.0 if one == other else abs(one - other) / max(abs(one), abs(other))

@@ -1,0 +1,68 @@
+"""Slivers without changing anything else: elements are split at a point next to one of their faces.
+
+The new elements fill the old ones by the same map, so that the space of shapes holds the one before: by Rayleigh no
+frequency rises, and no surface changes.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+
+EDGES = {
+    "tetra10": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
+    "triangle6": ((0, 1), (1, 2), (2, 0)),
+    "line3": ((0, 1),),
+    "beam2": (),
+    "beam3": ((0, 1),),
+}
+"""Corners of each mid-side node, in the order of the records."""
+CORNERS = {"tetra10": 4, "triangle6": 3, "line3": 2, "beam2": 2, "beam3": 2}
+
+
+def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
+    """Return a mesh with some elements split: a point at 1/aspect of the height over a face, joined to all corners.
+
+    Args:
+        mesh: Of any elastic component.
+        aspect: Edge over height of the flattest part.
+        count: Elements that are split, spread evenly over the mesh.
+    """
+    corners, edges = CORNERS[mesh.cell_type], EDGES[mesh.cell_type]
+    chosen = np.unique(np.linspace(0, len(mesh.cells) - 1, min(count, len(mesh.cells))).astype(int))
+    nodes, cells = list(mesh.nodes), [cell for i, cell in enumerate(mesh.cells) if i not in set(chosen)]
+    height = 1.0 / aspect
+    place = np.append(np.full(corners - 1, (1 - height) / (corners - 1)), height)
+    for number in chosen:
+        cell = mesh.cells[number]
+        at = {i: int(cell[i]) for i in range(corners)}
+        sides = {frozenset(edge): int(cell[corners + i]) for i, edge in enumerate(edges)}
+        at[corners] = len(nodes)
+        nodes.append(_mapped(mesh, number, place))
+        if edges:
+            # The old middle of a line is the middle of nothing any more.
+            spare = [sides.pop(frozenset((0, 1)))] if corners == 2 else []
+            for i in range(corners):
+                middle = _mapped(mesh, number, 0.5 * (place + np.eye(corners)[i]))
+                if spare:
+                    node = spare.pop()
+                    nodes[node] = middle
+                else:
+                    node = len(nodes)
+                    nodes.append(middle)
+                sides[frozenset((i, corners))] = node
+        for left in range(corners):
+            own = [corners if i == left else i for i in range(corners)]
+            middles = [sides[frozenset((own[a], own[b]))] for a, b in edges]
+            cells.append(np.array([*(at[i] for i in own), *middles]))
+    return replace(mesh, nodes=np.array(nodes), cells=np.array(cells, dtype=mesh.cells.dtype))
+
+
+def _mapped(mesh: MeshRecord, number: int, share: np.ndarray) -> np.ndarray:
+    """Return the point of an element at barycentric coordinates [m], (3,)."""
+    cell, corners, edges = mesh.cells[number], CORNERS[mesh.cell_type], EDGES[mesh.cell_type]
+    if not edges:
+        return share @ mesh.nodes[cell]
+    values = [*(share * (2 * share - 1)), *(4 * share[a] * share[b] for a, b in edges)]
+    return np.array(values) @ mesh.nodes[cell[: corners + len(edges)]]

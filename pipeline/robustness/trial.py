@@ -1,0 +1,319 @@
+"""Runs one case of a scene of bodies in contact and reads off what the rules need."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gudgeon import modaldb
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.errors import InputError, PipelineError
+from gudgeon.pipeline.robustness.evidence import Blows, Evidence, FirstContact, Refusal
+from gudgeon.pipeline.robustness.units import Units
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.result import Result
+from gudgeon.solver.results.contact_events import merged
+from gudgeon.solver.scene.scene import carriers
+from gudgeon.solver.simulate import simulate, suggested
+from gudgeon.solver.system.compile import compile_system
+from gudgeon.solver.system.system import System
+
+ROUND_OFF = 1e-9
+"""Overlap over the way that a contact's points go: what counts as none."""
+REFUSALS = (PipelineError, SceneError, SolverError, modaldb.ModalDBError)
+WHOLE = ("macneal", "normal+static", "rubin")
+"""Recipes whose first coordinates are normal modes of the whole mesh."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One scene to run."""
+
+    job: Any
+    meshes: Mapping[str, MeshRecord] = field(default_factory=dict)
+    """Meshes of components that stand for their own; then nothing of it is kept."""
+    like: "Trial | None" = None
+    """What its result is compared with; the scene itself where None."""
+    units: Units | None = None
+    """Where it is the other one in other units: its contact must be the same but for these."""
+    stretch: Mapping[str, float] | None = None
+    """Factor on each component's frequencies, where it is known."""
+    agreement: float | None = None
+    """Relative difference allowed of the first contact's impulse, where both must agree."""
+    factor: float | None = None
+    """On the stiffness of contacts."""
+    measured: bool = False
+    """Whether units were read off gaps as the solver has them: then no last digit of places is in between."""
+
+
+def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -> Evidence | Refusal:
+    """Run a case.
+
+    Args:
+        scratch: Folder for what is not kept.
+    """
+    job: Job = replace(trial.job, out=scratch)
+    start = time.perf_counter()
+    try:
+        if trial.meshes:
+            job = replace(job, store=modaldb.open(scratch / "db"))
+            for name, steps in job.components().items():
+                product = steps["base-mesh"]
+                job.store.put(product.key, product.kind, trial.meshes[name], product.inputs)
+        run_job(job, "morph", tell)
+        system, product = _compiled(job), job.trajectory()
+        if not job.store.has(product.key):
+            found = simulate(system, lambda share: tell("solve", share))
+            job.store.put(product.key, product.kind, found, product.inputs)
+        trajectory: Trajectory = job.store.get(product.key, "trajectory")
+    except REFUSALS as error:
+        return Refusal(str(error).replace("\n", "; "), time.perf_counter() - start)
+    outcome = Result[trajectory.result]
+    if not outcome.ok:
+        return Refusal(outcome.value, time.perf_counter() - start)
+    modes = {name: job.store.get(steps["modes"].key, "modes") for name, steps in job.components().items()}
+    return _read(job, system, trajectory, modes, time.perf_counter() - start)
+
+
+def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | None:
+    """Return a run's first contact; None where nothing touches.
+
+    Args:
+        resolution: Period of the highest kept frequency [s]: what parts for less is one contact.
+    """
+    found = []
+    for name, history in trajectory.contacts.items():
+        blows = trajectory.episodes.get(name)
+        if blows is not None:
+            if len(blows):
+                one = merged(blows, resolution)[0]
+                force = (
+                    float(one[3]) if resolution == 0 else _smoothed(history.force, trajectory.times, one, resolution)
+                )
+                found.append(FirstContact(float(one[0]), float(one[2]), float(one[1] - one[0]), force))
+            continue
+        size, interval = np.linalg.norm(history.force, axis=1), float(trajectory.times[0])
+        touching = np.flatnonzero(size)
+        if not len(touching):
+            continue
+        gaps = np.flatnonzero(np.diff(touching) > max(1.0, resolution / interval))
+        own = touching[: gaps[0] + 1] if len(gaps) else touching
+        pressed = size[own[0] : own[-1] + 1]
+        found.append(
+            FirstContact(float(own[0] * interval), float(interval * pressed.sum()), float(len(pressed) * interval),
+                         float(pressed.max()))
+        )  # fmt: skip
+    return min(found, key=lambda one: one.start, default=None)
+
+
+def _smoothed(force: np.ndarray, times: np.ndarray, blow: np.ndarray, resolution: float) -> float:
+    """Return the largest mean force [N] of a blow over one period of the highest kept frequency: less is ringing."""
+    interval = float(times[0])
+    size = np.linalg.norm(force[: int(np.searchsorted(times, blow[1])) + 1], axis=1)
+    width = min(max(1, round(resolution / interval)), max(1, len(size)))
+    return float(np.convolve(size, np.full(width, 1.0 / width), mode="valid").max(initial=0.0))
+
+
+def integrators_of(job: Job) -> tuple[str, ...]:
+    """Return the integrators that can carry a scene, its own first."""
+    own = job.scene.integrator
+    return (own, *(name for name in carriers(job.scene) if name != own))
+
+
+def suggested_step(job: Job) -> float:
+    """Return the step that a scene's integrator takes by itself [s].
+
+    Raises:
+        InputError: the scene cannot be run with it.
+    """
+    try:
+        return suggested(_compiled(job))
+    except SolverError as error:
+        raise InputError(str(error)) from error
+
+
+def sizes(job: Job) -> dict[str, int]:
+    """Return how many contact points a scene has, and on how many coordinates."""
+    points, coordinates = _compiled(job).rows.shape
+    return {"points": points, "coordinates": coordinates}
+
+
+def approach(job: Job) -> tuple[np.ndarray, float, float]:
+    """Return of the first contact the force's direction on its body (3,), its least gap and its body's size [m]."""
+    system = _compiled(job)
+    contact = system.contacts[0]
+    row = int(system.gap[contact.rows].argmin())
+    arms = contact.points - system.bodies[contact.body].morph.centre
+    reach = float(np.linalg.norm(arms, axis=1).max()) or 1.0
+    return contact.directions[row], float(system.gap[contact.rows][row]), reach
+
+
+def _compiled(job: Job) -> System:
+    """Return the system of a job whose bodies are made."""
+    morphs = {name: steps["morph"].key for name, steps in job.components().items()}
+    return compile_system(job.store, job.scene, morphs)
+
+
+def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord], seconds: float) -> Evidence:
+    """Collect a run's evidence."""
+    eps = float(np.finfo(float).eps)
+    elastic = {name: record for name, record in modes.items() if len(record.angular_frequencies)}
+    mechanical = found.energies[:, :3].sum(axis=1) - found.energies[:, 4]
+    exchanged = float(sum(np.ptp(found.energies[:, i]) for i in range(3)))
+    for blows in found.episodes.values():  # Those between two samples, too.
+        exchanged = max(exchanged, 0.25 * float((blows[:, 2] * np.abs(blows[:, 5])).max(initial=0.0)))
+    lowest = np.minimum.accumulate(mechanical) if len(mechanical) else mechanical
+    # What a dashpot keeps a surface from giving back counts as lost for a while, and its depth as overlap.
+    lagging = bool(system.dashpot.any())
+    depth, allowed = (None, None) if lagging else _penetration(system, found)
+    moved = any(body.rigid_count for body in system.bodies.values())
+    pushed = any(history.force.any() for history in found.contacts.values()) or bool(found.joints)
+    estimates = [
+        float(np.nanmax(r.discretisation_errors[: r.normal_count]))
+        for r in elastic.values()
+        if r.discretisation_errors is not None and np.isfinite(r.discretisation_errors[: r.normal_count]).any()
+    ]
+    contact = first_contact(found, system.resolution)
+    checks = [float(r.quality["orthogonality"]) for r in elastic.values() if "orthogonality" in r.quality]
+    return Evidence(
+        frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.recipe in WHOLE},
+        shear={n: _shear(job, n) for n in elastic},
+        estimated=max(estimates, default=None),
+        orthogonality=max(checks, default=None),
+        contact=contact,
+        readings={n: (e["value"], e["unit"]) for n, e in found.quantities.items()} if not found.contacts else {},
+        blows=_blows(system, found),
+        integrator=str(found.counts["integrator"]),
+        energy_drift=found.energy_drift,
+        momentum_residual=found.momentum_residual if moved and pushed else None,
+        momentum_round_off=_last_digit(system, found),
+        energy_round_off=eps * float(np.abs(found.energies).max(initial=0.0)) / exchanged if exchanged > 0 else 0.0,
+        force_round_off=_ringing(system, found, contact),
+        gap_round_off=_blur(system),
+        rise=float((mechanical - lowest).max()) / exchanged if exchanged > 0 and not lagging else None,
+        loss=float(found.energies[-1, 3]) if len(found.energies) else 0.0,
+        exchanged=exchanged,
+        penetration=depth,
+        penetration_bound=allowed,
+        condition=_condition(system),
+        steps=int(found.counts["steps"]),
+        substeps=int(found.counts["substeps"]),
+        step=float(found.counts["step"]),
+        seconds=seconds,
+    )
+
+
+def _last_digit(system: System, found: Trajectory) -> float:
+    """Return the last digit of the largest momentum over the impulse of all contacts."""
+    pushed = sum(
+        float(np.linalg.norm(history.force, axis=1).sum()) * float(found.times[0])
+        for history in found.contacts.values()
+    )
+    speed = max((float(np.abs(found.velocities[:, k]).max(initial=0.0)) for k in system.rigid), default=0.0)
+    masses = [body.morph.mass for body in system.bodies.values()]
+    return float(np.finfo(float).eps) * max(masses) ** 0.5 * speed / pushed if pushed > 0 else 0.0
+
+
+def _ringing(system: System, found: Trajectory, contact: FirstContact | None) -> float:
+    """Return what round-off of the frequencies in contact leaves in its force, relative; docs/stress.md derives it."""
+    damped = bool(system.dashpot.any())  # Ringing dies before phases drift.
+    if contact is None or found.counts["integrator"] != "event" or system.resolution == 0 or damped:
+        return 0.0
+    phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.resolution) ** 2 / (2 * np.pi)
+    elastic, worst = system.stiffness > 0, 0.0
+    yields = np.diag(system.residual) + system.layer
+    for one in system.contacts:
+        pressed = found.contacts[one.name].multipliers
+        for number, row in enumerate(range(one.rows.start, one.rows.stop)):
+            closed, most = pressed[:, number] > 0, float(pressed[:, number].max(initial=0.0))
+            if yields[row] > 0 and most > 0:
+                ways = np.abs(found.frames[closed][:, elastic]) @ np.abs(system.rows[row, elastic])
+                worst = max(worst, float(ways.max()) / (yields[row] * most))
+    return phase * worst
+
+
+def _blur(system: System) -> float:
+    """Return what the last digit of the points' places is over the least gap; 0 where points touch from the start."""
+    places = [float(np.abs(c.points + system.scene.body[c.body].position).max()) for c in system.contacts]
+    least = float(system.gap.min(initial=np.inf))
+    return float(np.finfo(float).eps) * max(places) / least if places and least > 0 else 0.0
+
+
+def _shear(job: Job, component: str) -> float:
+    material = job.scene.component[component].material
+    assert material is not None
+    return material.lame[1]
+
+
+def _penetration(system: System, found: Trajectory) -> tuple[float | None, float | None]:
+    """Return the deepest overlap at frames and what is allowed [m]; None where points slide over another body."""
+    plain = [contact for contact in system.contacts if contact.master is None]
+    if not plain or not len(found.frames):
+        return None, None
+    ways = found.frames @ system.rows.T
+    pressed = np.zeros(ways.shape)
+    for contact in system.contacts:
+        pressed[:, contact.rows] = found.contacts[contact.name].multipliers
+    depth = -(system.gap + ways + pressed @ system.residual)
+    start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
+    energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))
+    speeds = np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T)
+    speed = float(speeds.max())
+    slack = ROUND_OFF * float(np.abs(ways).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
+    # Explicit contact ends a frame half a step after its forces, and bodies bend meanwhile.
+    slack += found.counts["step"] * speed if found.counts["integrator"] == "kick" else 0.0
+    worst, allowed = -np.inf, 0.0
+    for contact in plain:
+        for row in range(contact.rows.start, contact.rows.stop):
+            stiffness, exponent = system.law[row, :2]
+            yields = np.sqrt(2 * energy * system.layer[row])
+            if stiffness > 0 and system.layer[row] == 0:
+                yields = ((exponent + 1) * energy / stiffness) ** (1 / (exponent + 1))
+            over = float(depth[:, row].max())
+            if over - (yields + slack) > worst - allowed or not np.isfinite(worst):
+                worst, allowed = over, float(yields + slack)
+    return max(worst, 0.0), allowed
+
+
+def _condition(system: System) -> float | None:
+    """Return the condition number of what contact forces are found from, at unit diagonal."""
+    if not len(system.gap):
+        elastic = system.stiffness[system.stiffness > 0]
+        return float(elastic.max() / elastic.min()) if len(elastic) else None
+    matrix = system.compliance if system.compliance.diagonal().min() > 0 else system.rows @ system.rows.T
+    size = np.sqrt(matrix.diagonal())
+    values = np.linalg.eigvalsh(matrix / np.outer(size, size))
+    return float(values[-1] / values[0]) if values[0] > 0 else float("inf")
+
+
+def _blows(system: System, found: Trajectory) -> Blows | None:
+    """Return what closed forms can be put to; None where there is none."""
+    if len(system.contacts) != 1 or len(system.gap) != 1:
+        return None
+    scene, contact = system.scene, system.contacts[0]
+    settings, row, square = scene.contact[contact.name], system.rows[0], float(system.rows[0] @ system.rows[0])
+    rigid = not (system.stiffness > 0).any()
+    impact = settings.method == "impact"
+    if settings.friction is not None or not (rigid or impact):
+        return None
+    e = settings.restitution if impact else _restitution(settings)
+    forced = any(scene.run.gravity) or bool(scene.force)
+    blows = found.episodes.get(contact.name)
+    closing = blows[:, 5] if blows is not None else np.empty(0)
+    return Blows(e, 1 / square, closing, -float(row @ system.velocity), rigid and not forced, impact)
+
+
+def _restitution(contact: Any) -> float | None:
+    """Return the restitution of a law between free rigid bodies, where it is known."""
+    if contact.law is None:
+        return 1.0 if contact.surface_stiffness is not None else None
+    if contact.law.kind == "hertz" or (contact.law.kind == "linear" and contact.law.damping == 0):
+        return 1.0
+    return contact.law.restitution if contact.law.kind == "exact" else None

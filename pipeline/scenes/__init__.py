@@ -1,0 +1,1 @@
+"""What may stand in a scene file, read and checked; no numerics."""

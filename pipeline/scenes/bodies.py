@@ -1,0 +1,15 @@
+"""A scene file of bodies in contact."""
+
+from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.extremes import Stress
+from gudgeon.pipeline.scenes.report import Plot, Report
+from gudgeon.solver.scene.scene import Scene
+
+
+class SceneFile(Scene):
+    """A whole scene file."""
+
+    component: dict[str, Component]
+    report: Report = Report()
+    plot: Plot = Plot()
+    stress: Stress = Stress()

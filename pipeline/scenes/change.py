@@ -1,0 +1,36 @@
+"""Files and surfaces that a design change names."""
+
+from pathlib import Path
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.component import Component, Profile
+from gudgeon.pipeline.scenes.reading import find_file
+
+
+def table_path(profile: Profile, folder: Path, name: str) -> Path | None:
+    """Return where a profile's table stands: beside the scene, or where the command runs.
+
+    Raises:
+        InputError: it is in neither place.
+    """
+    return None if profile.table is None else find_file(profile.table, folder, f"component.{name}.change.profile.table")
+
+
+def profile_surface(component: Component, name: str) -> str:
+    """Return the surface that a component's profile moves.
+
+    Raises:
+        InputError: none is named and there is no interface to take it from, or it carries a traction space.
+    """
+    where, surface = f"component.{name}.change.profile.surface", component.change.profile.surface
+    if surface is None:
+        if not component.interface:
+            raise InputError(f"{where}: is missing, and the component has no interface to take it from")
+        surface = next(iter(component.interface.values())).surface
+    for key, interface in component.interface.items():
+        if interface.kind == "traction" and interface.surface == surface:
+            raise InputError(
+                f"{where}: a traction space stands on the basic surface '{surface}' (interface.{key}), which a profile"
+                " must not move; give the profile to the body that slides over it"
+            )
+    return surface

@@ -1,0 +1,110 @@
+"""From tables to a scene whose names agree, whose tables are read and whose parts fit."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.crank_tables import check_closed, read_cycle
+from gudgeon.pipeline.scenes.fit import misfits
+from gudgeon.pipeline.scenes.reading import check_scene, find_file, named
+
+if TYPE_CHECKING:
+    from gudgeon.pipeline.scenes.bodies import SceneFile
+
+
+POINTS = ("points", "patch")
+"""Kinds of interface that contacts act on."""
+UNRESOLVED = ("bar", "beam", "rigid")
+"""Geometries without local compliance of their own."""
+
+
+def checked(path: Path, tables: Mapping[str, Any], model: "type[SceneFile]") -> "SceneFile":
+    """Return the scene that tables describe.
+
+    Args:
+        path: The scene's file, for messages and relative paths.
+
+    Raises:
+        InputError: every mistake of one kind, one a line.
+    """
+    scene = check_scene(path, tables, model)
+    if lines := _wrong_names(scene):
+        raise InputError("\n".join(f"{path}: {line}" for line in lines))
+    with named(path, InputError):
+        scene = _with_tables(scene, path.parent)
+        lines = misfits(scene, path.parent)
+    if lines:
+        raise InputError("\n".join(f"{path}: {line}" for line in lines))
+    return scene
+
+
+def _wrong_names(scene: "SceneFile") -> list[str]:
+    lines = []
+    for body, settings in scene.body.items():
+        if (name := scene.component_of(body)) not in scene.component:
+            lines.append(f"body.{body}.component: no component '{name}', there is {', '.join(scene.component)}")
+            continue
+        have = scene.component[name].gauge
+        unknown = [gauge for gauge in settings.gauges if gauge not in have]
+        lines += [f"body.{body}.gauges: no gauge '{g}', the component has {', '.join(have) or 'none'}" for g in unknown]
+        wide = [gauge for gauge in settings.gauges if gauge in have and have[gauge].surface is not None]
+        lines += [f"body.{body}.gauges: '{g}' reads a surface, for pictures; name stations and points" for g in wide]
+    sliding = scene.masters()
+    wanted = [(f"contact.{n}.interface", c.body, c.interface, POINTS) for n, c in scene.contact.items()]
+    wanted += [
+        (f"contact.{n}.against.interface", o.body, o.interface, ("traction",) if n in sliding else POINTS)
+        for n, o in scene.others().items()
+    ]
+    wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.joint.items()]
+    wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
+    wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
+    for where, body, interface, kinds in wanted:
+        component = scene.component.get(scene.component_of(body))
+        if component is None:
+            continue
+        if interface not in component.interface:
+            have = ", ".join(component.interface) or "none"
+            lines.append(f"{where}: no interface '{interface}', the component has {have}")
+        elif (got := component.interface[interface].kind) not in kinds:
+            needed = " or ".join(f"'{kind}'" for kind in kinds)
+            lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
+    return lines + _counted_twice(scene)
+
+
+def _counted_twice(scene: "SceneFile") -> list[str]:
+    """List laws of local compliance on meshes that resolve it themselves."""
+    lines = []
+    for name, contact in scene.contact.items():
+        if contact.law is None or contact.method != "residual":
+            continue
+        other = scene.others().get(name)
+        for body in (contact.body, *([other.body] if other is not None else [])):
+            component = scene.component.get(scene.component_of(body))
+            if component is not None and component.geometry.kind not in UNRESOLVED:
+                lines.append(
+                    f"contact.{name}.law: '{contact.law.kind}' and R of the solid '{scene.component_of(body)}' count"
+                    " the local compliance twice; take method 'penalty', or leave the law out"
+                )
+    return lines
+
+
+def law_notes(scene: "SceneFile") -> list[str]:
+    """Return a line for each contact law that is used outside its validity."""
+    warned = ((name, contact.law.warning()) for name, contact in scene.contact.items() if contact.law is not None)
+    return [f"contact.{name}.law: {text}" for name, text in warned if text is not None]
+
+
+def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
+    """Read the tables that forces name, so that the solver's part of the scene holds their values."""
+    forces: dict[str, Any] = dict(scene.force)
+    for name, force in scene.gas().items():
+        if force.table is not None:
+            values = read_cycle(find_file(force.table, folder, f"force.{name}.table"))
+            force = force.model_copy(update={"values": values})
+        else:
+            check_closed(f"force.{name}.values", np.array(force.values))
+        forces[name] = force
+    return scene.model_copy(update={"force": forces}) if forces else scene

@@ -1,0 +1,108 @@
+"""A component: geometry, material, mesh, interfaces, modes and its change, as they stand in a scene."""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from gudgeon.pipeline.geometry import Geometry
+from gudgeon.pipeline.scenes.gauge import Gauge
+from gudgeon.pipeline.scenes.interface import Interface
+from gudgeon.pipeline.scenes.material import Material
+from gudgeon.pipeline.scenes.modes import ModesSettings
+from gudgeon.pipeline.scenes.supports import SupportEntry
+
+STRICT = ConfigDict(extra="forbid", frozen=True)
+
+
+class MeshSettings(BaseModel):
+    """How fine to mesh."""
+
+    model_config = STRICT
+    size: float | None = Field(
+        default=None, gt=0, allow_inf_nan=False, description="Edge length [m]; unused for mesh files and rigid bodies"
+    )
+
+
+class Profile(BaseModel):
+    """Radial deviation of a cylindrical surface: a table over height and angle, an offset everywhere, or both."""
+
+    model_config = STRICT
+    table: str | None = Field(
+        default=None,
+        description="CSV file: angles [deg] in the first row, heights [m] in the first column, deviations [m]",
+    )
+    surface: str | None = Field(default=None, description="Surface that moves; that of the first interface by default")
+    scale: float = Field(default=1.0, allow_inf_nan=False, description="Factor on the table's deviations")
+    offset: float = Field(
+        default=0.0, allow_inf_nan=False, description="Deviation everywhere, outwards, on top of the table's [m]"
+    )
+
+
+class Change(BaseModel):
+    """A design change and how far the modes follow it."""
+
+    model_config = STRICT
+    rung: Literal["reuse", "recompute"] = Field(
+        default="reuse", description="reuse: nodal positions move, modes stay; recompute: modes of the moved mesh"
+    )
+    profile: Profile = Profile()
+
+
+class Component(BaseModel):
+    """One part of a machine."""
+
+    model_config = STRICT
+    geometry: Geometry
+    material: Material | None = Field(default=None, validate_default=True, description="Only a rigid body has none")
+    mesh: MeshSettings = MeshSettings()
+    supports: tuple[SupportEntry, ...] = Field(
+        default=(),
+        description="Surfaces whose nodes are held, by name in all directions or as tables; none on a free body",
+    )
+    interface: dict[str, Interface] = {}
+    gauge: dict[str, Gauge] = Field(default={}, validate_default=True, description="Where stress or strain is read")
+    modes: ModesSettings = Field(default=ModesSettings(), validate_default=True)
+    change: Change = Change()
+
+    @field_validator("material")
+    @classmethod
+    def _deforms(cls, value: Material | None, info: ValidationInfo) -> Material | None:
+        kind = _kind(info)
+        if value is None and kind not in ("rigid", None):
+            raise ValueError(f"is missing; geometry '{kind}' needs E, nu and rho")
+        if value is not None and kind == "rigid":
+            raise ValueError("given, geometry 'rigid' has its mass by itself; leave the key out")
+        return value
+
+    @field_validator("gauge")
+    @classmethod
+    def _fits_the_geometry(cls, value: dict[str, Gauge], info: ValidationInfo) -> dict[str, Gauge]:
+        kind = _kind(info)
+        if value and kind in ("bar", "rigid"):
+            raise ValueError(
+                f"{', '.join(value)} given, gauges are for beams, solids and plane parts, not for '{kind}'"
+            )
+        for name, gauge in value.items():
+            if kind is not None and (kind == "beam") != (gauge.station is not None):
+                wanted = "a station and a fibre" if kind == "beam" else "a point or a surface"
+                raise ValueError(f"{name}: geometry '{kind}' needs {wanted}")
+            if kind == "beam" and gauge.station not in (places := info.data["geometry"].places()):
+                raise ValueError(f"{name}: station '{gauge.station}' given, the beam has {', '.join(places)}")
+        return value
+
+    @field_validator("modes")
+    @classmethod
+    def _fits_the_kind(cls, value: ModesSettings, info: ValidationInfo) -> ModesSettings:
+        if info.data.get("gauge") and value.recipe == "rigid":
+            raise ValueError("recipe 'rigid' given, a gauge needs a recipe with elastic coordinates")
+        if _kind(info) != "rigid" or value.recipe == "rigid":
+            return value
+        if "recipe" in value.model_fields_set:
+            raise ValueError(f"recipe '{value.recipe}' given, geometry 'rigid' allows 'rigid' only; leave the key out")
+        return value.model_copy(update={"recipe": "rigid"})
+
+
+def _kind(info: ValidationInfo) -> str | None:
+    """Return the kind of geometry; None where it is wrong itself."""
+    geometry = info.data.get("geometry")
+    return None if geometry is None else geometry.kind

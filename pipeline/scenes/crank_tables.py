@@ -1,0 +1,70 @@
+"""Tables over the crank angle, read from CSV: a header, then angle [deg] and value, closing over one or two turns."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+
+SPANS = (360.0, 720.0)
+CLOSED = 1e-3
+"""How much the first and last value may differ, relative to the largest."""
+
+
+def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
+    """Read a table over the crank angle.
+
+    Raises:
+        InputError: the file is missing or cut off, a value is no number, angles do not increase, or the table does not
+            close over 360 or 720 degrees.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: table cannot be read ({getattr(error, 'strerror', None) or error})") from error
+    if len(rows) < 5:
+        raise InputError(f"{path}: a table over the crank angle needs a header and at least four rows")
+    values = []
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != 2:
+            raise InputError(f"{path}: row {number} has {len(row)} cells, angle [deg] and value are needed")
+        try:
+            pair = (float(row[0]), float(row[1]))
+        except ValueError:
+            raise InputError(f"{path}: row {number} holds '{', '.join(row)}', two numbers are needed") from None
+        if not np.isfinite(pair).all():
+            raise InputError(f"{path}: row {number} holds '{', '.join(row)}', finite numbers are needed")
+        values.append(pair)
+    check_closed(str(path), np.array(values), 2)
+    return tuple(values)
+
+
+def check_closed(where: str, table: np.ndarray, first_row: int = 1) -> None:
+    """Check that angles increase and that a table closes over one or two turns.
+
+    Args:
+        where: File or key, for messages.
+        table: Angle [deg] and value, (rows, 2).
+        first_row: Number of the first row, for messages.
+
+    Raises:
+        InputError: it does not.
+    """
+    turned = np.flatnonzero(np.diff(table[:, 0]) <= 0)
+    if len(turned):
+        later = turned[0] + 1
+        raise InputError(f"{where}: row {later + first_row}: the angle {table[later, 0]:g} must be above the last one")
+    span = table[-1, 0] - table[0, 0]
+    if min(abs(span - whole) for whole in SPANS) > 1e-6:
+        raise InputError(
+            f"{where}: angles reach from {table[0, 0]:g} to {table[-1, 0]:g} degrees, {span:g} in all; a cycle must"
+            f" close over {SPANS[1]:g} (or {SPANS[0]:g})"
+        )
+    jump = abs(table[-1, 1] - table[0, 1])
+    if jump > CLOSED * np.abs(table[:, 1]).max():
+        raise InputError(
+            f"{where}: the first value is {table[0, 1]:g} and the last {table[-1, 1]:g} at the same crank angle; the"
+            " table must close"
+        )

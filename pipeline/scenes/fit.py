@@ -1,0 +1,136 @@
+"""What can be told of a scene before anything long runs: do the parts fit, and does the mechanism reach."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gudgeon.pipeline.geometry.profile import ProfileTable, read_profile
+from gudgeon.pipeline.scenes.change import profile_surface, table_path
+from gudgeon.pipeline.scenes.interface import Interface
+
+if TYPE_CHECKING:
+    from gudgeon.pipeline.scenes.bodies import SceneFile
+
+HEIGHTS, ANGLES = 121, 361
+"""Grid on which a skirt's profile is searched for its highest place."""
+
+
+def misfits(scene: "SceneFile", folder: Path) -> list[str]:
+    """List what does not fit, one line each; geometries of mesh files are not known before meshing.
+
+    Raises:
+        InputError: a profile table cannot be read.
+    """
+    lines = []
+    for name, master in scene.masters().items():
+        contact = scene.contact[name]
+        slave = _surface(scene, contact.body, contact.interface)
+        over = _surface(scene, master.body, master.interface)
+        if slave is None or over is None or {slave[1]["kind"], over[1]["kind"]} != {"cylinder"}:
+            continue
+        lines += _clearance(scene, folder, name, slave, over)
+        lines += _travel(scene, name, slave, over)
+    for name, joint in scene.joint.items():
+        held = _surface(scene, joint.body, joint.interface)
+        if held is None or "origin" not in held[1]:
+            continue
+        _, lateral = joint.axes
+        origin = np.asarray(held[1]["origin"]) + scene.body[joint.body].position
+        offset = abs(float((origin - np.asarray(joint.centre)) @ lateral))
+        if joint.rod_length <= joint.crank_radius + offset:
+            lines.append(
+                f"joint.{name}.rod_length: {joint.rod_length} m given; it must be above crank_radius plus the pin's"
+                f" offset from the crank axis, {joint.crank_radius + offset:.6g} m"
+            )
+    return lines
+
+
+def _surface(scene: "SceneFile", body: str, interface: str) -> tuple[Interface, dict[str, Any]] | None:
+    """Return an interface and the true shape of its surface, where they are known."""
+    component = scene.component.get(scene.component_of(body))
+    shapes_of = getattr(component.geometry, "surface_shapes", None) if component is not None else None
+    if component is None or interface not in component.interface or shapes_of is None:
+        return None
+    item = component.interface[interface]
+    shape = shapes_of().get(item.surface)
+    return None if shape is None else (item, shape)
+
+
+def _clearance(
+    scene: "SceneFile",
+    folder: Path,
+    name: str,
+    slave: tuple[Interface, dict[str, Any]],
+    master: tuple[Interface, dict[str, Any]],
+) -> list[str]:
+    """Compare the slave's largest radius, profile included, with the bore."""
+    contact = scene.contact[name]
+    component = scene.component_of(contact.body)
+    item = slave[0]
+    radius, bore = float(slave[1]["radius"]), float(master[1]["radius"])
+    low, high = item.sector_deg or (-180.0, 180.0)
+    angles = np.radians(np.linspace(low, high, ANGLES))
+    table, offset = _profile_of(scene, folder, component, item)
+    bottom, top = item.height or ((table.heights[0], table.heights[-1]) if table else (0.0, 0.0))
+    z, theta = np.meshgrid(np.linspace(bottom, top, HEIGHTS), angles, indexing="ij")
+    deviation = np.full(z.size, offset)
+    if table is not None:
+        deviation += table.linear(z.ravel(), theta.ravel())
+    aside = np.asarray(scene.body[contact.body].position) - scene.body[scene.masters()[name].body].position
+    out = aside[0] * np.cos(theta.ravel()) + aside[1] * np.sin(theta.ravel())
+    clearance = bore - radius - deviation - out
+    worst = int(np.argmin(clearance))
+    if clearance[worst] >= 0:
+        return []
+    share = float(np.mean(clearance < 0))
+    nearer = f", {out[worst] * 1e6:.3g} µm nearer by body.{contact.body}.position" if out[worst] else ""
+    return [
+        f"contact.{name}: the clearance is below zero on {f'{share:.0%}' if share >= 0.01 else 'under 1%'} of"
+        f" '{contact.interface}', worst {clearance[worst] * 1e6:.3g} µm at height {z.ravel()[worst]:.4g} m and"
+        f" {np.degrees(theta.ravel()[worst]):.0f} degrees, all along the stroke; the bore's radius is {bore} m, the"
+        f" radius there {radius + deviation[worst]:.7g} m{nearer}"
+    ]
+
+
+def _profile_of(scene: "SceneFile", folder: Path, component: str, item: Interface) -> tuple[ProfileTable | None, float]:
+    """Return table and offset [m] of the profile that moves an interface's surface; nothing where it moves another."""
+    part = scene.component[component]
+    profile = part.change.profile
+    path = table_path(profile, folder, component)
+    if (path is None and profile.offset == 0) or profile_surface(part, component) != item.surface:
+        return None, 0.0
+    return None if path is None else read_profile(path, profile.scale), profile.offset
+
+
+def _travel(
+    scene: "SceneFile", name: str, slave: tuple[Interface, dict[str, Any]], master: tuple[Interface, dict[str, Any]]
+) -> list[str]:
+    """Check that the slave stays within the master's height all along the stroke."""
+    contact = scene.contact[name]
+    rod, joint = next(((key, item) for key, item in scene.joint.items() if item.body == contact.body), ("", None))
+    held = _surface(scene, contact.body, joint.interface) if joint is not None else None
+    over = scene.masters()[name]
+    geometry = scene.component[scene.component_of(over.body)].geometry
+    length = getattr(geometry, "length", None)
+    span = master[0].height or ((0.0, float(length)) if length is not None else None)
+    if joint is None or held is None or slave[0].height is None or span is None:
+        return []
+    along, lateral = joint.axes
+    pin = np.asarray(held[1]["origin"]) + scene.body[contact.body].position
+    turn = np.linspace(0.0, 2 * np.pi / joint.rate, 721)
+    try:
+        places = joint.piston_pin(turn, float(pin @ lateral))[:, 0] - float(pin @ along)
+    except ValueError:
+        return []
+    own, other = scene.body[contact.body].position, scene.body[over.body].position
+    shift = float((np.asarray(own) - other) @ along)
+    low, high = slave[0].height[0] + places.min() + shift, slave[0].height[1] + places.max() + shift
+    beyond = max(span[0] - low, high - span[1])
+    if beyond <= 1e-9:
+        return []
+    return [
+        f"contact.{name}: '{contact.interface}' travels from {low:.4g} to {high:.4g} m along '{over.interface}', which"
+        f" reaches from {span[0]:.4g} to {span[1]:.4g} m: {beyond * 1e3:.3g} mm too short; move joint.{rod}.centre, or"
+        f" give a longer component.{scene.component_of(over.body)}.geometry"
+    ]

@@ -1,0 +1,114 @@
+"""How a component is held, how it is reduced, and where stress is read of it."""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+STRICT = ConfigDict(extra="forbid", frozen=True)
+ALL_FOR_ZERO = ("craig-bampton", "interface", "partial-interface", "attachment")
+"""Recipes for which a normal_count of 0 means all that they make."""
+
+
+def is_absent(value: object) -> bool:
+    """Return whether a key was left out: it then stays out of what identifies a record."""
+    return value is None or value == ()
+
+
+class ModesSettings(BaseModel):
+    """How a component is reduced."""
+
+    model_config = STRICT
+    recipe: Literal[
+        "macneal",
+        "normal+static",
+        "craig-bampton",
+        "fixed-reference",
+        "ritz",
+        "rubin",
+        "attachment",
+        "interface",
+        "partial-interface",
+        "rigid",
+    ] = Field(
+        default="macneal",
+        description="macneal: what the kept shapes lack stays as massless residual flexibility R; normal+static: it is"
+        " dropped, contact then needs method 'penalty'; craig-bampton, fixed-reference, ritz: other kept shapes than"
+        " normal modes of the free body, with R; rubin: normal modes and a shape of every contact row, with mass;"
+        " attachment: the rows' static shapes alone; interface: craig-bampton with modes for the boundary's dofs;"
+        " partial-interface: the same, some of the dofs kept; rigid: no elastic coordinates at all",
+    )
+    normal_count: int = Field(
+        default=30,
+        ge=0,
+        description="Elastic normal modes or Ritz vectors; 0 is all that recipes 'craig-bampton', 'interface',"
+        " 'partial-interface' and 'attachment' make; recipe 'rigid' has none",
+    )
+    static_count: int = Field(
+        default=0,
+        ge=0,
+        description="Static correction shapes of each interface of kind 'points', 'traction' or 'patch'",
+    )
+    substructures: int = Field(
+        default=1,
+        ge=1,
+        description="Parts of a body along its longest axis; for recipes 'craig-bampton', 'interface' and"
+        " 'partial-interface'",
+    )
+    fixed_count: int = Field(
+        default=10,
+        ge=0,
+        description="Fixed-interface modes of each substructure; for recipes 'craig-bampton', 'interface' and"
+        " 'partial-interface'",
+    )
+    boundary: tuple[str, ...] = Field(
+        default=(),
+        exclude_if=is_absent,
+        description="Surfaces whose dofs are boundary, beside those that interfaces and cuts touch; for recipes"
+        " 'craig-bampton', 'interface' and 'partial-interface'",
+    )
+    kept: tuple[str, ...] = Field(
+        default=(),
+        exclude_if=is_absent,
+        description="Surfaces and interfaces whose boundary dofs stay physical; for recipe 'partial-interface'",
+    )
+    interface_count: int | None = Field(
+        default=None,
+        exclude_if=is_absent,
+        ge=0,
+        description="Elastic interface modes for the boundary dofs that are not kept; all by default; for recipes"
+        " 'interface' and 'partial-interface'",
+    )
+    reference: str | None = Field(
+        default=None,
+        validate_default=True,
+        description="Surface that recipe 'fixed-reference' clamps; with any recipe, where the reaction is measured",
+    )
+    ritz_count: int | None = Field(
+        default=None,
+        validate_default=True,
+        ge=1,
+        description="Load-dependent vectors that recipe 'ritz' generates; twice normal_count by default",
+    )
+
+    @field_validator("normal_count")
+    @classmethod
+    def _at_least_one(cls, value: int, info: ValidationInfo) -> int:
+        if value == 0 and (recipe := info.data.get("recipe", "macneal")) not in ALL_FOR_ZERO:
+            names = ", ".join(f"'{name}'" for name in ALL_FOR_ZERO)
+            raise ValueError(f"0 given, recipe '{recipe}' needs 1 or more; only {names} take 0, for all")
+        return value
+
+    @field_validator("reference")
+    @classmethod
+    def _is_named(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if value is None and info.data.get("recipe") == "fixed-reference":
+            raise ValueError("is missing; recipe 'fixed-reference' needs the name of a surface")
+        return value
+
+    @field_validator("ritz_count")
+    @classmethod
+    def _enough(cls, value: int | None, info: ValidationInfo) -> int | None:
+        least = info.data.get("normal_count", 1)
+        if value is not None and value < least:
+            raise ValueError(f"{value} given, at least normal_count = {least} vectors are needed")
+        return value

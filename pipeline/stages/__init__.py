@@ -1,0 +1,1 @@
+"""Products and their keys, what is fresh, and running a job."""

@@ -1,0 +1,111 @@
+"""A scene of bodies with the places where its products go."""
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.bodies import SceneFile
+from gudgeon.pipeline.scenes.checks import checked
+from gudgeon.pipeline.scenes.reading import merge, named
+from gudgeon.pipeline.stages.base import Place
+from gudgeon.pipeline.stages.products import STAGES, Product, component_products, plot_inputs, solve_product
+from gudgeon.solver.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+@dataclass(frozen=True)
+class Job:
+    """A scene with the places where its products go."""
+
+    kind: ClassVar[str] = "body"
+
+    name: str
+    path: Path
+    tables: dict[str, Any]
+    """The scene as written, overrides included."""
+    scene: SceneFile
+    store: FolderStore
+    out: Path
+    overrides: tuple[str, ...] = ()
+    """Changes of the scene's file, as `--set` takes them."""
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the scene file."""
+        return self.path.parent
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Names of its stages, in order."""
+        return STAGES
+
+    def components(self) -> dict[str, dict[str, Product]]:
+        """Return the products of every component that a body uses."""
+        used = {self.scene.component_of(body) for body in self.scene.body}
+        with named(self.path, InputError):
+            return {
+                name: component_products(name, component, self.folder)
+                for name, component in self.scene.component.items()
+                if name in used
+            }
+
+    def compared(self) -> dict[str, "Job"]:
+        """Return the runs that the pictures compare this one with."""
+        return {name: variant(self, changes) for name, changes in self.scene.plot.compare.items()}
+
+    def pictures(self) -> dict[str, Any]:
+        """Return everything that the pictures depend on."""
+        others = {name: job.trajectory().key for name, job in self.compared().items()}
+        return plot_inputs(self.trajectory().key, others | {"": self.scene.plot.label} if others else {})
+
+    def dynamics(self) -> dict[str, Any]:
+        """Return the solver's part of the scene, as JSON."""
+        return self.scene.model_dump(mode="json", include={*Scene.model_fields})
+
+    def trajectory(self) -> Product:
+        """Return the product of the solve stage."""
+        return solve_product(
+            self.name, self.dynamics(), {n: steps["morph"].key for n, steps in self.components().items()}
+        )
+
+    def products(self, stages: Sequence[str]) -> dict[str, Product]:
+        """Return what some of the stages make, by place: component and step, or the scene's own."""
+        found = {
+            f"{name}.{step}": product
+            for name, steps in self.components().items()
+            for step, product in steps.items()
+            if product.stage in stages
+        }
+        return found | ({"solve": self.trajectory()} if "solve" in stages else {})
+
+
+def contact_job(place: Place) -> Job:
+    """Return the job of a scene of bodies in contact.
+
+    Raises:
+        InputError: the scene is wrong; every mistake is listed.
+    """
+    return Job(place.name, place.path, place.tables, checked(place.path, place.tables, SceneFile), place.store,
+               place.out, place.overrides)  # fmt: skip
+
+
+def variant(job: Job, changes: Mapping[str, Any]) -> Job:
+    """Return the job with nested tables of changes put into its scene."""
+    tables = copy.deepcopy(job.tables)
+    merge(tables, changes)
+    return replace(job, tables=tables, scene=checked(job.path, tables, SceneFile))
+
+
+def free_twists(job: Job, body: str) -> "np.ndarray":
+    """Return the mass-normalised rigid motions that a scene leaves a body, (r, 6)."""
+    from gudgeon.solver.bodies import small_motion
+
+    key = job.components()[job.scene.component_of(body)]["morph"].key
+    morph = job.store.get(key, "morph", only=["mass", "inertia", "rigid_twists"])
+    return small_motion.free_twists(morph, job.scene.body[body], body)

@@ -1,0 +1,46 @@
+"""The mesh stage: from a component's geometry to a MeshRecord, and the change that a scene asks of it."""
+
+from pathlib import Path
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.design.morph import Movement
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.geometry.profile import UniformProfile, read_profile
+from gudgeon.pipeline.scenes.change import profile_surface, table_path
+from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.reading import find_file
+
+
+def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
+    """Mesh a component, or read its mesh.
+
+    Args:
+        folder: The scene's, from which relative paths count.
+        name: The component's name in the scene, for messages.
+
+    Raises:
+        InputError: the size is missing, or the mesh file is none.
+        StageError: gmsh failed.
+    """
+    geometry = component.geometry
+    if geometry.kind == "file" or geometry.kind == "plane-file":
+        path = find_file(geometry.path, folder, f"component.{name}.geometry.path")
+        return geometry.model_copy(update={"path": str(path)}).build(None)
+    if geometry.kind == "rigid":
+        return geometry.build(None)
+    if component.mesh.size is None:
+        raise InputError(f"component.{name}.mesh.size: is missing; give an edge length [m]")
+    try:
+        return geometry.build(component.mesh.size)
+    except StageError as error:
+        raise StageError(f"component.{name}.geometry: {error}") from error
+
+
+def movement_of(component: Component, folder: Path, name: str) -> Movement | None:
+    """Return the change of a component's surface, or None where its scene has neither table nor offset."""
+    profile = component.change.profile
+    path = table_path(profile, folder, name)
+    if path is None and profile.offset == 0:
+        return None
+    deviation = UniformProfile(profile.offset) if path is None else read_profile(path, profile.scale, profile.offset)
+    return Movement(profile_surface(component, name), deviation, f"component.{name}.change.profile")

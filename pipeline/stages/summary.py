@@ -1,0 +1,76 @@
+"""`summary.json`: quantities of a run beside their reference values."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.scenes.reading import find_file
+from gudgeon.pipeline.scenes.report import Report
+
+SUMMARY = "summary.json"
+
+
+def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: Trajectory) -> dict[str, Any]:
+    """Write a run's summary and return it.
+
+    Args:
+        key: Of the trajectory.
+        expected: Reference value of each quantity that has one.
+    """
+    quantities = {}
+    for name, entry in trajectory.quantities.items():
+        reference = expected.get(name)
+        error = entry["value"] / reference - 1 if reference else None
+        quantities[name] = entry | {"reference": reference, "error": error}
+    summary = {
+        "key": key,
+        "expected": expected,
+        "result": trajectory.result,
+        "quantities": quantities,
+        "energy_drift": trajectory.energy_drift,
+        "momentum_residual": trajectory.momentum_residual,
+        "counts": trajectory.counts,
+    }
+    write_text(out / SUMMARY, json.dumps(summary, indent=1))
+    return summary
+
+
+def read_summary(out: Path, key: str, expected: dict[str, float]) -> dict[str, Any] | None:
+    """Return the summary of a trajectory beside these references, or None where another one or none stands there."""
+    try:
+        summary = json.loads((out / SUMMARY).read_text())
+        fresh = summary["key"] == key and summary["expected"] == expected and (out / "trajectory.h5").is_file()
+        return summary if fresh else None
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def reference_values(report: Report, folder: Path) -> dict[str, float]:
+    """Return the reference value of each quantity that has one.
+
+    Raises:
+        InputError: the file is missing, is no JSON, or lacks a name.
+    """
+    if report.reference is None:
+        return {}
+    path = find_file(report.reference, folder, "report.reference")
+    try:
+        expected = json.loads(path.read_text())["expected"]
+        return {name: _entry(expected, source) for name, source in report.quantities.items()}
+    except (ValueError, LookupError, TypeError) as error:
+        raise InputError(f"{path}: not a reference file with these quantities ({error})") from error
+
+
+def _entry(expected: Any, source: str) -> float:
+    """Return a number of a reference file by its path, names and list places parted by slashes."""
+    found = expected
+    for part in source.split("/"):
+        found = found[int(part)] if isinstance(found, list) else found[part]
+    value = found["value"] if isinstance(found, dict) else found
+    if isinstance(value, bool) or not math.isfinite(number := float(value)):
+        raise ValueError(f"{source}: {value} is no number")
+    return number

@@ -1,0 +1,102 @@
+"""`wheel.png`: the whole tuned wheel in the nodal-diameter mode that the force excites most."""
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
+from gudgeon.pipeline.plots.base import style, view
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.base.surface import MERGE, boundary_facets, make_skin
+from gudgeon.pipeline.wheel.pictures.curves import harmonic_of
+
+IMAGE = (1340, 1000)
+"""Part of the picture that is rendered [px]; drawn twice as large and averaged."""
+TRIANGLES = 250_000
+"""Aim for the number of flat triangles."""
+SHOWN = 0.07
+"""Largest drawn displacement, relative to the wheel's diameter."""
+BAR = (0.862, 0.17, 0.018, 0.6)
+"""Place of the colour bar."""
+
+
+def draw_wheel(drawing: Drawing) -> None:
+    """Draw the mode of the engine order's harmonic next to the frequency at which the tuned wheel answers most."""
+    wheel: WheelRecord = drawing.store.get(drawing.key, "wheel", only=["excitation", "tuned"])
+    cyclic: CyclicRecord = drawing.store.get(wheel.modes_key, "cyclic")
+    mesh: MeshRecord = drawing.store.get(cyclic.mesh_key, "mesh")
+    harmonic = cyclic.harmonics[str(harmonic_of(wheel.engine_order, cyclic.sectors))]
+    peak = wheel.excitation[np.hypot(wheel.tuned[:, 0, 0], wheel.tuned[:, 0, 1]).argmax()]
+    number = int(np.abs(harmonic.angular_frequencies - peak).argmin())
+    with style.styled(), drawing.file("wheel.png") as path:
+        style.save(_picture(drawing.scene_name, mesh, cyclic, harmonic, number), path)
+
+
+def whole_wheel(
+    mesh: MeshRecord, cyclic: CyclicRecord, harmonic: CyclicHarmonic, number: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return nodes [m] (n, 3), cells (e, 10) and one mode [kg^-½] (n, 3) of all sectors, common nodes made one."""
+    axis, origin = tuple(cyclic.axis.tolist()), cyclic.origin
+    symmetry = CyclicSymmetry(sectors=cyclic.sectors, axis=axis)
+    shape = harmonic.real[:, :, number].astype(complex)
+    if harmonic.imaginary is not None:
+        shape += 1j * harmonic.imaginary[:, :, number]
+    nodes, fields, R = [], [], np.eye(3)
+    for sector in range(cyclic.sectors):
+        nodes.append((mesh.nodes - origin) @ R.T + origin)
+        fields.append(np.real(np.exp(1j * harmonic.harmonic * sector * symmetry.angle) * shape) @ R.T)
+        R = symmetry.rotation @ R
+    places = np.concatenate(nodes)
+    cell = np.round(places / (MERGE * np.ptp(places, axis=0).max())).astype(np.int64)
+    _, first, now = np.unique(cell, axis=0, return_index=True, return_inverse=True)
+    offsets = len(mesh.nodes) * np.arange(cyclic.sectors)
+    cells = now.ravel()[(mesh.cells + offsets[:, None, None]).reshape(-1, mesh.cells.shape[1])]
+    return places[first], cells, np.concatenate(fields)[first]
+
+
+def _picture(scene: str, mesh: MeshRecord, cyclic: CyclicRecord, harmonic: CyclicHarmonic, number: int) -> Figure:
+    nodes, cells, field = whole_wheel(mesh, cyclic, harmonic, number)
+    size, largest = float(np.ptp(nodes, axis=0).max()), float(np.linalg.norm(field, axis=1).max())
+    axial = field @ cyclic.axis / largest
+    image = _render(nodes, cells, field * (SHOWN * size / largest), axial, cyclic.axis)
+    hertz = float(harmonic.angular_frequencies[number]) / (2 * np.pi)
+    n = harmonic.harmonic
+    figure = style.new_figure(
+        f"{n} nodal diameter{'s' if n != 1 else ''}, {style.quantity(hertz, 'Hz')}",
+        f"{scene}  ·  tuned wheel of {cyclic.sectors} sectors, mode {number + 1} of harmonic {n}"
+        f"  ·  {len(nodes):,} nodes, of which {len(mesh.nodes):,} were computed",
+    )
+    axes = figure.add_axes((0.02, 0.06, IMAGE[0] / style.WIDTH, IMAGE[1] / style.HEIGHT))
+    axes.imshow(image, interpolation="none")
+    axes.axis("off")
+    scale = ScalarMappable(Normalize(-1.0, 1.0), style.SIGNED)
+    bar = figure.colorbar(scale, cax=figure.add_axes(BAR))
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.set_label("axial displacement / largest displacement")
+    return figure
+
+
+def _render(nodes: np.ndarray, cells: np.ndarray, shown: np.ndarray, axial: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    facets = boundary_facets(cells)
+    numbers, local = np.unique(facets, return_inverse=True)
+    nodes, shown, axial = nodes[numbers], shown[numbers], axial[numbers]
+    skin = make_skin(nodes, local.reshape(facets.shape), TRIANGLES)
+    plotter = view.new_plotter((2 * IMAGE[0], 2 * IMAGE[1]))
+    mesh = view.skin_mesh(skin, nodes, shown, 1.0, axial)
+    view.add_skin(plotter, mesh, "magnitude", 1.0, style.SIGNED, signed=True)
+    edges = view.lines(skin.edge_weights @ (nodes + shown), skin.segments)
+    view.add_lines(plotter, edges, color=style.INK, line_width=2.0)
+    view.aim(plotter, view.looking(_across(axis), axis, 0.0, 38.0), mesh.points)
+    image = view.photograph(plotter)
+    plotter.close()
+    halves = np.asarray(image, float).reshape(IMAGE[1], 2, IMAGE[0], 2, 3)
+    return halves.mean(axis=(1, 3)).astype(np.uint8)
+
+
+def _across(axis: np.ndarray) -> np.ndarray:
+    """Return a unit vector across the axis."""
+    other = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
+    return other / np.linalg.norm(other)

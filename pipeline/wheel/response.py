@@ -1,0 +1,299 @@
+"""What the stages of a wheel make: modes of every harmonic, and the response of the tuned and the mistuned wheel."""
+
+from dataclasses import dataclass
+from time import process_time
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.cyclic import (
+    InterfaceChoice,
+    Mistuning,
+    Sector,
+    SectorParts,
+    blades_of_synthesis,
+    blades_of_wheel,
+    cyclic_sector,
+    direct_response,
+    engine_order_response,
+    harmonic_modes,
+    magnification,
+    part_stiffness,
+    synthesise,
+    tuned_frequencies,
+    wheel_motion,
+    wheel_problem,
+)
+from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.interfaces.loads import surface_weights
+from gudgeon.pipeline.interfaces.tie import refuse_rigid
+from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.pipeline.wheel.scene import KeptInterface, Wheel, blade_radius, reduction
+
+
+@dataclass(frozen=True)
+class Case:
+    """A wheel ready to be solved."""
+
+    name: str
+    """Of the wheel in the scene, for messages."""
+    wheel: Wheel
+    sector: Sector
+    part: sparse.csr_matrix
+    """What a blade adds to its sector's stiffness, (dofs, dofs)."""
+    row: np.ndarray
+    """Mean displacement of the blade's surface along the force, over a sector's dofs, (dofs,)."""
+    changes: np.ndarray
+    """Relative change of each blade's stiffness, (N,)."""
+
+    def mistuning(self, mistuned: bool) -> Mistuning | None:
+        """Return the blades' stiffness; None for the tuned wheel."""
+        return Mistuning(self.part, 1 + self.changes) if mistuned else None
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Lowest elastic modes of a whole wheel, full or reduced, and what they cost."""
+
+    angular_frequencies: np.ndarray
+    """[rad/s], (count,)"""
+    blades: np.ndarray
+    """Motion of each blade in each mode [kg^-½], (N, count)."""
+    coordinates: int
+    kept: int
+    """Physical dofs of a face."""
+    interface_modes: int
+    cpu_seconds: float
+
+
+def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -> Sector:
+    """Assemble a sector and tie its faces.
+
+    Args:
+        name: The wheel's name in the scene, for messages.
+
+    Raises:
+        InputError: see `build_model` and `cyclic_sector`; or it is no solid.
+    """
+    where = f"component.{wheel.component}"
+    if mesh.cell_type != "tetra10":
+        raise InputError(f"{where}.geometry: '{component.geometry.kind}' given, a wheel needs a sector of tet10")
+    refuse_rigid(component.interface, where, "a wheel")
+    model = build_model(mesh, component.material, component.supports, where, component.geometry)
+    return cyclic_sector(model, wheel, f"wheel.{name}")
+
+
+def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, changes: np.ndarray) -> Case:
+    """Return a wheel ready to be solved.
+
+    Raises:
+        InputError: see `sector_of`; or no cells, or all, lie beyond the blade's radius, or there is no such surface.
+    """
+    sector, where = sector_of(mesh, component, wheel, name), f"wheel.{name}"
+    axis = np.array(wheel.axis) / np.linalg.norm(wheel.axis)
+    arms = mesh.nodes[mesh.cells[:, :4]].mean(axis=1) - np.array(wheel.origin)
+    radii = np.linalg.norm(arms - np.outer(arms @ axis, axis), axis=1)
+    limit = blade_radius(wheel, component)
+    assert limit is not None
+    assert component.material is not None
+    if not radii.min() < limit < radii.max():
+        raise InputError(
+            f"{where}.blade_radius: {limit:g} m given, it must part the cells, whose middles stand {radii.min():.4g} to"
+            f" {radii.max():.4g} m from the axis"
+        )
+    surface = wheel.response.surface
+    if surface not in mesh.surfaces:
+        raise InputError(f"{where}.response.surface: the mesh has no surface '{surface}', it has {_names(mesh)}")
+    nodes, shares, _ = surface_weights(mesh, mesh.surfaces[surface])
+    along = np.array(wheel.response.direction) / np.linalg.norm(wheel.response.direction)
+    weights = np.zeros((1, 3 * len(mesh.nodes)))
+    weights[0, (3 * nodes[:, None] + np.arange(3)).ravel()] = np.outer(shares / shares.sum(), along).ravel()
+    row = sector.model.on_dofs(sparse.csr_matrix(weights)).toarray().ravel()
+    part = part_stiffness(sector.model, component.material, radii > limit)
+    return Case(name, wheel, sector, part, row, np.asarray(changes))
+
+
+def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: Progress) -> CyclicRecord:
+    """Extract the modes of every harmonic, each with its residuals and the proof that none is missed.
+
+    Raises:
+        InputError: there are fewer modes.
+        StageError: one was missed, or one is not exact enough.
+    """
+    found, harmonics = {}, sector.symmetry.harmonics()
+    most = sector.own.shape[1] - sector.model.rigid_modes.shape[1]
+    if wheel.mode_count > most:
+        raise InputError(f"wheel.{name}.mode_count: {wheel.mode_count} given, a harmonic has {most} elastic modes")
+    for harmonic in harmonics:
+        tell("modes", harmonic / len(harmonics))
+        try:
+            modes = harmonic_modes(sector, harmonic, wheel.mode_count)
+        except StageError as error:
+            raise StageError(f"wheel.{name}: harmonic {harmonic}: {error}") from error
+        shapes = modes.shapes.reshape(len(sector.model.nodes), 3, -1)
+        found[str(harmonic)] = CyclicHarmonic(
+            harmonic,
+            modes.multiplicity,
+            modes.rigid,
+            modes.angular_frequencies,
+            modes.residuals,
+            np.ascontiguousarray(np.real(shapes)),
+            np.ascontiguousarray(np.imag(shapes)) if modes.multiplicity == 2 else None,
+            {"orthogonality": modes.orthogonality, **vars(modes.inertia)},
+        )
+    axis = np.array(wheel.axis) / np.linalg.norm(wheel.axis)
+    own, face = sector.own.shape[1], len(sector.face)
+    quality = {"sector_dofs": own, "face_dofs": face, "wheel_dofs": wheel.sectors * own}
+    return CyclicRecord(mesh_key, wheel.sectors, axis, np.array(wheel.origin), found, quality)
+
+
+def kept_dofs(sector: Sector, choice: KeptInterface, where: str) -> InterfaceChoice:
+    """Return a choice of interface over the dofs of the sector's low face.
+
+    Args:
+        where: Its key in the scene, for messages.
+
+    Raises:
+        InputError: the mesh has no such surface, or it has no node on the low face, or there are fewer modes.
+    """
+    if choice.kept == "all":
+        return InterfaceChoice(np.ones(len(sector.face), bool), 0)
+    mesh, nodes = sector.model.mesh, sector.face_dofs // len(sector.model.directions)
+    kept = np.zeros(len(nodes), bool)
+    for surface in choice.kept:
+        if surface not in mesh.surfaces:
+            raise InputError(f"{where}.kept: the mesh has no surface '{surface}', it has {_names(mesh)}")
+        on = np.isin(nodes, mesh.surfaces[surface].facets)
+        if not on.any():
+            raise InputError(f"{where}.kept: '{surface}' given, it has no free node on '{sector.symmetry.low}'")
+        kept |= on
+    most = len(kept) - int(kept.sum())
+    if choice.interface_count is not None and choice.interface_count > most:
+        raise InputError(
+            f"{where}.interface_count: {choice.interface_count} given, a face has {most} dofs beside those kept"
+        )
+    return InterfaceChoice(kept, choice.interface_count)
+
+
+def full_modes(case: Case, mistuned: bool) -> Modes:
+    """Return the lowest modes of the whole wheel with all its dofs.
+
+    Raises:
+        StageError: there are fewer, one was missed, or one is not exact enough.
+    """
+    start = process_time()
+    problem = wheel_problem(case.sector, case.mistuning(mistuned))
+    pairs = lowest_pairs(problem, case.wheel.count)
+    seconds, size, faces = process_time() - start, problem.K.shape[0], len(case.sector.face)
+    return Modes(np.sqrt(pairs.values), blades_of_wheel(case.sector, pairs, case.row), size, faces, 0, seconds)
+
+
+def reduced_modes(case: Case, parts: SectorParts, choice: InterfaceChoice, mistuned: bool) -> Modes:
+    """Return the lowest modes of the reduced wheel; the sector's own reduction is not among the seconds.
+
+    Raises:
+        InputError, StageError: see `synthesise`.
+    """
+    one = synthesise(parts, choice, case.wheel.count, case.mistuning(mistuned), f"wheel.{case.name}")
+    motion = blades_of_synthesis(parts, one, case.row)
+    return Modes(one.angular_frequencies, motion, one.size, one.kept, one.interface_modes, one.cpu_seconds)
+
+
+def reduction_error(tuned: CyclicRecord, frequencies: np.ndarray) -> float:
+    """Return the largest relative difference of a tuned wheel's lowest frequencies [rad/s], (count,), from those that
+    the harmonics give, as far as all of them reach."""
+    exact = tuned_frequencies(list(tuned.harmonics.values()))
+    count = min(len(exact), len(frequencies))
+    return float(np.abs(frequencies[:count] / exact[:count] - 1).max())
+
+
+def wheel_record(
+    case: Case, modes_key: str, interface: KeptInterface | None, pair: tuple[Modes, Modes], cpu_sector: float
+) -> WheelRecord:
+    """Return the response of the tuned and the mistuned wheel.
+
+    Args:
+        interface: How the wheel was reduced; None for the full one.
+        pair: Modes of the tuned wheel, and of the mistuned one.
+        cpu_sector: CPU seconds for the sector's own reduction.
+
+    Raises:
+        InputError: the modes do not reach beyond the band.
+    """
+    wheel, response = case.wheel, case.wheel.response
+    reach = min(one.angular_frequencies[-1] for one in pair) / (2 * np.pi)
+    if response.band[1] > reach:
+        raise InputError(
+            f"wheel.{case.name}.count: {wheel.count} given, so many modes reach {reach:.6g} Hz, response.band goes to"
+            f" {response.band[1]:g} Hz; raise count"
+        )
+    (tuned, _), (mistuned, seconds) = (_respond(case, one) for one in pair)
+    at, blade = np.unravel_index(int(np.abs(mistuned).argmax()), mistuned.shape)
+    quantities = {
+        "magnification": (magnification(mistuned, tuned), "1"),
+        "amplitude.tuned": (float(np.abs(tuned).max()), "m/N"),
+        "amplitude.mistuned": (float(np.abs(mistuned[at, blade])), "m/N"),
+        "amplitude.mistuned.at": (float(response.excitation[at] / (2 * np.pi)), "Hz"),
+        "amplitude.mistuned.blade": (float(blade), "1"),
+    }
+    last = pair[1]
+    return WheelRecord(
+        modes_key=modes_key,
+        model={} if interface is None else reduction(wheel, interface),
+        engine_order=response.engine_order,
+        loss_factor=response.loss_factor,
+        stiffness_changes=case.changes,
+        tuned_frequencies=pair[0].angular_frequencies,
+        mistuned_frequencies=last.angular_frequencies,
+        blades=last.blades,
+        excitation=response.excitation,
+        tuned=_parts(tuned),
+        mistuned=_parts(mistuned),
+        quantities={key: {"value": value, "unit": unit} for key, (value, unit) in quantities.items()},
+        counts={
+            "coordinates": last.coordinates,
+            "kept": last.kept,
+            "interface_modes": last.interface_modes,
+            "cpu_sector": cpu_sector,
+            "cpu_modes": last.cpu_seconds,
+            "cpu_response": seconds,
+        },
+    )
+
+
+def truncation_error(case: Case, record: WheelRecord) -> float:
+    """Return how far the mistuned amplitudes at the largest of them are from a direct solution, over the largest."""
+    found, response = amplitudes(record.mistuned), case.wheel.response
+    at = int(np.abs(found).max(axis=1).argmax())
+    problem, rows = wheel_problem(case.sector, case.mistuning(True)), wheel_motion(case.sector, case.row[None])
+    sectors = case.wheel.sectors
+    load = rows.T @ np.exp(2j * np.pi * response.engine_order * np.arange(sectors) / sectors)
+    exact = rows @ direct_response(problem, load, response.loss_factor, float(response.excitation[at]))
+    return float(np.abs(found[at] - exact).max() / np.abs(exact).max())
+
+
+def amplitudes(parts: np.ndarray) -> np.ndarray:
+    """Return complex numbers from a record's real and imaginary parts (…, 2), (…)."""
+    return parts[..., 0] + 1j * parts[..., 1]
+
+
+def _respond(case: Case, modes: Modes) -> tuple[np.ndarray, float]:
+    """Return the blades' complex amplitudes [m/N], (points, N), and the CPU seconds for them."""
+    start, response = process_time(), case.wheel.response
+    found = engine_order_response(
+        modes.blades, modes.angular_frequencies, response.engine_order, response.loss_factor, response.excitation
+    )
+    return found, process_time() - start
+
+
+def _parts(values: np.ndarray) -> np.ndarray:
+    return np.stack([np.real(values), np.imag(values)], axis=-1)
+
+
+def _names(mesh: MeshRecord) -> str:
+    return ", ".join(sorted(mesh.surfaces)) or "none"

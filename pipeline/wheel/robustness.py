@@ -1,0 +1,57 @@
+"""Runs one case of a wheel: its modes by cyclic symmetry, which units, materials and slivers must change as they do."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from gudgeon import modaldb
+from gudgeon.modaldb.records.cyclic import CyclicRecord
+from gudgeon.pipeline.errors import PipelineError
+from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
+from gudgeon.pipeline.robustness.run import Place, stress_cases
+from gudgeon.pipeline.robustness.trial import Trial
+from gudgeon.pipeline.scenes.extremes import chosen_cases
+from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.pipeline.wheel.stages import WheelJob, run_wheel
+
+
+def stress_wheel(
+    job: WheelJob, cases: Path | None, only: tuple[str, ...], progress: Progress
+) -> tuple[dict[str, Any], str]:
+    """Put a wheel to its extremes; see `stress.stress_cases`.
+
+    Raises:
+        InputError: the scene, a file of cases or a name in `only` is wrong.
+        StageError: the wheel itself, without any change, cannot be run.
+    """
+    chosen = chosen_cases(job.scene.stress, cases, only, job.path)
+    run_wheel(job, "mesh", progress)
+    meshes = {job.wheel.component: job.store.get(job.mesh().key, "mesh")}
+    place = Place(job, lambda trial, folder: _run(trial, folder, progress), meshes, {}, job.changed)
+    return stress_cases(place, chosen, progress)
+
+
+def _run(trial: Trial, scratch: Path, progress: Progress) -> Evidence | Refusal:
+    start, job = time.perf_counter(), replace(trial.job, out=scratch)
+    try:
+        if trial.meshes:
+            job = replace(job, store=modaldb.open(scratch / "db"))
+            product = job.mesh()
+            job.store.put(product.key, product.kind, trial.meshes[job.wheel.component], product.inputs)
+        run_wheel(job, "modes", progress)
+        record: CyclicRecord = job.store.get(job.modes().key, "cyclic", only=["harmonics"])
+    except (PipelineError, modaldb.ModalDBError) as error:
+        return Refusal(str(error).replace("\n", "; "), time.perf_counter() - start)
+    material = job.component.material
+    assert material is not None
+    names = {f"{job.wheel.component}, harmonic {one.harmonic}": one for one in record.harmonics.values()}
+    lowest = min(float(one.angular_frequencies[0]) for one in names.values())
+    highest = max(float(one.angular_frequencies[-1]) for one in names.values())
+    return Evidence(
+        frequencies={name: one.angular_frequencies for name, one in names.items()},
+        shear={name: material.lame[1] for name in names},
+        orthogonality=max(float(one.quality["orthogonality"]) for one in names.values()),
+        condition=(highest / lowest) ** 2,
+        seconds=time.perf_counter() - start,
+    )

@@ -1,0 +1,222 @@
+"""A wheel as it stands in a scene: sector, mistuning, interface, response, and what a report compares."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
+from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.extremes import Stress
+from gudgeon.pipeline.scenes.reading import find_file
+
+STRICT = ConfigDict(extra="forbid", frozen=True)
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Mistuning(BaseModel):
+    """Relative changes of the blades' stiffness: as numbers, from a file, or drawn at random."""
+
+    model_config = STRICT
+    values: tuple[Finite, ...] = Field(default=(), description="One for each blade, 0 where it is as designed")
+    table: str | None = Field(default=None, description="CSV file with one for each blade, beside the scene")
+    deviation: Positive | None = Field(default=None, description="Standard deviation of normally distributed ones")
+    seed: int = Field(default=0, ge=0, description="Of the random numbers, with deviation")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> "Mistuning":
+        given = [name for name in ("values", "table", "deviation") if name in self.model_fields_set]
+        if len(given) != 1:
+            raise ValueError(f"{' and '.join(given) or 'nothing'} given, one of values, table and deviation is needed")
+        return self
+
+    def changes(self, sectors: int, folder: Path, where: str) -> tuple[float, ...]:
+        """Return the change of each blade, (N,).
+
+        Args:
+            folder: The scene's, from which the table's path counts.
+            where: The key in the scene, for messages.
+
+        Raises:
+            InputError: there are not as many as blades, one leaves no stiffness, or the file is none of numbers.
+        """
+        if self.deviation is not None:
+            values = self.deviation * np.random.default_rng(self.seed).standard_normal(sectors)
+            key = "deviation"
+        elif self.table is not None:
+            values, key = _numbers(find_file(self.table, folder, f"{where}.table"), f"{where}.table"), "table"
+        else:
+            values, key = np.array(self.values), "values"
+        if len(values) != sectors:
+            raise InputError(f"{where}.{key}: {len(values)} given, the wheel has {sectors} blades")
+        if not values.min() > -1:
+            raise InputError(f"{where}.{key}: {values.min():.6g} given, a blade's change must be above -1")
+        return tuple(float(value) for value in values)
+
+
+STEP_SHARE = 0.4
+"""Step of the excitation's frequencies by the width of a peak: its top is then read to 1 / (1 + 0.4²)^½, within 8 %;
+the error falls with the step's square."""
+
+
+class KeptInterface(BaseModel):
+    """Which dofs between the sectors stay physical, and how many interface modes stand for the others (Tran 2009)."""
+
+    model_config = STRICT
+    kept: Literal["all"] | tuple[str, ...] = Field(
+        default=(), description="Surfaces whose dofs on the low face stay physical; 'all' is Craig-Bampton"
+    )
+    interface_count: int | None = Field(
+        default=None, ge=0, description="Elastic interface modes per sector for the others; all by default"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "KeptInterface":
+        if self.kept == "all" and self.interface_count:
+            raise ValueError(f"interface_count {self.interface_count} given with kept 'all', nothing is left for them")
+        return self
+
+
+class Response(BaseModel):
+    """What excites the blades: unit forces e^{2πi r j/N} on blade j along one direction."""
+
+    model_config = STRICT
+    surface: str = Field(default="tip", description="Surface of the blade on which the force spreads evenly")
+    direction: tuple[Finite, Finite, Finite] = Field(default=(0.0, 0.0, 1.0), description="Of the force, any length")
+    engine_order: int = Field(ge=0, description="r, below the number of sectors")
+    loss_factor: Positive = Field(default=2e-3, description="η of structural damping, K (1 + iη)")
+    band: tuple[Positive, Positive] = Field(description="Lowest and highest frequency of the force [Hz]")
+    points: int = Field(default=2001, ge=3, le=1_000_000, description="Frequencies in the band")
+
+    @field_validator("direction")
+    @classmethod
+    def _is_a_direction(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if not np.linalg.norm(value) > 0:
+            raise ValueError(f"{list(value)} given, it must have a length above 0")
+        return value
+
+    @field_validator("band")
+    @classmethod
+    def _rises(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if not value[0] < value[1]:
+            raise ValueError(f"{list(value)} given, the first must be below the second")
+        return value
+
+    @model_validator(mode="after")
+    def _sees_its_peaks(self) -> "Response":
+        low, high = self.band
+        width = self.loss_factor * low
+        needed = int(np.ceil((high - low) / (STEP_SHARE * width))) + 1
+        if self.points < needed:
+            raise ValueError(
+                f"points {self.points} given over {high - low:g} Hz; peaks at {low:g} Hz are loss_factor · frequency ="
+                f" {width:.3g} Hz wide, at least {needed} points see them"
+            )
+        return self
+
+    @property
+    def excitation(self) -> np.ndarray:
+        """[rad/s], (points,)"""
+        return 2 * np.pi * np.linspace(*self.band, self.points)
+
+
+class Wheel(CyclicSymmetry):
+    """Equal sectors about an axis, each with a blade of its own stiffness."""
+
+    component: str = Field(description="Component that is the sector")
+    mode_count: int = Field(default=10, ge=1, description="Elastic modes of each harmonic")
+    count: int = Field(default=60, ge=1, description="Lowest elastic modes of the whole wheel, for its response")
+    blade_radius: Positive | None = Field(
+        default=None,
+        description="Distance from the axis beyond which cells are the blade's [m]; the geometry's if known",
+    )
+    mistuning: Mistuning
+    fixed_count: int = Field(default=20, ge=0, description="Modes of a sector with both faces held")
+    interface: KeptInterface = Field(default=KeptInterface(), description="How the solve stage reduces the wheel")
+    response: Response
+
+
+class WheelReport(BaseModel):
+    """Choices of kept interface to compare with the full wheel."""
+
+    model_config = STRICT
+    choices: dict[str, KeptInterface] = Field(default={}, description="Name → choice; the wheel's own where empty")
+
+
+class WheelFile(BaseModel):
+    """A whole scene file of a wheel."""
+
+    model_config = STRICT
+    component: dict[str, Component]
+    wheel: dict[str, Wheel] = Field(min_length=1, max_length=1)
+    report: WheelReport = WheelReport()
+    stress: Stress = Stress()
+
+    @property
+    def only(self) -> tuple[str, Wheel]:
+        """The wheel and its name."""
+        return next(iter(self.wheel.items()))
+
+
+UNREAD = ("interface", "gauge", "modes", "change")
+"""Parts of a component that a wheel has no use for."""
+
+
+def wrong_names(scene: WheelFile) -> list[str]:
+    """List what does not fit together, one line each; surfaces of mesh files are not known before meshing."""
+    name, wheel = scene.only
+    where, sectors, order = f"wheel.{name}", wheel.sectors, wheel.response.engine_order
+    if wheel.component not in scene.component:
+        return [f"{where}.component: no component '{wheel.component}', there is {', '.join(scene.component)}"]
+    component = scene.component[wheel.component]
+    lines = [
+        f"component.{wheel.component}.{key}: given, a wheel reads geometry, material, mesh and supports only"
+        for key in UNREAD
+        if key in component.model_fields_set
+    ]
+    made = getattr(component.geometry, "sectors", sectors)
+    if made != sectors:
+        lines.append(f"{where}.sectors: {sectors} given, the geometry is a sector of {made}")
+    if order >= sectors:
+        lines.append(f"{where}.response.engine_order: {order} given, {sectors} blades tell 0 to {sectors - 1} apart")
+    if blade_radius(wheel, component) is None:
+        lines.append(f"{where}.blade_radius: is missing; geometry '{component.geometry.kind}' does not know the blade")
+    shapes = getattr(component.geometry, "surface_shapes", None)
+    have = None if shapes is None else sorted(shapes())
+    for key, surface in _surfaces(scene, where, wheel):
+        if have is not None and surface not in have:
+            lines.append(f"{key}: the geometry has no surface '{surface}', it has {', '.join(have)}")
+    return lines
+
+
+def blade_radius(wheel: Wheel, component: Component) -> float | None:
+    """Return the distance from the axis beyond which cells are the blade's [m]: the scene's, or the geometry's."""
+    return getattr(component.geometry, "blade_radius", None) if wheel.blade_radius is None else wheel.blade_radius
+
+
+def reduction(wheel: Wheel, interface: KeptInterface) -> dict[str, Any]:
+    """Return how a choice of kept interface reduces a wheel, as JSON."""
+    return interface.model_dump(mode="json") | {"fixed_count": wheel.fixed_count}
+
+
+def _surfaces(scene: WheelFile, where: str, wheel: Wheel) -> list[tuple[str, str]]:
+    """Return every surface that a wheel names, with the key that names it."""
+    found = [(f"{where}.low", wheel.low), (f"{where}.high", wheel.high)]
+    found.append((f"{where}.response.surface", wheel.response.surface))
+    choices: list[tuple[str, Any]] = [(f"{where}.interface", wheel.interface)]
+    choices += [(f"report.choices.{key}", choice) for key, choice in scene.report.choices.items()]
+    kept: list[tuple[str, Sequence[str]]] = [(key, one.kept) for key, one in choices if one.kept != "all"]
+    return found + [(f"{key}.kept", surface) for key, names in kept for surface in names]
+
+
+def _numbers(path: Path, where: str) -> np.ndarray:
+    """Return the numbers of a text file, parted by commas, semicolons or white space."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        return np.array([float(word) for word in text.replace(",", " ").replace(";", " ").split()])
+    except (OSError, ValueError) as error:
+        raise InputError(f"{where}: {path} is no file of numbers ({error})") from error

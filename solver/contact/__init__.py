@@ -1,0 +1,1 @@
+"""Gaps and their forces: rows, pairing, compliance, the complementarity problem."""

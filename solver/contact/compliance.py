@@ -1,0 +1,157 @@
+"""The matrix of a contact problem, row by row as it is asked for, and the products that a step is made of.
+
+Where bodies slide over a traction space the matrix is base + N M Nᵀ with weights N that move; a row is made when its
+point first becomes active in an era, and an era ends when the weights have moved too far.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.compiled import inner
+
+ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)
+
+
+class Compliance(NamedTuple):
+    """Shapes: c rows, k contacts, F functions of all traction spaces."""
+
+    values: np.ndarray
+    """[m/N], (c, c); row i is valid where stamp[i] is the era."""
+    base: np.ndarray
+    """What does not move [m/N], (c, c)."""
+    stamp: np.ndarray
+    """(c,)"""
+    era: np.ndarray
+    """(1,)"""
+    master: np.ndarray
+    """M, compliance of the functions [m/N], (F, F)."""
+    block: np.ndarray
+    """First and last + 1 row of each contact, (k, 2)."""
+    near: np.ndarray
+    """Whether points of each contact may touch in this step, (k,); gaps of others are left alone."""
+    space: np.ndarray
+    """Of each contact: first function, functions across, functions along; no functions where nothing slides, (k, 3)."""
+    corner: np.ndarray
+    """First function that each row touches at this era, negative outside of the space, (c,)."""
+    across: np.ndarray
+    """Spline values across of each row, (c, 4)."""
+    along: np.ndarray
+    """Spline values along of each row at this era, (4, c)."""
+    window: np.ndarray
+    """First and last + 1 function along that any row touches at this era, (k, 2)."""
+    scratch: np.ndarray
+    """(F,)"""
+
+
+def fixed(matrix: np.ndarray) -> Compliance:
+    """Return a matrix that does not move, of one contact."""
+    c = len(matrix)
+    return Compliance(
+        matrix, matrix, np.zeros(c, np.int64), np.zeros(1, np.int64), np.zeros((0, 0)), np.array([[0, c]]),
+        np.ones(1, np.bool_), np.zeros((1, 3), np.int64), np.full(c, -1), np.zeros((c, 4)), np.zeros((4, c)),
+        np.zeros((1, 2), np.int64), np.zeros(0),
+    )  # fmt: skip
+
+
+@inner
+def combine(matrix, numbers, amounts, count, share, first, last, out):  # type: ignore[no-untyped-def]
+    """Add share · Σₙ amounts[n] · matrix[numbers[n]] to `out`, in columns first to last − 1."""
+    # Slices, since an index from a range that does not begin at 0 could be negative, which no vector unit tells.
+    target = out[first:last]
+    size, n = len(target), 0
+    while n + 4 <= count:
+        a, b = matrix[numbers[n], first:last], matrix[numbers[n + 1], first:last]
+        c, d = matrix[numbers[n + 2], first:last], matrix[numbers[n + 3], first:last]
+        p, q, r, s = share * amounts[n], share * amounts[n + 1], share * amounts[n + 2], share * amounts[n + 3]
+        for i in range(size):
+            target[i] += (p * a[i] + q * b[i]) + (r * c[i] + s * d[i])
+        n += 4
+    while n < count:
+        a, p = matrix[numbers[n], first:last], share * amounts[n]
+        for i in range(size):
+            target[i] += p * a[i]
+        n += 1
+
+
+@inner
+def pack(vector, first, last, numbers, amounts):  # type: ignore[no-untyped-def]
+    """List what is not zero in a part of a vector; returns how many there are."""
+    count = 0
+    for i in range(first, last):
+        if vector[i] != 0.0:
+            numbers[count], amounts[count] = i, vector[i]
+            count += 1
+    return count
+
+
+@inner
+def window(matrix, k):  # type: ignore[no-untyped-def]
+    """Return the first and last + 1 function in the window of a contact."""
+    first, across = matrix.space[k, 0], matrix.space[k, 1]
+    return first + matrix.window[k, 0] * across, first + matrix.window[k, 1] * across
+
+
+@inner
+def prepare(matrix, i):  # type: ignore[no-untyped-def]
+    """Make row i valid."""
+    if matrix.stamp[i] == matrix.era[0]:
+        return
+    row, base, space, corner = matrix.values[i], matrix.base[i], matrix.space, matrix.corner
+    row[:] = base
+    matrix.stamp[i] = matrix.era[0]
+    if corner[i] < 0:
+        return
+    image, along, across = matrix.scratch, matrix.along, matrix.across
+    image[:] = 0.0
+    numbers, weights, own = np.empty(16, np.int64), np.empty(16), 0
+    while matrix.block[own, 1] <= i:
+        own += 1
+    for b in range(4):
+        for a in range(4):
+            numbers[4 * b + a] = corner[i] + b * space[own, 1] + a
+            weights[4 * b + a] = along[b, i] * across[i, a]
+    for k in range(len(space)):
+        first, last = window(matrix, k)
+        combine(matrix.master, numbers, weights, 16, 1.0, first, last, image)
+        gather(matrix, k, corner, along, image, row)
+
+
+@inner
+def gather(matrix, k, corner, along, field, out):  # type: ignore[no-untyped-def]
+    """Add N field to `out`, (c,): the field of functions at the points of contact k, nothing beyond its space."""
+    first, last, width = matrix.block[k, 0], matrix.block[k, 1], np.uint64(matrix.space[k, 1])
+    corners, across, target = corner[first:last], matrix.across[first:last], out[first:last]
+    p, q, r, s = along[0, first:last], along[1, first:last], along[2, first:last], along[3, first:last]
+    for i in range(len(target)):
+        if corners[i] >= 0:
+            # Unsigned, which cannot be negative, so that four functions across are one vector.
+            e = np.uint64(corners[i])
+            f, g, h = e + width, e + width + width, e + width + width + width
+            w = p[i] * field[e] + q[i] * field[f] + r[i] * field[g] + s[i] * field[h]
+            x = p[i] * field[e + ONE] + q[i] * field[f + ONE] + r[i] * field[g + ONE] + s[i] * field[h + ONE]
+            y = p[i] * field[e + TWO] + q[i] * field[f + TWO] + r[i] * field[g + TWO] + s[i] * field[h + TWO]
+            z = p[i] * field[e + THREE] + q[i] * field[f + THREE] + r[i] * field[g + THREE] + s[i] * field[h + THREE]
+            target[i] += across[i, 0] * w + across[i, 1] * x + across[i, 2] * y + across[i, 3] * z
+
+
+@inner
+def scatter(matrix, corner, along, numbers, amounts, count, share, out):  # type: ignore[no-untyped-def]
+    """Add share · Nᵀ λ to `out`, (F,); returns the first and last + 1 function that got some.
+
+    Args:
+        numbers, amounts: Rows whose λ is not zero, and λ, the first `count`.
+    """
+    low, high = len(out), 0
+    for n in range(count):
+        i = numbers[n]
+        if corner[i] >= 0:
+            k = 0
+            while matrix.block[k, 1] <= i:
+                k += 1
+            for b in range(4):
+                f, part = corner[i] + b * matrix.space[k, 1], share * amounts[n] * along[b, i]
+                for a in range(4):
+                    out[f + a] += part * matrix.across[i, a]
+            low, high = min(low, corner[i]), max(high, corner[i] + 3 * matrix.space[k, 1] + 4)
+    return low, high

@@ -1,0 +1,368 @@
+"""The rows of one contact: where points are, how their gaps move, and what another body's surface adds."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
+from gudgeon.modaldb.traction import along_direction, chart_coordinates, inside, spline_weights
+from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.pairing import facing
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.methods import METHODS
+from gudgeon.solver.obstacles import Bore, Plane
+from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
+from gudgeon.solver.scene.scene import Scene
+
+TOUCHING = 1e-9
+"""Depth, relative to what the points' coordinates measure, that counts as touching and not as penetration."""
+ROUND_OFF = 1e-8
+"""Share of R in a point's whole flexibility below which it is round-off."""
+ASIDE = 0.02
+"""How far two points may stand beside each other's normal, relative to their gap and to the size of the bodies."""
+FACING = 0.99
+"""Cosine between a surface's normal and the line to its obstacle, below which rows along the normal mislead."""
+
+
+@dataclass(frozen=True)
+class ContactBlock:
+    """One contact's rows on the body that has the points, c of them."""
+
+    name: str
+    body: str
+    interface: str
+    rows: np.ndarray
+    """∂g/∂q over the body's own coordinates, (c, r + m)."""
+    gap: np.ndarray
+    residual: np.ndarray
+    """R [m/N], (c, c)."""
+    layer: np.ndarray
+    """Compliance of the surface layer [m/N], (c,)."""
+    dashpot: np.ndarray
+    points: np.ndarray
+    directions: np.ndarray
+    areas: np.ndarray | None
+    edge: np.ndarray
+    other: "OtherBlock | None"
+    surface: "SurfaceRows"
+
+
+@dataclass(frozen=True)
+class SurfaceRows:
+    """What the surfaces of c points do beside a layer."""
+
+    restitution: np.ndarray
+    """Of rigid contact; −1 where contact is compliant, (c,)."""
+    law: np.ndarray
+    """K, n, χ, c of the law at each point; K = 0 where there is none, (c, 4)."""
+    tangents: np.ndarray
+    """Displacement along the line of friction over the body's own coordinates, (c, r + m)."""
+    friction: np.ndarray
+    """Static and kinetic coefficient, (c, 2)."""
+    belt: np.ndarray
+    """Velocity of the obstacle along the line [m/s], (c,)."""
+
+
+@dataclass(frozen=True)
+class OtherBlock:
+    """The other body of a contact, its points in the order of the first's."""
+
+    body: str
+    interface: str
+    rows: np.ndarray
+    """∂g/∂q over its own coordinates, (c, r + m)."""
+    tangents: np.ndarray
+    """(c, r + m)"""
+    points: np.ndarray
+    """In its design position [m], (c, 3)."""
+    order: np.ndarray
+    """Number of each point in the record, (c,)."""
+
+
+@dataclass(frozen=True)
+class SlidingBlock:
+    """What the traction space of another body adds to one contact: F functions in the order along, across."""
+
+    body: str
+    interface: str
+    rows: np.ndarray
+    """Inward displacement ∂e/∂q over the master's own coordinates, (F, r + m)."""
+    residual: np.ndarray
+    """R [m/N], (F, F)."""
+    order: np.ndarray
+    """Number of each function in the record, (F,)."""
+    counts: tuple[int, int]
+    """Functions across and along."""
+    chart: np.ndarray
+    """Start and spacing along [m], (2,)."""
+    place: np.ndarray
+    """First function across of each point, −1 for points beside the space, (c,)."""
+    across: np.ndarray
+    """Spline values across, (c, 4)."""
+    height: np.ndarray
+    """Coordinate along of each point at rest [m], (c,)."""
+    direction: np.ndarray
+    """Along, (3,)."""
+    resultant: np.ndarray
+    """Force and moment about the component's origin of each unit traction along the outward normal, (F, 6)."""
+
+
+@dataclass(frozen=True)
+class ContactRows:
+    """One contact's rows in the system."""
+
+    name: str
+    body: str
+    interface: str
+    rows: slice
+    points: np.ndarray
+    """[m], (c, 3), in the body's design position."""
+    directions: np.ndarray
+    """Direction of the force on the body, (c, 3)."""
+    areas: np.ndarray | None
+    edge: np.ndarray
+    master: SlidingBlock | None
+    other: OtherBlock | None
+    functions: slice
+    """Of its traction space among all functions."""
+
+
+def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleBody | None) -> ContactBlock:
+    """Build the rows of a contact.
+
+    Raises:
+        SceneError: an interface or R is missing, the obstacle does not face its surface, or points start inside it.
+    """
+    contact = scene.contact[name]
+    interface = _points(contact.interface, f"contact.{name}.interface", body)
+    points = body.morph.points[contact.interface]
+    placed = points + np.asarray(scene.body[body.name].position)
+    obstacle, other = contact.against, None
+    if isinstance(obstacle, OtherBody):
+        assert master is not None
+        directions = -interface.normals
+        other, gap = _pair(scene, name, (body, master), placed, interface.normals)
+    else:
+        if isinstance(obstacle, MasterSurface):
+            assert master is not None
+            at = np.asarray(scene.body[master.name].position)
+            obstacle = basic_surface(_space(obstacle, name, master).chart, at)
+        directions, gap = obstacle.direction(placed), obstacle.gap(placed)
+        if np.einsum("ci,ci->c", directions, -interface.normals).min() < FACING:
+            raise SceneError(f"contact.{name}.against: the obstacle does not face interface '{contact.interface}'")
+    gap = _outside(gap, placed, name, body.name)
+    rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
+    areas = interface.areas if contact.surface_stiffness is not None else None
+    residual = _residual(contact, name, body)
+    if other is not None and master is not None:
+        residual = residual + _residual(contact, name, master, other.interface)[np.ix_(other.order, other.order)]
+    layer = np.zeros(len(gap))
+    if contact.surface_stiffness is not None:
+        layer = 1.0 / (contact.surface_stiffness * interface.areas)
+    elif contact.law is not None and contact.law.kind == "linear":
+        layer = np.full(len(gap), 1.0 / contact.law.stiffness)
+    _check_yielding(scene, name, (body, master), _noticed(residual.diagonal(), interface, body) + layer)
+    surface = _surface(scene, name, body, points, rows.shape[1])
+    if other is not None and master is not None and contact.friction is not None:
+        far = _surface(scene, name, master, other.points, other.rows.shape[1])
+        other = replace(other, tangents=-far.tangents)
+    return ContactBlock(
+        name, body.name, contact.interface, rows, gap, residual, layer,
+        _dashpot(contact, name, (body, master), residual + np.diag(layer)), points, directions, areas, interface.edge,
+        other, surface,
+    )  # fmt: skip
+
+
+def _noticed(residual: np.ndarray, interface: InterfaceModes, body: FlexibleBody) -> np.ndarray:
+    """Return R's diagonal with what is round-off of the whole flexibility taken for nothing [m/N], (c,)."""
+    whole = residual.copy()
+    if len(body.modal.angular_frequencies):
+        whole = whole + (interface.rows**2 / body.modal.angular_frequencies**2).sum(axis=1)
+    return np.where(residual > ROUND_OFF * whole, residual, 0.0)
+
+
+def _check_yielding(
+    scene: Scene, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], compliance: np.ndarray
+) -> None:
+    """Refuse a compliant contact in which nothing yields.
+
+    Raises:
+        SceneError: the bodies are rigid, or their shapes hold all that the interface can do.
+    """
+    contact = scene.contact[name]
+    if METHODS[contact.method].rigid or contact.smooth_law or compliance.min() > 0:
+        return
+    if all(body is None or body.modal.recipe == "rigid" for body in bodies):
+        raise SceneError(f"contact.{name}.surface_stiffness: is missing; rigid bodies need it to be pressed")
+    raise SceneError(
+        f"contact.{name}.method: '{contact.method}' has no residual flexibility to act on, the bodies' shapes hold all"
+        " that the interface can do; keep fewer of them, or take method 'constraint'"
+    )
+
+
+def _outside(gap: np.ndarray, placed: np.ndarray, name: str, body: str) -> np.ndarray:
+    """Return gaps that do not begin below zero.
+
+    Raises:
+        SceneError: points begin inside by more than the round-off of their coordinates.
+    """
+    if gap.min() < -TOUCHING * max(float(np.abs(placed).max()), float(np.ptp(placed, axis=0).max())):
+        raise SceneError(
+            f"contact.{name}: {int((gap < 0).sum())} of {len(gap)} points start inside the obstacle, the worst by"
+            f" {-gap.min():.3g} m; move body.{body}.position or widen contact.{name}.against"
+        )
+    return np.maximum(gap, 0.0)
+
+
+def _reach(body: FlexibleBody, points: np.ndarray) -> float:
+    """Return the largest distance of points from a body's centre of mass [m]."""
+    return float(np.linalg.norm(points - body.morph.centre, axis=1).max())
+
+
+def _pair(
+    scene: Scene, name: str, sides: tuple[FlexibleBody, FlexibleBody], placed: np.ndarray, normals: np.ndarray
+) -> tuple[OtherBlock, np.ndarray]:
+    """Find the point of the other body that faces each point, and the gap between them.
+
+    Raises:
+        SceneError: the interfaces do not pair, or do not face each other.
+    """
+    against, (body, master) = scene.contact[name].against, sides
+    assert isinstance(against, OtherBody)
+    where, at = f"contact.{name}.against", np.asarray(scene.body[body.name].position)
+    interface = _points(against.interface, f"{where}.interface", master)
+    points = master.morph.points[against.interface]
+    there = points + np.asarray(scene.body[master.name].position)
+    if len(there) != len(placed):
+        raise SceneError(f"{where}.interface: has {len(there)} points, {len(placed)} face them; they must be as many")
+    order, gap, beside = facing(placed, normals, there)
+    if len(set(order.tolist())) < len(order):
+        raise SceneError(f"{where}.interface: two points face the same point; mesh both faces alike, or use a 'patch'")
+    if np.einsum("ci,ci->c", interface.normals[order], normals).max() > -FACING:
+        raise SceneError(f"{where}: interface '{against.interface}' does not face '{scene.contact[name].interface}'")
+    rows = np.column_stack([master.rigid_rows(points[order], normals), -interface.rows[order]])
+    near = ASIDE * max(float(np.abs(gap).max()), _reach(body, placed - at), _reach(master, points))
+    if beside.max() > near + TOUCHING * float(np.abs(placed).max()):
+        raise SceneError(
+            f"{where}: the points pass each other {beside.max():.3g} m aside; a contact of two bodies acts along the"
+            " line through its points, move the bodies or their interfaces"
+        )
+    return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), points[order], order), gap
+
+
+def _surface(scene: Scene, name: str, body: FlexibleBody, points: np.ndarray, size: int) -> SurfaceRows:
+    """Return what the surfaces do.
+
+    Raises:
+        SceneError: friction on an elastic body.
+    """
+    contact, c = scene.contact[name], len(points)
+    restitution = np.full(c, METHODS[contact.method].restitution(contact))
+    law = np.zeros((c, 4))
+    if contact.law is not None:
+        law[:] = contact.law.coefficients()
+    tangents, friction, belt = np.zeros((c, size)), np.zeros((c, 2)), np.zeros(c)
+    if contact.friction is not None:
+        if size > body.rigid_count:
+            raise SceneError(f"contact.{name}.friction: body '{body.name}' is elastic; friction acts on rigid bodies")
+        line = np.asarray(contact.friction.direction, float)
+        line /= np.linalg.norm(line)
+        tangents = body.rigid_rows(points, np.broadcast_to(line, points.shape))
+        friction[:] = contact.friction.static, contact.friction.sliding
+        belt[:] = line @ np.asarray(getattr(contact.against, "velocity", (0.0, 0.0, 0.0)))
+    return SurfaceRows(restitution, law, tangents, friction, belt)
+
+
+def sliding_block(scene: Scene, name: str, block: ContactBlock, master: FlexibleBody) -> SlidingBlock:
+    """Build what a contact's points slide over.
+
+    Raises:
+        SceneError: the master has no such traction space, or all points lie beside it.
+    """
+    against = scene.contact[name].against
+    assert isinstance(against, MasterSurface)
+    space = _space(against, name, master)
+    placed = block.points + np.asarray(scene.body[block.body].position) - np.asarray(scene.body[master.name].position)
+    coordinates = chart_coordinates(space.chart, placed)
+    middle = np.column_stack([coordinates[:, 0], np.full(len(placed), space.start[1])])
+    beside = ~inside(space, middle)
+    if beside.all():
+        raise SceneError(f"contact.{name}.against: no point of '{block.interface}' faces '{against.interface}'")
+    across, along = (int(count) for count in space.counts)
+    numbers, values = spline_weights(space, middle)
+    # At the start along, the first of the four splines is 1/6: what stands beside it are the values across.
+    first = numbers[:, 0] // along
+    weights = values.reshape(-1, 4, 4)[:, :, 0] * 6
+    order = np.arange(across * along).reshape(across, along).T.ravel()
+    outward = np.column_stack([master.wrench_rows(space.resultant), space.rows])
+    residual = master.residual(against.interface, against.interface)
+    if not METHODS[scene.contact[name].method].flexible:
+        residual = np.zeros_like(residual)
+    return SlidingBlock(
+        master.name, against.interface, -outward[order], residual[np.ix_(order, order)], order, (across, along),
+        np.array([space.start[1], space.spacing[1]]), np.where(beside, -1, first), weights, coordinates[:, 1],
+        along_direction(space.chart), space.resultant[order],
+    )  # fmt: skip
+
+
+def _points(interface: str, where: str, body: FlexibleBody) -> InterfaceModes:
+    if interface not in body.modal.interfaces:
+        have = ", ".join(sorted(body.modal.interfaces)) or "none"
+        raise SceneError(f"{where}: body '{body.name}' has no '{interface}', it has {have}")
+    return body.modal.interfaces[interface]
+
+
+def _space(against: MasterSurface, name: str, master: FlexibleBody) -> TractionModes:
+    if against.interface not in master.modal.tractions:
+        have = ", ".join(sorted(master.modal.tractions)) or "none"
+        raise SceneError(
+            f"contact.{name}.against.interface: body '{master.name}' has no traction space '{against.interface}',"
+            f" it has {have}"
+        )
+    return master.modal.tractions[against.interface]
+
+
+def basic_surface(chart: Mapping[str, Any], position: np.ndarray) -> Bore | Plane:
+    """Return the undeformed surface of a traction space's chart on a body that stands at `position` [m], (3,)."""
+    origin = tuple(np.asarray(chart["origin"], float) + position)
+    if chart["kind"] == "plane":
+        return Plane(shape="plane", point=origin, normal=tuple(chart["normal"]))
+    return Bore(shape="bore", radius=chart["radius"], axis=tuple(chart["axis"]), origin=origin)
+
+
+def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str | None = None) -> np.ndarray:
+    """Return R of a body's interface, the contact's own by default; zero where the method leaves it out."""
+    interface = interface or contact.interface
+    if METHODS[contact.method].flexible:
+        if body.modal.residual_flexibility is None:
+            if body.modal.recipe != "rigid":
+                raise SceneError(
+                    f"contact.{name}.method: 'residual' needs a recipe that stores R, component"
+                    f" '{body.name}' was reduced by '{body.modal.recipe}'"
+                )
+            if contact.surface_stiffness is None and contact.law is None and not isinstance(contact.against, OtherBody):
+                raise SceneError(f"contact.{name}.surface_stiffness: is missing; a rigid body needs it to be pressed")
+        return body.residual(interface, interface)
+    return np.zeros((len(body.morph.points[interface]),) * 2)
+
+
+def _dashpot(
+    contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], compliance: np.ndarray
+) -> np.ndarray:
+    """Impedance of the truncated waves: d = (2/π)/(R ω_N), which is ρcA on a uniform bar.
+
+    Between two bars their dashpots stand one behind the other, as their R do.
+    """
+    if contact.law is not None and contact.law.kind == "linear":
+        return np.full(len(compliance), contact.law.damping)
+    if contact.dashpot == "none":
+        return np.zeros(len(compliance))
+    if len(compliance) > 1:
+        raise SceneError(f"contact.{name}.dashpot: 'wave-guide' is for single-point contacts on bars, not surfaces")
+    yielding = 0.0
+    for body, interface in zip(bodies, (contact.interface, getattr(contact.against, "interface", "")), strict=True):
+        if body is not None and len(body.modal.angular_frequencies):
+            yielding += body.residual(interface, interface)[0, 0] * body.modal.angular_frequencies.max()
+    return np.array([2 / np.pi / yielding])

@@ -1,0 +1,1 @@
+"""Integrators over time, one folder each."""

@@ -1,0 +1,60 @@
+"""How far a step of collocation may be wrong, compiled."""
+
+import numpy as np
+from numba import njit
+
+from gudgeon.solver.compiled import FAST
+from gudgeon.solver.laws.force import law_energy
+
+POINTS = np.array([0.0, 0.5 * (1 - 5**-0.5), 0.5 * (1 + 5**-0.5), 1.0])
+WEIGHTS = np.array([1.0, 5.0, 5.0, 1.0]) / 12
+MONOMIALS = np.linalg.inv(np.vander(POINTS, 4, increasing=True)).T
+"""Coefficient of (τ/h)^m in the cubic that is 1 at one point and 0 at the others, (4 points, 4 m)."""
+SPAN = 0.0131
+"""Largest |Π (x − x_j)| of the four points within a step."""
+
+
+@njit(cache=True, fastmath=FAST)
+def cubic(k, x):  # type: ignore[no-untyped-def]
+    """Return at x the cubic that is 1 at point k."""
+    return MONOMIALS[k, 0] + x * (MONOMIALS[k, 1] + x * (MONOMIALS[k, 2] + x * MONOMIALS[k, 3]))
+
+
+@njit(cache=True, fastmath=FAST)
+def missed(before, last, h, values):  # type: ignore[no-untyped-def]
+    """Error of the cubics within the step [N]: how far they miss a value of the step before, as their remainder grows.
+
+    Args:
+        before: Values of the step before, (c, 4).
+        last: Its length [s], 0 where there is none.
+    """
+    if last <= 0.0:
+        return 0.0
+    x = -last * (1 - POINTS[1]) / h
+    remainder = abs(x * (x - POINTS[1]) * (x - POINTS[2]) * (x - 1.0))
+    worst = 0.0
+    for i in range(len(values)):
+        total = 0.0
+        for k in range(4):
+            total += values[i, k] * cubic(k, x)
+        worst = max(worst, abs(total - before[i, 1]))
+    return worst * SPAN / remainder
+
+
+@njit(cache=True, fastmath=FAST)
+def unbalanced(laws, reference, h, values, depth, rate):  # type: ignore[no-untyped-def]
+    """Energy that the quadrature misses of elastic forces, per energy that a reference force stores, times it [N].
+
+    Behind a dashpot a surface gives back much with hardly a force, and forces tell nothing of how well.
+    """
+    worst = 0.0
+    for i in range(len(values)):
+        stiffness, exponent = laws[i, 0], laws[i, 1]
+        if values[i].max() == 0.0 or stiffness <= 0.0:
+            continue
+        wrong = law_energy(laws[i], depth[i, 0]) - law_energy(laws[i], depth[i, 3])
+        for j in range(4):
+            if depth[i, j] > 0.0:
+                wrong += h * WEIGHTS[j] * (exponent + 1) * law_energy(laws[i], depth[i, j]) / depth[i, j] * rate[i, j]
+        worst = max(worst, abs(wrong) * (exponent + 1) * (stiffness / reference) ** (1 / exponent))
+    return worst

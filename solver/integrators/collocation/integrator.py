@@ -1,0 +1,380 @@
+"""The integrator of contact laws: flight exact, contact by collocation with steps from the accuracy asked for."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gudgeon.solver.integrators.collocation import kernel as steps
+from gudgeon.solver.integrators.event.motion import Motion
+from gudgeon.solver.integrators.event.record import NODES, WEIGHTS, Books
+from gudgeon.solver.integrators.event.regimes import Equations, starting
+from gudgeon.solver.integrators.event.search import first_crossing
+from gudgeon.solver.integrators.event.segment import Segment
+from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.polynomial_response import free, responses
+from gudgeon.solver.integrators.uncoupled import SLOWEST, uncoupled
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.system import System
+
+ACCURACY = 1e-8
+"""Of the forces, where the scene states none."""
+CHUNK = 512
+"""Steps between two looks at them."""
+START = 100.0
+"""Force after the first step of a contact over the error allowed."""
+
+
+class Collocation:
+    """A run; `dt` is the interval at which it is sampled."""
+
+    failure = Result.NOT_CONVERGED
+    order = 4
+
+    def __init__(self, system: System, dt: float) -> None:
+        run, c, n = system.scene.run, *system.rows.shape
+        self._system, self._dt = system, dt
+        self._equations, self._open = Equations(system), starting(system, {})
+        place = uncoupled(system)
+        self._basis, self._modes, self._omega, self._constant = place.solved, place.modes, place.omega, place.constant
+        series = np.ascontiguousarray(system.residual.diagonal())
+        self._contacts = steps.Contacts(np.ascontiguousarray(place.rows), system.gap, series, system.law)
+        self._books, self._last = Books(system), run.duration
+        self._tolerance = run.accuracy or ACCURACY
+        self._fixed = run.step is not None
+        self._tables = _empty(run.step or run.duration / 16, c, n)
+        self._motion = self._rest(c, n)
+        self._start = self._motion.y.copy()
+        self._track = _track(CHUNK, c, n)
+        self._blows = 0
+        self._closed: set[int] = set()
+        self._gaps, self._pressed = (np.zeros(c), np.zeros(c)), np.zeros(c)
+        self._p, self._v = system.position.copy(), system.velocity.copy()
+        self._pending: _Steps | None = None
+        self._recorded = 0.0
+        self._flight: Segment | None = self._fly(0.0)
+
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` intervals; False where a force could not be found.
+
+        Args:
+            first: Number of the first interval.
+            out: Filled, but for what this integrator has none of.
+        """
+        ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
+        last = float(ends[-1])
+        self._books.open(ends, stride * self._dt, out)
+        if self._pending is not None:
+            self._record(self._pending, last)
+        while self._reached() < last:
+            if self._flight is None:
+                if not self._press(last):
+                    return False
+                continue
+            self._books.record(self._flight, min(self._flight.end, last))
+            if self._flight.end >= last or self._flight.event is None:
+                break
+            self._touch(self._flight)
+        if self._flight is not None and self._flight.start <= last:
+            self._books.record(self._flight, min(self._flight.end, last))
+            self._p, self._v = self._flight.motion.state(last - self._flight.start)
+        return bool(np.isfinite(out.energies).all())
+
+    def _reached(self) -> float:
+        """Return the time up to which the motion is known as steps; a flight is known from its start."""
+        return float(self._motion.clock[0]) if self._flight is None else self._flight.start
+
+    def outcome(self) -> Outcome:
+        """Return where the run stands."""
+        pressed = self._pressed if self._flight is None else np.zeros(len(self._system.gap))
+        tally = np.array([0, self._motion.tally[0], self._motion.tally[2], -1])
+        found = self._books.outcome(self._p, self._v, pressed, tally)
+        work = {"steps": int(self._motion.tally[0]), "steps_rejected": int(self._motion.tally[1])}
+        return replace(found, work=work | {"newton_iterations": int(self._motion.tally[2]), "blows": self._blows})
+
+    def _rest(self, c: int, n: int) -> steps.Motion:
+        """Return the state at the start."""
+        y, v = self._modes.T @ self._system.position, self._modes.T @ self._system.velocity
+        begun = 0.5 * float(v @ v + (self._omega * y) @ (self._omega * y))
+        return steps.Motion(
+            y, v, np.zeros(c), np.zeros((c, 4)), np.zeros(c), np.zeros(4), np.zeros(1, np.int64),
+            np.array([0.0, 0.0, 0.0, begun]), np.zeros(3, np.int64),
+        )  # fmt: skip
+
+    # Flight
+
+    def _fly(self, time: float) -> Segment:
+        """Start a flight at a time, from the present state."""
+        motion = self._motion
+        p, v = self._modes @ motion.y, self._modes @ motion.v
+        regime = self._equations.regime(self._open, p)
+        flight = Motion.begin(self._basis, regime.linear, p, v)
+        course = flight.course(regime.watched)
+        np.maximum(course.a, 0.0, out=course.a)
+        self._p, self._v = p, v
+        found = first_crossing(course, self._last * (1 + 1e-9) - time)
+        if found is None:
+            return Segment(time, flight, regime, self._last * (1 + 1e-9), None)
+        return Segment(time, flight, regime, time + found[0], regime.events[found[1]])
+
+    def _touch(self, flight: Segment) -> None:
+        """Begin a contact at the end of a flight."""
+        assert flight.event is not None
+        row, system, motion = flight.event[1], self._system, self._motion
+        p, v = flight.motion.state(flight.end - flight.start)
+        motion.y[:], motion.v[:] = self._modes.T @ p, self._modes.T @ v
+        speed = -float(system.rows[row] @ v)
+        stiffness, exponent, _, damping = system.law[row]
+        mass = 1.0 / float(system.rows[row] @ system.rows[row])
+        # What presses at rest falls by its static indentation: the least speed that means anything.
+        pull = abs(float(self._contacts.rows[row] @ (self._constant - self._omega**2 * motion.y)))
+        settling = float(np.sqrt(pull * (mass * pull / stiffness) ** (1 / exponent)))
+        motion.clock[3] = max(motion.clock[3], speed, settling)
+        motion.approach[:] = 0.0
+        motion.approach[row] = max(speed, SLOWEST * motion.clock[3], np.finfo(float).tiny)
+        motion.clock[0], motion.clock[1] = flight.end, 0.0
+        motion.force[:] = 0.0
+        motion.force[row] = damping * speed
+        deepest = (0.5 * (exponent + 1) * mass * motion.approach[row] ** 2 / stiffness) ** (1 / (exponent + 1))
+        motion.clock[2] = max(motion.clock[2], stiffness * deepest**exponent, damping * speed, mass * pull)
+        shallow = (START * self._tolerance * motion.clock[2] / stiffness) ** (1 / exponent)
+        begin = min(shallow / motion.approach[row], float(np.sqrt(2 * shallow / pull)) if pull > 0 else np.inf)
+        longest = self._tables.length[0]
+        motion.level[0] = 0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / begin)), 0, steps.LEVELS - 1))
+        motion.books[0] = self._books.lost
+        self._blows += 1
+        self._books.touches(row, flight.end, speed)
+        self._closed = {row}
+        self._gaps = (system.gap + system.rows @ p, system.rows @ v)
+        self._gaps[0][row] = 0.0
+        self._flight = None
+
+    # Contact
+
+    def _press(self, end: float) -> bool:
+        """Advance a contact until it is over or `end` is passed; False where a force could not be found."""
+        fixed = 0 if self._fixed else -1
+        code, count = steps.march(
+            self._tables, self._contacts, self._motion, self._track, self._omega**2, self._constant, self._start,
+            end, self._tolerance, fixed, SLOWEST,
+        )  # fmt: skip
+        if count:
+            track = self._track
+            done = _Steps(
+                *(part[:count] for part in (track.start, track.length, track.values, track.y, track.v, track.lost))
+            )
+            self._follow(done, track.opening[:count])
+            self._record(done, end)
+        if code == steps.MISSING:
+            self._tabulate(int(self._motion.level[0]))
+        elif code == steps.OVER:
+            self._flight = self._fly(float(self._motion.clock[0]))
+            for row in list(self._closed):
+                self._books.parted(row)
+        return code != steps.FAILED
+
+    def _tabulate(self, level: int) -> None:
+        """Fill in a level's table."""
+        tables, rows = self._tables, self._contacts.rows
+        h, n = float(tables.length[level]), len(self._omega)
+        times = h * steps.POINTS[1:]
+        moved = free(self._omega, times)
+        y, v = responses(self._omega, 3, times)
+        scale = h ** -np.arange(4.0)
+        place = np.einsum("jm,m,mtn->tjn", steps.MONOMIALS, scale, y)
+        speed = np.einsum("jm,m,mtn->tjn", steps.MONOMIALS, scale, v)
+        tables.free[level], tables.drift[level, 0] = moved[:, -1], self._constant * y[0, -1]
+        tables.drift[level, 1] = self._constant * v[0, -1]
+        tables.push[level] = place[-1], speed[-1]
+        for part in range(2):
+            tables.gap[level, part, :, :, :n] = moved[2 * part][:, None] * rows
+            tables.gap[level, part, :, :, n:] = moved[2 * part + 1][:, None] * rows
+            tables.gap_drift[level, part] = (self._constant * (y, v)[part][0]) @ rows.T
+            tables.reach[level, part] = np.einsum("an,bn,tjn->abtj", rows, rows, (place, speed)[part], optimize=True)
+        tables.known[level] = 1
+
+    def _record(self, done: "_Steps", end: float) -> None:
+        """Put accepted steps into the histories, up to `end`; a step that passes it is kept for the next frame."""
+        books, begin = self._books, max(self._recorded, float(done.start[0]))
+        until = min(done.end, end)
+        waiting = books.waiting()
+        inside = waiting[waiting <= until]
+        edges = np.unique(
+            np.concatenate([[begin], done.start[(done.start > begin) & (done.start < until)], inside, [until]])
+        )
+        if until > begin:
+            nothing = np.zeros((len(edges) - 1, done.values.shape[1]))
+            books.push(edges, np.diff(done.impulses(edges), axis=0), nothing, to_blows=False)
+            self._pull(done, edges)
+        if len(inside):
+            self._fill(done, inside)
+        motion = self._motion
+        books.reached(until, float(motion.books[1]), float(motion.books[2]), float(motion.books[0]))
+        self._recorded = until
+        self._pending = done.last() if done.end > end else None
+        p, v, self._pressed = self._states(done, np.array([until]))
+        self._p, self._v, self._pressed = p[0] @ self._modes.T, v[0] @ self._modes.T, self._pressed[0]
+
+    def _pull(self, done: "_Steps", edges: np.ndarray) -> None:
+        """Book the impulses of springs between edges, none of which has a step's end between them, (t + 1,)."""
+        springs, widths = self._system.springs, np.diff(edges)
+        if not len(springs.stiffness):
+            return
+        times = edges[:-1, None] + widths[:, None] * 0.5 * (1 + NODES)
+        y = self._states(done, times.ravel())[0]
+        stretch = springs.stretch + (y @ self._modes.T) @ springs.rows.T
+        share = (0.5 * widths[:, None] * WEIGHTS).ravel()
+        self._books.pull(springs.stiffness * (share @ stretch))
+
+    def _states(self, done: "_Steps", times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return y, ẏ, (t, n) each, and contact forces, (t, c), at times within the steps."""
+        number = done.number(times)
+        tau = times - done.start[number]
+        moved, (y, v) = free(self._omega, tau), responses(self._omega, 3, tau)
+        scaled = done.cubics[number] / done.length[number][:, None, None] ** np.arange(4)
+        load = np.einsum("tcm,cn->mtn", scaled, self._contacts.rows)
+        place = moved[0] * done.y[number] + moved[1] * done.v[number] + self._constant * y[0] + (load * y).sum(axis=0)
+        speed = moved[2] * done.y[number] + moved[3] * done.v[number] + self._constant * v[0] + (load * v).sum(axis=0)
+        return place, speed, np.einsum("tcm,tm->tc", scaled, tau[:, None] ** np.arange(4))
+
+    def _fill(self, done: "_Steps", inside: np.ndarray) -> None:
+        """Fill the samples that end within the steps."""
+        place, speed, pressed = self._states(done, inside)
+        series, law = self._contacts.series, self._system.law
+        depth = np.maximum(-(self._system.gap + place @ self._contacts.rows.T) - series * pressed, 0.0)
+        stored = (law[:, 0] * depth ** (law[:, 1] + 1) / (law[:, 1] + 1)).sum(axis=1) + 0.5 * (pressed**2) @ series
+        lost = done.lost_at(inside)
+        self._books.states(place @ self._modes.T, speed @ self._modes.T, stored, lost, pressed, balanced=True)
+
+    def _follow(self, done: "_Steps", opening: np.ndarray) -> None:
+        """Keep account of blows that begin and end within the steps, of their impulses and largest forces.
+
+        Args:
+            opening: Gap and its rate at the end of each step, (b, 2, c).
+        """
+        books = self._books
+        pressed = done.values.max(axis=2) > 0
+        given = np.diff(done.impulses(np.minimum([*done.start, done.end], self._last)), axis=0)
+        for row in range(pressed.shape[1]):
+            for k in np.flatnonzero(pressed[:, row]):
+                start, h = float(done.start[k]), float(done.length[k])
+                before = self._gaps if k == 0 else opening[k - 1]
+                gap, rate = map(float, opening[k, :, row])
+                ends = (float(before[0][row]), float(before[1][row]), gap, rate, h)
+                if row not in self._closed:
+                    self._closed.add(row)
+                    time, speed = _touching(*ends)
+                    books.touches(row, start + time, -speed)
+                    self._blows += 1
+                books.gives(row, float(given[k, row]))
+                force, local = _highest(done.cubics[k, row])
+                books.peak(row, force, start + local * h)
+                if done.values[k, row, 3] == 0:
+                    time, speed = _parting(*ends)
+                    books.leaves(row, start + time, speed)
+                    if gap > 0:
+                        books.parted(row)
+                        self._closed.discard(row)
+        self._gaps = (opening[-1, 0].copy(), opening[-1, 1].copy())
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """Accepted steps. Shapes: b steps, c contacts, n coordinates."""
+
+    start: np.ndarray
+    length: np.ndarray
+    values: np.ndarray
+    """Forces at the four points, (b, c, 4)."""
+    y: np.ndarray
+    v: np.ndarray
+    lost: np.ndarray
+    """Energy that laws have lost by the start and by the end, (b, 2)."""
+
+    @property
+    def end(self) -> float:
+        return float(self.start[-1] + self.length[-1])
+
+    @cached_property
+    def cubics(self) -> np.ndarray:
+        """Coefficients of (τ/h)^m, (b, c, 4)."""
+        return np.einsum("jm,tcj->tcm", steps.MONOMIALS, self.values)
+
+    def number(self, times: np.ndarray) -> np.ndarray:
+        """Return the step that each time is in, (t,)."""
+        return np.clip(np.searchsorted(self.start, times, side="left") - 1, 0, len(self.start) - 1)
+
+    def impulses(self, times: np.ndarray) -> np.ndarray:
+        """Return the impulses given from the first step's start to times, (t, c)."""
+        powers = np.arange(1, 5)
+        per_step = self.length[:, None] * (self.cubics @ (1 / powers))
+        whole = np.concatenate([np.zeros((1, per_step.shape[1])), np.cumsum(per_step, axis=0)])
+        number = self.number(times)
+        local = (times - self.start[number]) / self.length[number]
+        part = np.einsum("tcm,tm->tc", self.cubics[number], local[:, None] ** powers / powers)
+        return whole[number] + self.length[number, None] * part
+
+    def lost_at(self, times: np.ndarray) -> np.ndarray:
+        """Return what was lost by times [J], (t,), linear within a step."""
+        number = self.number(times)
+        share = (times - self.start[number]) / self.length[number]
+        return (1 - share) * self.lost[number, 0] + share * self.lost[number, 1]
+
+    def last(self) -> "_Steps":
+        """Return the last step alone."""
+        return _Steps(*(part[-1:].copy() for part in (self.start, self.length, self.values, self.y, self.v, self.lost)))
+
+
+def _highest(cubic: np.ndarray) -> tuple[float, float]:
+    """Return the largest value of a cubic on [0, 1], and where it is."""
+    c0, c1, c2, c3 = map(float, cubic)
+    found = [(c0, 0.0), (c0 + c1 + c2 + c3, 1.0)]
+    under = c2 * c2 - 3 * c3 * c1
+    if under >= 0:
+        # The roots of 3 c₃ x² + 2 c₂ x + c₁, without the difference of nearly equal numbers.
+        larger = -(c2 + math.copysign(math.sqrt(under), c2))
+        roots = [over / below for over, below in ((larger, 3 * c3), (c1, larger)) if below != 0]
+        found += [(((c3 * x + c2) * x + c1) * x + c0, x) for x in roots if 0 < x < 1]
+    return max(found)
+
+
+def _touching(gap: float, rate: float, later: float, later_rate: float, h: float) -> tuple[float, float]:
+    """Return when in a step of length h the gap closes, by the cubic through gaps and rates, and its rate then."""
+    if gap <= 0:
+        return 0.0, rate
+    inside, cubic = _crossings(gap, rate, later, later_rate, h)
+    place = min(inside, default=0.0)
+    return place * h, float(np.polyval(np.polyder(cubic), place)) / h
+
+
+def _parting(gap: float, rate: float, later: float, later_rate: float, h: float) -> tuple[float, float]:
+    """Return when in a step of length h the gap opens, and its rate then."""
+    if later <= 0:
+        return h, later_rate
+    inside, cubic = _crossings(gap, rate, later, later_rate, h)
+    place = max(inside, default=1.0)
+    return place * h, float(np.polyval(np.polyder(cubic), place)) / h
+
+
+def _crossings(gap: float, rate: float, later: float, later_rate: float, h: float) -> tuple[list[float], np.ndarray]:
+    """Return the zeros on [0, 1] of the cubic through gaps and rates, and the cubic."""
+    m0, m1 = rate * h, later_rate * h
+    cubic = np.array([2 * (gap - later) + m0 + m1, 3 * (later - gap) - 2 * m0 - m1, m0, gap])
+    return [root.real for root in np.roots(cubic) if abs(root.imag) < 1e-9 and 0 <= root.real <= 1], cubic
+
+
+def _empty(longest: float, c: int, n: int) -> steps.Tables:
+    levels = steps.LEVELS
+    return steps.Tables(
+        np.zeros(levels, np.int64), longest * 0.5 ** np.arange(levels), np.zeros((levels, 4, n)),
+        np.zeros((levels, 2, n)), np.zeros((levels, 2, 4, n)), np.zeros((levels, 2, 3, c, 2 * n)),
+        np.zeros((levels, 2, 3, c)), np.zeros((levels, 2, c, c, 3, 4)),
+    )  # fmt: skip
+
+
+def _track(count: int, c: int, n: int) -> steps.Track:
+    return steps.Track(
+        np.zeros(count), np.zeros(count), np.zeros((count, c, 4)), np.zeros((count, n)), np.zeros((count, n)),
+        np.zeros((count, 2)), np.zeros((count, 2, c)),
+    )  # fmt: skip

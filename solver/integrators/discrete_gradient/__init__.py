@@ -1,0 +1,1 @@
+"""Contact laws by discrete gradients."""

@@ -1,0 +1,251 @@
+"""Steps of the discrete gradient, compiled: the force of each contact is constant over a step.
+
+Coordinates move exactly under a constant force λ, which changes their energy by −λ (d₁ − d₀). With λ the difference
+quotient (V(d₁) − V(d₀)) / (d₁ − d₀) of the contact's potential, energy is kept to round-off at any step.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from gudgeon.solver.compiled import FAST
+from gudgeon.solver.laws.force import law_energy, law_force
+
+CLOSE = 1e-3
+"""Relative difference of d₀ and d₁ below which the quotient is integrated by Gauss, to twenty digits."""
+GAUSS_POINTS = np.array([0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263])
+GAUSS_WEIGHTS = np.array([0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693])
+SWEEPS, HALVINGS = 500, 200
+
+
+class Step(NamedTuple):
+    """What stays constant. Shapes: n coordinates, c contacts."""
+
+    dt: float
+    free: np.ndarray
+    """y←y, y←ẏ, ẏ←y, ẏ←ẏ, (4, n)."""
+    push: np.ndarray
+    """y and ẏ per unit constant force, (2, n)."""
+    constant: np.ndarray
+    rows: np.ndarray
+    gap: np.ndarray
+    reach: np.ndarray
+    """Change of each gap per force, (c, c)."""
+    law: np.ndarray
+    """(c, 4)"""
+    floor: float
+    """Least approach speed, relative to the largest."""
+
+
+class State(NamedTuple):
+    """What changes, in place."""
+
+    y: np.ndarray
+    v: np.ndarray
+    depth: np.ndarray
+    """−g at the end of the last step, (c,)."""
+    force: np.ndarray
+    approach: np.ndarray
+    books: np.ndarray
+    """Energy lost, largest error, largest exchange, E₀, largest approach speed, (5,)."""
+    tally: np.ndarray
+    """Steps in contact, iterations, blows that ended, (3,)."""
+    running: np.ndarray
+    """Blow of each contact as in `Trajectory.episodes`; its start is negative where there is none, (c, 7)."""
+    blows: np.ndarray
+    """Blows that ended, contact first, (b, 8)."""
+    impulses: np.ndarray
+
+
+@njit(cache=True, fastmath=FAST)
+def march(step, state, stiffness, start, first, stride, forces, energies, y_out, v_out):  # type: ignore[no-untyped-def]
+    """Advance `len(forces)` samples of `stride` steps; False where a force could not be found.
+
+    Args:
+        stiffness: ω², (n,).
+        start: y at the start of the run, (n,).
+        first: Number of the first step.
+        forces: Out: mean force of each contact, (samples, c).
+        energies: Out, (samples, 5).
+        y_out, v_out: Out: states at the samples' ends, (samples, n).
+    """
+    c, n = step.rows.shape
+    loose, next_y, next_v = np.empty(c), np.empty(n), np.empty(n)
+    depth = np.empty(c)
+    for sample in range(len(forces)):
+        forces[sample] = 0.0
+        for inner in range(stride):
+            time = (first + sample * stride + inner) * step.dt
+            for k in range(n):
+                place = step.free[0, k] * state.y[k] + step.free[1, k] * state.v[k]
+                next_y[k] = place + step.push[0, k] * step.constant[k]
+                speed = step.free[2, k] * state.y[k] + step.free[3, k] * state.v[k]
+                next_v[k] = speed + step.push[1, k] * step.constant[k]
+            for i in range(c):
+                total = step.gap[i]
+                for k in range(n):
+                    total += step.rows[i, k] * next_y[k]
+                loose[i] = total
+            if not find_forces(step, state, loose, depth):
+                return False
+            for i in range(c):
+                amount = state.force[i]
+                if amount > 0.0:
+                    forces[sample, i] += amount / stride
+                    for k in range(n):
+                        next_y[k] += step.push[0, k] * step.rows[i, k] * amount
+                        next_v[k] += step.push[1, k] * step.rows[i, k] * amount
+            state.y[:], state.v[:] = next_y, next_v
+            _book(step, state, depth, stiffness, start, time, energies[sample])
+        y_out[sample], v_out[sample] = state.y, state.v
+    return True
+
+
+@njit(cache=True, fastmath=FAST)
+def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
+    """Find all forces of a step, contact by contact until none changes."""
+    c, least = len(loose), 0.0
+    for i in range(c):
+        if loose[i] < 0.0 or state.depth[i] > 0.0:
+            least += _least(step.law[i], state.depth[i], loose[i])
+        depth[i] = -loose[i]
+        for j in range(c):
+            depth[i] -= step.reach[i, j] * state.force[j]
+        rate = (-loose[i] - state.depth[i]) / step.dt
+        if state.depth[i] <= 0.0 and -loose[i] > 0.0 and state.approach[i] <= 0.0:
+            state.books[4] = max(state.books[4], rate)
+            state.approach[i] = max(rate, step.floor * state.books[4])
+    for _sweep in range(SWEEPS):
+        change, largest = 0.0, 0.0
+        for i in range(c):
+            others = loose[i]
+            for j in range(c):
+                if j != i:
+                    others += step.reach[i, j] * state.force[j]
+            force = _one(step, state, i, -others)
+            if force < 0.0:
+                return False
+            change = max(change, abs(force - state.force[i]))
+            largest = max(largest, force)
+            state.force[i] = force
+            depth[i] = -others - step.reach[i, i] * force
+        if c == 1 or change <= max(1e-15 * largest, 2.0 * least):
+            return True
+    return False
+
+
+@njit(cache=True, fastmath=FAST)
+def _least(law, before, loose):  # type: ignore[no-untyped-def]
+    """Round-off of what the spring would bear at the depths of a step: below it a force is as good as any."""
+    return 1e-15 * law_force(law, max(abs(before), abs(loose)), 0.0, 1.0)[0]
+
+
+@njit(cache=True, fastmath=FAST)
+def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
+    """Find the force of one contact that would be `loose` deep without it; negative where it cannot be found."""
+    before, reach, law = state.depth[i], step.reach[i, i], step.law[i]
+    if loose <= 0.0 and before <= 0.0:
+        return 0.0
+    low, high = 0.0, _mean(law, before, loose, state.approach[i], step.dt)
+    if high <= 0.0:
+        return 0.0
+    force = min(state.force[i], high)
+    least, wrong = _least(law, before, loose), 0.0
+    for _iteration in range(HALVINGS):
+        state.tally[1] += 1
+        found = _mean(law, before, loose - reach * force, state.approach[i], step.dt)
+        wrong = force - found
+        if wrong > 0.0:
+            high = force
+        else:
+            low = force
+        nudge = 1e-7 * max(abs(force), 1e-7 * high)
+        slope = 1.0 - (_mean(law, before, loose - reach * (force + nudge), state.approach[i], step.dt) - found) / nudge
+        new = force - wrong / slope
+        # Before the bracket is looked at: a step of round-off ends on its border.
+        if abs(new - force) <= 4e-16 * max(new, force) or abs(wrong) <= least:
+            return force
+        if not (low < new < high):
+            new = 0.5 * (low + high)
+        force = new
+        if high - low <= 4e-16 * high:
+            return force
+    # Round-off of the depths can keep a grazing force from settling further.
+    return force if high - low <= 1e-6 * high or abs(wrong) <= 1e-6 * high else -1.0
+
+
+@njit(cache=True, fastmath=FAST)
+def _mean(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
+    """Return the mean force between two depths, what is lost included."""
+    elastic = quotient(law, before, after)
+    rate = (after - before) / dt
+    per_rate = law[2] / approach if approach > 0.0 else 0.0
+    damped = law[3] * rate if before > 0.0 or after > 0.0 else 0.0
+    return max(0.0, elastic * (1.0 + per_rate * rate) + damped)
+
+
+@njit(cache=True, fastmath=FAST)
+def quotient(law, before, after):  # type: ignore[no-untyped-def]
+    """Return the difference quotient of the potential."""
+    width = after - before
+    if before <= 0.0 and after <= 0.0:
+        return 0.0
+    if before > 0.0 and after > 0.0 and abs(width) < CLOSE * max(before, after):
+        total = 0.0
+        for point in range(4):
+            force, _, _ = law_force(law, before + GAUSS_POINTS[point] * width, 0.0, 1.0)
+            total += GAUSS_WEIGHTS[point] * force
+        return total
+    return (law_energy(law, after) - law_energy(law, before)) / width
+
+
+@njit(cache=True, fastmath=FAST)
+def _book(step, state, depth, stiffness, start, time, energies):  # type: ignore[no-untyped-def]
+    stored, touching = 0.0, False
+    for i in range(len(depth)):
+        force = state.force[i]
+        state.impulses[i] += force * step.dt
+        elastic = quotient(step.law[i], state.depth[i], depth[i])
+        lost = (force - elastic) * (depth[i] - state.depth[i])
+        if lost > 0.0:  # No law gives energy: what a wrong force would create shall show as drift.
+            state.books[0] += lost
+        stored += law_energy(step.law[i], depth[i])
+        touching = touching or force > 0.0
+        _blow(step, state, i, depth[i], time)
+        state.depth[i] = depth[i]
+        if depth[i] <= 0.0:
+            state.approach[i] = 0.0
+    if touching:
+        state.tally[0] += 1
+    kinetic, strain, work = 0.0, 0.0, 0.0
+    for k in range(len(state.y)):
+        kinetic += 0.5 * state.v[k] * state.v[k]
+        strain += 0.5 * stiffness[k] * state.y[k] * state.y[k]
+        work += step.constant[k] * (state.y[k] - start[k])
+    energies[0], energies[1], energies[2], energies[3], energies[4] = kinetic, strain, stored, state.books[0], work
+    error = kinetic + strain + stored + state.books[0] - work - state.books[3]
+    state.books[1] = max(state.books[1], abs(error))
+    state.books[2] = max(state.books[2], stored)
+
+
+@njit(cache=True, fastmath=FAST)
+def _blow(step, state, i, depth, time):  # type: ignore[no-untyped-def]
+    """Follow the blow of one contact; its ends lie where the depth, linear in the step, crosses zero."""
+    before, force, entry = state.depth[i], state.force[i], state.running[i]
+    rate = (depth - before) / step.dt
+    if entry[0] < 0.0 and force > 0.0:
+        entry[0] = time + (-before / rate if before < 0.0 < rate else 0.0)
+        entry[2], entry[3], entry[4], entry[5] = 0.0, 0.0, entry[0], max(rate, 0.0)
+    if entry[0] >= 0.0:
+        entry[2] += force * step.dt
+        if force > entry[3]:
+            entry[3], entry[4] = force, time + 0.5 * step.dt
+        if depth <= 0.0:
+            entry[1] = time + (before / -rate if before > 0.0 > rate else step.dt)
+            entry[6] = max(-rate, 0.0)
+            if state.tally[2] < len(state.blows):
+                state.blows[state.tally[2], 0] = i
+                state.blows[state.tally[2], 1:] = entry
+            state.tally[2] += 1
+            entry[0] = -1.0

@@ -1,0 +1,252 @@
+"""The event integrator: exact motion from event to event, whatever the samples."""
+
+import math
+
+import numpy as np
+
+from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.integrators.event import basis
+from gudgeon.solver.integrators.event.jumps import RESTING, collide, force_scale, settle, settle_slip, struck
+from gudgeon.solver.integrators.event.motion import Motion
+from gudgeon.solver.integrators.event.record import Books
+from gudgeon.solver.integrators.event.regimes import Equations, Regime, Status, Watch, acceleration, starting
+from gudgeon.solver.integrators.event.search import first_crossing
+from gudgeon.solver.integrators.event.segment import Segment
+from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.system import System
+
+MOST_EVENTS = 2_000_000
+"""In one run: more are no answer in any time that a user waits."""
+GAIN = 1e-9
+"""Energy that a blow may make by round-off, relative to what it takes in compression."""
+STALLED = 200
+"""Events in a row without any time between them."""
+CACHED = 64
+"""Bases kept; conditions come again and again."""
+
+
+class Event:
+    """A run of the event integrator; `dt` is the interval at which it is sampled."""
+
+    order = math.inf
+
+    def __init__(self, system: System, dt: float) -> None:
+        _refuse_shared_friction(system)
+        if np.any(system.dashpot) and system.coupled:
+            where = next(item.name for item in system.contacts if np.any(system.dashpot[item.rows]))
+            raise SceneError(
+                f"contact.{where}: dashpots, of its law or 'wave-guide', act on points that do not couple through R;"
+                " give one point a contact, or use method 'penalty'"
+            )
+        self._system, self._equations, self._dt = system, Equations(system), dt
+        self._p, self._v = system.position.copy(), system.velocity.copy()
+        self._last = system.scene.run.duration * (1 + 1e-9)
+        self._fastest = np.zeros(len(system.gap))
+        self._bases: dict[bytes, basis.Basis] = {}
+        self._patient: set[tuple[Watch, int]] = set()
+        self._reclosed = False
+        self._struck: set[int] = set()
+        self._gained = False
+        self._events = self._stall = self._regimes = 0
+        self._books = Books(system)
+        self.failure = Result.DIVERGED
+        self._now = starting(system, {})
+        try:
+            self._segment = self._begin(0.0)
+        except np.linalg.LinAlgError as error:
+            raise SolverError(f"contact {', '.join(system.scene.contact)}: {_reason(error).value}") from None
+
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` intervals; False where no motion could be found.
+
+        Args:
+            first: Number of the first interval.
+            out: Filled, but for what this integrator has none of.
+        """
+        ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
+        self._books.open(ends, stride * self._dt, out)
+        while True:
+            segment = self._segment
+            until = min(segment.end, float(ends[-1]))
+            self._books.record(segment, until)
+            if segment.end > ends[-1]:
+                break
+            if segment.event is None and segment.end >= self._last:
+                break
+            if not self._pass(segment):
+                return False
+        self._p, self._v = segment.motion.state(float(ends[-1]) - segment.start)
+        self._time = float(ends[-1])
+        return True
+
+    def outcome(self) -> Outcome:
+        """Return where the run stands."""
+        segment = self._segment
+        multipliers = segment.regime.forces(self._p - segment.motion.start, self._v)
+        return self._books.outcome(self._p, self._v, multipliers, np.array([0, self._events, self._regimes, -1]))
+
+    def _pass(self, segment: Segment) -> bool:
+        """Go through the event at the end of a segment."""
+        assert segment.event is not None
+        kind, row = segment.event
+        self._p, self._v = segment.motion.state(segment.end - segment.start)
+        self._events += 1
+        self._stall = self._stall + 1 if segment.end - segment.start <= 0 else 0
+        if self._events > MOST_EVENTS or self._stall > STALLED:
+            self.failure = Result.CHATTER
+            return False
+        try:
+            self._react(kind, row, segment.end)
+            self._segment = self._begin(segment.end, (kind, row))
+        except np.linalg.LinAlgError as error:
+            self.failure = _reason(error)
+            return False
+        if self._gained:
+            self.failure = Result.RESTITUTION
+        return bool(np.isfinite(self._p).all()) and not self._gained
+
+    def _react(self, kind: Watch, row: int, time: float) -> None:
+        """Change conditions, and velocities where rigid contact closes."""
+        now, system, books = self._now, self._system, self._books
+        if kind is Watch.CLOSES and system.rigid_contact[row]:
+            rows = struck(self._equations, now, row, self._p, self._v)
+            for one in rows:
+                books.touches(int(one), time, -float(system.rows[one] @ self._v))
+            self._reclosed = False
+            blow = collide(self._equations, now, rows, self._v, self._fastest)
+            settle(self._equations, now, self._p, self._v)
+            books.blow(blow, time, self._v, now)
+            self._gained = self._gained or blow.lost < -GAIN * (abs(blow.lost) + blow.compressed)
+            self._struck = {int(one) for one in rows}
+            if system.resolution > 0 and now.status[row] == Status.CLOSED:
+                self._patient.add((Watch.OPENS, row))
+        elif kind is Watch.CLOSES:
+            self._reclosed = bool(now.status[row] == Status.SLACK)
+            if self._reclosed:
+                books.returned(row, self._p)
+            else:
+                books.touches(row, time, -float(system.rows[row] @ self._v))
+            now.status[row] = Status.CLOSED
+        elif kind is Watch.LEAVES:
+            now.status[row] = Status.OPEN
+            books.parted(row)
+        elif kind is Watch.OPENS and (kind, row) in self._patient:
+            # Its mean has come to zero; from here on the force itself decides.
+            self._patient.discard((kind, row))
+        elif kind is Watch.OPENS:
+            slack = system.dashpot[row] > 0 and not system.rigid_contact[row]
+            now.status[row] = Status.SLACK if slack else Status.OPEN
+            now.slip[row] = 0
+            if slack:
+                books.let_go(row, time, self._p, self._v)
+            else:
+                books.parts(row, time, self._v)
+            settle(self._equations, now, self._p, self._v)
+        else:
+            self._slide(kind, row)
+            books.slides(row, time, bool(now.slip[row]))
+
+    def _slide(self, kind: Watch, row: int) -> None:
+        if kind is Watch.STICKS:
+            self._now.slip[row] = 0
+            settle_slip(self._equations, self._now, self._p, self._v, row)
+        else:
+            self._now.slip[row] = -1 if kind is Watch.SLIPS_BACK else 1
+
+    def _begin(self, start: float, after: tuple[Watch, int] | None = None) -> Segment:
+        """Start a segment under the present conditions."""
+        if after is None:
+            self._touch_at_start()
+        now = self._now
+        gaps, functions = self._zero(after)
+        regime = self._equations.regime(now, self._p, gaps)
+        key = now.key()
+        if key not in self._bases:
+            if len(self._bases) >= CACHED:
+                self._bases.pop(next(iter(self._bases)))
+            self._bases[key] = basis.solve(regime.linear)
+            self._regimes += 1
+        motion = Motion.begin(self._bases[key], regime.linear, self._p, self._v)
+        course = motion.course(regime.watched)
+        for number, event in enumerate(regime.events):
+            if event in functions:
+                course.a[number] = 0.0
+        guarded = [number for number, event in enumerate(regime.events) if event in self._patient]
+        course = course.averaged(guarded, self._system.resolution)
+        found = first_crossing(course, self._last - start, self._floor(regime))
+        if found is None:
+            return Segment(start, motion, regime, self._last, None)
+        return Segment(start, motion, regime, start + found[0], regime.events[found[1]])
+
+    def _floor(self, regime: Regime) -> np.ndarray:
+        """Return how far forces of rigid rows may fall below zero by round-off, where nothing presses."""
+        scale = force_scale(acceleration(regime.linear), np.zeros_like(self._p), self._v, self._system.rows)
+        hard = [kind is Watch.OPENS and bool(self._system.rigid_contact[row]) for kind, row in regime.events]
+        rows = [row for _, row in regime.events]
+        return np.where(hard, RESTING * scale[rows], 0.0) if rows else np.empty(0)
+
+    def _zero(self, after: tuple[Watch, int] | None) -> tuple[frozenset[int], frozenset[tuple[Watch, int]]]:
+        """Return what stands at zero after an event, whatever round-off says: gaps by row, and watched functions."""
+        gaps, functions = set(self._books.at_zero) | self._struck, set[tuple[Watch, int]]()
+        self._struck = set()
+        if after is not None:
+            kind, row = after
+            soft = not self._system.rigid_contact[row]
+            slack = self._now.status[row] == Status.SLACK
+            if kind in (Watch.OPENS, Watch.LEAVES) or (kind is Watch.CLOSES and not self._reclosed):
+                if not slack:
+                    gaps.add(row)
+                functions.add((Watch.CLOSES, row))
+            if kind is Watch.CLOSES and soft and (self._reclosed or not self._system.dashpot[row]):
+                functions.add((Watch.OPENS, row))
+            if kind in (Watch.SLIPS_BACK, Watch.SLIPS_AHEAD, Watch.STICKS):
+                functions.add((Watch.STICKS, row))
+        functions |= {(Watch.CLOSES, row) for row in gaps}
+        return frozenset(gaps), frozenset(functions)
+
+    def _touch_at_start(self) -> None:
+        """Close what touches at the start: rigid rows that approach or press, compliant ones by themselves."""
+        system, now = self._system, self._now
+        gaps = system.gap + system.rows @ self._p
+        size = np.abs(system.rows) @ np.abs(self._p) + np.abs(system.gap)
+        touching = np.flatnonzero(system.rigid_contact & (np.abs(gaps) <= 1e-14 * size))
+        speeds = system.rows @ self._v
+        for row in touching:
+            if speeds[row] < 0 and now.status[row] == Status.OPEN:
+                self._react(Watch.CLOSES, int(row), 0.0)
+        resting = [
+            int(row) for row in touching
+            if now.status[row] == Status.OPEN
+            and abs(float(system.rows[row] @ self._v)) <= 1e-12 * float(np.abs(system.rows[row]) @ np.abs(self._v))
+        ]  # fmt: skip
+        for row in resting:
+            now.status[row] = Status.CLOSED
+        settle(self._equations, now, self._p, self._v)
+        for row in resting:
+            if now.status[row] == Status.CLOSED:
+                self._books.touches(row, 0.0, -float(speeds[row]))
+        self._books.at_zero = {int(row) for row in touching}
+
+
+def _reason(error: np.linalg.LinAlgError) -> Result:
+    """Return what a regime without a basis means to a user."""
+    return Result.INCOMPLETE if isinstance(error, basis.IncompleteError) else Result.DEPENDENT_ROWS
+
+
+def _refuse_shared_friction(system: System) -> None:
+    """Refuse friction at a point of a body that others touch too: their blows are solved without it.
+
+    Raises:
+        SceneError: there is one.
+    """
+    names = [item.name for item in system.contacts for _ in item.points]
+    moved = system.rows != 0
+    for row in np.flatnonzero(system.friction[:, 0] > 0):
+        others = [other for other in range(len(names)) if other != row and np.any(moved[row] & moved[other])]
+        if others:
+            what = f"'{names[others[0]]}' touches" if names[others[0]] != names[row] else "its other points touch"
+            raise SceneError(
+                f"contact.{names[row]}.friction: acts where one point alone touches a body, {what} it too; leave"
+                " friction out, or model one point"
+            )

@@ -1,0 +1,196 @@
+"""What happens at an event: velocity jumps of rigid contact, and which contacts are closed from then on."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize
+
+from gudgeon.solver.integrators.event.motion import Probe
+from gudgeon.solver.integrators.event.regimes import Conditions, Equations, Status, acceleration
+
+ACCUMULATED = 1e-9
+"""Separation speed over the largest approach speed so far, at which blows that follow ever faster count as over."""
+TOGETHER = 1e-12
+"""Gap, relative to what it is made of, at which a row counts as closing at the same moment."""
+RESTING = 1e-13
+"""Speed or force, relative to what it came from, that counts as none."""
+
+
+@dataclass
+class Blow:
+    """An impulsive contact: what it did."""
+
+    impulses: np.ndarray
+    """On each row [N s], (c,)."""
+    tangential: np.ndarray
+    """Friction's [N s], (c,)."""
+    lost: float
+    """Energy [J]."""
+    compressed: float
+    """Energy taken in compression, before any was given back [J]."""
+
+
+def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Return the rigid rows that take part in a blow: those that touch already, and those that close with `hit`."""
+    system = equations.system
+    rigid = system.rigid_contact
+    gaps, size = system.gap + system.rows @ p, np.abs(system.rows) @ np.abs(p) + np.abs(system.gap)
+    together = rigid & (np.abs(gaps) <= TOGETHER * size) & (system.rows @ v < 0)
+    touching = rigid & ((now.status == Status.CLOSED) | (now.status == Status.IMPLIED))
+    return np.union1d(np.flatnonzero(together | touching), [hit])
+
+
+def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.ndarray, fastest: np.ndarray) -> Blow:
+    """Change velocities where rigid rows close; Newton's restitution, all touching rows together.
+
+    Args:
+        now: Changed in place: which rows are closed from here on, as far as velocities tell.
+        touching: Rows that take part.
+        v: Velocities, changed in place, (n,).
+        fastest: Largest approach speed of each row so far, changed in place, (c,).
+    """
+    system = equations.system
+    rows = system.rows[touching]
+    before = rows @ v
+    fastest[touching] = np.maximum(fastest[touching], -before)
+    if len(touching) == 1 and equations.frictional[touching[0]]:
+        impulses, drag = _with_friction(equations, int(touching[0]), v)
+    else:
+        bounce = np.where(before < 0, 1 + system.restitution[touching], 1.0) * before
+        impulses, drag = _complementary(rows, bounce), np.zeros(1)
+    mean = v.copy()
+    v += rows.T @ impulses
+    if drag.any():
+        v += system.tangents[touching].T @ drag
+    mean = 0.5 * (mean + v)
+    push = rows.T @ impulses + (system.tangents[touching].T @ drag if drag.any() else 0.0)
+    after = rows @ v
+    blow = Blow(np.zeros(len(system.gap)), np.zeros(len(system.gap)), -float(push @ mean), 0.0)
+    blow.impulses[touching], blow.tangential[touching[: len(drag)]] = impulses, drag
+    blow.compressed = 0.5 * float(impulses @ np.maximum(-before, 0.0))
+    for number, row in enumerate(touching):
+        size = abs(before[number]) + float(np.abs(system.rows[row]) @ np.abs(v))
+        stays = after[number] <= max(ACCUMULATED * fastest[row], RESTING * size)
+        now.status[row] = Status.CLOSED if stays else Status.OPEN
+    _hold(equations, now, v, blow)
+    return blow
+
+
+def _hold(equations: Equations, now: Conditions, v: np.ndarray, blow: Blow) -> None:
+    """Take what little speed is left from rows that stay closed."""
+    system = equations.system
+    held = np.flatnonzero((now.status == Status.CLOSED) & system.rigid_contact)
+    if not len(held):
+        return
+    rows = system.rows[held]
+    impulses = -np.linalg.lstsq(rows @ rows.T, rows @ v, rcond=1e-12)[0]
+    mean = v + 0.5 * (rows.T @ impulses)
+    blow.lost -= float((rows.T @ impulses) @ mean)
+    blow.impulses[held] += impulses
+    v += rows.T @ impulses
+
+
+def _with_friction(equations: Equations, row: int, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Newton's restitution with Coulomb's friction at one row: normal and tangential impulse."""
+    system = equations.system
+    both = np.stack([system.rows[row], system.tangents[row]])
+    W, speed = both @ both.T, both @ v
+    target = np.array([-(1 + system.restitution[row]) * speed[0], system.belt[row] - speed[1]])
+    normal, drag = np.linalg.solve(W, target) if np.linalg.det(W) > 0 else (target[0] / W[0, 0], 0.0)
+    limit = system.friction[row, 1]
+    if abs(drag) > limit * normal:
+        sign = np.sign(drag)
+        normal = target[0] / (W[0, 0] + sign * limit * W[0, 1])
+        drag = sign * limit * normal
+    return np.array([normal]), np.array([drag])
+
+
+def _complementary(rows: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Solve 0 ≤ x ⊥ A Aᵀ x + b ≥ 0 with rows A that may depend on each other: min |Aᵀ x + w| with A w = b, x ≥ 0."""
+    if len(b) == 1:
+        return np.maximum(-b / float(rows[0] @ rows[0]), 0.0)
+    wanted = np.linalg.lstsq(rows, b, rcond=None)[0]
+    return optimize.nnls(rows.T, -wanted)[0]
+
+
+def _spread(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray) -> None:
+    """Where touching rows depend on each other, find those that carry; changes `now` in place.
+
+    Forces are the nonnegative ones that leave the least acceleration; they stand on independent rows.
+    """
+    system = equations.system
+    now.status[now.status == Status.IMPLIED] = Status.CLOSED
+    hard = np.flatnonzero((now.status == Status.CLOSED) & system.rigid_contact)
+    if len(hard) < 2 or equations.frictional[hard].any():
+        return
+    rows = system.rows[hard] / np.linalg.norm(system.rows[hard], axis=1)[:, None]
+    if np.linalg.matrix_rank(rows, tol=1e-10) == len(hard):
+        return
+    apart = now.status.copy()
+    apart[hard] = Status.OPEN
+    free = acceleration(equations.regime(Conditions(apart, now.slip), p).linear)
+    push = free(np.zeros_like(p), v)
+    forces = optimize.nnls(rows.T, -push)[0]
+    parting = rows @ (push + rows.T @ forces)
+    still = parting <= 1e-10 * (float(np.abs(push).max()) or 1.0)
+    carrying: list[int] = []
+    for number in np.argsort(-forces, kind="stable"):
+        row = hard[number]
+        if not still[number]:
+            now.status[row] = Status.OPEN
+        elif np.linalg.matrix_rank(rows[[*carrying, number]], tol=1e-10) > len(carrying):
+            now.status[row] = Status.CLOSED
+            carrying.append(int(number))
+        else:
+            now.status[row] = Status.IMPLIED
+
+
+def settle(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray) -> None:
+    """Open rows that would pull, and find which rows with friction stick or slip, and which way.
+
+    Changes `now` in place.
+    """
+    system = equations.system
+    _spread(equations, now, p, v)
+    for row in np.flatnonzero(equations.frictional & (now.status == Status.CLOSED)):
+        slide = float(system.tangents[row] @ v) - system.belt[row]
+        size = float(np.abs(system.tangents[row]) @ np.abs(v)) + abs(system.belt[row])
+        now.slip[row] = 0 if abs(slide) <= 1e-12 * size else int(np.sign(slide))
+    for _ in range(len(now.status) + 1):
+        hard = np.flatnonzero((now.status == Status.CLOSED) & system.rigid_contact)
+        if not len(hard):
+            return
+        regime, still = equations.regime(now, p), np.zeros_like(p)
+        forces = regime.forces(still, v)
+        scale = force_scale(acceleration(regime.linear), still, v, system.rows)
+        pulling = [row for row in hard if forces[row] < -RESTING * scale[row]]
+        if pulling:
+            now.status[min(pulling, key=lambda row: forces[row])] = Status.OPEN
+            continue
+        drag = regime.tangential(still, v)
+        over = [
+            row
+            for row in hard
+            if equations.frictional[row]
+            and now.slip[row] == 0
+            and abs(drag[row]) > system.friction[row, 0] * forces[row] * (1 + 1e-12)
+        ]
+        if not over:
+            return
+        # It slides against the force that could not hold it.
+        now.slip[over[0]] = -int(np.sign(drag[over[0]]))
+
+
+def settle_slip(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray, row: int) -> None:
+    """Hold a row that has come to rest, or let it slide on where friction cannot hold it; changes `now` in place."""
+    regime, still = equations.regime(now, p), np.zeros_like(p)
+    drag, force = regime.tangential(still, v)[row], regime.forces(still, v)[row]
+    if abs(drag) > equations.system.friction[row, 0] * force * (1 + 1e-12):
+        now.slip[row] = -int(np.sign(drag))
+
+
+def force_scale(free: Probe, p: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return what a force of each row is made of [N]: the terms of its acceleration over its mobility."""
+    terms = np.abs(free.constant) + np.abs(free.position) @ np.abs(p) + np.abs(free.velocity) @ np.abs(v)
+    mobility = (rows**2).sum(axis=1)
+    return (np.abs(rows) @ terms) / np.where(mobility > 0, mobility, 1.0)

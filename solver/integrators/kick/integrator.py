@@ -1,0 +1,85 @@
+"""The explicit integrator: a kick in the middle of each step, exact flight between."""
+
+import numpy as np
+
+from gudgeon.solver.contact.compliance import fixed
+from gudgeon.solver.integrators.flight import undamped
+from gudgeon.solver.integrators.kick import kernel
+from gudgeon.solver.integrators.kick.one_point import march_one
+from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.system import System
+
+
+class Kick:
+    """A run of the explicit integrator."""
+
+    failure = Result.DEPENDENT_ROWS
+    order = 2
+
+    def __init__(self, system: System, dt: float) -> None:
+        self._system = system
+        self._law = _law(system, dt)
+        self._state = _state(system, dt)
+
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` steps; False where contact rows are dependent.
+
+        Args:
+            first: Number of the first step.
+            out: Its forces, energies and gauges are filled, these at the sample's last kick, half a step before its
+                end; nothing drives a scene of this integrator.
+        """
+        found = np.zeros((len(out.forces), 4))
+        march = march_one if len(self._system.gap) == 1 else kernel.march
+        # The compiled loop knows no gauges: with them it is left after every sample.
+        pieces, sound = len(out.forces) if out.gauges.shape[1] else 1, True
+        for here in np.array_split(np.arange(len(out.forces)), pieces):
+            own, start = slice(here[0], here[-1] + 1), first + int(here[0]) * stride
+            sound = march(self._law, self._state, self._system.rigid, start, out.forces[own], found[own], stride)
+            if not sound:
+                break
+            if out.gauges.shape[1]:
+                out.gauges[here[0]] = self._gauges()
+        out.energies[:, :4] = found
+        return sound
+
+    def _gauges(self) -> np.ndarray:
+        """Return what gauges read at the last kick, (G,): coordinates have flown on since, multipliers have not."""
+        state, (_, qv, _, vv) = self._state, self._law.flight
+        return self._system.gauge_rows @ (vv * state.q - qv * state.v) + self._system.gauge_residual @ state.multipliers
+
+    def outcome(self) -> Outcome:
+        """Return where the run stands."""
+        state, none = self._state, np.empty(0)
+        return Outcome(
+            state.q, state.v, state.multipliers, state.impulses, state.extreme, state.tally, none, none,
+            np.zeros(len(self._system.contacts)),
+        )  # fmt: skip
+
+
+def _law(system: System, dt: float) -> kernel.Law:
+    contact = np.zeros(len(system.gap), np.int64)
+    normals = np.zeros((len(system.gap), 3))
+    for number, item in enumerate(system.contacts):
+        contact[item.rows] = number
+        normals[item.rows] = item.directions
+    reach = np.abs(system.rows).max(axis=0) if len(system.gap) else np.zeros(len(system.velocity))
+    compliance = system.compliance
+    return kernel.Law(
+        dt, undamped(system.stiffness, dt), system.stiffness, np.ascontiguousarray(system.rows),
+        np.ascontiguousarray(system.rows.T), reach, system.gap,
+        compliance, fixed(compliance), system.coupled, system.dashpot, normals, contact,
+    )  # fmt: skip
+
+
+def _state(system: System, dt: float) -> kernel.State:
+    """Start half a step before the first kick."""
+    half = undamped(system.stiffness, dt / 2)
+    v0 = system.velocity
+    c, energy = len(system.gap), 0.5 * float(v0 @ v0)
+    return kernel.State(
+        half[1] * v0, half[3] * v0, np.zeros(c, np.int64), np.zeros((c, c)), np.zeros(c), np.zeros(c), np.zeros(c),
+        np.zeros(len(system.rigid) + 1), np.array([energy, 0.0, 0.0, 0.0]), np.zeros(4, np.int64),
+        np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0]),
+    )  # fmt: skip

@@ -1,0 +1,213 @@
+"""The implicit integrator: builds the arrays of `solver.integrators.trapezoid.kernel` from a system."""
+
+import math
+
+import numpy as np
+
+from gudgeon.solver.contact.compliance import Compliance
+from gudgeon.solver.integrators.flight import flight
+from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.trapezoid import kernel as trapezoid
+from gudgeon.solver.integrators.trapezoid.arrays import Books, Loads, Masters, Modes, Points
+from gudgeon.solver.integrators.trapezoid.open_contacts import bounds
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.system import System
+
+AHEAD = 4096
+"""Steps whose loads are found at once."""
+REFRESH = 0.2
+"""Share of a traction space's spacing that a pair may slide before its matrix is made anew."""
+
+
+class Trapezoid:
+    """A run of the implicit integrator."""
+
+    failure = Result.DEPENDENT_ROWS
+    order = 2
+
+    def __init__(self, system: System, dt: float) -> None:
+        self._system, self._dt = system, dt
+        self.modes = _modes(system, dt)
+        self.points, self._directions = _points(system, dt)
+        self.masters = _masters(system, dt, self.modes)
+        self.loads = _loads(system, dt, self.modes, self.points)
+        self.matrix = _matrix(system, self.modes, self.points, self.masters)
+        self.bounds = bounds(system, self.points.memory, self.masters.memory)
+        self.books = _books(system, self.modes, self.loads)
+        self._ahead = 0, np.empty((0, 0)), np.empty((0, 0, 0))
+
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Advance `len(out.forces)` samples of `stride` steps; False where contact rows are dependent.
+
+        Args:
+            first: Number of the first step.
+            out: Filled, but for the gauges.
+        """
+        given, crank = self._drive(first, len(out.forces) * stride)
+        return trapezoid.march(
+            self._dt, self.modes, self.points, self.masters, self.matrix, self.loads, self.bounds,
+            self.books, first, given, crank,
+            self._directions, out.forces, out.loads, out.energies, out.snapshots, stride,
+        )  # fmt: skip
+
+    def _drive(self, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the given loads and the crank pins of some steps; found for many at once, which costs little more."""
+        begin, given, crank = self._ahead
+        if not begin <= first <= first + count <= begin + len(given):
+            begin = first
+            left = math.ceil(self._system.scene.run.duration / self._dt * (1 - 1e-12)) - first
+            start = self._dt * np.arange(first, first + max(count, min(left, AHEAD)))
+            driving = self._system.driving
+            given, crank = driving.loads(start, self._dt), driving.crank(start + self._dt)
+            self._ahead = begin, given, crank
+        here = slice(first - begin, first - begin + count)
+        return given[here], crank[here]
+
+    def outcome(self) -> Outcome:
+        """Return where the run stands."""
+        points, masters, books = self.points, self.masters, self.books
+        held = np.flatnonzero(masters.stress)
+        outward = -(masters.stress[held] @ masters.residual[held] + masters.functions @ self.modes.q)
+        return Outcome(
+            self.modes.q, self.modes.v, points.multipliers, points.impulses, books.extreme, books.tally, outward,
+            masters.impulses, masters.drag_impulse,
+        )  # fmt: skip
+
+
+def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
+    """Return what r + β ṙ = f keeps of r, of f at the start and of f at the end of a step, f linear in it, (3, n)."""
+    ratio = beta / dt
+    with np.errstate(divide="ignore"):
+        kept = np.exp(-1 / ratio)
+    gone = ratio * (1 - kept)
+    return np.array([kept, gone - kept, 1 - gone])
+
+
+def _damped_memory(beta: np.ndarray, dt: float) -> np.ndarray:
+    """Return a and b by the backward rule, which lets no constraint force alternate, (2, n)."""
+    ratio = beta / dt
+    return np.array([ratio / (1 + ratio), 1 / (1 + ratio)])
+
+
+def _span(rows: np.ndarray) -> np.ndarray:
+    """Return the first and last + 1 column that is not zero, (2,)."""
+    touched = np.flatnonzero(np.abs(rows).max(axis=0)) if len(rows) else np.empty(0, int)
+    return np.array([touched[0], touched[-1] + 1] if len(touched) else [0, 0], np.int64)
+
+
+def _modes(system: System, dt: float) -> Modes:
+    step, m = flight(system.stiffness, system.damping, dt), len(system.velocity)
+    return Modes(
+        system.position.copy(), system.velocity.copy(), np.zeros((2, m)), np.zeros(m), np.zeros(m), np.zeros(m),
+        step.motion, step.push, step.loss, system.stiffness, system.driving.gravity,
+    )  # fmt: skip
+
+
+def _points(system: System, dt: float) -> tuple[Points, np.ndarray]:
+    """Return the contact rows and the directions of their forces, (c, 3)."""
+    rows, c = np.ascontiguousarray(system.rows), len(system.rows)
+    counts = [len(item.points) for item in system.contacts]
+    beta = np.array([system.bodies[item.body].stiffness_factor for item in system.contacts])
+    directions = np.concatenate([np.empty((0, 3)), *(item.directions for item in system.contacts)])
+    zeros = {name: np.zeros(c) for name in _PER_ROW}
+    zeros["whole"] = system.driving.to_gap @ system.loads
+    points = Points(
+        rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), coordinates=np.arange(*_span(rows)),
+        gap=system.gap, layer=system.layer,
+        residual=system.residual, memory=_memory(np.repeat(beta, counts), dt),
+        contact=np.repeat(np.arange(len(counts)), counts), active=np.zeros(c, np.int64), factor=np.zeros((c, c)),
+        pressed=np.zeros((2, c), np.int64), amounts=np.zeros((2, c)), counts=np.zeros(2, np.int64),
+        **zeros,
+    )  # fmt: skip
+    return points, directions
+
+
+_PER_ROW = (
+    "multipliers", "last", "guess", "image", "stress", "strain", "whole", "after", "place", "free", "shifted", "gaps",
+    "impulses",
+)  # fmt: skip
+
+
+def _masters(system: System, dt: float, modes: Modes) -> Masters:
+    functions, count, k = system.functions, len(system.functions), len(system.contacts)
+    c, m = len(system.gap), len(modes.q)
+    chart, slide, height = np.ones((k, 2)), np.zeros((k, m)), np.zeros(c)
+    beta, start = np.zeros(count), np.full(c, -1)
+    for number, item in enumerate(system.contacts):
+        if (over := item.master) is None:
+            continue
+        chart[number], height[item.rows] = over.chart, over.height
+        start[item.rows] = np.where(over.place >= 0, item.functions.start + over.place, -1)
+        beta[item.functions] = system.bodies[over.body].stiffness_factor
+        for name, sign in ((item.body, 1.0), (over.body, -1.0)):
+            body, first = system.bodies[name], system.offsets[name]
+            centre = body.morph.centre[None]
+            slide[number, first : first + body.rigid_count] += sign * body.rigid_rows(centre, over.direction[None])[0]
+    sigma = np.stack([slide @ modes.q, slide @ modes.q, np.full(k, np.inf)])
+    zeros = {name: np.zeros(count) for name in _PER_FUNCTION}
+    return Masters(
+        functions=functions, columns=np.ascontiguousarray(functions.T), span=_span(functions),
+        coordinates=np.arange(*_span(functions)),
+                residual=system.function_residual, memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
+        start=start, filled=np.zeros((k, 2), np.int64), corner=np.full((2, c), -1), along=np.zeros((2, 4, c)),
+        stand=np.full((2, k), np.nan), sigma=sigma, way=np.zeros(k), drag=np.zeros(k), drag_impulse=np.zeros(k),
+        onto=np.zeros((3, count)), force=np.zeros(m), numbers=np.zeros(count, np.int64), size=np.zeros(1, np.int64),
+        refresh=np.array([REFRESH]), **zeros,
+    )  # fmt: skip
+
+
+_PER_FUNCTION = ("stress", "strain", "whole", "after", "image", "inward", "amounts", "work", "impulses")
+
+
+def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
+    driving, joints, c = system.driving, len(system.driving.joints), len(system.gap)
+    count, memory = len(driving.rows), _damped_memory(driving.damping, dt)
+    ahead = modes.push[0] + 0.5 * dt * modes.push[1]
+    per_row = 0.5 * ((driving.rows * ahead) @ points.rows.T) + driving.to_gap.T * points.memory[2]
+    own = (driving.rows * ahead) @ driving.rows.T + driving.residual * memory[1]
+    gap_per_load = (driving.rows * modes.push[0]) @ points.rows.T + driving.to_gap.T * memory[1][:, None]
+    held, start = driving.residual @ system.loads, driving.crank(np.zeros(1))[0]
+    rod = np.zeros(joints)
+    for j, item in enumerate(driving.joints):
+        force = system.loads[2 * j : 2 * j + 2]
+        arm = item.anchor + driving.rows[2 * j : 2 * j + 2] @ modes.q - start[j, :2]
+        rod[j] = np.hypot(*force) * np.sign(arm @ force)
+    return Loads(
+        rows=driving.rows, memory=memory, residual=driving.residual, to_gap=np.ascontiguousarray(driving.to_gap.T),
+        gap_per_load=gap_per_load, numbers=np.arange(count),
+        joint_response=np.array([own[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in range(joints)]).reshape(-1, 2, 2),
+        joint_per_row=per_row[: 2 * joints],
+        anchor=np.array([item.anchor for item in driving.joints]).reshape(joints, 2),
+        lengths=np.array([item.joint.rod_length for item in driving.joints]), stress=system.loads.copy(),
+        before=system.loads.copy(), whole=held, place=driving.rows @ modes.q + held, amount=np.zeros(count), rod=rod,
+        pin=start, middle=np.zeros((joints, 2)), correction=np.zeros(joints), base=np.zeros(joints),
+        slopes=np.zeros((joints, c)),
+    )  # fmt: skip
+
+
+def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> Compliance:
+    """Return the contact problem's matrix."""
+    c, k, count = len(system.gap), len(system.contacts), len(system.functions)
+    end = points.memory[2][:, None]
+    base = np.diag(system.layer) + 0.5 * ((points.rows * modes.push[0]) @ points.rows.T) + end * system.residual
+    functions, end = system.functions, masters.memory[2][:, None]
+    own = slice(*masters.span)
+    master = 0.5 * ((functions[:, own] * modes.push[0, own]) @ functions[:, own].T) + end * system.function_residual
+    space, across = np.zeros((k, 3), np.int64), np.zeros((c, 4))
+    for number, item in enumerate(system.contacts):
+        if (over := item.master) is not None:
+            space[number] = item.functions.start, *over.counts
+            across[item.rows] = over.across
+    return Compliance(
+        np.zeros((c, c)) if count else base, base, np.full(c, -1 if count else 0), np.zeros(1, np.int64), master,
+        np.array([[item.rows.start, item.rows.stop] for item in system.contacts]).reshape(k, 2), np.ones(k, np.bool_),
+        space, np.full(c, -1), across, np.zeros((4, c)), np.zeros((k, 2), np.int64), np.zeros(count),
+    )  # fmt: skip
+
+
+def _books(system: System, modes: Modes, loads: Loads) -> Books:
+    q, v = modes.q, modes.v
+    strain = 0.5 * (system.stiffness @ q**2 + loads.stress @ loads.whole)
+    energy = np.array([0.5 * float(v @ v), float(strain), 0.0, 0.0, 0.0])
+    extreme = np.array([energy.sum(), 0.0, 0.0, 0.0, -1.0, -1.0])
+    return Books(system.rigid, np.zeros(len(system.rigid) + 1), energy, np.zeros(6, np.int64), extreme)

@@ -1,0 +1,47 @@
+"""Coordinates in which free motion is uncoupled, springs included."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.integrators.event import basis
+from gudgeon.solver.integrators.event.regimes import Equations, starting
+from gudgeon.solver.system.system import System
+
+SLOWEST = 1e-6
+"""Least approach speed of a contact, relative to the largest so far: what grazes loses as if it came at that."""
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """p = modes y with ÿ + ω² y = constant + rowsᵀ λ. Shapes: n coordinates, c contacts."""
+
+    solved: basis.Basis
+    modes: np.ndarray
+    """(n, n), orthonormal."""
+    omega: np.ndarray
+    """[rad/s], (n,)."""
+    constant: np.ndarray
+    """(n,)"""
+    rows: np.ndarray
+    """∂g/∂y, (c, n)."""
+
+
+def uncoupled(system: System) -> Coordinates:
+    """Return the coordinates of a system without contact.
+
+    Raises:
+        SceneError: its contact points couple through R.
+    """
+    if system.coupled:
+        raise SceneError(
+            f"run.integrator: '{system.scene.integrator}' takes points that do not couple through R; give one point a"
+            " contact, or method 'penalty'"
+        )
+    linear = Equations(system).regime(starting(system, {}), np.zeros(len(system.velocity))).linear
+    solved = basis.solve(linear)
+    modes = np.column_stack([solved.drift, np.real(solved.shapes)])
+    omega = np.concatenate([np.zeros(solved.drift.shape[1]), np.imag(solved.exponents)])
+    constant = modes.T @ (linear.force - linear.rows.T @ (linear.springs @ linear.offsets))
+    return Coordinates(solved, modes, omega, constant, system.rows @ modes)

@@ -1,0 +1,1 @@
+"""What a run found: histories, quantities, contact events, momentum."""

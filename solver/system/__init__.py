@@ -1,0 +1,1 @@
+"""A scene compiled against its records."""

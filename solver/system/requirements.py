@@ -1,0 +1,221 @@
+"""What a scene needs and what it leaves out. Decided once, from the scene and from what records hold, before any array
+is read.
+
+Each term names the record fields that it reads; a term that is not in the list reads nothing and costs nothing in
+the time loop.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from gudgeon.solver.methods import METHODS
+from gudgeon.solver.obstacles import Plane
+from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
+from gudgeon.solver.scene.scene import Scene
+
+PLACES = ("interfaces", "tractions", "loads", "gauges")
+"""Groups of a modal record in which places have names."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term of the equations of motion."""
+
+    name: str
+    body: str
+    present: bool
+    reason: str
+    fields: tuple[str, ...] = ()
+    """`record:path` of what it reads, or would read."""
+
+
+@dataclass(frozen=True)
+class Stock:
+    """What the records of a body's component hold, as far as terms depend on it."""
+
+    elastic: bool = True
+    """Whether it deforms."""
+    held: bool = True
+    """Whether supports hold it, so that modes take part in translations."""
+    places: tuple[str, ...] = ()
+    """`group/name` of its interfaces, traction spaces, loads and gauges."""
+
+    @classmethod
+    def of(cls, sizes: Mapping[str, int]) -> "Stock":
+        """Return what the datasets of a modal record tell, by their sizes."""
+        places = dict.fromkeys(
+            path.rpartition("/")[0] for path in sizes if path.startswith(tuple(f"{group}/" for group in PLACES))
+        )
+        elastic = sizes.get("angular_frequencies", 0) > 0 or "residual_flexibility" in sizes
+        return cls(elastic, "participation" in sizes, tuple(places))
+
+
+def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list[Term]:
+    """List the terms of every body, present and left out, in the order in which they are compiled.
+
+    Args:
+        stocks: What the records of each body hold; without it, all that a scene can ask of them.
+    """
+    terms = []
+    for body in scene.body:
+        stock = (stocks or {}).get(body, Stock())
+        own = [*_motion(body, stock), *_contacts(scene, body), *_elements(scene, body), *_medium(scene, body, stock)]
+        terms += [*own, *_unused(own, body, stock), *_never(body)]
+    return terms
+
+
+def fields_read(terms: list[Term], body: str, record: str) -> list[str]:
+    """Return the field paths of one record of a body that its present terms read."""
+    prefix = f"{record}:"
+    return [
+        field.removeprefix(prefix)
+        for term in terms
+        if term.present and term.body == body
+        for field in term.fields
+        if field.startswith(prefix)
+    ]
+
+
+def _motion(body: str, stock: Stock) -> Iterator[Term]:
+    yield Term(
+        "rigid motion", body, True, "what supports and freedom leave of it",
+        ("morph:centre", "morph:inertia", "morph:rigid_twists"),
+    )  # fmt: skip
+    reason = "modes move exactly" if stock.elastic else "a rigid body does not deform"
+    yield Term("elastic flight", body, stock.elastic, reason, ("modes:angular_frequencies",))
+
+
+def _contacts(scene: Scene, body: str) -> Iterator[Term]:
+    """Yield what contacts ask of a body on either side of them."""
+    masters, others = scene.masters(), scene.others()
+    for name, contact in scene.contact.items():
+        if contact.body == body:
+            yield from _own_side(name, contact)
+    for name, over in masters.items():
+        if over.body == body:
+            reason = f"contact {name} slides over it"
+            yield Term(f"traction space {over.interface}", body, True, reason, (f"modes:tractions/{over.interface}",))
+    for name, other in others.items():
+        if other.body == body and name not in masters:
+            path = f"modes:interfaces/{other.interface}"
+            fields = (f"{path}/rows", f"{path}/normals", f"morph:points/{other.interface}")
+            yield Term(f"contact {name}", body, True, "faces another body", fields)
+
+
+def _own_side(name: str, contact: Contact) -> Iterator[Term]:
+    path, body = f"modes:interfaces/{contact.interface}", contact.body
+    yield Term(
+        f"contact {name}", body, True, _faced(contact),
+        (f"{path}/rows", f"{path}/normals", f"{path}/edge", f"morph:points/{contact.interface}"),
+    )  # fmt: skip
+    slides = isinstance(contact.against, MasterSurface)
+    yield Term(f"sliding of {name}", body, slides, f"against.shape is '{contact.against.shape}'")
+    law, layer, bounce = contact.law, contact.surface_stiffness is not None, contact.restitution is not None
+    yield Term(f"law of {name}", body, law is not None, f"law '{law.kind}'" if law is not None else "no law is given")
+    yield Term(
+        f"surface layer of {name}", body, layer, f"surface_stiffness {'is' if layer else 'is not'} given",
+        (f"{path}/areas",),
+    )  # fmt: skip
+    yield Term(f"restitution of {name}", body, bounce, f"method is '{contact.method}'")
+    rubs, moves = contact.friction is not None, isinstance(contact.against, Plane) and any(contact.against.velocity)
+    yield Term(f"friction of {name}", body, rubs, f"friction {'is given' if rubs else 'is not given, or zero'}")
+    reason = f"the obstacle {'moves' if moves else 'stands still'}" if rubs else "nothing rubs on it"
+    yield Term(f"belt of {name}", body, rubs and moves, reason)
+    yield Term(f"dashpot of {name}", body, contact.dashpot != "none", f"dashpot is '{contact.dashpot}'")
+
+
+def _faced(contact: Contact) -> str:
+    against = contact.against
+    if isinstance(against, MasterSurface | OtherBody):
+        return f"against {against.interface} of {against.body}"
+    return f"against a {against.shape}"
+
+
+def _elements(scene: Scene, body: str) -> Iterator[Term]:
+    """Yield joints, springs and loads of a body, or that it has none."""
+    joints = [
+        Term(f"joint {n}", body, True, f"a {j.kind} holds {j.interface}", (f"modes:loads/{j.interface}",))
+        for n, j in scene.joint.items()
+        if j.body == body
+    ]
+    springs = [
+        Term(f"spring {n}", body, True, "acts on rigid motion")
+        for n, s in scene.springs().items()
+        if body in (s.body, s.against)
+    ]
+    loads = [
+        Term(
+            f"load {n}", body, True, f"{f.kind} on {f.interface}",
+            (f"modes:{'tractions' if f.kind == 'moving' else 'loads'}/{f.interface}",),
+        )
+        for n, f in scene.given().items()
+        if f.body == body
+    ]  # fmt: skip
+    yield from joints or [Term("joints", body, False, "no joint names it")]
+    yield from springs or [Term("springs", body, False, "no force of kind 'spring' names it")]
+    yield from loads or [Term("loads", body, False, "no force of kind 'gas' or 'moving' names it")]
+
+
+def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
+    """Yield what acts on the whole of a body, and what is read off it."""
+    settings, touching = scene.body[body], _touching(scene, body)
+    pressed = [name for name in touching if name not in scene.masters() or scene.contact[name].body == body]
+    read, reason = bool(settings.gauges), f"body.{body}.gauges names {', '.join(settings.gauges) or 'none'}"
+    yield Term("gauges", body, read, reason, tuple(f"modes:gauges/{name}/rows" for name in settings.gauges))
+    if read:
+        reason = f"{'contacts press' if pressed else 'no contact presses'} on it"
+        fields = tuple(f"modes:gauges/{name}/residual" for name in settings.gauges)
+        yield Term("gauges' quasi-static part", body, bool(pressed), reason, fields)
+    given = settings.damping is not None
+    reason = f"body.{body}.damping {'is' if given else 'is not'} given"
+    if given and not stock.elastic:
+        reason = "a rigid body does not deform"
+    yield Term("damping", body, given and stock.elastic, reason)
+    pulled = any(scene.run.gravity)
+    yield Term(
+        "gravity", body, pulled, f"run.gravity is {'not ' if pulled else ''}zero",
+        ("modes:participation",) if stock.elastic and stock.held else (),
+    )  # fmt: skip
+    yield _residual(scene, body, stock, touching)
+
+
+def _residual(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Term:
+    present = any(METHODS[scene.contact[name].method].flexible for name in touching)
+    reason = "a contact uses method 'residual'" if present else "no contact uses method 'residual'"
+    if not present and any(item.body == body for item in [*scene.joint.values(), *scene.given().values()]):
+        present, reason = True, "a joint or load acts on it"
+    if not stock.elastic:
+        present, reason = False, "a rigid body does not deform"
+    return Term("residual flexibility", body, present, reason, ("modes:residual_flexibility",))
+
+
+def _touching(scene: Scene, body: str) -> list[str]:
+    """Name the contacts that a body has a part in."""
+    others = scene.others()
+    return [
+        name
+        for name, contact in scene.contact.items()
+        if contact.body == body or (name in others and others[name].body == body)
+    ]
+
+
+def _unused(own: list[Term], body: str, stock: Stock) -> Iterator[Term]:
+    """Yield the places of a component that nothing in the scene asks for."""
+    asked = [f"{field.partition(':')[2]}/" for term in own if term.present for field in term.fields]
+    for place in stock.places:
+        group, _, name = place.partition("/")
+        if not any(field.startswith(f"{place}/") for field in asked):
+            kind = {"interfaces": "interface", "tractions": "traction space", "loads": "load surface"}.get(group)
+            reason = "nothing acts on it" if kind else f"body.{body}.gauges does not name it"
+            points = (f"morph:points/{name}",) if group == "interfaces" else ()
+            yield Term(f"{kind or 'gauge'} {name}", body, False, reason, (f"modes:{place}", *points))
+
+
+def _never(body: str) -> list[Term]:
+    return [
+        Term("inertia couplings", body, False, "motion is small: frame and elastic inertia do not couple",
+             ("modes:inertia_couplings",)),
+        Term("mode shapes", body, False, "needed for pictures only", ("modes:shapes",)),
+        Term("surface and volume mesh", body, False, "contact rows stand in the modes",
+             ("mesh:nodes", "mesh:cells", "mesh:surfaces", "morph:nodes")),
+    ]  # fmt: skip

@@ -1,0 +1,175 @@
+"""A scene compiled against its records: the arrays of the time loop, and nothing that the scene does not need."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.errors import SolverError
+from gudgeon.solver.result import Result
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system.loads import Driving
+from gudgeon.solver.system.requirements import Term
+from gudgeon.solver.system.springs import Springs
+
+DEPENDENT = 1e-13
+"""Pivot of a point's compliance, relative to it, at which the point depends on others."""
+FEW_POINTS = 8
+"""Contact points up to which `auto` takes located events where it can."""
+STEP_FACTOR = 0.2
+"""Largest dt·ω_c: at 0.2 the energy drift of the skirt is 1e-4, at 2 energy grows without bound."""
+
+
+@dataclass(frozen=True)
+class System:
+    """All coordinates of all bodies, all rows of all contacts. Shapes: m coordinates, c rows, F functions."""
+
+    scene: Scene
+    bodies: dict[str, FlexibleBody]
+    offsets: dict[str, int]
+    contacts: list[ContactRows]
+    stiffness: np.ndarray
+    """ω² [rad²/s²], (m,)."""
+    damping: np.ndarray
+    """β of each coordinate's body [s], (m,)."""
+    rigid: np.ndarray
+    """Numbers of the rigid coordinates."""
+    rows: np.ndarray
+    """∂g/∂q [kg^-½], (c, m)."""
+    gap: np.ndarray
+    """Gaps at q = 0 [m], (c,)."""
+    residual: np.ndarray
+    """R [m/N], (c, c)."""
+    layer: np.ndarray
+    """Compliance of the surface layer [m/N], (c,)."""
+    dashpot: np.ndarray
+    """[N s/m], (c,)."""
+    functions: np.ndarray
+    """Inward displacement of traction spaces, ∂e/∂q, (F, m)."""
+    function_residual: np.ndarray
+    """R of the traction spaces [m/N], (F, F)."""
+    restitution: np.ndarray
+    """Of rigid contact; −1 where contact is compliant, (c,)."""
+    law: np.ndarray
+    """K, n, χ, c of the law at each row, (c, 4)."""
+    tangents: np.ndarray
+    """Displacement along the line of friction, (c, m)."""
+    friction: np.ndarray
+    """Static and kinetic coefficient, (c, 2)."""
+    belt: np.ndarray
+    """Velocity of the obstacle along the line [m/s], (c,)."""
+    springs: Springs
+    gauges: list[str]
+    """`body.gauge` of each gauge value."""
+    gauge_rows: np.ndarray
+    """(G, m)"""
+    gauge_residual: np.ndarray
+    """Quasi-static value per contact force, (G, c)."""
+    driving: Driving
+    loads: np.ndarray
+    """Loads and joint forces at the start, (L,)."""
+    position: np.ndarray
+    """Initial coordinates [m kg^½], (m,)."""
+    velocity: np.ndarray
+    """Initial velocities [m kg^½/s], (m,)."""
+    terms: list[Term]
+
+    @property
+    def resolution(self) -> float:
+        """Period of the highest kept frequency [s]; 0 where nothing is elastic."""
+        top = float(self.stiffness.max(initial=0.0))
+        return 2 * np.pi / np.sqrt(top) if top > 0 else 0.0
+
+    @property
+    def rigid_contact(self) -> np.ndarray:
+        """Which rows have no compliance at all, (c,)."""
+        return self.restitution >= 0
+
+    @property
+    def compliance(self) -> np.ndarray:
+        """R + surface layer [m/N], (c, c)."""
+        return self.residual + np.diag(self.layer)
+
+    @property
+    def coupled(self) -> bool:
+        """Whether a contact force at one point closes or opens another through R."""
+        return bool(np.any(self.residual - np.diag(self.residual.diagonal())))
+
+    def _yielding(self) -> np.ndarray:
+        """Return the compliance of each nonlinear law at the deepest that its start's energy can press it [m/N], (c,).
+
+        Gravity aside: the kinetic energy of a mass that a row sees, at the greatest speed that it can have.
+        """
+        found = np.zeros(len(self.gap))
+        for row in np.flatnonzero((self.law[:, 0] > 0) & (self.layer == 0)):
+            stiffness, exponent = self.law[row, :2]
+            square = float(self.rows[row] @ self.rows[row])
+            speed = float(np.linalg.norm(self.velocity)) * np.sqrt(square)
+            fall = 2 * float(np.abs(self.rows[row]) @ np.abs(self.driving.gravity)) * max(float(self.gap[row]), 0.0)
+            energy = 0.5 * (speed**2 + fall) / square
+            deepest = ((exponent + 1) * energy / stiffness) ** (1 / (exponent + 1))
+            found[row] = 1 / (exponent * stiffness * deepest ** (exponent - 1)) if deepest > 0 else np.inf
+        return found
+
+    def critical_frequency(self) -> float:
+        """Return ω_c [rad/s]: ω_c² = λmax(Λ + rowsᵀ C⁻¹ rows), all contacts closed, other bodies' surfaces rigid.
+
+        Raises:
+            SolverError: C is singular.
+        """
+        springs = self.springs
+        if len(self.gap) == 1 and not len(springs.stiffness):
+            return _single(self.stiffness, self.rows[0], self.compliance[0, 0] + self._yielding()[0])
+        matrix = np.diag(self.stiffness) + springs.rows.T @ (springs.rows * springs.stiffness[:, None])
+        if len(self.gap):
+            compliance = self.compliance
+            if self.coupled:
+                try:
+                    matrix = matrix + self.rows.T @ linalg.cho_solve((_factored(compliance), True), self.rows)
+                except linalg.LinAlgError:
+                    raise SolverError(
+                        f"contact {', '.join(self.scene.contact)}: {Result.DEPENDENT_ROWS.value}"
+                    ) from None
+            else:
+                matrix = matrix + self.rows.T @ (self.rows / (compliance.diagonal() + self._yielding())[:, None])
+        top = len(matrix) - 1
+        return float(np.sqrt(linalg.eigvalsh(matrix, subset_by_index=[top, top])[0]))
+
+
+def _factored(compliance: np.ndarray) -> np.ndarray:
+    """Return the Cholesky factor of C, lower.
+
+    Raises:
+        LinAlgError: C is singular, or so near to it that its pivots are round-off.
+    """
+    lower = linalg.cholesky(compliance, lower=True)
+    if (np.diag(lower) ** 2 < DEPENDENT * np.diag(compliance)).any():
+        raise linalg.LinAlgError("pivots are round-off")
+    return lower
+
+
+def _single(stiffness: np.ndarray, row: np.ndarray, compliance: float) -> float:
+    """Return the root of the largest eigenvalue of Λ + row rowᵀ/C by its secular equation 1 = Σ rowᵢ²/C/(x − λᵢ).
+
+    Newton on the inverse of the sum converges from above without overshoot.
+
+    Raises:
+        SolverError: C is not positive.
+    """
+    if not compliance > 0:
+        raise SolverError(f"contact: {Result.DEPENDENT_ROWS.value}")
+    weight = row**2 / compliance
+    weight, poles, still = weight[weight > 0], stiffness[weight > 0], float(stiffness.max(initial=0.0))
+    if not len(weight):
+        return float(np.sqrt(still))
+    x = float(poles.max() + weight.sum())
+    for _ in range(100):
+        apart = x - poles
+        total, slope = float((weight / apart).sum()), float((weight / apart**2).sum())
+        step = total * (total - 1) / slope
+        x += step
+        if abs(step) <= 1e-15 * x:
+            break
+    return float(np.sqrt(max(x, still)))

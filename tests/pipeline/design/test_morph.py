@@ -1,0 +1,202 @@
+"""Design changes: what moves, what is refused, and that nothing is factorised."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.pipeline.design.morph import Movement, move_nodes, moved_mesh, reuse
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.elements.solid import mass_properties
+from gudgeon.pipeline.geometry.profile import ProfileTable, UniformProfile, read_profile
+from gudgeon.pipeline.reduction.reduce import reduce_component
+from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.stages.mesh import movement_of
+from gudgeon.pipeline.stages.products import component_products
+
+ANGLES = np.radians([-180.0, -90.0, 0.0, 90.0, 180.0])
+HEIGHTS = np.linspace(0, 0.06, 7)
+
+
+def barrel(depth: float) -> ProfileTable:
+    deviation = -depth * ((HEIGHTS - 0.03) / 0.03) ** 2
+    return ProfileTable(HEIGHTS, ANGLES, np.tile(deviation[:, None], 5), "barrel")
+
+
+def movement(table: ProfileTable | UniformProfile, surface: str = "skirt") -> Movement:
+    return Movement(surface, table, "component.skirt.change.profile")
+
+
+def test_surface_nodes_move_by_the_table(skirt_mesh: MeshRecord) -> None:
+    nodes = move_nodes(skirt_mesh, movement(barrel(20e-6)))
+    on = np.unique(skirt_mesh.surfaces["skirt"].facets)
+    radius, height = np.hypot(nodes[on, 0], nodes[on, 1]), skirt_mesh.nodes[on, 2]
+    np.testing.assert_allclose(radius - 0.04296, -20e-6 * ((height - 0.03) / 0.03) ** 2, atol=1e-12)
+    np.testing.assert_array_equal(nodes[on, 2], skirt_mesh.nodes[on, 2])
+
+
+def test_other_surfaces_stay_and_inner_nodes_follow_softly(skirt_mesh: MeshRecord) -> None:
+    shift = np.linalg.norm(move_nodes(skirt_mesh, movement(barrel(20e-6))) - skirt_mesh.nodes, axis=1)
+    inner_surface = np.setdiff1d(
+        np.unique(skirt_mesh.surfaces["inner"].facets), np.unique(skirt_mesh.surfaces["skirt"].facets)
+    )
+    assert shift[inner_surface].max() == 0
+    assert shift.max() <= 20e-6 * (1 + 1e-9)
+    boundary = np.unique(np.concatenate([np.unique(s.facets) for s in skirt_mesh.surfaces.values()]))
+    inside = np.setdiff1d(np.arange(len(shift)), boundary)
+    assert 0 < shift[inside].max() < 20e-6
+
+
+def test_uniform_growth_adds_its_volume(skirt_mesh: MeshRecord) -> None:
+    table = ProfileTable(HEIGHTS, ANGLES, np.full((7, 5), 30e-6), "growth")
+    nodes = move_nodes(skirt_mesh, movement(table))
+    gained = mass_properties(replace(skirt_mesh, nodes=nodes), 1.0).mass - mass_properties(skirt_mesh, 1.0).mass
+    assert gained == pytest.approx(np.pi * ((0.04296 + 30e-6) ** 2 - 0.04296**2) * 0.06, rel=2e-3)
+
+
+def test_ovality_turns_with_the_angle(skirt_mesh: MeshRecord) -> None:
+    angles = np.radians(np.arange(-180, 181, 15.0))
+    table = ProfileTable(HEIGHTS, angles, np.tile(10e-6 * np.cos(2 * angles), (7, 1)), "oval")
+    nodes = move_nodes(skirt_mesh, movement(table))
+    on = np.unique(skirt_mesh.surfaces["skirt"].facets)
+    angle = np.arctan2(nodes[on, 1], nodes[on, 0])
+    radius = np.hypot(nodes[on, 0], nodes[on, 1])
+    # A cubic spline over 15 degrees leaves 1e-3 of the amplitude.
+    np.testing.assert_allclose(radius - 0.04296, 10e-6 * np.cos(2 * angle), atol=2e-8)
+
+
+def test_table_that_inverts_elements_is_refused_with_the_element(skirt_mesh: MeshRecord) -> None:
+    with pytest.raises(
+        InputError, match=r"change\.profile\.table: the profile inverts \d+ elements, the worst is element"
+    ):
+        move_nodes(skirt_mesh, movement(barrel(0.02)))
+
+
+def test_profile_needs_a_cylinder(skirt_mesh: MeshRecord) -> None:
+    with pytest.raises(InputError, match="is no cylinder"):
+        move_nodes(skirt_mesh, movement(barrel(1e-5), "crown"))
+    with pytest.raises(InputError, match="no surface 'hat'"):
+        move_nodes(skirt_mesh, movement(barrel(1e-5), "hat"))
+
+
+def test_recomputed_contact_points_stand_where_reused_ones_do(skirt_mesh: MeshRecord) -> None:
+    from gudgeon.pipeline.interfaces.points import contact_points
+    from gudgeon.pipeline.scenes.interface import Interface
+
+    change = movement(barrel(20e-6))
+    moved = contact_points(moved_mesh(skirt_mesh, change), Interface(surface="skirt"), "here")
+    height = moved.points[:, 2]
+    radius = np.hypot(moved.points[:, 0], moved.points[:, 1])
+    np.testing.assert_allclose(radius, 0.04296 - 20e-6 * ((height - 0.03) / 0.03) ** 2, atol=1e-9)
+
+
+def test_read_profile(tmp_path: Path) -> None:
+    path = tmp_path / "p.csv"
+    path.write_text("h\\a,0\n0.0,1e-6\n0.06,3e-6\n")
+    table = read_profile(path, scale=2.0)
+    np.testing.assert_allclose(table(np.array([0.03]), np.array([1.0])), 4e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "at least two rows"),
+        ("h,0,90,180,270,360\n0,0,0,0,0,0\n0.06,0,0\n", "row 3 has 3 cells.*cut off"),
+        ("h,0\n0,zero\n1,0\n", "row 2 holds 'zero'"),
+        ("h,0\n0,nan\n1,0\n", "finite"),
+        ("h,0\n1,0\n0,0\n", "must increase"),
+        ("h,0,90,180\n0,0,0,0\n1,0,0,0\n", "span 360"),
+        ("h,0,90,180,360\n0,0,0,0,1\n1,0,0,0,0\n", "same place"),
+    ],
+)
+def test_bad_tables(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "p.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        read_profile(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_table_must_cover_the_surface(skirt_mesh: MeshRecord) -> None:
+    short = ProfileTable(HEIGHTS[:5], ANGLES, np.zeros((5, 5)), "short.csv")
+    with pytest.raises(InputError, match=r"short\.csv: heights 0 to 0\.04 m do not cover"):
+        move_nodes(skirt_mesh, movement(short))
+
+
+def component(**given: object) -> Component:
+    return Component.model_validate(
+        {
+            "geometry": {"kind": "skirt", "outer_radius": 0.04296, "wall": 0.004, "height": 0.06, "crown": 0.008},
+            "material": {"E": 72e9, "nu": 0.33, "rho": 2700.0},
+            "mesh": {"size": 0.012},
+            "interface": {
+                "thrust": {"surface": "skirt", "sector_deg": [-45, 45]},
+                "bottom": {"surface": "open_end"},
+                "gas": {"surface": "crown", "kind": "pressure"},
+            },
+            "modes": {"normal_count": 4},
+        }
+        | given
+    )
+
+
+def change(**profile: object) -> dict[str, object]:
+    return {"change": {"profile": profile}}
+
+
+@pytest.mark.parametrize("offset", [30e-6, -50e-6])
+def test_offset_moves_like_a_constant_table(skirt_mesh: MeshRecord, offset: float) -> None:
+    table = ProfileTable(HEIGHTS, ANGLES, np.full((7, 5), offset), "constant")
+    by_table = move_nodes(skirt_mesh, movement(table))
+    by_offset = move_nodes(skirt_mesh, movement(UniformProfile(offset)))
+    np.testing.assert_allclose(by_offset, by_table, atol=1e-15)
+    on = np.unique(skirt_mesh.surfaces["skirt"].facets)
+    np.testing.assert_allclose(np.hypot(*by_offset[on, :2].T), 0.04296 + offset, atol=1e-9)
+
+
+def test_offset_comes_on_top_of_the_table(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("h\\a,0\n0.0,1e-6\n0.06,3e-6\n")
+    moved = movement_of(component(**change(table="p.csv", scale=2.0, offset=5e-6)), tmp_path, "skirt")
+    assert moved is not None
+    np.testing.assert_allclose(moved.deviation(np.array([0.03]), np.array([1.0])), 9e-6)
+
+
+def test_offset_alone_moves_the_first_interfaces_surface(tmp_path: Path) -> None:
+    moved = movement_of(component(**change(offset=5e-6)), tmp_path, "skirt")
+    assert moved is not None
+    assert moved.surface == "skirt"
+    assert movement_of(component(), tmp_path, "skirt") is None
+
+
+def test_offset_and_supports_are_in_the_keys(tmp_path: Path) -> None:
+    def keys(**given: object) -> dict[str, str]:
+        made = component_products("skirt", component(**given), tmp_path)
+        return {step: product.key for step, product in made.items()}
+
+    base, wider, wide = keys(), keys(**change(offset=2e-5)), keys(**change(offset=1e-5))
+    assert base["modes"] == wide["modes"] == wider["modes"]
+    assert len({base["morph"], wide["morph"], wider["morph"]}) == 3
+    held, twice = keys(supports=["open_end"]), keys(supports=["open_end", "open_end"])
+    assert held["mesh"] == base["mesh"]
+    assert held["modes"] != base["modes"]
+    assert held == twice
+
+
+@pytest.fixture(scope="module")
+def held(skirt_mesh: MeshRecord) -> ModalRecord:
+    return reduce_component(skirt_mesh, "ab" * 32, component(supports=["open_end"]), "skirt")
+
+
+def test_held_body_is_moved_without_rigid_motion(skirt_mesh: MeshRecord, held: ModalRecord) -> None:
+    surfaces = {"thrust": "skirt", "bottom": "open_end", "gas": "crown"}
+    design = reuse(skirt_mesh, ("a", "b"), held, surfaces, movement(UniformProfile(20e-6)), 2700.0)
+    assert design.rigid_twists.shape == (0, 6)
+    assert sorted(design.points) == ["bottom", "thrust"]
+    radius = np.hypot(*design.points["thrust"][:, :2].T)
+    np.testing.assert_allclose(radius, 0.04296 + 20e-6, atol=1e-9)
+    np.testing.assert_array_equal(design.points["bottom"], held.interfaces["bottom"].points)
+    assert design.mass > held.mass

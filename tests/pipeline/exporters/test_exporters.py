@@ -1,0 +1,251 @@
+"""The exporters and the displacement that they write, read back by meshio."""
+
+import math
+import os
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord
+from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.exporters import EXPORTERS, Exporter, vtu
+from gudgeon.pipeline.geometry import Bar, Beam, Rigid
+from gudgeon.pipeline.reduction.expansion import displacement
+
+MODES, FRAMES = 3, 5
+ROUND_OFF = 1e-13
+"""Both sides are the same sums of the same numbers."""
+
+SECTION = {"kind": "circle", "radius": 0.01}
+BEAM = {"kind": "beam", "length": 1.0, "section": SECTION}
+LINES = {
+    "line3": Bar(kind="bar", length=1.0, area=1e-4),
+    "beam2": Beam.model_validate(BEAM),
+    "beam3": Beam.model_validate(BEAM | {"theory": "timoshenko"}),
+    "vertex": Rigid.model_validate(
+        {"kind": "rigid", "mass": 1.0, "points": {"tip": {"at": [0, 0, 1], "normal": [0, 0, 1]}}}
+    ),
+}
+BENDING = np.array([[0, 0, 2.0, 0, 0, 0], [0, 0, 0, 0, 3.0, 0]])
+TWISTS = {
+    "tetra10": np.diag([2.0, 3, 5, 7, 11, 13]),
+    "line3": np.array([[2.0, 0, 0, 0, 0, 0]]),
+    "beam2": BENDING,
+    "beam3": BENDING,
+    "vertex": np.eye(3, 6),
+}
+
+
+@pytest.fixture(params=TWISTS)
+def mesh(request: pytest.FixtureRequest, skirt_mesh: MeshRecord) -> MeshRecord:
+    return skirt_mesh if request.param == "tetra10" else LINES[request.param].build(0.1)
+
+
+@pytest.fixture
+def modal(mesh: MeshRecord) -> ModalRecord:
+    """Records of numbers: what exporters do does not depend on their being modes."""
+    nodes = next(iter(mesh.surfaces.values())).facets.ravel()[:1]
+    shapes = np.sin(np.arange(mesh.nodes.size * MODES)).reshape(len(mesh.nodes), 3, MODES)
+    c = len(nodes)
+    touch = InterfaceModes(
+        nodes=nodes,
+        points=mesh.nodes[nodes],
+        normals=np.ones((c, 3)),
+        areas=np.full(c, 0.25),
+        edge=np.zeros(c, bool),
+        rows=np.ones((c, MODES)),
+    )
+    omega = 2 * np.pi * np.array([100.0, 1234.52, 98765.43])
+    return ModalRecord(
+        mesh_key="",
+        recipe="",
+        normal_count=MODES,
+        static_count=0,
+        angular_frequencies=omega,
+        mass=1.0,
+        centre=np.zeros(3),
+        inertia=np.eye(3),
+        rigid_twists=TWISTS[mesh.cell_type],
+        interfaces={"touch": touch},
+        interface_rows={},
+        residual_flexibility=None,
+        shapes=shapes,
+        inertia_couplings=None,
+        quality={},
+    )
+
+
+@pytest.fixture
+def morph(mesh: MeshRecord, modal: ModalRecord) -> MorphRecord:
+    return MorphRecord(
+        mesh_key="",
+        modes_key="",
+        rung="none",
+        points={},
+        mass=1.0,
+        centre=np.array([0.1, 0.2, 0.3]),
+        inertia=np.eye(3),
+        rigid_twists=modal.rigid_twists,
+        nodes=None,
+        quality={},
+    )
+
+
+@pytest.fixture
+def trajectory(modal: ModalRecord) -> Trajectory:
+    """Body `b` behind four coordinates of `a`; two contacts on `b`, one on `a`."""
+    own = len(modal.rigid_twists) + MODES
+    frames = np.cos(np.arange(FRAMES * (4 + own))).reshape(FRAMES, 4 + own)
+    points = modal.interfaces["touch"].points
+    contacts = {
+        name: ContactHistory(
+            body=body,
+            interface="touch",
+            force=np.zeros((FRAMES, 3)),
+            multipliers=force * np.arange(FRAMES)[:, None] * np.ones((1, len(points))),
+            areas=areas,
+            points=points,
+        )
+        for name, body, force, areas in (
+            ("wall", "b", 3.0, np.full(len(points), 0.5)),
+            ("stop", "b", 4.0, None),
+            ("else", "a", 1e3, None),
+        )
+    }
+    times = 1e-3 * np.arange(FRAMES) / 3
+    return Trajectory(
+        result="done",
+        bodies={"a": "", "b": ""},
+        coordinate_offsets={"a": 0, "b": 4},
+        times=times,
+        energies=np.zeros((FRAMES, 4)),
+        contacts=contacts,
+        frame_times=times,
+        frames=frames,
+        velocities=frames,
+        quantities={},
+        energy_drift=0.0,
+        momentum_residual=0.0,
+        counts={},
+    )
+
+
+def test_displacement_is_twists_about_the_centre_and_shapes(
+    mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord
+) -> None:
+    a = np.arange(1.0, len(morph.rigid_twists) + MODES + 1)
+    r = len(morph.rigid_twists)
+    found = displacement(mesh.nodes, morph, modal, a)
+    assert modal.shapes is not None
+    for n in (0, len(mesh.nodes) // 2, len(mesh.nodes) - 1):
+        expected = sum((a[r + k] * modal.shapes[n, :, k] for k in range(MODES)), np.zeros(3))
+        for k, twist in enumerate(morph.rigid_twists):
+            expected += a[k] * (twist[:3] + np.cross(twist[3:], mesh.nodes[n] - morph.centre))
+        np.testing.assert_allclose(found[n], expected, rtol=1e-12)
+
+
+def test_displacement_needs_shapes_that_fit(mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord) -> None:
+    a = np.zeros(len(morph.rigid_twists) + MODES)
+    with pytest.raises(StageError, match="holds no nodal shapes"):
+        displacement(mesh.nodes, morph, replace(modal, shapes=None), a)
+    for nodes, coordinates in ((mesh.nodes[1:], a), (mesh.nodes, a[1:])):
+        with pytest.raises(StageError, match=f"the shapes have .{len(mesh.nodes)}, {MODES}."):
+            displacement(nodes, morph, modal, coordinates)
+
+
+def test_modes_come_back(mesh: MeshRecord, modal: ModalRecord, tmp_path: Path) -> None:
+    path = tmp_path / "made" / "modes.vtu"
+    vtu.write_modes(path, mesh, modal, 2)
+    back = meshio.read(path)
+    np.testing.assert_array_equal(back.points, mesh.nodes)
+    written = vtu.LINES.get(mesh.cell_type, mesh.cell_type)
+    assert [(block.type, block.data.tolist()) for block in back.cells] == [(written, mesh.cells.tolist())]
+    assert list(back.point_data) == ["mode_001_100.0Hz", "mode_002_1234.5Hz"]
+    assert modal.shapes is not None
+    np.testing.assert_array_equal(back.point_data["mode_002_1234.5Hz"], modal.shapes[:, :, 1])
+    vtu.write_modes(path, mesh, modal, None)
+    assert len(meshio.read(path).point_data) == MODES
+    assert os.listdir(path.parent) == ["modes.vtu"]
+
+
+@pytest.mark.parametrize("every", [1, 2])
+def test_frames_come_back(
+    every: int, mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord, trajectory: Trajectory, tmp_path: Path
+) -> None:
+    files = vtu.write_trajectory(tmp_path, mesh, modal, morph, trajectory, "b", every)
+    chosen = range(0, FRAMES, every)
+    assert [file.name for file in files] == [*(f"frame_{frame:03d}.vtu" for frame in chosen), "frames.pvd"]
+    assert sorted(files) == sorted(tmp_path.iterdir())
+    node = int(modal.interfaces["touch"].nodes[0])
+    for frame, file in zip(chosen, files, strict=False):
+        back = meshio.read(file)
+        np.testing.assert_array_equal(back.points, mesh.nodes)
+        expected = displacement(mesh.nodes, morph, modal, trajectory.frames[frame, 4:])
+        np.testing.assert_allclose(back.point_data["displacement"], expected, rtol=ROUND_OFF)
+        pressure = np.zeros(len(mesh.nodes))
+        pressure[node] = frame * (3.0 / 0.5 + 4.0 / 0.25)
+        np.testing.assert_allclose(back.point_data["contact_pressure"], pressure, rtol=ROUND_OFF)
+    entries = ElementTree.parse(files[-1]).getroot().findall("Collection/DataSet")
+    assert [entry.get("file") for entry in entries] == [file.name for file in files[:-1]]
+    assert [float(entry.get("timestep", math.nan)) for entry in entries] == trajectory.frame_times[::every].tolist()
+
+
+def test_frames_stand_where_the_design_stands(
+    mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord, trajectory: Trajectory, tmp_path: Path
+) -> None:
+    moved = replace(morph, nodes=mesh.nodes + 0.5)
+    file = vtu.write_trajectory(tmp_path, mesh, modal, moved, trajectory, "b", FRAMES)[0]
+    back = meshio.read(file)
+    np.testing.assert_array_equal(back.points, mesh.nodes + 0.5)
+    expected = displacement(mesh.nodes + 0.5, moved, modal, trajectory.frames[0, 4:])
+    np.testing.assert_allclose(back.point_data["displacement"], expected, rtol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("name", EXPORTERS)
+def test_every_exporter_refuses_in_one_line(
+    name: str, mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord, trajectory: Trajectory, tmp_path: Path
+) -> None:
+    exporter: Exporter = EXPORTERS[name]
+    records: Any = (mesh, modal, morph, trajectory)
+    (tmp_path / "file").write_text("kept")
+    cases = [
+        (lambda: exporter.write_modes(tmp_path / "x", mesh, modal, 0), "0 modes were asked for; allowed: 1 or more"),
+        (lambda: exporter.write_modes(tmp_path / "file" / "x", mesh, modal, 1), "cannot be written"),
+        (lambda: exporter.write_modes(tmp_path, mesh, modal, 1), "cannot be written"),
+        (lambda: exporter.write_trajectory(tmp_path / "file", *records, "b", 1), "cannot be written"),
+        (lambda: exporter.write_trajectory(tmp_path, *records, "c", 1), "no body 'c', it has a, b"),
+        (lambda: exporter.write_trajectory(tmp_path, *records, "b", 0), "every 0 frames was asked for"),
+    ]
+    for call, text in cases:
+        with pytest.raises(InputError, match=text) as caught:
+            call()
+        assert "\n" not in str(caught.value)
+    with pytest.raises(StageError, match="holds no nodal shapes"):
+        exporter.write_modes(tmp_path / "x", mesh, replace(modal, shapes=None), None)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+    assert (tmp_path / "file").read_text() == "kept"
+
+
+def test_a_writer_that_breaks_leaves_what_was_there(
+    mesh: MeshRecord, modal: ModalRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "modes.vtu"
+    vtu.write_modes(path, mesh, modal, 1)
+    before = path.read_bytes()
+
+    def break_down(scratch: Path, *_: object, **__: object) -> None:
+        scratch.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(meshio, "write", break_down)
+    with pytest.raises(InputError, match="No space left on device"):
+        vtu.write_modes(path, mesh, modal, 2)
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == ["modes.vtu"]

@@ -1,0 +1,211 @@
+"""Normal modes and static correction against dense algebra on the same matrices."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import linalg, sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.shapes.skirt import Skirt
+from gudgeon.pipeline.interfaces.points import contact_points
+from gudgeon.pipeline.linalg import BACKENDS, available_backend
+from gudgeon.pipeline.modes import lanczos, static
+from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
+from gudgeon.pipeline.modes.static import pressure_fields, residual_shapes, static_shapes
+from gudgeon.pipeline.scenes.interface import Interface
+from gudgeon.pipeline.scenes.material import Material
+from tests.pipeline.blocks import MKL_HAS_A_WHEEL
+
+COUNT = 12
+
+
+@pytest.fixture(scope="module")
+def tiny_mesh() -> MeshRecord:
+    return Skirt(kind="skirt", outer_radius=0.043, wall=0.012, height=0.04, crown=0.012).build(0.02)
+
+
+@pytest.fixture(scope="module")
+def tiny(tiny_mesh: MeshRecord) -> FEModel:
+    return build_model(tiny_mesh, Material(E=72e9, nu=0.33, rho=2700.0))
+
+
+@pytest.fixture(scope="module")
+def dense(tiny: FEModel) -> tuple[np.ndarray, np.ndarray]:
+    return linalg.eigh(tiny.K.toarray(), tiny.M.toarray())
+
+
+@pytest.fixture(scope="module")
+def modes(tiny: FEModel) -> NormalModes:
+    return normal_modes(tiny, COUNT)
+
+
+def test_frequencies_equal_dense_ones(modes: NormalModes, dense: tuple[np.ndarray, np.ndarray]) -> None:
+    np.testing.assert_allclose(modes.angular_frequencies**2, dense[0][6 : 6 + COUNT], rtol=1e-9)
+
+
+def test_subspaces_equal_dense_ones(tiny: FEModel, modes: NormalModes, dense: tuple[np.ndarray, np.ndarray]) -> None:
+    """Double frequencies: subspaces are compared, not vectors."""
+    overlap = dense[1][:, 6 : 6 + COUNT].T @ (tiny.M @ modes.Phi)
+    np.testing.assert_allclose(linalg.svdvals(overlap), 1.0, atol=1e-8)
+
+
+def test_quality_is_recorded(modes: NormalModes) -> None:
+    assert modes.quality["modes_missed"] == 0
+    assert modes.quality["residual"] < 1e-8
+    assert modes.quality["orthogonality"] < 1e-10
+
+
+def test_a_missed_mode_is_found(tiny: FEModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = lanczos.eigsh
+
+    def forgetful(*args: object, **options: object) -> tuple[np.ndarray, np.ndarray]:
+        values, vectors = whole(*args, **options)
+        order = np.delete(np.argsort(values), 4)
+        return values[order], vectors[:, order]
+
+    monkeypatch.setattr(lanczos, "eigsh", forgetful)
+    with pytest.raises(StageError, match="inertia count finds"):
+        normal_modes(tiny, COUNT)
+
+
+def test_rigid_and_elastic_modes_that_mix_are_refused(tiny: FEModel) -> None:
+    """One dof almost without mass lifts the round-off floor eps·max(K_ii/M_ii) above the first frequency."""
+    M = tiny.M.copy()
+    M.setdiag(np.where(np.arange(M.shape[0]) == 0, M.diagonal() * 1e-13, M.diagonal()))
+    with pytest.raises(StageError, match="cannot be told apart"):
+        normal_modes(replace(tiny, M=M), COUNT)
+
+
+def test_too_many_modes_are_refused(tiny: FEModel) -> None:
+    with pytest.raises(StageError, match="normal modes asked"):
+        normal_modes(tiny, tiny.K.shape[0])
+
+
+@pytest.mark.parametrize("backend", sorted(BACKENDS))
+def test_backends_solve_and_count_alike(tiny: FEModel, dense: tuple[np.ndarray, np.ndarray], backend: str) -> None:
+    if backend == "pardiso" and not MKL_HAS_A_WHEEL:
+        pytest.skip("MKL has no wheel for this processor")
+    sigma = 0.5 * (dense[0][10] + dense[0][11])
+    matrix = (tiny.K - sigma * tiny.M).tocsr()
+    matrix.sort_indices()
+    factor = BACKENDS[backend](matrix)
+    assert factor.negative_pivots() == 11
+    loads = np.random.default_rng(0).standard_normal((matrix.shape[0], 12))
+    for block in (loads, loads[:, 0], loads[:, :1]):
+        answer = factor.solve(block)
+        assert answer.shape == block.shape
+        np.testing.assert_allclose(matrix @ answer, block, atol=1e-7)
+    for shift, below in ((0.5 * (dense[0][8] + dense[0][9]), 9), (sigma, 11)):
+        # After a solve of one load, and after none.
+        again = (tiny.K - shift * tiny.M).tocsr()
+        again.sort_indices()
+        factor.refactorise(again)
+        assert factor.negative_pivots() == below
+    np.testing.assert_allclose(matrix @ factor.solve(loads), loads, atol=1e-7)
+    factor.refactorise(sparse.diags_array(np.arange(1.0, matrix.shape[0] + 1)).tocsr())
+    np.testing.assert_allclose(factor.solve(np.ones(matrix.shape[0])) * np.arange(1, matrix.shape[0] + 1), 1.0)
+    factor.free()
+
+
+def test_single_precision_solves_to_seven_digits(tiny: FEModel) -> None:
+    matrix = (tiny.K + 1e10 * tiny.M).tocsr()
+    matrix.sort_indices()
+    factor = BACKENDS[available_backend()](matrix, False, True)
+    loads = np.random.default_rng(0).standard_normal((matrix.shape[0], 12))
+    answer = factor.solve(loads)
+    assert answer.dtype == factor.precision
+    exact = sparse.linalg.spsolve(matrix.tocsc(), loads)
+    assert np.abs(answer - exact).max() <= 1e-2 * np.abs(exact).max()
+    factor.free()
+
+
+@pytest.fixture(scope="module")
+def B(tiny_mesh: MeshRecord, tiny: FEModel) -> sparse.csr_matrix:
+    points = contact_points(tiny_mesh, Interface(surface="skirt", sector_deg=(-60, 60)), "here")
+    return tiny.rows(points.nodes, points.normals)
+
+
+def test_residual_flexibility_is_what_the_missing_modes_give(
+    tiny: FEModel, modes: NormalModes, dense: tuple[np.ndarray, np.ndarray], B: sparse.csr_matrix
+) -> None:
+    missing = B @ dense[1][:, 6 + COUNT :]
+    R = residual_shapes(tiny, B, modes, np.empty((B.shape[0], 0))).flexibility
+    np.testing.assert_allclose(R, (missing / dense[0][6 + COUNT :]) @ missing.T, atol=1e-9 * np.abs(R).max())
+
+
+def test_residual_fields_are_what_the_missing_modes_give(
+    tiny: FEModel, modes: NormalModes, dense: tuple[np.ndarray, np.ndarray], B: sparse.csr_matrix
+) -> None:
+    pressures = np.random.default_rng(1).standard_normal((B.shape[0], 3))
+    missing = dense[1][:, 6 + COUNT :]
+    expected = (missing / dense[0][6 + COUNT :]) @ (missing.T @ (B.T @ pressures))
+    fields = residual_shapes(tiny, B, modes, pressures).fields
+    np.testing.assert_allclose(fields, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_asymmetry_is_seen_in_rows_of_small_units(
+    tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A pressure's row is 1e12 times smaller than a point's; an error there must not hide behind the points."""
+    scaled = sparse.csr_matrix(sparse.diags(np.where(np.arange(B.shape[0]) < 2, 1e-12, 1.0)) @ B)
+    none = np.empty((B.shape[0], 0))
+    residual_shapes(tiny, scaled, modes, none)
+    whole = static.factorise
+
+    class Skewed:
+        def __init__(self, matrix: sparse.csr_matrix, definite: bool = False) -> None:
+            self.factor = whole(matrix, definite)
+            self.skew = np.linspace(1.0, 1.001, matrix.shape[0])[:, None]
+
+        def solve(self, loads: np.ndarray) -> np.ndarray:
+            return self.skew * self.factor.solve(loads)
+
+        def free(self) -> None:
+            self.factor.free()
+
+    monkeypatch.setattr(static, "factorise", Skewed)
+    with pytest.raises(StageError, match="unbalanced"):
+        residual_shapes(tiny, sparse.csr_matrix(scaled[:2]), modes, np.empty((2, 0)))
+    monkeypatch.setattr(static, "SOLVED", np.inf)
+    with pytest.raises(StageError, match="asymmetric"):
+        residual_shapes(tiny, sparse.csr_matrix(scaled[:2]), modes, np.empty((2, 0)))
+
+
+@pytest.mark.parametrize("count", [1, 4, 9, 10_000])
+def test_static_shapes_are_orthonormal_and_leave_the_rest_to_R(
+    tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix, count: int
+) -> None:
+    areas = np.ones(B.shape[0])
+    spread = np.linspace(-1, 1, len(areas))
+    fields = pressure_fields(np.column_stack([spread, np.sin(9 * spread)]), areas, count)
+    residual = residual_shapes(tiny, B, modes, fields)
+    shapes = static_shapes(tiny, B, residual, fields)
+    basis = np.column_stack([modes.Phi, shapes.Phi])
+    np.testing.assert_allclose(basis.T @ (tiny.M @ basis), np.eye(basis.shape[1]), atol=1e-9)
+    stiffness = basis.T @ (tiny.K @ basis)
+    omega2 = np.concatenate([modes.angular_frequencies, shapes.angular_frequencies]) ** 2
+    np.testing.assert_allclose(stiffness / np.sqrt(np.outer(omega2, omega2)), np.eye(len(omega2)), atol=1e-8)
+    at_points = B @ shapes.Phi
+    whole = shapes.residual_flexibility + (at_points / shapes.angular_frequencies**2) @ at_points.T
+    np.testing.assert_allclose(whole, residual.flexibility, atol=1e-9 * np.abs(whole).max())
+    assert linalg.eigvalsh(shapes.residual_flexibility)[0] > -1e-9 * np.abs(whole).max()
+
+
+def test_dependent_static_shapes_are_dropped_and_counted(
+    tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix
+) -> None:
+    fields = np.eye(B.shape[0])[:, [0, 1, 1]]
+    assert static_shapes(tiny, B, residual_shapes(tiny, B, modes, fields), fields).dropped == 1
+
+
+def test_ritz_frequencies_are_never_below_the_full_models(
+    dense: tuple[np.ndarray, np.ndarray], tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix
+) -> None:
+    fields = np.eye(B.shape[0])[:, :10]
+    shapes = static_shapes(tiny, B, residual_shapes(tiny, B, modes, fields), fields)
+    full = np.sqrt(dense[0][6 + COUNT : 6 + COUNT + len(shapes.angular_frequencies)])
+    assert np.all(shapes.angular_frequencies >= full * (1 - 1e-9))

@@ -1,0 +1,228 @@
+"""The pictures of a small skirt and a small rod, and what is left when drawing them goes wrong."""
+
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gudgeon import modaldb
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline import plots
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.measuring.force_window import hann_filter, resample_mean
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.base.surface import boundary_facets, make_skin
+from gudgeon.pipeline.stages.run import run_job
+from tests.pipeline.small import write_scene
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("pyvista")
+imageio = pytest.importorskip("imageio.v3")
+
+ROD = """
+[component.rod]
+geometry = { kind = "bar", length = 1.0, area = 3.1416e-4 }
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh = { size = 0.02 }
+interface.tip = { surface = "right" }
+modes = { recipe = "macneal", normal_count = 20 }
+
+[body.rod]
+velocity = [1.0, 0.0, 0.0]
+
+[contact.wall]
+body = "rod"
+interface = "tip"
+against = { shape = "plane", point = [1.0, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] }
+
+[run]
+duration = 6e-4
+samples = 400
+frames = 30
+"""
+
+ROUND_OFF = 1e-12
+"""Relative: sums of a few hundred numbers."""
+LEAST_DEVIATION = 10.0
+"""Standard deviation of the grey values of a picture that is not blank."""
+
+FAKE_CHILD = """
+import json, os, pathlib, runpy, signal, sys, time
+job = json.loads(pathlib.Path(sys.argv[1]).read_text())
+if job["group"] == "flat":
+    runpy.run_module("gudgeon.pipeline.plots.child", run_name="__main__")
+else:
+    (pathlib.Path(job["scratch"]) / "deformation.png").write_bytes(b"half")
+    {end}
+"""
+
+
+@pytest.fixture(scope="module")
+def skirt(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Store and key of the small skirt's trajectory."""
+    folder = tmp_path_factory.mktemp("skirt")
+    job = open_job(write_scene(folder / "skirt"), db=folder / "db", out=folder / "out")
+    return folder / "db", run_job(job, "solve").stages["solve"].key
+
+
+@pytest.fixture(scope="module")
+def rod(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Store and key of the rod's trajectory."""
+    folder = tmp_path_factory.mktemp("rod")
+    (folder / "scene.toml").write_text(ROD)
+    job = open_job(folder, db=folder / "db", out=folder / "out")
+    return folder / "db", run_job(job, "solve").stages["solve"].key
+
+
+def fake_child(folder: Path, monkeypatch: pytest.MonkeyPatch, end: str) -> None:
+    """Let the rendered pictures be drawn by a child that leaves a half-written file and then does `end`."""
+    (folder / "fake_child.py").write_text(FAKE_CHILD.replace("{end}", end))
+    monkeypatch.setattr(plots, "CHILD", "fake_child")
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+
+
+def assert_picture(path: Path, size: tuple[int, int] = (1600, 1200)) -> None:
+    image = imageio.imread(path)[..., :3].astype(float)
+    assert image.shape[:2] == size[::-1]
+    assert image.mean(axis=2).std() > LEAST_DEVIATION
+    # Nothing is cut off: the outermost pixels are all white.
+    for border in (image[:8], image[-8:], image[:, :8], image[:, -8:]):
+        assert border.min() > 250
+
+
+def test_pictures_of_a_skirt(skirt: tuple[Path, str], tmp_path: Path) -> None:
+    drawn, notes = plots.render(*skirt, tmp_path, "skirt")
+    if any("rendering crashed" in note for note in notes):
+        pytest.skip(notes[0])
+    assert notes == []
+    names = ["force.png", "energy.png", "pressure.png", "deformation.png", "impact.mp4"]
+    assert [path.name for path in drawn] == names
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
+    for path in drawn[:4]:
+        assert_picture(path)
+    movie = imageio.imread(drawn[4])
+    assert movie.shape[1:] == (720, 960, 3)
+    assert len(movie) <= 20
+    # The part above the force curve moves from each frame to the next.
+    change = np.abs(np.diff(movie[:, 80:548, 8:776].astype(float), axis=0)).max(axis=(1, 2, 3))
+    assert (change > 50).all()
+    assert drawn[4].stat().st_size < 1.5e6
+
+
+def test_pictures_of_a_rod(rod: tuple[Path, str], tmp_path: Path) -> None:
+    drawn, notes = plots.render(*rod, tmp_path, "rod")
+    assert notes == []
+    assert [path.name for path in drawn] == ["force.png", "energy.png", "deformation.png"]
+    for path in drawn:
+        assert_picture(path)
+
+
+def test_crash_of_rendering_spares_the_rest(
+    skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fake_child(tmp_path, monkeypatch, "os.kill(os.getpid(), signal.SIGSEGV)")
+    out = tmp_path / "out"
+    drawn, notes = plots.render(*skirt, out, "skirt")
+    assert [path.name for path in drawn] == ["force.png", "energy.png", "pressure.png"]
+    assert len(notes) == 1
+    assert "rendering crashed (SIGSEGV)" in notes[0]
+    assert "gudgeon doctor" in notes[0]
+    assert sorted(path.name for path in out.iterdir()) == ["energy.png", "force.png", "pressure.png"]
+
+
+def test_interruption_ends_the_child_and_leaves_nothing_half_written(
+    skirt: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fake_child(tmp_path, monkeypatch, "time.sleep(600)")
+    children: list[subprocess.Popen[str]] = []
+    communicate = subprocess.Popen.communicate
+
+    def interrupted(child: "subprocess.Popen[str]", *arguments: Any, **options: Any) -> Any:
+        children.append(child)
+        if len(children) > 1:
+            raise KeyboardInterrupt
+        return communicate(child, *arguments, **options)
+
+    monkeypatch.setattr(subprocess.Popen, "communicate", interrupted)
+    out = tmp_path / "out"
+    with pytest.raises(KeyboardInterrupt):
+        plots.render(*skirt, out, "skirt")
+    assert [child.poll() is None for child in children] == [False, False]
+    assert sorted(path.name for path in out.iterdir()) == ["energy.png", "force.png", "pressure.png"]
+
+
+def test_missing_library_is_noted(rod: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "matplotlib.py").write_text("raise ModuleNotFoundError('none here', name='matplotlib')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "force.png").write_bytes(b"of an earlier result")
+    drawn, notes = plots.render(*rod, out, "rod")
+    assert drawn == []
+    assert list(out.iterdir()) == []
+    assert "force was left out: matplotlib is not installed; pip install 'gudgeon[plots]'" in notes
+
+
+def test_picture_of_an_earlier_result_does_not_outlive_a_failure(rod: tuple[Path, str], tmp_path: Path) -> None:
+    told: list[str] = []
+    drawing = Drawing(modaldb.open(rod[0]), rod[1], "rod", tmp_path, tmp_path / "scratch", told.append)
+    (tmp_path / "force.png").write_bytes(b"of an earlier result")
+    with pytest.raises(ZeroDivisionError), drawing.file("force.png"):
+        raise ZeroDivisionError
+    assert not (tmp_path / "force.png").exists()
+    assert told == []
+
+
+def test_boundary_is_what_the_surfaces_cover(skirt_mesh: MeshRecord) -> None:
+    named = np.concatenate([surface.facets for surface in skirt_mesh.surfaces.values()])
+    found = boundary_facets(skirt_mesh.cells)
+    assert {frozenset(facet) for facet in found} == {frozenset(facet) for facet in named}
+    a, b, c = (skirt_mesh.nodes[found[:, k]] for k in range(3))
+    volume = np.einsum("fi,fi->", a, np.cross(b, c)) / 6
+    assert 0.9 < volume / (np.pi * (0.04296**2 * 0.06 - 0.03896**2 * 0.052)) < 1.0
+
+
+def test_skin_follows_the_curved_facets(skirt_mesh: MeshRecord) -> None:
+    facets = boundary_facets(skirt_mesh.cells)
+    skin = make_skin(skirt_mesh.nodes, facets, 16 * len(facets))
+    points = skin.weights @ skirt_mesh.nodes
+    np.testing.assert_allclose(skin.weights.sum(axis=1), 1.0, rtol=ROUND_OFF)
+    assert len(skin.triangles) == 16 * len(facets)
+    # Patches: outside, inside, crown, its inner side, open end. Edges: two circles outside, two inside.
+    rim = skin.edge_weights @ skirt_mesh.nodes
+    lengths = np.linalg.norm(np.diff(rim[skin.segments], axis=1)[:, 0], axis=1)
+    circles = 2 * np.pi * 2 * (0.04296 + 0.03896)
+    # Quadratic arcs of 12 mm on a radius of 43 mm, in chords of a quarter.
+    assert lengths.sum() == pytest.approx(circles, rel=1e-3)
+    # Each patch is closed up: as many points as a planar or a tubular triangulation has, V = F/2 + b/2 + χ.
+    boundary = 2 * len(skin.segments)
+    assert len(points) == (len(skin.triangles) + boundary) // 2 + 1 + 1 + 0 + 0 + 0
+
+
+def test_window_keeps_impulse_and_constants() -> None:
+    times = 2e-7 * np.arange(1, 501)
+    force = np.random.default_rng(1).random((500, 3))
+    force[:450] *= 1e3
+    filtered = hann_filter(times, force, 4e-5)
+    np.testing.assert_allclose(filtered.sum(axis=0), force.sum(axis=0), rtol=ROUND_OFF)
+    np.testing.assert_allclose(hann_filter(times, np.ones(500), 4e-5), 1.0, rtol=ROUND_OFF)
+    spike = np.zeros(500)
+    spike[250] = 1.0
+    answer = hann_filter(times, spike, 4e-5)
+    np.testing.assert_allclose(answer[250 - 99 : 250], answer[251 : 250 + 100][::-1], rtol=0, atol=ROUND_OFF)
+    assert not answer[:151].any()
+    assert not answer[350:].any()
+    with pytest.raises(StageError, match="sample intervals"):
+        hann_filter(np.array([1.0, 2.0, 4.0]), np.ones(3), 1.0)
+
+
+def test_resampled_means_keep_the_impulse() -> None:
+    times = 0.1 * np.arange(1, 101)
+    force = np.random.default_rng(2).random((100, 3))
+    grid = np.sort(np.concatenate([[-1.0, 0.0, 12.0], np.random.default_rng(3).random(17) * 10]))
+    means = resample_mean(np.append(0.0, times), force, grid)
+    np.testing.assert_allclose(means.T @ np.diff(grid), 0.1 * force.sum(axis=0), rtol=ROUND_OFF)
+    np.testing.assert_allclose(resample_mean(np.append(0.0, times), force, np.append(0.0, times)), force, rtol=1e-9)

@@ -1,0 +1,198 @@
+"""Pictures of located blows, sliding, bending and gauges, and the numbers that they are drawn from."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gudgeon import modaldb
+from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
+from gudgeon.pipeline import plots
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.stages.run import run_job
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("pyvista")
+
+from gudgeon.pipeline.plots.contact.curves import balance, energy_curves
+from gudgeon.pipeline.plots.contact.force_axes import WRITTEN, smoothed, spaced
+from gudgeon.pipeline.plots.contact.located import Touch, joined, normal_courses, touches
+from tests.pipeline.plots.test_plots import assert_picture
+
+RIGID = """
+[component.{body}]
+geometry = {{ kind = "rigid", mass = 1.0, points = {{ foot = {{ at = [0, 0, 0], normal = [0, 0, -1.0] }} }} }}
+interface.foot = {{ surface = "foot" }}
+"""
+FLOOR = """
+body = "{body}"
+interface = "foot"
+against = {{ shape = "plane", point = [0, 0, 0], normal = [0, 0, 1.0]{more} }}
+"""
+
+BALL = f"""
+{RIGID.format(body="ball")}
+[body.ball]
+position = [0.0, 0.0, 1.0]
+[contact.floor]
+{FLOOR.format(body="ball", more="")}
+method = "impact"
+restitution = 0.8
+[run]
+duration = 5.0
+gravity = [0.0, 0.0, -9.81]
+"""
+BELT = f"""
+{RIGID.format(body="block")}
+[body.block]
+velocity = [0.2, 0.0, 0.0]
+[force.spring]
+kind = "spring"
+body = "block"
+direction = [1.0, 0.0, 0.0]
+stiffness = 100.0
+[contact.belt]
+{FLOOR.format(body="block", more=", velocity = [0.2, 0, 0]")}
+method = "constraint"
+friction = {{ static = 0.5, kinetic = 0.3, direction = [1.0, 0.0, 0.0] }}
+[run]
+duration = 2.0
+gravity = [0.0, 0.0, -9.81]
+"""
+BEAM = f"""
+{RIGID.format(body="ball")}
+[component.beam]
+material = {{ E = 210e9, nu = 0.3, rho = 7850.0 }}
+mesh = {{ size = 0.03 }}
+supports = [{{ surface = "left", hold = ["z"] }}, {{ surface = "right", hold = ["z"] }}]
+interface.mid = {{ surface = "mid-top" }}
+gauge.under = {{ station = "mid", fibre = "bottom" }}
+modes = {{ recipe = "macneal", normal_count = 6 }}
+[component.beam.geometry]
+kind = "beam"
+length = 0.3
+section = {{ kind = "rectangle", width = 0.01, height = 0.01 }}
+stations = {{ mid = 0.15 }}
+[body.ball]
+position = [0.15, 0.0, 0.005]
+velocity = [0.0, 0.0, -0.1]
+[body.beam]
+gauges = ["under"]
+[contact.blow]
+body = "ball"
+interface = "foot"
+against = {{ shape = "body", body = "beam", interface = "mid" }}
+method = "residual"
+law = {{ kind = "hertz", stiffness = 1e9 }}
+[run]
+duration = 0.01
+samples = 500
+frames = 40
+"""
+NAMES = {
+    "ball": ["force.png", "energy.png", "blows.png"],
+    "belt": ["force.png", "energy.png", "blows.png"],
+    "beam": ["force.png", "energy.png", "blows.png", "gauges.png", "deformation.png"],
+}
+
+
+@pytest.fixture(scope="module", params=["ball", "belt", "beam"])
+def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path, str]:
+    """Name, store and key of each scene's trajectory."""
+    folder = tmp_path_factory.mktemp(request.param)
+    (folder / "scene.toml").write_text({"ball": BALL, "belt": BELT, "beam": BEAM}[request.param])
+    job = open_job(folder, db=folder / "db", out=folder / "out")
+    return request.param, folder / "db", run_job(job, "solve").stages["solve"].key
+
+
+def drawing_of(scene: tuple[str, Path, str], folder: Path) -> Drawing:
+    return Drawing(modaldb.open(scene[1]), scene[2], scene[0], folder, folder, lambda _: None)
+
+
+def made(blows: np.ndarray, force: np.ndarray, window: float | None = None) -> Trajectory:
+    """Return a trajectory of one contact, sampled every second."""
+    s = len(force)
+    history = ContactHistory("a", "tip", force[:, None] * [[0.0, 0.0, 1.0]], np.zeros((1, 1)), None, np.zeros((1, 3)))
+    quantities = {} if window is None else {"c.force_window": {"value": window, "unit": "s"}}
+    return Trajectory(
+        "FINISHED", {}, {}, np.arange(1.0, s + 1), np.zeros((s, 5)), {"c": history}, np.array([s]), np.zeros((1, 0)),
+        np.zeros((1, 0)), quantities, 0.0, 0.0, {}, episodes={"c": blows},
+    )  # fmt: skip
+
+
+def test_pictures(scene: tuple[str, Path, str], tmp_path: Path) -> None:
+    drawn, notes = plots.render(scene[1], scene[2], tmp_path, scene[0])
+    assert notes == []
+    assert [path.name for path in drawn] == NAMES[scene[0]]
+    assert set(NAMES[scene[0]]) <= set(plots.FILES)
+    for path in drawn:
+        assert_picture(path)
+
+
+def test_points_meet_in_blows_and_nowhere_else(scene: tuple[str, Path, str], tmp_path: Path) -> None:
+    drawing = drawing_of(scene, tmp_path)
+    (touch,) = touches(drawing)
+    courses = normal_courses(drawing, touch)
+    own = courses[0]
+    other = np.interp(own.times, courses[1].times, courses[1].place) if touch.other else np.zeros(len(own.times))
+    apart = own.place - other
+    start = touch.blows[:, 0]
+    blows = touch.blows[start > 0]
+    # A ball meets the floor at the located times; frames of the beam are 0.25 ms apart, 25 µm at the first speed.
+    resolved = 1e-5 if touch.other else touch.interval * np.abs(blows[:, 5]).max(initial=0.0)
+    assert np.abs(np.interp(blows[:, 0], own.times, apart)).max(initial=0.0) <= resolved + 1e-12
+    inside = ((own.times[:, None] >= touch.blows[:, 0]) & (own.times[:, None] <= touch.blows[:, 1])).any(axis=1)
+    free = ~inside & (own.times > 0)
+    assert (apart[free] > -resolved - 1e-12).all()
+
+
+def test_energy_curves_hold_work_and_no_round_off() -> None:
+    energies = np.zeros((3, 5))
+    energies[:, 0], energies[:, 4], energies[:, 2] = [1.0, 3.0, 5.0], [0.0, 2.0, 4.0], 1e-14
+    curves = {label: values for label, _, values in energy_curves(energies)}
+    assert list(curves) == ["sum less work", "kinetic", "work of loads"]
+    np.testing.assert_allclose(curves["sum less work"], balance(energies))
+    assert [label for label, _, _ in energy_curves(energies[:, :4])] == ["total", "kinetic"]
+    energies[:, 4] = energies[:, 0] * (1 + 1e-13)
+    assert not energy_curves(energies)[0][2].any()
+
+
+def test_brief_blows_are_impulses_and_the_rest_is_force() -> None:
+    blows = np.array(
+        [[10.5, 10.5, 7.0, 0, 10.5, 1, 1], [20.0, 21.0, 3.0, 6, 20.5, 1, 1], [40.0, 60.0, 20.0, 1, 50, 1, 1]]
+    )
+    force = np.zeros(100)
+    force[10], force[20], force[40:60] = 7.0, 3.0, 1.0
+    touch = Touch("c", made(blows, force), None, None, np.array([0.0, 0.0, 1.0]), 0.0)  # type: ignore[arg-type]
+    assert touch.brief.tolist() == [True, True, False]
+    assert touch.impulsive
+    np.testing.assert_array_equal(np.flatnonzero(touch.lasting_force), np.arange(40, 60))
+    assert touch.span == (0.0, 60.0 + 0.25 * 49.5)
+
+
+def test_blows_join_within_the_window_of_the_quantities() -> None:
+    blows = np.array(
+        [[1.0, 2.0, 3.0, 5, 1.5, 1, 0.1], [2.5, 4.0, 1.0, 9, 3.0, 0.1, 0.2], [6.0, 7.0, 1.0, 2, 6.5, 1, 1]]
+    )
+    np.testing.assert_array_equal(joined(made(blows, np.ones(8)), "c"), blows)
+    found = joined(made(blows, np.ones(8), 1.0), "c")
+    np.testing.assert_allclose(found[0], [1.0, 4.0, 4.0, 9, 3.0, 1, 0.2])
+    assert len(found) == 2
+
+
+def test_window_is_drawn_only_where_it_smooths_something() -> None:
+    rough = 1.0 + 0.5 * (-1.0) ** np.arange(200)
+    blows = np.array([[0.0, 200.0, 200.0, 1.5, 1.0, 1, 1]])
+    found = smoothed(made(blows, rough, 10.0), "c")
+    assert found is not None
+    assert found[1] == "mean over 10.0 s"
+    np.testing.assert_allclose(found[0][20:-20, 2], 1.0, rtol=1e-12)
+    assert smoothed(made(blows, np.ones(200), 10.0), "c") is None
+    assert smoothed(made(blows, rough, 2.0), "c") is None
+    assert smoothed(made(blows, rough), "c") is None
+
+
+def test_texts_keep_their_distance() -> None:
+    assert spaced(np.array([0.0, 1.0, 10.0, 20.0]), (0.0, 100.0)) == [0, 2, 3]
+    assert len(spaced(np.arange(0.0, 100.0, 6.0), (0.0, 100.0))) == WRITTEN

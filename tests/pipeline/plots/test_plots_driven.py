@@ -1,0 +1,210 @@
+"""The pictures of a piston driven in its liner: their names, what they compare, and what they are made of."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gudgeon import modaldb
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline import plots
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.stages.run import run_job
+from tests.pipeline.plots.test_plots import assert_picture, fake_child
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("pyvista")
+imageio = pytest.importorskip("imageio.v3")
+
+from gudgeon.pipeline.plots.base.section import cut, on_nodes, used_nodes  # noqa: E402
+from gudgeon.pipeline.plots.base.surface import Skin, boundary_facets, make_skin  # noqa: E402
+from gudgeon.pipeline.plots.contact.curves import balance  # noqa: E402
+from gudgeon.pipeline.plots.driven.assembly import assemble  # noqa: E402
+from gudgeon.pipeline.plots.driven.curves import across_energy  # noqa: E402
+from gudgeon.pipeline.plots.driven.drive import Drive, cycles, drive_of, frame_degrees, shown_angle  # noqa: E402
+
+PISTON = Path(__file__).resolve().parents[3] / "data" / "piston" / "coarse.toml"
+COARSER = {
+    "component.piston.mesh.size": 0.02,
+    "component.liner.mesh.size": 0.03,
+    "component.piston.modes.normal_count": 4,
+    "component.piston.modes.static_count": 2,
+    "component.liner.modes.normal_count": 4,
+    "component.liner.modes.static_count": 2,
+    "component.liner.interface.thrust.spacing": 0.02,
+    "component.liner.interface.anti.spacing": 0.02,
+    "joint.rod.start": 700.0,
+    "run.duration": 2e-3,
+    "run.step": 2e-6,
+    "run.samples": 200,
+    "run.frames": 8,
+}
+FLAT = ["force.png", "energy.png", "pressure.png", "cycle.png"]
+ROUND_OFF = 1e-9
+"""Relative: sums and interpolations of a few hundred numbers."""
+CHORDS = 0.03
+"""Relative: a mesh with curved edges of 3 cm against the exact volume of a thin tube."""
+
+
+@pytest.fixture(scope="module")
+def piston(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Store and key of a small piston's trajectory around its firing dead centre."""
+    folder = tmp_path_factory.mktemp("piston")
+    job = open_job(PISTON, set=COARSER, db=folder / "db", out=folder / "out")
+    return folder / "db", run_job(job, "solve").stages["solve"].key
+
+
+@pytest.fixture
+def drawing(piston: tuple[Path, str], tmp_path: Path) -> Drawing:
+    return Drawing(modaldb.open(piston[0]), piston[1], "piston", tmp_path, tmp_path, lambda name: None)
+
+
+def test_pictures_of_a_piston(piston: tuple[Path, str], tmp_path: Path) -> None:
+    drawn, notes = plots.render(*piston, tmp_path, "piston")
+    if any("rendering crashed" in note for note in notes):
+        pytest.skip(notes[0])
+    assert notes == []
+    assert [path.name for path in drawn] == [*FLAT, "deformation.png", "cycle.mp4"]
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in drawn} <= set(plots.FILES)
+    for path in drawn[:-1]:
+        assert_picture(path)
+    movie = imageio.imread(drawn[-1])
+    assert movie.shape == (8, 720, 1280, 3)
+    change = np.abs(np.diff(movie[:, 84:640, 150:550].astype(float), axis=0)).max(axis=(1, 2, 3))
+    assert (change > 50).all()
+
+
+def test_crash_of_rendering_spares_the_curves(
+    piston: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fake_child(tmp_path, monkeypatch, "os.kill(os.getpid(), signal.SIGSEGV)")
+    drawn, notes = plots.render(*piston, tmp_path / "out", "piston")
+    assert [path.name for path in drawn] == FLAT
+    assert len(notes) == 1
+    assert "rendering crashed (SIGSEGV)" in notes[0]
+
+
+def test_compared_runs_are_in_the_cycle(
+    piston: tuple[Path, str], tmp_path: Path, drawing: Drawing, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fake_child(tmp_path, monkeypatch, "")
+    trajectory = drawing.trajectory
+    halved = {name: replace(one, force=one.force / 2) for name, one in trajectory.contacts.items()}
+    other = "0" * 64
+    provenance = drawing.store.provenance(piston[1])
+    drawing.store.put(other, "trajectory", replace(trajectory, contacts=halved), provenance)
+    compare = {"as designed": piston[1], "half": other}
+    runs = cycles(replace(drawing, compare=compare))
+    assert [run.label for run in runs] == ["as designed", "half"]
+    np.testing.assert_allclose(runs[1].side_force, runs[0].side_force / 2, rtol=ROUND_OFF)
+    pictures = {}
+    for folder, runs_of in (("alone", {}), ("both", compare)):
+        plots.render(*piston, tmp_path / folder, "piston", runs_of)
+        pictures[folder] = imageio.imread(tmp_path / folder / "cycle.png")
+        assert_picture(tmp_path / folder / "cycle.png")
+    # Only the second run is drawn in orange, which nothing else in the picture has.
+    orange = [
+        (np.abs(image[..., :3] - np.array([224.0, 122, 16])).max(axis=2) < 40).sum() for image in pictures.values()
+    ]
+    assert orange[0] == 0 < 300 < orange[1]
+
+
+def test_sides_of_the_cycle(drawing: Drawing) -> None:
+    run = cycles(drawing)[0]
+    np.testing.assert_allclose(run.drive.right, [1, 0, 0])
+    np.testing.assert_allclose(run.drive.axis, [0, 1, 0])
+    assert run.drive.cycle == 720.0
+    assert run.sides["thrust"].sum() > 0 > run.sides["anti"].sum()
+    times = drawing.trajectory.times
+    impulse = run.sides["thrust"].sum() * (times[1] - times[0])
+    # The points of a sector press in slightly different directions.
+    assert impulse == pytest.approx(drawing.trajectory.quantities["thrust.impulse"]["value"], rel=0.01)
+    np.testing.assert_allclose(frame_degrees(drawing, run.drive)[[0, -1]], [700 + 36 / 8, 736], rtol=ROUND_OFF)
+
+
+@pytest.mark.parametrize(("degrees", "text"), [(360, "360"), (719.6, "0"), (720, "0"), (750, "30"), (1080, "360")])
+def test_angles_are_shown_within_a_cycle(degrees: float, text: str) -> None:
+    drive = Drive("rod", "piston", np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), 720.0)
+    assert shown_angle(drive, degrees, 0) == text
+
+
+def test_rigid_motion_is_what_the_scene_leaves(drawing: Drawing) -> None:
+    body, trajectory = drawing.body("piston"), drawing.trajectory
+    assert body.morph.rigid_twists.shape == (3, 6)
+    assert drawing.body("liner").morph.rigid_twists.shape == (0, 6)
+    for frame, time in enumerate(trajectory.frame_times):
+        sample = int(np.argmin(np.abs(trajectory.times - time)))
+        np.testing.assert_allclose(body.twist(frame), trajectory.motion["piston"][sample, :6], rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(body.total(3), body.rigid(3) + body.elastic(3), rtol=0, atol=1e-15)
+
+
+def test_gaps_are_magnified_like_the_motion(drawing: Drawing) -> None:
+    assembly = assemble(drawing, 5000, [2])
+    assert assembly is not None
+    part = assembly.parts["piston"]
+    assert assembly.scale > 2
+    true = part.body.nodes[:, :2]
+    skirt = np.hypot(*true.T) > 0.0428
+    assert skirt.sum() > 20
+    gap = 0.043 - np.hypot(*true[skirt].T)
+    drawn = 0.043 - np.hypot(*part.still[skirt][:, :2].T)
+    np.testing.assert_allclose(drawn, assembly.scale * gap, rtol=ROUND_OFF, atol=1e-12)
+    # No point is turned inside out, and the liner stays where it is.
+    assert (np.einsum("ni,ni->n", part.still[:, :2], true) >= 0).all()
+    np.testing.assert_array_equal(assembly.parts["liner"].still, assembly.parts["liner"].body.nodes)
+    assert assembly.parts["liner"].body.nodes[:, 1].max() > 0.04
+
+
+def test_driven_motion_is_not_magnified(drawing: Drawing) -> None:
+    assembly = assemble(drawing, 5000, [0, 7])
+    assert assembly is not None
+    part, along = assembly.parts["piston"], assembly.drive.along
+    heights = [(part.moved(frame, along, assembly.scale)[0] @ along).mean() for frame in (0, 7)]
+    travel = [part.body.twist(frame)[2] for frame in (0, 7)]
+    elastic = [(part.body.elastic(frame) @ along).mean() * assembly.scale for frame in (0, 7)]
+    tilted = [
+        assembly.scale * ((part.body.rigid(frame) @ along).mean() - part.body.twist(frame)[2]) for frame in (0, 7)
+    ]
+    expected = travel[1] - travel[0] + elastic[1] - elastic[0] + tilted[1] - tilted[0]
+    assert heights[1] - heights[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_energy_of_a_free_drop_across(drawing: Drawing) -> None:
+    trajectory = drawing.trajectory
+    motion = np.zeros_like(trajectory.motion["piston"])
+    motion[:, 6], motion[:, 8], motion[:, 10] = 2.0, 100.0, 3.0
+    morph = drawing.body("piston").morph
+    found = across_energy(drawing, replace(trajectory, motion={"piston": motion}), drive_of(drawing))
+    np.testing.assert_allclose(found, 0.5 * morph.mass * 4 + 0.5 * morph.inertia[1, 1] * 9, rtol=ROUND_OFF)
+    total = balance(trajectory.energies)
+    assert np.ptp(total) < 0.01 * np.ptp(trajectory.energies[:, 4])
+
+
+def test_cut_body_is_closed(skirt_mesh: MeshRecord) -> None:
+    nodes, keep = skirt_mesh.nodes, np.array([0.0, 1.0, 0.0])
+    skin = make_skin(nodes, boundary_facets(skirt_mesh.cells), 20_000)
+    half = cut(skin, nodes, skirt_mesh.cells, np.zeros(3), keep)
+    numbers = used_nodes(half)
+    assert len(numbers) < len(nodes)
+    half = on_nodes(half, numbers)
+    points = half.weights @ nodes[numbers]
+    np.testing.assert_allclose(half.weights.sum(axis=1), 1.0, rtol=ROUND_OFF)
+    assert points[:, 1].min() > -1e-9
+    volume = [_volume(shown, at) for shown, at in ((skin, skin.weights @ nodes), (half, points))]
+    assert volume[1] == pytest.approx(volume[0] / 2, rel=CHORDS)
+    # A shifted origin changes the signed volume of a surface that is not closed.
+    assert _volume(half, points + np.array([0.1, 0.2, 0.3])) == pytest.approx(volume[1], rel=CHORDS)
+    face = np.abs(points[half.triangles][:, :, 1]).max(axis=1) < 1e-8
+    a, b, c = (points[half.triangles[face][:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)[:, 1]
+    assert normal.max() < 1e-6 * -normal.min()
+    assert -normal.sum() / 2 == pytest.approx(2 * 0.052 * 0.004 + 2 * 0.04296 * 0.008, rel=CHORDS)
+    lengths = np.linalg.norm(np.diff((half.edge_weights @ nodes[numbers])[half.segments], axis=1)[:, 0], axis=1)
+    assert lengths.max() < 0.02
+
+
+def _volume(skin: Skin, points: np.ndarray) -> float:
+    a, b, c = (points[skin.triangles[:, k]] for k in range(3))
+    return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6)

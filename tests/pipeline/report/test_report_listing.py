@@ -1,0 +1,86 @@
+"""The list of reports, and the table of the README: nothing stands in them but what reports hold."""
+
+from pathlib import Path
+
+import pytest
+
+from docs.tools.report_listing import listing_text
+from docs.tools.seeds import seeds_table
+from gudgeon.pipeline.report.document import Choice, Document
+from tests.pipeline.documents import document, quantity, run
+
+ROOT = Path(__file__).resolve().parents[3]
+SEEDS = """
+tolerance = 0.01
+[[system]]
+name = "One"
+report = "one"
+[[system]]
+name = "Two"
+report = "two"
+[[system]]
+name = "Three"
+report = "three"
+[[system]]
+name = "Four"
+"""
+
+
+def nodal(step: int, error: float | None, seconds: float) -> Document:
+    """Return a report of three reduced runs and two nodal ones."""
+    return document(
+        [
+            run("cheap and wrong", 0.3, 0.001),
+            run("cheap", -0.008, 0.01),
+            run("dear", 1e-5, 0.2),
+            run("nodal, coarse", 0.04, 1.0, kind="nodal"),
+            run(f"nodal, {step} µs", error, seconds, kind="nodal"),
+        ],
+        [quantity("impulse")],
+        choice=Choice(0.01, "cheap", {}, 0.008, "impulse", 0.01, "the cheapest"),
+    )
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    missed = document([run("best", 0.05, 0.5), run("worse", 0.4, 0.1)], [quantity("impulse")])
+    for name, one in (("one", nodal(1, 0.002, 4.0)), ("two", missed)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "report.json").write_text(one.as_text(), encoding="utf-8")
+    (tmp_path / "one" / "stress.json").write_text(
+        '{"counts": {"right": 2, "refused": 1, "wrong": 0, "does not apply": 4}}'
+    )
+    (tmp_path / "seeds.toml").write_text(SEEDS)
+    (tmp_path / "seconds.csv").write_text("one,report,30\none,stress,12\ntwo,report,18\n")
+    return tmp_path
+
+
+def test_table_of_systems(folder: Path) -> None:
+    lines = seeds_table(folder, "there/").splitlines()
+    start = "| One | [`one`](there/one/report.html) | d'Alembert's solution |"
+    # The cheapest runs that meet the tolerance, not the best ones: 4 s over 10 ms.
+    assert lines[2] == f"{start} cheap | 0.80% | impulse | 0.01 s | nodal, 1 µs | 0.20% | 4 s | 400 |"
+    assert "| best | 5.00% (missed) | impulse | 0.5 s | – | – | – | – |" in lines[3]
+    assert lines[4].startswith("| Three | `three` | no report yet |")
+    assert lines[5].startswith("| Four | no scene yet |")
+    assert len({line.count("|") for line in lines}) == 1
+
+
+def test_nodal_reference_has_no_error_of_its_own(folder: Path) -> None:
+    (folder / "one" / "report.json").write_text(nodal(1, None, 4.0).as_text(), encoding="utf-8")
+    assert "| nodal, 1 µs | reference | 4 s | 400 |" in seeds_table(folder)
+
+
+def test_list_of_reports(folder: Path) -> None:
+    text = listing_text(folder)
+    assert "written by `make reports`, which took 1 min on a processor, 2 cores." in text
+    assert (
+        "| [one](one/report.html) | d'Alembert's solution | cheap | 8.0e-03 | 0.01 s | 1 – 4 s | 2 | 1 | 0 | 42 s |"
+        in text
+    )
+    assert "| [two](two/report.html) |" in text
+    assert "| Two |" in text
+
+
+def test_readme_quotes_the_reports() -> None:
+    assert seeds_table(ROOT / "docs/reports", "docs/reports/") in (ROOT / "README.md").read_text(encoding="utf-8")

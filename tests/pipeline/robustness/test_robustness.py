@@ -1,0 +1,366 @@
+"""Extremes of scenes: dimensions are whole, operations change what they say, scenes end to end, bad input."""
+
+import json
+import tomllib
+import typing
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import BaseModel, Field, create_model
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline import kinds
+from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.geometry.shapes.beam import Beam
+from gudgeon.pipeline.geometry.shapes.box import Box
+from gudgeon.pipeline.robustness import units as dimensions
+from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
+from gudgeon.pipeline.robustness.operations import OPERATIONS, DoesNotApply, Subject
+from gudgeon.pipeline.robustness.slivers import with_slivers
+from gudgeon.pipeline.robustness.trial import Trial, approach, run_trial, sizes
+from gudgeon.pipeline.robustness.units import KEPT, Units, dimensions_of, rescaled, rescaled_mesh
+from gudgeon.pipeline.scenes.bodies import SceneFile
+from gudgeon.pipeline.scenes.extremes import SHIPPED, Case, Operation, Set, chosen_cases, read_cases
+from gudgeon.pipeline.scenes.material import Material
+from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.wheel.scene import WheelFile
+from tests.validation.scenes import DATA
+
+TWO = """
+[component.a]
+geometry = { kind = "rigid", mass = 2.0, points = { face = { at = [0.0, 0.0, 0.0], normal = [1.0, 0.0, 0.0] } } }
+interface.face = { surface = "face" }
+
+[component.b]
+geometry = { kind = "rigid", mass = 1.0, points = { face = { at = [0.0, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] } } }
+interface.face = { surface = "face" }
+
+[body.a]
+velocity = [1.0, 0.0, 0.0]
+
+[body.b]
+position = [0.001, 0.0, 0.0]
+
+[contact.blow]
+body = "a"
+interface = "face"
+against = { shape = "body", body = "b", interface = "face" }
+method = "penalty"
+law = { kind = "linear", stiffness = 1e8 }
+
+[run]
+duration = 0.002
+samples = 100
+frames = 20
+"""
+
+
+def quiet(stage: str, share: float) -> None:
+    """Progress that nobody sees."""
+
+
+def two(folder: Path, **changes: Any) -> Job:
+    """Return two masses that meet, with changes of the tables."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "two.toml").write_text(TWO)
+    return kinds.open_job(folder / "two.toml", db=folder / "db", out=folder / "out", set=changes)
+
+
+def subject(job: Job, folder: Path) -> Subject:
+    """Return a scene that was run as it is."""
+    base = run_trial(Trial(job), folder / "base", quiet)
+    assert isinstance(base, Evidence)
+    meshes = {n: job.store.get(steps["base-mesh"].key, "mesh") for n, steps in job.components().items()}
+    return Subject(
+        job, base, folder, meshes, lambda trial: run_trial(trial, folder / "run", quiet),
+        lambda changes: variant(job, changes), dict(sizes(job)),
+    )  # fmt: skip
+
+
+def applied(one: Subject, **operation: Any) -> Trial:
+    """Return what an operation makes of a scene."""
+    case = Case.model_validate({"operation": operation, "rules": ["energy"]})
+    return OPERATIONS[case.operation.kind](one, case.operation)
+
+
+def models_in(annotation: Any) -> typing.Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in typing.get_args(annotation):
+        yield from models_in(part)
+
+
+def holds_numbers(annotation: Any) -> bool:
+    return annotation is float or any(holds_numbers(part) for part in typing.get_args(annotation))
+
+
+def all_models(*roots: type[BaseModel]) -> set[type[BaseModel]]:
+    found, waiting = set(), list(roots)
+    while waiting:
+        model = waiting.pop()
+        if model not in found:
+            found.add(model)
+            fields = ((n, f) for n, f in model.model_fields.items() if n not in KEPT)
+            waiting += [one for _, field in fields for one in models_in(field.annotation)]
+    return found
+
+
+def undeclared(model: type[BaseModel]) -> set[str]:
+    """Return the numbers of a model without a dimension, and dimensions without a number."""
+    numbers = {name for name, field in model.model_fields.items() if holds_numbers(field.annotation)}
+    return numbers ^ set(dimensions_of(model))
+
+
+@pytest.mark.parametrize("model", sorted(all_models(SceneFile, WheelFile), key=str), ids=str)
+def test_every_number_of_a_scene_has_a_dimension(model: type[BaseModel]) -> None:
+    assert undeclared(model) == set()
+
+
+def test_a_number_without_a_dimension_is_found() -> None:
+    body = next(iter(models_in(SceneFile.model_fields["body"].annotation)))
+    grown = create_model("Body", __base__=body, drag=(float, Field(default=1.0)))
+    grown.__module__ = "gudgeon.solver.scene.scene"
+    assert undeclared(grown) == {"drag"}
+    with pytest.raises(StageError, match=r"Body\.drag: its dimension is not declared"):
+        rescaled(grown(), Units(length=2.0))
+
+
+def test_other_units_change_every_number_by_its_dimension(tmp_path: Path) -> None:
+    scene = two(tmp_path).scene
+    found = rescaled(scene, Units(mass=8.0, length=4.0, time=2.0))
+    assert found.contact["blow"].law.stiffness == 1e8 * 8 / 4  # type: ignore[union-attr]
+    assert found.body["a"].velocity == (2.0, 0.0, 0.0)
+    assert found.component["a"].geometry.mass == 16.0  # type: ignore[union-attr]
+    assert found.run.duration == 0.004
+    hertz = scene.model_copy(
+        update={"contact": two(tmp_path, **{"contact.blow.law.kind": "hertz"}).scene.contact}
+    )  # N/m^1.5
+    stiffer = rescaled(hertz, Units(length=4.0)).contact["blow"].law
+    assert stiffer.stiffness == pytest.approx(1e8 / 2, rel=1e-15)  # type: ignore[union-attr]
+
+
+def test_a_shape_without_a_dimension_is_refused() -> None:
+    mesh = Box(kind="box", lx=1.0, ly=1.0, lz=1.0).build(1.0)
+    surface = replace(mesh.surfaces["top"], shape={"kind": "plane", "bulge": 1.0})
+    with pytest.raises(StageError, match="'bulge' is not declared"):
+        rescaled_mesh(replace(mesh, surfaces={"top": surface}), Units(length=2.0))
+    assert rescaled_mesh(mesh, Units(length=2.0)).nodes.max() == 2 * mesh.nodes.max()
+
+
+MESHES: dict[str, tuple[Any, tuple[str, ...]]] = {
+    "solid": (Box(kind="box", lx=0.1, ly=0.02, lz=0.03), ("left",)),
+    "beam": (
+        Beam.model_validate({"kind": "beam", "length": 0.1, "section": {"kind": "circle", "radius": 0.01}}), ("left",),
+    ),
+    "timoshenko": (
+        Beam.model_validate(
+            {"kind": "beam", "length": 0.1, "theory": "timoshenko", "section": {"kind": "circle", "radius": 0.01}}
+        ),
+        ("left",),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_slivers_lower_frequencies_by_little(name: str) -> None:
+    geometry, supports = MESHES[name]
+    mesh = geometry.build(0.02)
+    split = with_slivers(mesh, 20.0, 3)
+    assert len(split.cells) > len(mesh.cells)
+    steel = Material(E=210e9, nu=0.3, rho=7850.0)
+    first, second = (_lowest(build_model(one, steel, supports, "part", geometry)) for one in (mesh, split))
+    assert (second <= first * (1 + 1e-9)).all()
+    np.testing.assert_allclose(second, first, rtol=0.1)
+    assert _volume(split) == pytest.approx(_volume(mesh), rel=1e-12)
+
+
+def _lowest(model: Any) -> np.ndarray:
+    from scipy.linalg import eigvalsh
+
+    K, M = (matrix.toarray() for matrix in model.free_matrices())
+    return np.sqrt(eigvalsh(K, M, subset_by_index=[0, 3]))
+
+
+def _volume(mesh: MeshRecord) -> float:
+    if mesh.cell_type.startswith("beam"):
+        return float(np.linalg.norm(np.diff(mesh.nodes[mesh.cells[:, :2]], axis=1), axis=2).sum())
+    a, b, c, d = np.moveaxis(mesh.nodes[mesh.cells[:, :4]], 1, 0)
+    volumes = np.einsum("ei,ei->e", np.cross(b - a, c - a), d - a) / 6
+    assert volumes.min() > 0
+    return float(volumes.sum())
+
+
+def test_operations_change_what_they_say(tmp_path: Path) -> None:
+    one = subject(two(tmp_path), tmp_path)
+    stiffer = applied(one, kind="contact-stiffness", factor=1e3)
+    assert (stiffer.job.scene.contact["blow"].law.stiffness, stiffer.factor) == (1e11, 1e3)
+    heavier = applied(one, kind="mass", factor=1e6)
+    assert heavier.job.scene.component["a"].geometry.mass == 2e6
+    assert heavier.job.scene.component["b"].geometry.mass == 1.0
+    assert applied(one, kind="restitution", value=0.0).job.scene.contact["blow"].method == "impact"
+    grazing = applied(one, kind="grazing", factor=1e-3)
+    near = grazing.job.scene.body["a"]
+    assert 0.001 - near.position[0] == pytest.approx(1e-6, rel=1e-9)
+    left = approach(grazing.job)[1] / approach(one.job)[1]
+    assert (grazing.measured, grazing.units, near.velocity[0]) == (True, Units(length=left), left)
+    deep = applied(one, kind="penetration", share=1e-3)
+    refused = run_trial(deep, tmp_path / "deep", quiet)
+    assert isinstance(refused, Refusal)
+    assert "start inside the obstacle" in refused.reason
+    changed = applied(one, kind="set", values={"run": {"gravity": [0.0, 0.0, -1.0]}})
+    assert changed.job.scene.run.gravity == (0.0, 0.0, -1.0)
+
+
+def test_a_shared_component_is_split_for_the_first_body(tmp_path: Path) -> None:
+    back = {"at": [0.0, 0.0, 0.0], "normal": [-1.0, 0.0, 0.0]}
+    shared = {f"component.a.geometry.points.l.{key}": value for key, value in back.items()}
+    shared |= {"component.b": "unset", "component.a.interface.l.surface": "l"}
+    shared |= {"body.b.component": "a", "contact.blow.against.interface": "l"}
+    one = subject(two(tmp_path, **shared), tmp_path)
+    scene = applied(one, kind="mass", factor=1e-3).job.scene
+    assert scene.component[scene.component_of("a")].geometry.mass == 2e-3
+    assert scene.component[scene.component_of("b")].geometry.mass == 2.0
+
+
+def test_a_driven_machine_is_weighed_whole_at_its_own_pace(tmp_path: Path) -> None:
+    one = subject(two(tmp_path), tmp_path)
+    driven = replace(one, job=replace(one.job, scene=one.scene.model_copy(update={"joint": {"rod": "crank"}})))
+    trial = applied(driven, kind="mass", factor=1e6)
+    scene = trial.job.scene
+    assert trial.units == Units(mass=1e6)
+    assert [scene.component[name].geometry.mass for name in "ab"] == [2e6, 1e6]
+    assert scene.contact["blow"].law.stiffness == 1e14
+    assert scene.body["a"].velocity == (1.0, 0.0, 0.0)
+
+
+def test_what_has_nothing_to_change_says_why(tmp_path: Path) -> None:
+    one = subject(two(tmp_path), tmp_path)
+    for kind, values, why in (
+        ("poisson", {"nu": 0.49}, "no body has shear"),
+        ("slivers", {"aspect": 1000.0}, "rigid"),
+        ("collinear", {}, "static shapes"),
+        ("material", {"modulus": 2.0}, "rigid"),
+    ):
+        with pytest.raises(DoesNotApply, match=why):
+            applied(one, kind=kind, **values)
+    many = replace(one, known={"points": 584, "coordinates": 66})
+    with pytest.raises(DoesNotApply, match="584 points on 66 coordinates: rigid blows on them are not determined"):
+        applied(many, kind="restitution", value=0.0)
+
+
+def test_shipped_cases_are_sound_and_every_kind_has_an_operation() -> None:
+    cases = read_cases(SHIPPED)
+    assert {case.operation.kind for case in cases.values()} | {"set"} == set(OPERATIONS)
+    named = {model.model_fields["kind"].annotation for model in models_in(Operation)}
+    assert {typing.get_args(one)[0] for one in named} == set(OPERATIONS)
+    assert {name for name, case in cases.items() if case.refusal} == {
+        "initial penetration", "nu 0.49", "nu 0.499", "nu 0.4999", "slivers 1:1000",
+    }  # fmt: skip
+
+
+def test_shipped_cases_go_into_the_package() -> None:
+    settings = tomllib.loads((DATA.parent / "pyproject.toml").read_text())["tool"]["setuptools"]
+    assert SHIPPED.name in settings["package-data"]["gudgeon.pipeline.robustness"]
+
+
+def test_a_scene_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    two(tmp_path)
+    own = tmp_path / "own.toml"
+    own.write_text(
+        '[case."falls"]\noperation = { kind = "set", values = { run = { gravity = [0.0, 0.0, -9.81] } } }\n'
+        'rules = ["momentum", "energy"]\n'
+    )
+    places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    chosen = ["--only", "units,restitution,falls,initial penetration,step 1000", "--cases", str(own)]
+    assert main(["stress", str(tmp_path / "two.toml"), *places, *chosen]) == 0  # Seven of eight are right.
+    told = capsys.readouterr().out
+    document = json.loads((tmp_path / "out" / "stress.json").read_text())
+    verdicts = {row["case"]: row["verdict"] for row in document["rows"]}
+    assert verdicts["initial penetration"] == "refused"
+    assert {v for name, v in verdicts.items() if name != "initial penetration"} == {"right"}
+    assert {row["rule"] for row in document["rows"] if row["group"] == "units"} == {"similarity"}
+    assert next(row for row in document["rows"] if row["case"] == "step 1000")["substeps"] > 1
+    assert "7 right, 1 refused, 0 wrong" in told
+    assert (tmp_path / "out" / "stress.png").stat().st_size > 20_000
+    lines = (tmp_path / "out" / "stress.csv").read_text().splitlines()
+    assert len(lines) == 1 + len(document["rows"])
+
+
+def test_what_is_wrong_makes_the_command_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    two(tmp_path)
+    monkeypatch.setitem(dimensions.TABLE["scene.Body"], "velocity", dimensions.LENGTH)  # A wrong scale is found.
+    code = main(
+        ["stress", str(tmp_path / "two.toml"), "--only", "lengths 1e3", "--db", str(tmp_path / "db"), "--out",
+         str(tmp_path / "out")]
+    )  # fmt: skip
+    assert code == 1
+    (row,) = json.loads((tmp_path / "out" / "stress.json").read_text())["rows"]
+    assert (row["verdict"], row["rule"]) == ("wrong", "similarity")
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ('[case.a]\noperation = { kind = "mass", factor = -1.0 }\nrules = ["energy"]', "case.a.operation.factor: -1.0"),
+        ('[case.a]\noperation = { kind = "mas", factor = 1.0 }\nrules = ["energy"]', "case.a.operation.kind: 'mas'"),
+        ('[case.a]\noperation = { kind = "mass", factor = 2.0 }\nrules = []', "case.a.rules: [] given"),
+        ('[case.a]\noperation = { kind = "mass", factor = 2.0 }\nrules = ["luck"]', "case.a.rules.0: 'luck' given"),
+        ("case = 1", "case: 1 given"),
+        ("case", "not valid TOML"),
+    ],
+)
+def test_a_wrong_file_of_cases_is_one_clear_line(text: str, complaint: str, tmp_path: Path) -> None:
+    path = tmp_path / "cases.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_cases(path)
+    assert complaint in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_case_of_the_scene_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table = 'operation = { kind = "set", values = {} }\nrules = ["energy"]\n'
+    two(tmp_path)
+    (tmp_path / "own.toml").write_text(f'base = "two.toml"\n[stress.case.again]\n{table}')
+    job = kinds.open_job(tmp_path / "own.toml", db=tmp_path / "db", out=tmp_path / "out")
+    assert isinstance(job.scene.stress.case["again"].operation, Set)
+    found = chosen_cases(job.scene.stress, None, ("again",), job.path)
+    assert list(found) == ["again"]
+    with pytest.raises(InputError, match="--only nonsense: no such case or group; groups are stiffness"):
+        chosen_cases(job.scene.stress, None, ("nonsense",), job.path)
+    with pytest.raises(InputError, match=r"cannot be read"):
+        chosen_cases(job.scene.stress, tmp_path / "no.toml", (), job.path)
+    assert main(["stress", str(job.path), "--set", "stress.duration=-1", "--db", str(tmp_path / "db")]) == 2
+    assert "stress.duration: -1 given" in capsys.readouterr().err
+    misspelt = table.replace("{}", "{ run = { gravty = [0.0, 0.0, 0.0] } }")
+    (tmp_path / "own.toml").write_text(f'base = "two.toml"\n[stress.case.typo]\n{misspelt}')
+    assert main(["stress", str(job.path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]) == 2
+    assert "case 'typo': " in (said := capsys.readouterr().err)
+    assert "run.gravty: unknown key; did you mean 'gravity'" in said
+    assert not (tmp_path / "out" / "stress.json").exists()
+    with pytest.raises(SystemExit, match="2"):
+        main(["stress", str(job.path), "--only", ","])
+
+
+def test_slender_scenes_do_not_depend_on_units(tmp_path: Path) -> None:
+    """Beams: an indefinite factor and K Φ once made frequencies, and whether modes were found, depend on the unit."""
+    changes = {"component.beam.mesh.size": 0.01, "component.beam.modes.normal_count": 12, "run.duration": 3e-4}
+    changes |= {"report": "unset", "run.samples": 200, "run.frames": 20}
+    job = kinds.open_job(DATA / "beam-sphere", db=tmp_path / "db", out=tmp_path / "out", set=changes)
+    run_job(job, "morph")
+    one = subject(job, tmp_path)
+    for kind in ({"kind": "size", "factor": 1e-6}, {"kind": "units", "mass": 1e-3, "length": 1e3}):
+        trial = applied(one, **kind)
+        found = run_trial(trial, tmp_path / kind["kind"], quiet)
+        assert isinstance(found, Evidence)
+        assert trial.units is not None
+        np.testing.assert_allclose(
+            found.frequencies["beam"] * trial.units.time, one.base.frequencies["beam"], rtol=1e-11
+        )

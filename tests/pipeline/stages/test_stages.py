@@ -1,0 +1,161 @@
+"""Stages do what is stale and nothing else; costs are counted, not timed."""
+
+import json
+import shutil
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gudgeon import modaldb
+from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.modes import block_method as blocks
+from gudgeon.pipeline.modes import lanczos, normal, static
+from gudgeon.pipeline.stages import mesh as mesh_stage
+from gudgeon.pipeline.stages.run_report import RunReport
+from gudgeon.pipeline.stages.status import status
+from tests.pipeline.small import RUNG, TABLE, write_scene
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunReport]:
+    folder = tmp_path_factory.mktemp("made")
+    write_scene(folder / "scene")
+    return folder, run(folder / "scene", db=folder / "db", out=folder / "out", until="solve")
+
+
+@pytest.fixture
+def folder(made: tuple[Path, RunReport], tmp_path: Path) -> Path:
+    """A copy of a finished run that a test may spoil."""
+    shutil.copytree(made[0], tmp_path / "made")
+    return tmp_path / "made"
+
+
+@pytest.fixture
+def counts(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """How many meshes were made and how many matrices factorised."""
+    found: Counter[str] = Counter()
+
+    def counted(name: str, whole: object) -> object:
+        def call(*args: object, **options: object) -> object:
+            found[name] += 1
+            return whole(*args, **options)  # type: ignore[operator]
+
+        return call
+
+    monkeypatch.setattr(mesh_stage, "build_mesh", counted("meshes", mesh_stage.build_mesh))
+    for module in (blocks, lanczos, normal, static):
+        monkeypatch.setattr(module, "factorise", counted("factorisations", module.factorise))
+    return found
+
+
+def again(folder: Path, *, until: str = "solve", **changes: str) -> RunReport:
+    return run(folder / "scene", set=changes, db=folder / "db", out=folder / "out", until=until)
+
+
+def states(report: RunReport) -> dict[str, str]:
+    return {name: stage.state for name, stage in report.stages.items()}
+
+
+def test_first_run_counts(tmp_path: Path, counts: Counter[str]) -> None:
+    write_scene(tmp_path / "scene")
+    report = again(tmp_path)
+    assert set(states(report).values()) == {"ran"}
+    # Shifted matrix, inertia count, held matrix.
+    assert counts == {"meshes": 1, "factorisations": 3}
+
+
+def test_second_run_does_nothing(folder: Path, counts: Counter[str]) -> None:
+    report = again(folder)
+    assert set(states(report).values()) == {"fresh"}
+    assert not counts
+
+
+def test_a_change_touches_neither_mesh_nor_modes(folder: Path, counts: Counter[str]) -> None:
+    report = again(folder, **{TABLE: "barrel.csv"})
+    assert states(report) == {"mesh": "fresh", "modes": "fresh", "morph": "ran", "solve": "ran"}
+    assert not counts
+
+
+def test_recompute_makes_its_own_modes(folder: Path, counts: Counter[str]) -> None:
+    report = again(folder, **{TABLE: "barrel.csv", RUNG: "recompute"})
+    assert states(report) == {"mesh": "ran", "modes": "ran", "morph": "ran", "solve": "ran"}
+    assert counts == {"factorisations": 3}
+
+
+def test_going_back_to_an_old_design_finds_it(folder: Path, made: tuple[Path, RunReport]) -> None:
+    again(folder, **{TABLE: "barrel.csv"})
+    report = again(folder)
+    assert set(states(report).values()) == {"fresh"}
+    assert report.quantities == made[1].quantities
+    assert json.loads((folder / "out" / "summary.json").read_text())["key"] == report.stages["solve"].key
+
+
+def test_reuse_is_near_recompute_and_far_from_no_change(folder: Path, made: tuple[Path, RunReport]) -> None:
+    reused, recomputed = (
+        again(folder, **{TABLE: "barrel.csv"}),
+        again(folder, **{TABLE: "barrel.csv", RUNG: "recompute"}),
+    )
+    impulses = [r.quantities["knock.impulse"]["value"] for r in (made[1], reused, recomputed)]
+    assert impulses[1] == pytest.approx(impulses[2], rel=3e-3)
+    assert impulses[0] != pytest.approx(impulses[2], rel=1e-2)
+
+
+def test_an_edited_table_is_another_design(folder: Path) -> None:
+    again(folder, **{TABLE: "barrel.csv"})
+    table = folder / "scene" / "barrel.csv"
+    table.write_text(table.read_text().replace("-2e-5", "-3e-5"))
+    assert states(again(folder, **{TABLE: "barrel.csv"}))["morph"] == "ran"
+
+
+def test_status_says_why(folder: Path) -> None:
+    job = open_job(
+        folder / "scene", set={"component.skirt.modes.normal_count": 9}, db=folder / "db", out=folder / "out"
+    )
+    rows = {stage: (state, why) for stage, state, _, why in status(job)}
+    assert rows["mesh"] == ("fresh", [])
+    assert rows["modes"] == ("stale", ["skirt: modes.normal_count: 8 → 9"])
+    assert rows["solve"][0] == "stale"
+
+
+def test_modes_are_found_whichever_scene_asks(folder: Path, counts: Counter[str]) -> None:
+    other = write_scene(folder / "other")
+    text = (other / "scene.toml").read_text().replace("velocity = [0.2", "velocity = [0.1")
+    (other / "scene.toml").write_text(text)
+    report = run(other, db=folder / "db", out=folder / "out2", until="solve")
+    assert states(report) == {"mesh": "fresh", "modes": "fresh", "morph": "fresh", "solve": "ran"}
+    assert not counts
+
+
+def test_json_document(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["solve", str(folder / "scene"), "--db", str(folder / "db"), "--out", str(folder / "out"), "--json"]
+    assert main(arguments) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert {"scene", "result", "stages", "quantities", "energy_drift", "momentum_residual", "out"} <= set(document)
+    assert set(document["stages"]["modes"]) == {"state", "seconds", "key"}
+    assert set(document["quantities"]["knock.impulse"]) == {"value", "unit", "reference", "error"}
+
+
+def test_trajectory_file_is_the_record(folder: Path, made: tuple[Path, RunReport]) -> None:
+    store = modaldb.open(folder / "db")
+    path = store.path(made[1].stages["solve"].key)
+    assert (folder / "out" / "trajectory.h5").read_bytes() == path.read_bytes()
+
+
+def test_contact_touches_only_through_the_stored_points(folder: Path, made: tuple[Path, RunReport]) -> None:
+    trajectory = modaldb.open(folder / "db").get(made[1].stages["solve"].key, "trajectory")
+    contact = trajectory.contacts["knock"]
+    assert trajectory.result == "FINISHED"
+    assert trajectory.energy_drift < 1e-3
+    assert trajectory.momentum_residual < 1e-11
+    np.testing.assert_allclose(np.hypot(contact.points[:, 0], contact.points[:, 1]), 0.04296, atol=1e-12)
+
+
+def test_scenes_that_are_shipped_are_sound() -> None:
+    scenes = sorted(Path("data").glob("*/scene.toml"))
+    assert len(scenes) >= 3
+    for scene in scenes:
+        job = open_job(scene.parent)
+        assert job.products(job.stages)

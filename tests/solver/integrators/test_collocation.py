@@ -1,0 +1,454 @@
+"""Contact laws by collocation: accuracy that is asked for, laws' restitution, balances, histories."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter
+from scipy import integrate
+from scipy.special import gamma
+
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver import SceneError, simulate
+from gudgeon.solver.integrators.collocation.integrator import _highest
+from gudgeon.solver.integrators.polynomial_response import free, responses
+from gudgeon.solver.laws import Law
+from gudgeon.solver.laws.restitution import delivered_restitution
+from tests.solver.systems import block_records, block_scene, build_all, rigid_records, rod_records, rod_scene
+
+X, BACK, UP, DOWN = [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]
+ORIGIN = [0.0, 0.0, 0.0]
+HERTZ = {"kind": "hertz", "stiffness": 1e9}
+HALF = {"kind": "exact", "stiffness": 1e9, "restitution": 0.5}
+Records = dict[str, tuple[ModalRecord, MorphRecord]]
+
+
+def reference(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return parameters and expected values."""
+    found = json.loads(Path("data", f"{name}.json").read_text())
+    return found["parameters"], found["expected"]
+
+
+def run(folder: Path, records: Records, scene: dict[str, Any], **settings: Any) -> Trajectory:
+    """Simulate, and check the momentum, which depends on no accuracy."""
+    scene = scene | {"run": {"samples": 200, "frames": 20} | scene["run"] | settings}
+    trajectory = simulate(build_all(folder, records, scene))
+    assert trajectory.result == "FINISHED"
+    assert trajectory.counts["integrator"] == "collocation"
+    assert trajectory.momentum_residual < 1e-12
+    return trajectory
+
+
+def wall(x: float, normal: list[float]) -> dict[str, Any]:
+    return {"shape": "plane", "point": [x, 0, 0], "normal": normal}
+
+
+def shot(law: dict[str, Any], mass: float = 1.0, speed: float = 1.0, gap: float = 0.0) -> tuple[Records, dict]:  # type: ignore[type-arg]
+    """A mass against a wall."""
+    contact = {"body": "a", "interface": "p", "against": wall(gap, BACK), "method": "penalty", "law": law}
+    scene = {"body": {"a": {"velocity": [speed, 0, 0]}}, "contact": {"w": contact}, "run": {"duration": 4e-3}}
+    return {"a": rigid_records(mass, {"p": (ORIGIN, X)}, axes=(0,))}, scene
+
+
+def row(gaps: list[float], law: dict[str, Any]) -> tuple[Records, dict[str, Any]]:
+    """Masses of 1 kg along x, the first one at 1 m/s."""
+    names = "abcd"[: len(gaps) + 1]
+    records = {name: rigid_records(1.0, {"r": (ORIGIN, X), "l": (ORIGIN, BACK)}, axes=(0,)) for name in names}
+    places = np.concatenate([[0.0], np.cumsum(gaps)])
+    bodies: dict[str, Any] = {name: {"position": [x, 0, 0]} for name, x in zip(names, places, strict=True)}
+    bodies["a"]["velocity"] = X
+    contacts = {
+        one + other: {
+            "body": one, "interface": "r", "against": {"shape": "body", "body": other, "interface": "l"},
+            "method": "penalty", "law": law,
+        }
+        for one, other in pairwise(names)
+    }  # fmt: skip
+    return records, {"body": bodies, "contact": contacts, "run": {"duration": 4e-3}}
+
+
+def of(expected: dict[str, Any], name: str) -> float:
+    return expected[name]["value"]
+
+
+def test_two_steel_spheres(tmp_path: Path) -> None:
+    """Hertz's impact, from the spheres' own radius and modulus."""
+    given, expected = reference("hertz/C1_sphere_sphere_steel")
+    law = {"kind": "hertz", "radius": given["R_eff"], "modulus": given["E_star"]}
+    records, scene = row([1e-4], law)
+    mass = 2 * given["m_eff"]
+    records = {name: rigid_records(mass, {"r": (ORIGIN, X), "l": (ORIGIN, BACK)}, axes=(0,)) for name in records}
+    scene["body"]["a"]["velocity"] = [given["v0"], 0, 0]
+    found = run(tmp_path, records, scene, duration=3e-4, accuracy=1e-9)
+    start, end, impulse, force, when, closing, opening = found.episodes["ab"][0]
+    assert start == pytest.approx(1e-4 / given["v0"], rel=1e-14)
+    assert force == pytest.approx(of(expected, "max_force"), rel=1e-9)
+    assert end - start == pytest.approx(of(expected, "contact_duration"), rel=1e-9)
+    assert when - start == pytest.approx(0.5 * (end - start), rel=1e-4)
+    assert (closing, opening) == (pytest.approx(given["v0"]), pytest.approx(given["v0"], rel=1e-9))
+    assert impulse == pytest.approx(mass * given["v0"], rel=1e-9)
+    np.testing.assert_allclose(found.velocities[-1] / np.sqrt(mass), [0.0, given["v0"]], atol=1e-9 * given["v0"])
+
+
+def test_sphere_against_a_steel_half_space(tmp_path: Path) -> None:
+    given, expected = reference("hertz/C2_sphere_halfspace_steel")
+    law = {"kind": "hertz", "radius": given["R_eff"], "modulus": given["E_star"]}
+    records, scene = shot(law, given["m_eff"], given["v0"])
+    found = run(tmp_path, records, scene, duration=1.5 * of(expected, "contact_duration"))
+    blow = found.episodes["w"][0]
+    # At the accuracy of 1e-8 that the scene leaves out.
+    assert blow[3] == pytest.approx(of(expected, "max_force"), rel=1e-8)
+    assert blow[1] == pytest.approx(of(expected, "contact_duration"), rel=1e-8)
+
+
+def test_error_follows_the_accuracy(tmp_path: Path) -> None:
+    """Force, duration and restitution are within what was asked, and finer costs more steps."""
+    given, expected = reference("hertz/C1_sphere_sphere_steel")
+    law = {"kind": "hertz", "stiffness": of(expected, "K")}
+    records, scene = shot(law, given["m_eff"], given["v0"])
+    errors, steps = [], []
+    for accuracy in (1e-6, 1e-8, 1e-10):
+        found = run(tmp_path / f"{accuracy:g}", records, scene, duration=3e-4, accuracy=accuracy)
+        blow = found.episodes["w"][0]
+        worst = [
+            blow[3] / of(expected, "max_force") - 1, blow[1] / of(expected, "contact_duration") - 1,
+            blow[6] / given["v0"] - 1,
+        ]  # fmt: skip
+        errors.append(max(map(abs, worst)))
+        steps.append(found.counts["steps"])
+        assert errors[-1] < accuracy
+        assert found.energy_drift < accuracy
+        assert found.counts["newton_iterations"] < 4 * found.counts["steps"]
+    assert errors[0] > 30 * errors[1] > 900 * errors[2]
+    # The cubic's error is h⁴: hundredth of it takes 100^(1/4) = 3.2 times the steps, in powers of two.
+    assert 2 < steps[1] / steps[0] < 4.5
+    assert 2 < steps[2] / steps[1] < 4.5
+
+
+LOSSY = ("hunt-crossley", "lankarani-nikravesh", "flores", "hu-guo", "gonthier", "exact")
+
+
+@pytest.mark.parametrize("restitution", [0.2, 0.6, 0.95])
+@pytest.mark.parametrize("kind", LOSSY)
+def test_laws_deliver_their_restitution(kind: str, restitution: float, tmp_path: Path) -> None:
+    """What leaves is what the law's loss gives by its first integral; with 'exact' what was asked."""
+    law = {"kind": kind, "stiffness": 1e9, "restitution": restitution}
+    records, scene = shot(law)
+    found = run(tmp_path, records, scene)
+    loss = TypeAdapter(Law).validate_python(law).coefficients().loss
+    delivered = -float(found.velocities[-1, 0])
+    assert delivered == pytest.approx(delivered_restitution(loss), rel=1e-6)
+    assert found.episodes["w"][0, 6] == pytest.approx(delivered, rel=1e-6)
+    if kind == "exact":
+        assert delivered == pytest.approx(restitution, rel=1e-6)
+    assert found.energies[-1, 3] == pytest.approx(0.5 * (1 - delivered**2), rel=1e-4)
+
+
+def test_any_exponent(tmp_path: Path) -> None:
+    """Deepest indentation and force of F = K dⁿ."""
+    for exponent in (1.1, 2.0, 3.0):
+        records, scene = shot({"kind": "hertz", "stiffness": 1e9, "exponent": exponent})
+        found = run(tmp_path / str(exponent), records, scene, duration=0.02)
+        deepest = (0.5 * (exponent + 1) / 1e9) ** (1 / (exponent + 1))
+        assert found.episodes["w"][0, 3] == pytest.approx(1e9 * deepest**exponent, rel=1e-6)
+        assert found.velocities[-1, 0] == pytest.approx(-1.0, rel=1e-7)
+
+
+@pytest.mark.parametrize("law", [HERTZ, HALF])
+@pytest.mark.parametrize(("samples", "frames"), [(10, 2), (37, 5), (2000, 100)])
+def test_histories_do_not_touch_the_motion(samples: int, frames: int, law: dict[str, Any], tmp_path: Path) -> None:
+    """Samples add up to the impulse; the motion does not know of them, nor of frames that a contact spans."""
+    records, scene = row([1e-4, 3e-5], law)
+    scene["run"]["duration"] = 1.5e-3
+    plain = run(tmp_path / "plain", records, scene)
+    found = run(tmp_path / "found", records, scene, samples=samples, frames=frames)
+    interval = found.times[1] - found.times[0]
+    for name in ("ab", "bc"):
+        impulse = -found.contacts[name].force[:, 0].sum() * interval
+        assert impulse == pytest.approx(found.episodes[name][:, 2].sum(), rel=1e-12)
+        np.testing.assert_allclose(found.episodes[name], plain.episodes[name], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(found.velocities[-1], plain.velocities[-1], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(found.energies[-1], plain.energies[-1], rtol=1e-12, atol=1e-13)
+
+
+def test_frames_within_a_contact_lie_on_its_motion(tmp_path: Path) -> None:
+    """A contact over forty frames: states between are those of a run that looks at other times."""
+    records, scene = shot(HERTZ)
+    fine = run(tmp_path / "fine", records, scene, duration=7e-4, samples=1400, frames=40, accuracy=1e-10)
+    coarse = run(tmp_path / "coarse", records, scene, duration=7e-4, samples=40, frames=8, accuracy=1e-10)
+    np.testing.assert_allclose(fine.frames[4::5], coarse.frames, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(fine.velocities[4::5], coarse.velocities, rtol=0, atol=1e-11)
+    depth = fine.motion["a"][:, 0]
+    expected = 0.5 * fine.motion["a"][:, 6] ** 2 + 0.4e9 * np.maximum(depth, 0) ** 2.5
+    np.testing.assert_allclose(expected, 0.5, rtol=1e-9)
+    np.testing.assert_allclose(fine.energies[:, [0, 2]].sum(axis=1), 0.5, rtol=1e-9)
+
+
+def test_a_run_that_ends_in_contact(tmp_path: Path) -> None:
+    """A blow that goes on has what it has given by then."""
+    records, scene = shot(HERTZ)
+    found = run(tmp_path, records, scene, duration=3e-4)
+    start, end, impulse = found.episodes["w"][0, :3]
+    assert (start, end) == (0.0, pytest.approx(3e-4, rel=1e-12))
+    assert impulse == pytest.approx(1.0 - found.velocities[-1, 0], rel=1e-12)
+    assert found.contacts["w"].multipliers[-1, 0] == pytest.approx(1e9 * found.frames[-1, 0] ** 1.5, rel=1e-7)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-6, 1e-4])
+def test_mass_between_two_walls(gap: float, tmp_path: Path) -> None:
+    """At no gap both walls are touched at once, and one takes over from the other."""
+    records = {"a": rigid_records(1.0, {"r": (ORIGIN, X), "l": (ORIGIN, BACK)}, axes=(0,))}
+    walls = {"right": ("r", wall(gap, BACK)), "left": ("l", wall(-gap, X))}
+    contacts = {
+        name: {"body": "a", "interface": face, "against": against, "method": "penalty", "law": HERTZ}
+        for name, (face, against) in walls.items()
+    }
+    found = run(tmp_path, records, {"body": {"a": {"velocity": X}}, "contact": contacts, "run": {"duration": 6e-3}})
+    right, left = found.episodes["right"], found.episodes["left"]
+    assert len(right) > 2
+    assert 0 <= len(right) - len(left) <= 1
+    # One period: both contacts of Hertz's duration, and both ways between.
+    lasting = 2 * np.sqrt(np.pi) * gamma(1.4) / gamma(0.9) * 1.25e-9**0.4
+    np.testing.assert_allclose(np.diff(right[:-1, 0]), 2 * (lasting + 2 * gap), rtol=1e-6)
+    np.testing.assert_allclose(right[:-1, 2], 2.0, rtol=1e-6)
+    np.testing.assert_allclose(right[:, 5], 1.0, rtol=1e-6)
+    assert found.energy_drift < 1e-7
+
+
+@pytest.mark.parametrize("gaps", [[1e-4, 0.0], [1e-4, 3e-5], [1e-4, 1e-7]])
+def test_three_spheres_in_a_row(gaps: list[float], tmp_path: Path) -> None:
+    """Both contacts are closed together; by a plain integration of the three equations of motion."""
+    records, scene = row(gaps, HERTZ)
+    found = run(tmp_path, records, scene, accuracy=1e-9)
+
+    def rates(_: float, state: np.ndarray) -> np.ndarray:
+        depth = np.array([state[0] - state[1], state[1] - state[2]]) - gaps
+        first, second = 1e9 * np.maximum(depth, 0.0) ** 1.5
+        return np.array([*state[3:], -first, first - second, second])
+
+    span, begin = (0.0, 4e-3), [0.0, 0, 0, 1, 0, 0]
+    expected = integrate.solve_ivp(rates, span, begin, method="DOP853", rtol=1e-11, atol=1e-14, max_step=1e-5).y
+    np.testing.assert_allclose(found.velocities[-1], expected[3:, -1], rtol=0, atol=3e-8)
+    for name, body in (("ab", 0), ("bc", 2)):
+        change = abs(expected[3 + body, -1] - begin[3 + body])
+        assert found.episodes[name][:, 2].sum() == pytest.approx(change, rel=1e-7)
+    assert found.energy_drift < 1e-8
+
+
+@pytest.mark.parametrize("accuracy", [1e-5, 1e-6, 1e-8])
+def test_approach_speed_of_a_contact_that_closes_during_another(accuracy: float, tmp_path: Path) -> None:
+    """v⁻ of a lossy law is found within the step, not where the step began."""
+    records, scene = row([1e-4, 3e-5], HALF)
+    fine = run(tmp_path / "fine", records, scene, accuracy=1e-11)
+    found = run(tmp_path / "found", records, scene, accuracy=accuracy)
+    np.testing.assert_allclose(found.velocities[-1], fine.velocities[-1], rtol=0, atol=10 * accuracy)
+    first, second = fine.episodes["bc"][0], found.episodes["bc"][0]
+    assert second[0] == pytest.approx(first[0], rel=10 * accuracy)
+    assert second[5] == pytest.approx(first[5], rel=10 * accuracy)
+    # It comes while the first one presses: neither at rest nor at full speed.
+    assert 0.1 < first[5] < 0.9
+    assert found.energy_drift < 10 * accuracy
+
+
+def test_law_behind_the_residual(tmp_path: Path) -> None:
+    """R of a rod and Hertz's law, one behind the other: the compliances add up at every force."""
+    stiffness = 1e12
+    scene = rod_scene(2e-4, law=HERTZ | {"stiffness": stiffness})
+    system = build_all(tmp_path / "system", {"part": rod_records(8)}, scene)
+    found = run(tmp_path, {"part": rod_records(8)}, scene, accuracy=1e-9)
+    series = system.residual[0, 0]
+    force, gap = found.contacts["wall"].multipliers[:, 0], found.frames @ system.rows[0] + system.gap[0]
+    np.testing.assert_allclose(-gap, series * force + (force / stiffness) ** (2 / 3), rtol=1e-6)
+    assert 0.1 < float((series * force / -gap).max()) < 0.9
+    assert found.energy_drift < 1e-8
+
+
+def test_soft_law_behind_the_residual_bounces_back(tmp_path: Path) -> None:
+    """A law far softer than the rod is Hertz's impact of a rigid body."""
+    scene = rod_scene(0.2, law={"kind": "hertz", "stiffness": 1e5})
+    found = run(tmp_path, {"part": rod_records(3)}, scene)
+    deepest = (0.5 * 2.5 * 2.0 / 1e5) ** 0.4
+    assert found.episodes["wall"][0, 3] == pytest.approx(1e5 * deepest**1.5, rel=1e-3)
+    assert found.episodes["wall"][0, 2] == pytest.approx(4.0, rel=1e-3)
+
+
+def test_points_of_an_elastic_block(tmp_path: Path) -> None:
+    """Several points under one law, each with its own blow."""
+    found = run(tmp_path, {"part": block_records(3)}, block_scene(method="penalty", law=HERTZ), accuracy=1e-9)
+    assert len(found.episodes["wall"]) >= 3
+    assert found.energy_drift < 1e-8
+    impulse = found.contacts["wall"].force[:, 0].sum() * (found.times[1] - found.times[0])
+    assert -impulse == pytest.approx(found.episodes["wall"][:, 2].sum(), rel=1e-12)
+
+
+def test_points_that_couple_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"^run\.integrator: .*points that do not couple|points that do not couple"):
+        simulate(build_all(tmp_path, {"part": block_records(3)}, block_scene(law=HERTZ)))
+
+
+def dropped(law: dict[str, Any], height: float, duration: float, speed: float = 0.0) -> tuple[Records, dict]:  # type: ignore[type-arg]
+    floor = {"shape": "plane", "point": ORIGIN, "normal": UP}
+    scene = {
+        "body": {"a": {"position": [0, 0, height], "velocity": [0, 0, speed]}},
+        "contact": {"f": {"body": "a", "interface": "p", "against": floor, "method": "penalty", "law": law}},
+        "run": {"duration": duration, "gravity": [0, 0, -10.0]},
+    }
+    return {"a": rigid_records(1.0, {"p": (ORIGIN, DOWN)}, axes=(2,))}, scene
+
+
+def test_bouncing_ball_on_a_law(tmp_path: Path) -> None:
+    """Without loss it comes back each time; the flight takes what a free flight takes."""
+    found = run(tmp_path, *dropped(HERTZ, 0.05, 2.0))
+    blows = found.episodes["f"]
+    assert len(blows) > 8
+    np.testing.assert_allclose(blows[:, 5], 1.0, rtol=1e-7)
+    np.testing.assert_allclose(blows[1:, 0] - blows[:-1, 1], 0.2, rtol=1e-6)
+    assert found.energy_drift < 1e-7
+    # Weight and contact balance over a period: 2 v m and the weight's part while pressed.
+    np.testing.assert_allclose(blows[:-1, 2], 2 + 10 * (blows[:-1, 1] - blows[:-1, 0]), rtol=1e-6)
+
+
+def test_lossy_ball_comes_to_rest_on_its_indentation(tmp_path: Path) -> None:
+    """Blows get lower; in the end it lies at K d^1.5 = m g and nothing stops the run."""
+    found = run(tmp_path, *dropped(HALF, 0.01, 1.0))
+    blows = found.episodes["f"]
+    falling, lasting = blows[:4, 5], blows[:3, 1] - blows[:3, 0]
+    # The law's restitution is that of a free blow; weight acts as long as this one lasts.
+    weight = 10 * lasting / falling[:-1]
+    assert (np.abs(falling[1:] / falling[:-1] - 0.5) < weight).all()
+    assert weight[0] < 0.03
+    depth = (10 / 1e9) ** (2 / 3)
+    assert found.frames[-1, 0] == pytest.approx(-0.01 - depth, abs=0.2 * depth)
+    assert found.contacts["f"].force[-1, 2] == pytest.approx(10.0, rel=0.1)
+    assert found.energies[-1, 3] == pytest.approx(0.1, rel=1e-3)
+
+
+@pytest.mark.parametrize("depth", [1e-6, 1e-10])
+def test_grazing_a_floor(depth: float, tmp_path: Path) -> None:
+    """A mass on a spring that just reaches the wall: the contact is short and weak, and found."""
+    law = HALF
+    contact = {"body": "a", "interface": "p", "against": wall(0.1 * (1 - depth), BACK), "method": "penalty", "law": law}
+    spring = {"kind": "spring", "body": "a", "direction": X, "stiffness": 100.0}
+    scene = {
+        "body": {"a": {"velocity": X}}, "contact": {"w": contact}, "force": {"s": spring},
+        "run": {"duration": 0.4},
+    }  # fmt: skip
+    found = run(tmp_path, {"a": rigid_records(1.0, {"p": (ORIGIN, X)}, axes=(0,))}, scene)
+    assert len(found.episodes["w"]) >= 1
+    start, closing = found.episodes["w"][0, [0, 5]]
+    assert start == pytest.approx(0.1 * np.arcsin(1 - depth), rel=1e-9)
+    assert closing == pytest.approx(np.sqrt(2 * depth - depth**2), rel=1e-4)
+    # The spring turns the weaker one before the law takes anything that round-off shows.
+    assert (1e-3 * depth if depth > 1e-9 else -1e-15) < found.energies[-1, 3] < 2 * depth
+
+
+@pytest.mark.parametrize("stretch", [0.0, -0.05])
+def test_spring_behind_a_mass(stretch: float, tmp_path: Path) -> None:
+    """Springs pull in flight and in contact; their energy and impulse are booked in both."""
+    records, scene = shot(HERTZ, gap=0.01)
+    scene["force"] = {"s": {"kind": "spring", "body": "a", "direction": X, "stiffness": 100.0, "stretch": stretch}}
+    found = run(tmp_path, records, scene, duration=1.0)
+    blows = found.episodes["w"]
+    assert len(blows) > 2
+    speed = np.sqrt(1 + 100 * (stretch**2 - (0.01 + stretch) ** 2))
+    np.testing.assert_allclose(blows[:, 5], speed, rtol=1e-7)
+    np.testing.assert_allclose(blows[:-1, 6], speed, rtol=1e-7)
+    assert found.energy_drift < 1e-7
+
+
+def test_what_a_dashpot_holds_back_is_given_away_when_it_recovers(tmp_path: Path) -> None:
+    """The force of a spring with a dashpot ends at an indentation; the balance once missed what it recovers from."""
+    law = {"kind": "linear", "stiffness": 1e8, "damping": 4000.0}
+    found = run(tmp_path, *shot(law, mass=2.0, speed=0.5), integrator="collocation")
+    assert found.energies[-1, 2] == 0.0
+    assert found.energy_drift < 1e-9
+    assert found.energies[-1, 3] == pytest.approx(0.25 - found.energies[-1, :3].sum(), rel=1e-9)
+
+
+def test_a_step_that_is_too_large_is_left_to_the_accuracy(tmp_path: Path) -> None:
+    own = run(tmp_path / "own", *shot(HERTZ))
+    large = run(tmp_path / "large", *shot(HERTZ), step=1e-3)
+    assert large.counts["substeps"] > 1
+    assert large.counts["steps"] == own.counts["steps"]
+    assert large.quantities["w.impulse"] == own.quantities["w.impulse"]
+
+
+def test_round_off_of_the_gap_shortens_no_step(tmp_path: Path) -> None:
+    """Forces of 1e15 N/m follow from a gap that is known to 2e-18 m: an accuracy below is as good as round-off."""
+    records, scene = shot({"kind": "linear", "stiffness": 1e15}, mass=1e-3, gap=0.01)
+    fine = {"duration": 0.02, "samples": 200, "frames": 20, "accuracy": 1e-11, "integrator": "collocation"}
+    found = simulate(build_all(tmp_path, records, scene | {"run": fine}))
+    assert found.result == "FINISHED"
+    assert found.counts["steps"] < 1000
+    assert found.energy_drift < 1e-7
+    assert found.velocities[-1, 0] == pytest.approx(-(1e-3**0.5), rel=1e-7)
+
+
+def test_given_step_is_taken(tmp_path: Path) -> None:
+    """A step that the scene states is not refined."""
+    records, scene = shot(HERTZ)
+    errors = []
+    for step in (8e-5, 8e-6):
+        found = run(tmp_path / str(step), records, scene, duration=1.2e-3, step=step)
+        lasting = found.episodes["w"][0, 1]
+        assert found.counts["steps"] == pytest.approx(lasting / step, abs=2)
+        assert found.counts["steps_rejected"] == 0
+        errors.append(abs(found.velocities[-1, 0] + 1))
+    assert errors[1] < errors[0] / 50
+
+
+@pytest.mark.parametrize("omega", [0.0, 1e-3, 1.0, 5.0, 400.0])
+def test_responses_are_their_quadrature(omega: float) -> None:
+    """y(τ) = ∫ s^m sin(ω (τ − s))/ω ds, on both sides of where the series takes over."""
+    times = np.array([0.0499, 0.0999, 0.1001, 0.5, 1.3])
+    y, v = responses(np.array([omega]), 3, times)
+    nodes, weights = np.polynomial.legendre.leggauss(600)
+    for number, time in enumerate(times):
+        s = 0.5 * time * (1 + nodes)
+        late = time - s
+        kernel = np.sin(omega * late) / omega if omega else late
+        for m in range(4):
+            size = time ** (m + 1)
+            place = 0.5 * time * float(weights @ (s**m * kernel))
+            rate = 0.5 * time * float(weights @ (s**m * np.cos(omega * late)))
+            assert y[m, number, 0] == pytest.approx(place, rel=1e-11, abs=1e-14 * size)
+            assert v[m, number, 0] == pytest.approx(rate, rel=1e-11, abs=1e-14 * size)
+
+
+def test_small_responses_lose_no_digits() -> None:
+    """At ωτ → 0 they are τ^(m+2)/((m+1)(m+2)), to all digits."""
+    y, v = responses(np.array([1e-6, 0.0]), 3, np.array([1e-3]))
+    for m in range(4):
+        np.testing.assert_allclose(y[m, 0], 1e-3 ** (m + 2) / ((m + 1) * (m + 2)), rtol=1e-15)
+        np.testing.assert_allclose(v[m, 0], 1e-3 ** (m + 1) / (m + 1), rtol=1e-15)
+
+
+def test_free_motion_turns_and_drifts() -> None:
+    there, moved, turned, back = free(np.array([0.0, 3.0]), np.array([0.4]))[:, 0]
+    np.testing.assert_allclose(there, [1, np.cos(1.2)], rtol=1e-15)
+    np.testing.assert_allclose(moved, [0.4, np.sin(1.2) / 3], rtol=1e-15)
+    np.testing.assert_allclose(turned, [0, -3 * np.sin(1.2)], rtol=1e-15)
+    np.testing.assert_array_equal(back, there)
+
+
+def test_highest_value_of_a_cubic() -> None:
+    places, rng = np.linspace(0.0, 1.0, 2001), np.random.default_rng(1)
+    for _ in range(500):
+        cubic = rng.normal(size=4) * 10.0 ** rng.integers(-6, 6, 4) * rng.integers(0, 2, 4)
+        value, place = _highest(cubic)
+        size, seen = np.abs(cubic).sum(), np.polyval(cubic[::-1], places).max()
+        assert seen - 1e-12 * size <= value <= seen + 1e-5 * size
+        assert np.polyval(cubic[::-1], place) == pytest.approx(value, abs=1e-12 * size)
+
+
+@pytest.mark.parametrize("restitution", [0.01, 0.1])
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-7, 1e-8, 1e-9])
+def test_what_recovers_without_force_is_balanced(restitution: float, accuracy: float, tmp_path: Path) -> None:
+    """Behind much damping a surface gives its energy back with hardly a force; their accuracy holds for it, too."""
+    law = {"kind": "exact", "stiffness": 1e9, "restitution": restitution}
+    found = run(tmp_path, *shot(law), duration=0.05, accuracy=accuracy)
+    assert found.energy_drift < 10 * accuracy

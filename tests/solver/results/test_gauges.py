@@ -1,0 +1,59 @@
+"""Gauges of several components under the integrators that read them, and quantities made of them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gudgeon.modaldb.records.modes import GaugeModes
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver import simulate
+from tests.solver.systems import block_records, block_scene, build
+
+POINTS, MODES = 5, 8
+SPLIT = 0.03
+"""Of the largest reading, at a step of 0.2/ω_c."""
+
+
+def solved(folder: Path, integrator: str, *, gauge: bool = True, step: float | None = None) -> Trajectory:
+    modal, morph = block_records(POINTS)
+    rng = np.random.default_rng(3)
+    shapes = GaugeModes(rng.standard_normal((6, MODES)), 1e-9 * rng.standard_normal((6, POINTS)), "Pa")
+    scene = block_scene(method="residual")
+    scene["body"]["part"]["gauges"] = ["g"] if gauge else []
+    scene["run"] |= {"integrator": integrator, "samples": 400, "frames": 400}
+    if step is not None:
+        scene["run"]["step"] = step
+    return simulate(build(folder, (replace(modal, gauges={"g": shapes} if gauge else {}), morph), scene))
+
+
+def test_the_explicit_integrator_reads_what_located_events_do(tmp_path: Path) -> None:
+    """At the last kick of each sample, half a step before its end; the difference falls with the step."""
+    exact = solved(tmp_path / "event", "event")
+    largest, errors = np.abs(exact.gauges["part.g"]).max(), []
+    for step in (1e-6, 1e-7):
+        ours = solved(tmp_path / f"{step}", "kick", step=step)
+        assert ours.gauges["part.g"].shape == (len(ours.times), 6)
+        kicks, inner = ours.times - step / 2, slice(5, -5)
+        read = np.column_stack([np.interp(exact.times, kicks, column) for column in ours.gauges["part.g"].T])
+        errors.append(np.abs(read - exact.gauges["part.g"])[inner].max() / largest)
+    assert errors[0] < SPLIT
+    assert errors[1] < SPLIT / 5
+
+
+def test_reading_changes_nothing(tmp_path: Path) -> None:
+    with_gauge, without = solved(tmp_path / "a", "kick"), solved(tmp_path / "b", "kick", gauge=False)
+    np.testing.assert_allclose(with_gauge.frames, without.frames, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(with_gauge.contacts["wall"].force, without.contacts["wall"].force, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("integrator", ["kick", "event"])
+def test_peak_of_the_equivalent_stress(tmp_path: Path, integrator: str) -> None:
+    found = solved(tmp_path, integrator)
+    xx, yy, zz, xy, yz, zx = found.gauges["part.g"].T
+    deviator = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]).transpose(2, 0, 1)
+    deviator = deviator - np.trace(deviator, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3
+    expected = np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))).max()
+    assert found.quantities["part.g.von_mises_peak"]["value"] == pytest.approx(expected, rel=1e-12)
+    assert found.quantities["part.g.von_mises_peak"]["unit"] == "Pa"
