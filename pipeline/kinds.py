@@ -5,11 +5,13 @@ the one that a file asks for. A new kind is one entry in `KINDS`.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import reduce
+from importlib import import_module
 from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, TypeAdapter
 
@@ -27,149 +29,69 @@ DEFAULT_DB = ".gudgeon"
 DEFAULT_OUT = "out"
 
 
-class Kind(Protocol):
-    """What commands do with a scene of one kind; each function imports what it needs when it is called."""
+@dataclass(frozen=True)
+class Kind:
+    """What commands do with a scene of one kind."""
 
-    def model(self) -> type[BaseModel]:
-        """Return the pydantic model of its file."""
-        ...
-
-    def open(self, place: Place) -> SceneJob:
-        """Return the job of a scene.
-
-        Raises:
-            InputError: the scene is wrong; every mistake is listed.
-        """
-        ...
-
-    def run(self, job: Any, until: str, progress: Progress | None) -> RunReport:
-        """Bring a job's products up to date, up to and including one stage."""
-        ...
-
-    def plan(self, job: Any) -> dict[str, Any]:
-        """Return `terms`, what is read and what is left out and why, and `bytes`, those that will be read."""
-        ...
-
-    def report(self, job: Any, how: "Effort", progress: Progress) -> "Document":
-        """Run every setting of the scene's sweep, write the report's files and keep it in the database."""
-        ...
-
-    def stress(
-        self, job: Any, cases: Path | None, only: tuple[str, ...], progress: Progress
-    ) -> tuple[dict[str, Any], str]:
-        """Put a scene to its extremes: a file of further cases, and names of cases or groups, all where empty.
-
-        Returns:
-            The document of docs/stress.md, and its table as text.
-        """
-        ...
-
-    def export(self, job: Any, what: str, every: int) -> list[Path]:
-        """Write files for other programs and return them.
-
-        Raises:
-            InputError: the kind has no such files.
-        """
-        ...
+    model: Callable[[], type[BaseModel]]
+    """Returns the pydantic model of its file."""
+    open: Callable[[Place], SceneJob]
+    """Returns the job of a scene; raises InputError with every mistake listed."""
+    run: Callable[[Any, str, Progress | None], RunReport]
+    """Brings a job's products up to date, up to and including one stage."""
+    plan: Callable[[Any], dict[str, Any]]
+    """Returns `terms`, what is read and what is left out and why, and `bytes`, those that will be read."""
+    report: Callable[[Any, "Effort", Progress], "Document"]
+    """Runs every setting of the scene's sweep, writes the report's files and keeps it in the database."""
+    stress: Callable[[Any, Path | None, tuple[str, ...], Progress], tuple[dict[str, Any], str]]
+    """Puts a scene to its extremes: a file of further cases, and names of cases or groups, all where empty. Returns
+    the document of docs/stress.md, and its table as text."""
+    export: Callable[[Any, str, int], list[Path]]
+    """Writes files for other programs and returns them."""
 
 
-class Bodies:
-    """Bodies in contact."""
-
-    def model(self) -> type[BaseModel]:
-        """See `Kind`."""
-        from gudgeon.pipeline.scenes.bodies import SceneFile
-
-        return SceneFile
-
-    def open(self, place: Place) -> SceneJob:
-        """See `Kind`."""
-        from gudgeon.pipeline.stages.job import contact_job
-
-        return contact_job(place)
-
-    def run(self, job: Any, until: str, progress: Progress | None) -> RunReport:
-        """See `Kind`."""
-        from gudgeon.pipeline.stages.run import run_job
-
-        return run_job(job, until, progress)
-
-    def plan(self, job: Any) -> dict[str, Any]:
-        """See `Kind`."""
-        from gudgeon.pipeline.stages.plan import plan
-
-        return plan(job)
-
-    def report(self, job: Any, how: "Effort", progress: Progress) -> "Document":
-        """See `Kind`."""
-        from gudgeon.pipeline.report.bodies import report_scene
-
-        return report_scene(job, how, progress)
-
-    def stress(
-        self, job: Any, cases: Path | None, only: tuple[str, ...], progress: Progress
-    ) -> tuple[dict[str, Any], str]:
-        """See `Kind`."""
-        from gudgeon.pipeline.robustness.run import stress_job
-
-        return stress_job(job, cases, only, progress)
-
-    def export(self, job: Any, what: str, every: int) -> list[Path]:
-        """See `Kind`."""
-        from gudgeon.pipeline.exporters.export import export
-
-        return export(job, what, every)
+def _late(home: str) -> Callable[..., Any]:
+    """Return a function that calls `module:function`, imported when it is called: light commands load nothing heavy."""
+    module, _, name = home.partition(":")
+    return lambda *arguments: getattr(import_module(module), name)(*arguments)
 
 
-class Wheels:
-    """A wheel of equal sectors."""
+def _body_model() -> type[BaseModel]:
+    from gudgeon.pipeline.scenes.bodies import SceneFile
 
-    def model(self) -> type[BaseModel]:
-        """See `Kind`."""
-        from gudgeon.pipeline.wheel.scene import WheelFile
-
-        return WheelFile
-
-    def open(self, place: Place) -> SceneJob:
-        """See `Kind`."""
-        from gudgeon.pipeline.wheel.stages import wheel_job
-
-        return wheel_job(place)
-
-    def run(self, job: Any, until: str, progress: Progress | None) -> RunReport:
-        """See `Kind`."""
-        from gudgeon.pipeline.wheel.stages import run_wheel
-
-        return run_wheel(job, until, progress)
-
-    def plan(self, job: Any) -> dict[str, Any]:
-        """See `Kind`."""
-        from gudgeon.pipeline.wheel.stages import plan_wheel
-
-        return plan_wheel(job)
-
-    def report(self, job: Any, how: "Effort", progress: Progress) -> "Document":
-        """See `Kind`."""
-        from gudgeon.pipeline.wheel.report import report_wheel
-
-        return report_wheel(job, how, progress)
-
-    def stress(
-        self, job: Any, cases: Path | None, only: tuple[str, ...], progress: Progress
-    ) -> tuple[dict[str, Any], str]:
-        """See `Kind`."""
-        from gudgeon.pipeline.wheel.robustness import stress_wheel
-
-        return stress_wheel(job, cases, only, progress)
-
-    def export(self, job: Any, what: str, every: int) -> list[Path]:
-        """Refuse: there is no exporter of wheels."""
-        raise InputError(
-            f"{job.path}: export: a wheel has no {what} as .vtu files; its records hold shapes and response"
-        )
+    return SceneFile
 
 
-KINDS: dict[str, Kind] = {"body": Bodies(), "wheel": Wheels()}
+def _wheel_model() -> type[BaseModel]:
+    from gudgeon.pipeline.wheel.scene import WheelFile
+
+    return WheelFile
+
+
+def _no_export(job: SceneJob, what: str, every: int) -> list[Path]:
+    raise InputError(f"{job.path}: export: a wheel has no {what} as .vtu files; its records hold shapes and response")
+
+
+KINDS: dict[str, Kind] = {
+    "body": Kind(
+        model=_body_model,
+        open=_late("gudgeon.pipeline.stages.job:contact_job"),
+        run=_late("gudgeon.pipeline.stages.run:run_job"),
+        plan=_late("gudgeon.pipeline.stages.plan:plan"),
+        report=_late("gudgeon.pipeline.report.bodies:report_scene"),
+        stress=_late("gudgeon.pipeline.robustness.run:stress_job"),
+        export=_late("gudgeon.pipeline.exporters.export:export"),
+    ),
+    "wheel": Kind(
+        model=_wheel_model,
+        open=_late("gudgeon.pipeline.wheel.stages:wheel_job"),
+        run=_late("gudgeon.pipeline.wheel.stages:run_wheel"),
+        plan=_late("gudgeon.pipeline.wheel.stages:plan_wheel"),
+        report=_late("gudgeon.pipeline.wheel.report:report_wheel"),
+        stress=_late("gudgeon.pipeline.wheel.robustness:stress_wheel"),
+        export=_no_export,
+    ),
+}
 """Kinds by the table that tells them, the first where a file has none."""
 
 
@@ -232,6 +154,63 @@ def run(
     """
     job = open_job(scene, set=set, db=db, out=out)
     return kind_of(job).run(job, until, progress)
+
+
+def plan(
+    scene: str | Path, *, set: Sequence[str] | Mapping[str, Any] = (), db: str | Path = DEFAULT_DB
+) -> dict[str, Any]:
+    """Return what the solver will read of a scene's records, what it leaves out and why, and the bytes of both.
+
+    Raises:
+        InputError: the scene is wrong.
+    """
+    job = open_job(scene, set=set, db=db)
+    return kind_of(job).plan(job)
+
+
+def status(
+    scene: str | Path,
+    *,
+    set: Sequence[str] | Mapping[str, Any] = (),
+    db: str | Path = DEFAULT_DB,
+    out: str | Path | None = None,
+) -> list[tuple[str, str, str, list[str]]]:
+    """Return for each stage of a scene its name, `fresh` or `stale`, its key, and why it is stale.
+
+    Raises:
+        InputError: the scene is wrong.
+    """
+    from gudgeon.pipeline.stages.status import status as status_of
+
+    return status_of(open_job(scene, set=set, db=db, out=out))
+
+
+def report(
+    scene: str | Path,
+    *,
+    set: Sequence[str] | Mapping[str, Any] = (),
+    db: str | Path = DEFAULT_DB,
+    out: str | Path | None = None,
+    repeat: int = 3,
+    tolerance: float = 0.01,
+    progress: Progress | None = None,
+) -> "Document":
+    """Sweep a scene and write its error against run time: report.json, .csv, .png and .html in the results' folder.
+
+    Args:
+        repeat: Timed runs of each setting; the least time counts.
+        tolerance: Relative error for which the cheapest setting is named.
+
+    Returns:
+        The runs with errors and CPU seconds [s], and the choice, as docs/report.md describes them.
+
+    Raises:
+        InputError, StageError: the scene or a setting of its sweep is wrong, or no setting ran.
+    """
+    from gudgeon.pipeline.report.effort import Effort
+
+    job = open_job(scene, set=set, db=db, out=out)
+    return kind_of(job).report(job, Effort(repeat, 1, tolerance), progress or (lambda stage, share: None))
 
 
 def schema() -> dict[str, Any]:

@@ -1,8 +1,55 @@
 """Gudgeon: contact dynamics of flexible machine parts from a modal database.
 
-The folders `pipeline`, `modaldb` and `solver` are installed as `gudgeon.pipeline`, `gudgeon.modaldb` and
-`gudgeon.solver`; this module is the package's face:
+In a notebook:
 
-    report = gudgeon.run("data/skirt", until="solve")      # mesh, modes, design, trajectory
-    report.quantities["knock.impulse"]
+    import gudgeon
+
+    found = gudgeon.run("data/skirt", until="solve")        # mesh, modes, design, trajectory; fresh stages are kept
+    found.quantities["knock.impulse"]                       # {"value": …, "unit": "N s", …}
+    gudgeon.status("data/skirt")                            # what is fresh, what is stale, and why
+
+    store = gudgeon.open(".gudgeon")                        # the modal database
+    modes = store.get(found.stages["modes"].key, "modes", only=["angular_frequencies"])
+
+`run`, `status`, `plan`, `report` and `open_job` take a scene's folder or TOML file; `compile_system` and `simulate` run
+a scene's dynamics from records by hand. `gudgeon.pipeline`, `gudgeon.modaldb` and `gudgeon.solver` hold the rest.
+Nothing heavy is imported before it is used.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gudgeon.modaldb import open
+    from gudgeon.pipeline.kinds import open_job, plan, report, run, status
+    from gudgeon.solver.simulate import simulate
+    from gudgeon.solver.system.compile import compile_system
+
+__all__ = ["__version__", "compile_system", "open", "open_job", "plan", "report", "run", "simulate", "status"]
+
+_HOMES = {
+    "compile_system": "gudgeon.solver.system.compile:compile_system",
+    "open": "gudgeon.modaldb:open",
+    "open_job": "gudgeon.pipeline.kinds:open_job",
+    "plan": "gudgeon.pipeline.kinds:plan",
+    "report": "gudgeon.pipeline.kinds:report",
+    "run": "gudgeon.pipeline.kinds:run",
+    "simulate": "gudgeon.solver.simulate:simulate",
+    "status": "gudgeon.pipeline.kinds:status",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a function on first use; the version is the installed distribution's."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("gudgeon")
+    if name not in _HOMES:
+        raise AttributeError(f"module 'gudgeon' has no attribute '{name}'; it has {', '.join(__all__)}")
+    module, _, member = _HOMES[name].partition(":")
+    return getattr(import_module(module), member)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "modaldb", "pipeline", "solver"]

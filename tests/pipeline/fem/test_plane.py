@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from gudgeon import run
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline import run
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon import run
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.pipeline import run
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel

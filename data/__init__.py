@@ -1,0 +1,1 @@
+"""Scenes, one folder each; the wheel carries them as `gudgeon.examples`."""

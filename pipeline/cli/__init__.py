@@ -1,0 +1,43 @@
+"""The command line."""
+
+import os
+import sys
+from collections.abc import Sequence
+
+from gudgeon.pipeline.cli.console import Console
+from gudgeon.pipeline.cli.parser import build_parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    # Before numpy loads: MKL threads the factorisations, and a second pool beside it only costs.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    Console.last_stage = ""
+    parser = build_parser()
+    options = parser.parse_args(arguments)
+    if (threads := getattr(options, "threads", None) or getattr(options, "jobs", None)) is not None:
+        os.environ["MKL_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(threads)
+    from gudgeon.modaldb.errors import ModalDBError, StoreUnusable
+    from gudgeon.pipeline.errors import InputError, PipelineError
+    from gudgeon.solver.errors import SceneError, SolverError
+
+    try:
+        return options.action(options)
+    except (InputError, SceneError, StoreUnusable) as error:
+        code, text = 2, str(error)
+    except (PipelineError, SolverError, ModalDBError) as error:
+        code, text = 1, str(error)
+    except KeyboardInterrupt:
+        stage = Console.last_stage
+        code, text = (
+            1,
+            f"interrupted{f' in stage {stage}' if stage else ''}; what was finished is kept, run again to go on",
+        )
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr)
+    for line in text.splitlines():
+        print(f"gudgeon: {line}", file=sys.stderr)
+    return code

@@ -1,0 +1,189 @@
+"""What each command does: thin shells over functions that a notebook can call as well."""
+
+import argparse
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from gudgeon.pipeline.cli.console import Console
+
+PER_BLOW = re.compile(r"\.blow\d+\.")
+"""Quantities of single blows: all stand in summary.json, those with a reference are printed."""
+
+
+def run_command(options: argparse.Namespace) -> int:
+    """Run stages, as far as the command says."""
+    job = _job(options)
+    progress = Console(options.json).progress
+    if options.tolerance is None:
+        from gudgeon.pipeline.kinds import kind_of
+
+        report = kind_of(job).run(job, options.until, progress)
+    else:
+        from gudgeon.pipeline.report.choice import run_chosen
+
+        report = run_chosen(job, options.tolerance, options.until, progress)
+    if options.json:
+        print(json.dumps(report.as_json(), indent=1))
+    else:
+        _print_run(report)
+    if report.reason is not None:
+        print(f"gudgeon: {job.path}: the run failed: {report.reason}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _quantity_line(name: str, entry: dict[str, Any]) -> str:
+    line = f"{name:28} {entry['value']:14.6g} {entry['unit']:6}"
+    if (reference := entry["reference"]) is not None:
+        error = (
+            f"error {entry['error']:+.2g}" if entry["error"] is not None else f"by {entry['value'] - reference:+.2g}"
+        )
+        line += f"  reference {reference:.6g}, {error}"
+    return line.rstrip()
+
+
+def _print_run(report: Any) -> None:
+    for name, stage in report.stages.items():
+        print(f"{name:6} {stage.state:6} {stage.seconds:8.2f} s   {stage.key[:12]}")
+    if report.frequencies:
+        from gudgeon.pipeline.reduction.frequency_table import frequency_text
+
+        print(frequency_text(report.frequencies))
+    if report.result is not None:
+        _print_quantities(report)
+    for note in report.notes:
+        print(f"gudgeon: {note}", file=sys.stderr)
+
+
+def _print_quantities(report: Any) -> None:
+    print()
+    for name, entry in report.quantities.items():
+        if entry["reference"] is None and PER_BLOW.search(name):
+            continue
+        print(_quantity_line(name, entry))
+    for name, value in (("energy drift", report.energy_drift), ("momentum residual", report.momentum_residual)):
+        if value is not None:
+            print(f"{name:28} {value:14.2g}")
+    files = [*report.files, *(Path(picture).name for picture in report.pictures)]
+    print(f"\nresults in {report.out}: {', '.join(files)}")
+
+
+def status_command(options: argparse.Namespace) -> int:
+    """Print which stages are fresh."""
+    from gudgeon.pipeline.stages.status import status
+
+    rows = status(_job(options))
+    if options.json:
+        print(
+            json.dumps([{"stage": s, "state": state, "key": key, "why": why} for s, state, key, why in rows], indent=1)
+        )
+        return 0
+    for stage, state, key, why in rows:
+        print(f"{stage:6} {state:6} {key[:12]}" + "".join(f"\n         {reason}" for reason in why))
+    return 0
+
+
+def plan_command(options: argparse.Namespace) -> int:
+    """Print what the solver reads."""
+    kind, job = _opened(options)
+    rows = kind.plan(job)
+    if options.json:
+        print(json.dumps(rows, indent=1))
+        return 0
+    bodies = list(dict.fromkeys(row["body"] for row in rows["terms"]))
+    for row in sorted(rows["terms"], key=lambda row: (bodies.index(row["body"]), not row["present"])):
+        size = "" if row["bytes"] is None or not row["fields"] else f"{row['bytes']:,} B"
+        print(
+            f"{'in ' if row['present'] else 'out'}  {row['body'] + ': ' + row['term']:38} {size:>15}  {row['reason']}"
+        )
+    known = rows["bytes"]
+    print(
+        f"\nthe solver will read {known:,} bytes" if known is not None else "\nbytes are known once the modes are made"
+    )
+    return 0
+
+
+def report_command(options: argparse.Namespace) -> int:
+    """Sweep a scene."""
+    from gudgeon.pipeline.report.effort import TOLERANCE, Effort
+    from gudgeon.pipeline.report.page.output import report_text
+
+    how = Effort(options.repeat, options.jobs or 1, options.tolerance or TOLERANCE)
+    kind, job = _opened(options)
+    document = kind.report(job, how, Console(options.json).progress)
+    print(document.as_text() if options.json else report_text(document))
+    return 0
+
+
+def stress_command(options: argparse.Namespace) -> int:
+    """Put a scene to its extremes."""
+    kind, job = _opened(options)
+    document, table = kind.stress(job, options.cases, options.only, Console(options.json).progress)
+    print(json.dumps(document, indent=1) if options.json else table)
+    return 0 if document["passed"] else 1
+
+
+def export_command(options: argparse.Namespace) -> int:
+    """Write files for other programs."""
+    kind, job = _opened(options)
+    files = kind.export(job, options.what, options.every)
+    print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))
+    return 0
+
+
+def doctor_command(options: argparse.Namespace) -> int:
+    """Examine the machine."""
+    from dataclasses import asdict
+
+    from gudgeon.pipeline.doctor import examine, render_report
+
+    findings = examine(Path(options.db))
+    print(json.dumps([asdict(f) for f in findings], indent=1) if options.json else render_report(findings))
+    return 0 if all(finding.state == "ok" for finding in findings) else 1
+
+
+def example_list_command(options: argparse.Namespace) -> int:
+    """List the scenes that come with the package."""
+    from gudgeon.pipeline.cli.examples import examples
+
+    for name, text in examples().items():
+        print(f"{name:18} {text}")
+    return 0
+
+
+def example_copy_command(options: argparse.Namespace) -> int:
+    """Copy a scene's folder."""
+    from gudgeon.pipeline.cli.examples import copy_example
+
+    target = copy_example(options.name, options.folder)
+    print(f"{target}: try `gudgeon run {target}`")
+    return 0
+
+
+def schema_command(options: argparse.Namespace) -> int:
+    """Print the JSON schema of a scene file."""
+    from gudgeon.pipeline.kinds import schema
+
+    print(json.dumps(schema(), indent=1))
+    return 0
+
+
+def _job(options: argparse.Namespace) -> Any:
+    if options.verbose:
+        import logging
+
+        logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s")
+    from gudgeon.pipeline.kinds import open_job
+
+    return open_job(options.scene, set=options.set, db=options.db, out=options.out)
+
+
+def _opened(options: argparse.Namespace) -> tuple[Any, Any]:
+    """Return the kind of the scene and its job."""
+    from gudgeon.pipeline.kinds import kind_of
+
+    job = _job(options)
+    return kind_of(job), job

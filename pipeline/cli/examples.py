@@ -1,0 +1,54 @@
+"""Scenes that come with the package: `gudgeon.examples`, the folder data/ of the repository."""
+
+import difflib
+import shutil
+from importlib.resources import as_file, files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from gudgeon.pipeline.errors import InputError
+
+SCENE = "scene.toml"
+
+
+def examples() -> dict[str, str]:
+    """Return what each scene shows, the first sentence of its file, by the name of its folder."""
+    return {name: _title(folder) for name, folder in sorted(_folders().items())}
+
+
+def copy_example(name: str, target: Path | None) -> Path:
+    """Copy a scene's folder.
+
+    Args:
+        target: The new folder; `./<name>` for None.
+
+    Raises:
+        InputError: there is no such scene, or the target exists or cannot be written.
+    """
+    folders, target = _folders(), target or Path(name)
+    if name not in folders:
+        close = difflib.get_close_matches(name, folders, 1)
+        meant = f"did you mean '{close[0]}'?" if close else f"there are {', '.join(sorted(folders))}"
+        raise InputError(f"example copy: no scene '{name}'; {meant}")
+    if target.exists():
+        raise InputError(f"example copy: {target} exists; name another folder")
+    try:
+        with as_file(folders[name]) as source:
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__", "*.py"))
+    except OSError as error:
+        raise InputError(f"example copy: {error.filename or target}: {error.strerror or error}") from error
+    return target
+
+
+def _folders() -> dict[str, Traversable]:
+    return {one.name: one for one in files("gudgeon.examples").iterdir() if one.joinpath(SCENE).is_file()}
+
+
+def _title(folder: Traversable) -> str:
+    """Return the first sentence of the comment at the top of a scene."""
+    lines = []
+    for line in folder.joinpath(SCENE).read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.lstrip("# "))
+    return " ".join(lines).partition(". ")[0].rstrip(".")
