@@ -1,0 +1,83 @@
+"""One word for each thing: retired words stand in no text of the product. docs/glossary.md has the terms.
+
+Searched are names, strings, docstrings and comments of the product, scenes, documents and the page's script; of the
+glossary all but the column that lists what a term replaces. Free: the changelog, references (`*.json`, which carry
+their sources' words), old names in records (`FORMER`), and pointers into references.
+"""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+RETIRED = {
+    "impact": r"blows?|knock(s|ed|ing)?|episodes?",
+    "full FE": r"nodal synthes[ei]s|nodal dofs",
+    "reduction": r"recipes?",
+    "update": r"rungs?",
+    "robustness": r"gudgeon stress|\[stress\b|extremes",
+    "conservative error": r"sound[ _]errors?",
+    "explicit": r"kick(s|ed|ing)?",
+    "implicit": r"trapezoid",
+    "energy balance": r"books|booked|less work",
+    "counts": r"tally|tallies|tallied",
+    "report": r"study|studies",
+    "has an error of": r"errs( by)?",
+    "corrects, refine": r"mends?|mended|mending",
+}
+"""Patterns by the term that takes their place; a part of a longer name counts as a word."""
+SEARCHED = ("modaldb/*.py", "pipeline/*.py", "pipeline/*.toml", "pipeline/*.js", "pipeline/*.css", "solver/*.py",
+            "data/*.toml", "docs/*.md", "docs/*.py", "README.md", "CONTRIBUTING.md", "Makefile")  # fmt: skip
+
+
+def pattern(words: str) -> re.Pattern[str]:
+    """Match words, also as parts of `snake_case` and `CamelCase` names."""
+    return re.compile(rf"(?<![A-Za-z])(?:{words})(?![a-z])", re.IGNORECASE)
+
+
+def offenders(path: str, text: str) -> list[str]:
+    """List the lines of a text that hold a retired word."""
+    glossary = path == "docs/glossary.md"
+    found = []
+    for number, line in enumerate(text.splitlines(), 1):
+        line = "|".join(line.split("|")[:3]) if glossary else re.sub(r"FORMER: \"\w+\"|/episodes/", "", line)
+        for term, words in RETIRED.items():
+            if (match := pattern(words).search(line)) is not None:
+                found.append(f"{path}:{number}: '{match[0]}', say {term}")
+    return found
+
+
+def searched() -> list[str]:
+    """Return the files of the product that are searched, by their path from the root."""
+    listed = subprocess.run(["git", "ls-files", *SEARCHED], cwd=ROOT, capture_output=True, text=True, check=True)
+    return [path for path in listed.stdout.splitlines() if (ROOT / path).is_file()]
+
+
+def test_retired_words_stand_nowhere() -> None:
+    assert [line for path in searched() for line in offenders(path, (ROOT / path).read_text())] == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["a blow", "PER_BLOW = 1", "first_blow", "Blows of a contact", "the recipe", "integrator = 'kick'", "Trapezoid",
+     "gudgeon stress data/skirt", "[stress.case.a]", "sound_error", "all nodal dofs", "step_tally", "it errs by 1 %",
+     "a finer mesh mends it", "energy less work"],
+)  # fmt: skip
+def test_a_retired_word_is_found(line: str) -> None:
+    assert len(offenders("a.py", line)) == 1
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["the trapezoidal rule", "blowing", "a steady state", "von Mises stress", "nodal positions", "unless workers stop",
+     'reduction: str = field(metadata={FORMER: "recipe"})', '"euler_bernoulli/episodes/0/Fmax"', "recommends"],
+)  # fmt: skip
+def test_a_term_of_the_field_is_let_through(line: str) -> None:
+    assert offenders("a.py", line) == []
+
+
+def test_the_glossary_has_the_terms() -> None:
+    text = (ROOT / "docs/glossary.md").read_text()
+    assert [term for term in list(RETIRED)[:10] if term not in text] == []
