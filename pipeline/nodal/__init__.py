@@ -26,7 +26,6 @@ from gudgeon.pipeline.nodal.problem import (
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.nodal.sliding.weights import SplineWeights
 from gudgeon.pipeline.nodal.start import free_body, gravity, static_start, supported_body
-from gudgeon.solver.contact.pairing import facing
 
 __all__ = [
     "NodalBody",
@@ -39,7 +38,6 @@ __all__ = [
     "SlidingSurface",
     "SplineWeights",
     "Weights",
-    "facing",
     "free_body",
     "gravity",
     "simulate_nodal",

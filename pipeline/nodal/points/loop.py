@@ -6,7 +6,6 @@ damping took, W the work of loads.
 """
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 from scipy import sparse
@@ -14,7 +13,6 @@ from scipy import sparse
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.linalg.threads import one_thread
 from gudgeon.pipeline.measuring.clock import Clock
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.banded import is_narrow, march, new_band, sample
@@ -36,32 +34,31 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
         StageError: a contact force could not be found, or a body's rigid motions are none.
     """
     count = max(1, round(problem.duration / step))
-    with one_thread():
-        stacked = [_stacked(problem, number) for number in range(len(problem.bodies))]
-        rest = np.concatenate([contact.gap for contact in problem.contacts.values()])
-        narrow = all(body.suppressed is None and is_narrow(body) for body in problem.bodies)
-        _compile(problem, stacked, rest, narrow)
-        clock = Clock()
-        loop: _Loop = (_Compiled if narrow else _Factored)(problem, stacked, step)
-        gap = rest + loop.places()
-        now = new_press(list(problem.contacts.values()), loop.compliance(), gap, step)
-        points = len(gap)
-        history = History(
-            step * np.arange(count + 1), np.zeros((count, points)), np.zeros((count + 1, points)), loop.rates()
-        )
-        history.gaps[0] = gap
-        energies, begun = np.zeros((count, 5)), loop.energies(now)
-        part = max(1, count // PARTS)
-        for first in range(0, count, part):
-            chosen = slice(first, min(first + part, count))
-            out = history.forces[chosen], history.gaps[1:][chosen], energies[chosen]
-            if (made := loop.advance(now, rest, gap, *out)) < len(out[0]):
-                raise StageError(f"nodal: no contact force was found in step {first + made + 1} of {step:g} s")
-            if progress is not None:
-                progress(chosen.stop / count)
-        found = _quantities(problem, history, loop, float(energies[-1, 3]))
-        taken = clock.read()
-        loop.free()
+    stacked = [_stacked(problem, number) for number in range(len(problem.bodies))]
+    rest = np.concatenate([contact.gap for contact in problem.contacts.values()])
+    narrow = all(body.suppressed is None and is_narrow(body) for body in problem.bodies)
+    _compile(problem, stacked, rest, narrow)
+    clock = Clock()
+    loop = (_Compiled if narrow else _Factored)(problem, stacked, step)
+    gap = rest + loop.places()
+    now = new_press(list(problem.contacts.values()), loop.compliance(), gap, step)
+    points = len(gap)
+    history = History(
+        step * np.arange(count + 1), np.zeros((count, points)), np.zeros((count + 1, points)), loop.rates()
+    )
+    history.gaps[0] = gap
+    energies, begun = np.zeros((count, 5)), loop.energies(now)
+    part = max(1, count // PARTS)
+    for first in range(0, count, part):
+        chosen = slice(first, min(first + part, count))
+        out = history.forces[chosen], history.gaps[1:][chosen], energies[chosen]
+        if (made := loop.advance(now, rest, gap, *out)) < len(out[0]):
+            raise StageError(f"nodal: no contact force was found in step {first + made + 1} of {step:g} s")
+        if progress is not None:
+            progress(chosen.stop / count)
+    found = _quantities(problem, history, loop, float(energies[-1, 3]))
+    taken = clock.read()
+    loop.free()
     return _record(problem, history, energies, begun, (int(now.books[2]), taken.wall, taken.cpu), found)
 
 
@@ -84,38 +81,6 @@ def _compile(problem: PointProblem, stacked: list[sparse.csr_matrix], rest: np.n
         _Compiled(problem, stacked, problem.duration).advance(now, rest, rest + 1.0, *out)
     else:
         press(now, rest + 1.0, np.zeros(c), rest + 1.0)
-
-
-class _Loop(Protocol):
-    """Bodies with their state."""
-
-    def compliance(self) -> np.ndarray:
-        """W [m/N], (c, c)."""
-        ...
-
-    def places(self) -> np.ndarray:
-        """G u of all bodies now [m], (c,)."""
-        ...
-
-    def rates(self) -> np.ndarray:
-        """G v of all bodies now [m/s], (c,)."""
-        ...
-
-    def energies(self, now: Press) -> np.ndarray:
-        """Kinetic, strain, contact, lost, work of loads now [J], (5,)."""
-        ...
-
-    def motions(self) -> list[np.ndarray]:
-        """Displacements and velocities of each body now, (2, dofs)."""
-        ...
-
-    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, *out: np.ndarray) -> int:
-        """As `narrow.march`."""
-        ...
-
-    def free(self) -> None:
-        """Give memory back."""
-        ...
 
 
 class _Compiled:
@@ -146,12 +111,7 @@ class _Compiled:
         return np.array([kinetic, strain, now.books[1], now.books[0] + books[0], books[1]])
 
     def motions(self) -> list[np.ndarray]:
-        found = []
-        for band in self._bands:
-            motion = np.empty((2, len(band.u)))
-            motion[0, band.order], motion[1, band.order] = band.u, band.v
-            found.append(motion)
-        return found
+        return [np.array([band.u, band.v]) for band in self._bands]
 
     def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, *out: np.ndarray) -> int:
         return march(self._bands, self._works, now, rest, gap, self._step, *out)
@@ -199,7 +159,7 @@ class _Factored:
                 free += body.predict(loads)
             if not press(now, gap, rate, free):
                 return n
-            forces[n] = now.state.force
+            forces[n] = now.force
             for body in self._bodies:
                 body.advance(forces[n])
             gap[:] = rest + self.places()
@@ -216,7 +176,7 @@ def _constant(body: NodalBody, step: float) -> np.ndarray:
     return np.array([load.mean(np.array([0.0, step]))[0] for load in body.loads])
 
 
-def _quantities(problem: PointProblem, history: History, loop: _Loop, lost: float) -> Json:
+def _quantities(problem: PointProblem, history: History, loop: "_Compiled | _Factored", lost: float) -> Json:
     """Return name → {"value", "unit"} as the solver names them, and what was lost."""
     elastic = any(body.K.nnz for body in problem.bodies)
     motions = []

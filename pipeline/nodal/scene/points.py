@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.nodal import NodalBody, PointContact, PointProblem, facing, supported_body
+from gudgeon.pipeline.nodal import NodalBody, PointContact, PointProblem, supported_body
 from gudgeon.pipeline.nodal.scene.body import Part, load_part
 from gudgeon.pipeline.stages.job import Job, free_twists
 from gudgeon.solver.obstacles import obstacle_of
@@ -75,7 +75,7 @@ def _contact(job: Job, name: str, parts: list[Part], reductions: list[sparse.csr
             raise InputError(
                 f"{job.path}: {where}: has {len(far.points)} points, {len(placed)} face them; they must be as many"
             )
-        order, gap, _ = facing(placed, points.normals, far.points + parts[other].position)
+        order, gap = _facing(placed, points.normals, far.points + parts[other].position)
         if len(np.unique(order)) < len(order):
             raise InputError(f"{job.path}: {where}: two points face the same point; mesh both faces alike")
         rows[other] = sparse.csr_matrix(-there[order] @ reductions[other])
@@ -92,3 +92,10 @@ def _contact(job: Job, name: str, parts: list[Part], reductions: list[sparse.csr
     elif contact.law is not None:
         law = np.tile(contact.law.coefficients(), (len(gap), 1))
     return PointContact(tuple(rows), np.maximum(gap, 0.0), directions, own, other, law)
+
+
+def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which point of another body stands nearest to each point's normal, and the gap along it [m], (c,) each."""
+    aside = np.cross(there[None] - placed[:, None], normals[:, None])
+    order = np.linalg.norm(aside, axis=2).argmin(axis=1)
+    return order, np.einsum("ci,ci->c", there[order] - placed, normals)

@@ -24,8 +24,7 @@ from gudgeon.pipeline.nodal import (
 from gudgeon.pipeline.nodal.scene.body import Part, load_part
 from gudgeon.pipeline.nodal.scene.points import meeting_problem, refuse_contacts
 from gudgeon.pipeline.stages.job import Job, free_twists
-from gudgeon.solver.contact.rows import basic_surface
-from gudgeon.solver.obstacles import obstacle_of
+from gudgeon.solver.obstacles import basic_surface, obstacle_of
 
 LINES = ("bar", "beam", "rigid")
 """Geometries whose points are few."""
