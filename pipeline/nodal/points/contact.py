@@ -233,6 +233,8 @@ def _point(now, i, alone):  # type: ignore[no-untyped-def]
             d = 0.5 * (low + high)
             if high - low <= ROUND_OFF * (abs(d) + abs(before)):
                 break
+    if low <= 0.0 <= high:
+        d = 0.0  # Not what round-off makes of it: its sign says whether the contact has begun.
     return max((alone - d) / give, 0.0), d, NEWTON_LIMIT
 
 
