@@ -25,7 +25,7 @@ from gudgeon.solver.laws.force import law_energy, law_force
 
 FAST = {"reassoc", "contract"}
 """Sums may be reordered; NaN and infinity keep their meaning."""
-SWEEPS = 1 << 14
+SWEEPS = 10_000
 """Gauss-Seidel sweeps over the points before a step fails; one or two suffice for a few points."""
 TOLERANCE = 1e-13
 """Violation of a rigid contact's condition that counts as none, relative to the largest change of a gap in a step."""
@@ -116,7 +116,8 @@ def _close(now, gap, rate, free):  # type: ignore[no-untyped-def]
 def complementary(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
     """Solve 0 ≤ λ ⊥ W λ + b ≥ 0; returns the sweeps made, negative where they were not enough.
 
-    Sweeps find which points are pressed; Cholesky's method then gives their forces to round-off.
+    Sweeps find which points are pressed, Cholesky's method their forces to round-off. Each lowers ½ λᵀWλ + bᵀλ, so that
+    no set of pressed points comes twice.
 
     Args:
         W: Symmetric, positive [m/N], (c, c).
@@ -132,18 +133,19 @@ def complementary(W, b, usable, force, tolerance):  # type: ignore[no-untyped-de
                 new = max(0.0, force[i] - (b[i] + _dot(W[i], force)) / W[i, i])
                 change = max(change, W[i, i] * abs(new - force[i]))
                 force[i] = new
-        # Looked at after 1, 2, 4, ... sweeps: where many are needed, most of the time goes into them.
-        if sweep & (sweep - 1) == 0 and (_polish(W, b, usable, force, tolerance) or change <= tolerance):
+        while _polish(W, b, force, tolerance):
+            pass
+        if change <= tolerance or _fits(W, b, usable, force, tolerance):
             return sweep
     return -SWEEPS
 
 
 @njit(cache=True)
-def _polish(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
-    """Solve W λ = −b on the pressed points; False, with forces as they were, where that does not fit all points."""
+def _polish(W, b, force, tolerance):  # type: ignore[no-untyped-def]
+    """Go from λ towards W λ = −b on the pressed points until one of them is free; returns whether one was."""
     pressed = np.flatnonzero(force)
-    n, found = len(pressed), np.zeros(len(force))
-    L, y = np.zeros((n, n)), np.empty(n)
+    n = len(pressed)
+    L, found = np.zeros((n, n)), np.empty(n)
     for i in range(n):
         for j in range(i):
             L[i, j] = (W[pressed[i], pressed[j]] - _dot(L[i, :j], L[j, :j])) / L[j, j]
@@ -152,15 +154,29 @@ def _polish(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
         if pivot <= DEPENDENT * diagonal:
             return False
         L[i, i] = np.sqrt(pivot)
-        y[i] = (-b[pressed[i]] - _dot(L[i, :i], y[:i])) / L[i, i]
+        found[i] = (-b[pressed[i]] - _dot(L[i, :i], found[:i])) / L[i, i]
+    freed, share = -1, 1.0
     for i in range(n - 1, -1, -1):
-        found[pressed[i]] = (y[i] - _dot(L[i + 1 :, i], y[i + 1 :])) / L[i, i]
-        y[i] = found[pressed[i]]
+        found[i] = (found[i] - _dot(L[i + 1 :, i], found[i + 1 :])) / L[i, i]
+        old = force[pressed[i]]
+        if W[pressed[i], pressed[i]] * found[i] < -tolerance and old < share * (old - found[i]):
+            freed, share = pressed[i], old / (old - found[i])
+    for i in range(n):
+        force[pressed[i]] = max(0.0, (1.0 - share) * force[pressed[i]] + share * found[i])
+    if freed >= 0:
+        force[freed] = 0.0
+    return freed >= 0
+
+
+@njit(cache=True)
+def _fits(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
+    """Whether no gap is closed too far and no pressed one is open."""
+    wrong = 0
     for i in range(len(b)):
-        if usable[i] and (W[i, i] * found[i] < -tolerance or b[i] + _dot(W[i], found) < -tolerance):
-            return False
-    force[:] = np.maximum(found, 0.0)
-    return True
+        if usable[i]:
+            gap = b[i] + _dot(W[i], force)
+            wrong += gap < -tolerance or (force[i] > 0.0 and gap > tolerance)
+    return wrong == 0
 
 
 @njit(cache=True, fastmath=FAST)
