@@ -25,7 +25,7 @@ from gudgeon.pipeline.nodal.problem import (
 )
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.nodal.sliding.weights import SplineWeights
-from gudgeon.pipeline.nodal.start import free_body, gravity, static_start, supported_body
+from gudgeon.pipeline.nodal.start import static_start, supported_body
 
 __all__ = [
     "NodalBody",
@@ -38,8 +38,6 @@ __all__ = [
     "SlidingSurface",
     "SplineWeights",
     "Weights",
-    "free_body",
-    "gravity",
     "simulate_nodal",
     "static_start",
     "supported_body",

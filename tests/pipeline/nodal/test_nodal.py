@@ -10,9 +10,10 @@ from threadpoolctl import ThreadpoolController, threadpool_info
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.points import contact_points
-from gudgeon.pipeline.nodal import NodalContact, NodalProblem, body, free_body, simulate_nodal
+from gudgeon.pipeline.nodal import NodalContact, NodalProblem, body, simulate_nodal
 from gudgeon.pipeline.nodal.sliding.contact import discrete_gradient
 from gudgeon.pipeline.scenes.interface import Interface
+from tests.pipeline.blocks import free_body
 
 ENERGY = 1e-9
 """Newton stops at 1e-13 of the gap; summed over a run the energy error stays below this share of what is exchanged."""
