@@ -79,9 +79,7 @@ def static_start(problem: NodalProblem, step: float) -> NodalProblem:
     size, interval = slave.K.shape[0], np.array([0.0, step])
     velocity = np.zeros(size) if slave.velocity is None else slave.velocity
     displacement = np.zeros(size) if slave.displacement is None else slave.displacement
-    force = np.zeros(size)
-    for load in slave.loads:
-        force += load.mean(interval)[0] * load.row
+    force = slave.load_means(interval)[0] @ slave.load_rows()
     if rod is not None:
         displacement, velocity = _fit_rod(slave, rod, displacement, velocity)
         force += _rod_force(slave, rod, displacement, velocity, force, interval) @ rod.rows

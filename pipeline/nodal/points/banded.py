@@ -81,9 +81,7 @@ def new_band(body: NodalBody, rows: sparse.csr_matrix, step: float) -> Band:
     lower, upper = _triangles(columns[:, 1:] / columns[:, :1])
     zero = np.zeros(len(columns))
     u, v = (zero.copy() if x is None else np.array(x, float) for x in (body.displacement, body.velocity))
-    load = zero.copy()
-    for item in body.loads:
-        load += item.mean(np.array([0.0, step]))[0] * item.row
+    load = body.load_means(np.array([0.0, step]))[0] @ body.load_rows()
     answers = rows.toarray()
     band = Band(
         lower, upper, 1 / columns[:, 0] ** 2, M, K, rows.indptr.astype(np.int64), rows.indices.astype(np.int64),

@@ -31,10 +31,8 @@ TOLERANCE = 1e-13
 """Violation of a rigid contact's condition that counts as none, relative to the largest change of a gap in a step."""
 DEPENDENT = 1e-14
 """Pivot of W, relative to its diagonal, below which a point depends on others and sweeps alone find the forces."""
-SETTLED = 4e-15
-"""Change of a depth in a sweep, relative to the depths of its step, at which laws have settled: round-off."""
-ROUND_OFF = 1e-15
-"""Step of Newton's method, relative to the depths, at which a law's depth is found."""
+ROUND_OFF = 4e-15
+"""Change of a depth in a sweep or in Newton's method, relative to the depths of its step, at which it is found."""
 NEWTON_LIMIT = 200
 """Far above the five or so that a depth takes; each that leaves the bracket halves it instead."""
 CLOSE = 1e-3
@@ -122,7 +120,7 @@ def complementary(W, b, usable, force, tolerance):  # type: ignore[no-untyped-de
     Args:
         W: Symmetric, positive [m/N], (c, c).
         b: [m], (c,).
-        usable: Points that take part, (c,); others have no force.
+        usable: Points that take part, (c,); others have no force on entry and get none.
         force: A guess on entry, λ on exit [N], (c,).
         tolerance: Violation that counts as none [m].
     """
@@ -205,7 +203,7 @@ def _yield(now, free):  # type: ignore[no-untyped-def]
             force[i], depth[i], used = _point(now, i, alone)
             now.books[2] += used
             size = abs(alone) + abs(free[i]) + abs(now.depth[i])
-            settled = settled and now.W[i, i] * abs(force[i] - before) <= SETTLED * size
+            settled = settled and now.W[i, i] * abs(force[i] - before) <= ROUND_OFF * size
         if c == 1 or settled:
             break
     now.books[1] = 0.0
