@@ -8,7 +8,7 @@ Midpoint rule for the elastic bodies, discrete gradient of the contact potential
 so that without loads and damping ½vᵀMv + ½uᵀKu + ΣV keeps its value to Newton's tolerance at any step: contact can gain
 no energy. S of each body is factorised once; contact enters through the low-rank G S⁻¹ Gᵀ, Newton runs on the touching
 points only. `body` has the rule for one body, `sliding` what happens between them where points slide or press a layer.
-Bodies that meet at fixed points, with any law or rigidly, have `points`, compiled where bodies are bars, beams or rigid.
+Bodies that meet at fixed points, with any law or rigidly, have `points`, compiled where they are bars, beams or rigid.
 Nothing here is taken from the solver but formulas of contact laws, obstacles, what a scene says, and definitions of
 quantities of given histories (`solver.results.contact_events`), so that a comparison has one definition of each.
 """

@@ -31,7 +31,7 @@ TOLERANCE = 1e-13
 """Violation of a rigid contact's condition that counts as none, relative to the largest change of a gap in a step."""
 DEPENDENT = 1e-14
 """Pivot of W, relative to its diagonal, below which a point depends on others and sweeps alone find the forces."""
-ROUND_OFF = 4e-15
+ROUND_OFF = 1e-14
 """Change of a depth in a sweep or in Newton's method, relative to the depths of its step, at which it is found."""
 NEWTON_LIMIT = 200
 """Far above the five or so that a depth takes; each that leaves the bracket halves it instead."""
@@ -241,7 +241,7 @@ def _point(now, i, alone):  # type: ignore[no-untyped-def]
             low = d
         change = -wrong / (1.0 + give * slope)
         if abs(change) <= ROUND_OFF * (abs(d) + abs(before)):
-            return force, d, used
+            return max(force + slope * change, 0.0), d + change, used
         d += change
         if not low < d < high:
             d = 0.5 * (low + high)

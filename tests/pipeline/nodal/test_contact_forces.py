@@ -86,3 +86,26 @@ def test_a_dashpot_may_hold_a_point_on_the_edge_of_contact() -> None:
     assert contact.press(now, np.array([2e-9]), np.zeros(1), np.array([-1e-9]))
     assert now.depth[0] == 0.0
     assert now.force[0] == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e8, 1e13, 1e18])
+@pytest.mark.parametrize(
+    ("exponent", "loss", "damping"), [(1.0, 0.0, 0.0), (1.5, 0.8, 0.0), (1.5, 0.3, 1e2), (1.0, 0.0, 1e4)]
+)
+def test_forces_of_laws_are_found_at_any_stiffness(
+    stiffness: float, exponent: float, loss: float, damping: float
+) -> None:
+    """Of points in flight, entering, pressed and leaving, at depths of µm."""
+    rng = np.random.default_rng(1)
+    root = 1e-4 * (rng.standard_normal((12, 12)) + rng.standard_normal((12, 1)))
+    now = pressed_by([stiffness, exponent, loss, damping], root @ root.T, np.full(12, 1e-7))
+    found = 0
+    for _ in range(100):
+        free, before = 2e-6 * rng.standard_normal(12), now.depth.copy()
+        assert contact.press(now, -before, np.zeros(12), free)
+        depth = -(free + now.W @ now.force)
+        np.testing.assert_allclose(now.depth, depth, atol=1e-12 * np.abs(free).max())
+        assert now.force.min() >= 0
+        assert np.abs(now.force[(before <= 0) & (depth < -1e-15)]).max(initial=0.0) == 0
+        found += int((now.force > 0).sum())
+    assert found > 200
