@@ -28,11 +28,12 @@ FAST = {"reassoc", "contract"}
 SWEEPS = 10_000
 """Gauss-Seidel sweeps over the points before a step fails; one or two suffice for a few points."""
 TOLERANCE = 1e-13
-"""Violation of a rigid contact's condition that counts as none, relative to the largest change of a gap in a step."""
+"""Violation of a rigid contact's condition, or change of a law's depth in a sweep, that counts as none, relative to
+gaps and their changes in the step; round-off of sums over points is a hundredth of it."""
 DEPENDENT = 1e-14
 """Pivot of W, relative to its diagonal, below which a point depends on others and sweeps alone find the forces."""
 ROUND_OFF = 1e-14
-"""Change of a depth in a sweep or in Newton's method, relative to the depths of its step, at which it is found."""
+"""Change of a depth in Newton's method, relative to the depths of its step, at which it is found."""
 NEWTON_LIMIT = 200
 """Far above the five or so that a depth takes; each that leaves the bracket halves it instead."""
 CLOSE = 1e-3
@@ -203,7 +204,7 @@ def _yield(now, free):  # type: ignore[no-untyped-def]
             force[i], depth[i], used = _point(now, i, alone)
             now.books[2] += used
             size = abs(alone) + abs(free[i]) + abs(now.depth[i])
-            settled = settled and now.W[i, i] * abs(force[i] - before) <= ROUND_OFF * size
+            settled = settled and now.W[i, i] * abs(force[i] - before) <= TOLERANCE * size
         if c == 1 or settled:
             break
     now.books[1] = 0.0
