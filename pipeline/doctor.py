@@ -22,9 +22,11 @@ from typing import Literal
 PYTHON_NEEDED = (3, 11)
 PACKAGES = {
     "base": {"h5py": ">=3.16", "numba": ">=0.68", "numpy": ">=2.2", "pydantic": ">=2.12", "scipy": ">=1.17"},
-    "pipeline": {"gmsh": ">=4.15", "meshio": ">=5.3.5", "mkl": ">=2026", "scikit-fem": ">=12,<13"},
+    "pipeline": {
+        "gmsh": ">=4.15", "meshio": ">=5.3.5", "mkl": ">=2026", "scikit-fem": ">=12,<13", "threadpoolctl": ">=3.6",
+    },
     "plots": {"imageio": ">=2.37", "imageio-ffmpeg": ">=0.6", "matplotlib": ">=3.10", "pyvista": ">=0.49,<0.50"},
-}
+}  # fmt: skip
 """Versions needed, by group, as in pyproject.toml."""
 X86_ONLY = frozenset({"mkl"})
 SYSTEM_LIBRARIES = (

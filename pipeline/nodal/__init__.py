@@ -7,9 +7,10 @@ Midpoint rule for the elastic bodies, discrete gradient of the contact potential
 
 so that without loads and damping ½vᵀMv + ½uᵀKu + ΣV keeps its value to Newton's tolerance at any step: contact can gain
 no energy. S of each body is factorised once; contact enters through the low-rank G S⁻¹ Gᵀ, Newton runs on the touching
-points only. `body` has the rule for one body, `coupling` what happens between them where points slide or press a layer,
-`simulate` the loop. Bodies that meet at fixed points, with any law or rigidly, have `points` and the loop of `meeting`,
-compiled in `narrow` where bodies are bars, beams or rigid.
+points only. `body` has the rule for one body, `sliding` what happens between them where points slide or press a layer.
+Bodies that meet at fixed points, with any law or rigidly, have `points`, compiled where they are bars, beams or rigid.
+Nothing here is taken from the solver but formulas of contact laws, obstacles, what a scene says, and definitions of
+quantities of given histories (`solver.results.contact_events`), so that a comparison has one definition of each.
 """
 
 from gudgeon.pipeline.nodal.problem import (
@@ -21,12 +22,10 @@ from gudgeon.pipeline.nodal.problem import (
     PointContact,
     PointProblem,
     SlidingSurface,
-    Weights,
 )
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.nodal.sliding.weights import SplineWeights
-from gudgeon.pipeline.nodal.start import free_body, gravity, static_start, supported_body
-from gudgeon.solver.contact.pairing import facing
+from gudgeon.pipeline.nodal.start import static_start, supported_body
 
 __all__ = [
     "NodalBody",
@@ -38,10 +37,6 @@ __all__ = [
     "PointProblem",
     "SlidingSurface",
     "SplineWeights",
-    "Weights",
-    "facing",
-    "free_body",
-    "gravity",
     "simulate_nodal",
     "static_start",
     "supported_body",

@@ -54,7 +54,7 @@ class MovingBody:
         W = np.asarray(ports @ self._Z.T) + self.ports_rigid @ self.ports_rigid.T
         self.W = (step**2 / 4) * (W + W.T)
         """Displacement of the ports at the end of a step per constant force [m/N], (p, p)."""
-        rows = np.array([load.row for load in body.loads]).reshape(len(body.loads), size)
+        rows = body.load_rows()
         self._loads_all = rows @ self._Phi
         self._loads = rows - self._loads_all @ self._MPhi.T
         self._begin(body)

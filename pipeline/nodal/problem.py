@@ -2,24 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 
 ROUND_OFF = 1e-9
 """Share of a body's largest mass-normalised rigid coordinate below which another is none."""
-
-
-class Weights(Protocol):
-    """Which functions of a surface each point touches, for a distance slid."""
-
-    def __call__(self, sigma: float, /) -> tuple[np.ndarray, np.ndarray]:
-        """Return numbers and values of the functions at the points, integers (c, s) and (c, s).
-
-        A point that is not on the surface has the number −1 throughout.
-        """
-        ...
 
 
 @dataclass(frozen=True)
@@ -59,6 +47,14 @@ class NodalBody:
     """The columns of `rigid` as translation and rotation about the centre [kg^-½, kg^-½ m^-1], (r, 6)."""
     loads: tuple[NodalLoad, ...] = ()
 
+    def load_means(self, times: np.ndarray) -> np.ndarray:
+        """Return the mean of each load over each interval between times (t + 1,) [s], (t, l)."""
+        return np.array([load.mean(times) for load in self.loads]).reshape(len(self.loads), len(times) - 1).T
+
+    def load_rows(self) -> np.ndarray:
+        """Return the nodal forces per unit of each load, (l, dofs)."""
+        return np.array([load.row for load in self.loads]).reshape(len(self.loads), self.K.shape[0])
+
     def centre_motion(self, motion: np.ndarray) -> np.ndarray:
         """Return velocity, displacement since the start and velocity at the start of the centre of mass, (3, 6).
 
@@ -80,8 +76,9 @@ class SlidingSurface:
 
     rows: sparse.csr_matrix
     """B: outward normal displacement of each of its functions, (F, dofs of the master)."""
-    weights: Weights
-    """N(σ)."""
+    weights: Callable[[float], tuple[np.ndarray, np.ndarray]]
+    """N(σ): given a distance slid [m], returns numbers and values of the functions that each point touches, (c, s);
+    a point that is not on the surface has the number −1 throughout."""
     slide: np.ndarray
     """σ = slide @ u of the slave, (dofs,)."""
 

@@ -119,5 +119,9 @@ def resultant_quantities(times: np.ndarray, forces: np.ndarray) -> dict[str, Qua
 
 def body_quantities(name: str, motion: np.ndarray) -> Json:
     """Return with what a body's centre leaves, see `NodalBody.centre_motion`."""
-    values = departure(*motion)
+    return named(name, departure(*motion))
+
+
+def named(name: str, values: dict[str, Quantity]) -> Json:
+    """Return quantities of a body or a contact as a record keeps them, name.key → {"value", "unit"}."""
     return {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}

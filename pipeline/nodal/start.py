@@ -14,30 +14,6 @@ LENGTH_STEPS = 4
 """Newton steps that bring the rod to its length; it is a micrometre off."""
 
 
-def free_body(
-    name: str,
-    model: FEModel,
-    velocity: np.ndarray,
-    *,
-    twists: np.ndarray | None = None,
-    damping: float = 0.0,
-    loads: tuple[NodalLoad, ...] = (),
-) -> NodalBody:
-    """Return a body on which nothing is held.
-
-    Args:
-        velocity: At the start [m/s], (dofs,).
-        twists: Mass-normalised rigid motions that it may make, (r, 6); None for all.
-        damping: β of C = β K [s].
-    """
-    chosen = model.rigid_twists if twists is None else twists
-    rigid, suppressed = _rigid_split(model, chosen)
-    return NodalBody(
-        name, model.K, model.M, velocity, damping=damping, rigid=rigid, suppressed=suppressed, twists=chosen,
-        loads=loads,
-    )  # fmt: skip
-
-
 def _rigid_split(model: FEModel, twists: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the rigid motions that a model may make, (dofs, r), and the others that its supports leave; None of none.
 
@@ -76,7 +52,7 @@ def supported_body(
         body = NodalBody(name, none, one, rates, damping=damping, rigid=np.eye(r), twists=twists, loads=loads)
         return body, sparse.csr_matrix(replace(model, rigid_twists=twists).rigid_modes)
     free, (K, M), (motions, others) = model.free, model.free_matrices(), _rigid_split(model, twists)
-    loads = (_steady(gravity(model, field).row[free]),) if field.any() else ()
+    loads = (_steady((model.M @ np.tile(model.directions @ field, len(model.nodes)))[free]),) if field.any() else ()
     body = NodalBody(
         name, K, M, (motions @ rates)[free], damping=damping, rigid=motions[free],
         suppressed=None if others is None else others[free], twists=twists, loads=loads,
@@ -84,12 +60,6 @@ def supported_body(
     if loads and model.held.any():
         body = replace(body, displacement=_deformation(body, loads[0].row))
     return body, sparse.csr_matrix(sparse.eye(len(model.held), format="csr")[:, free])
-
-
-def gravity(model: FEModel, field: np.ndarray) -> NodalLoad:
-    """Return the weight of a body on which nothing is held, in a field (3,) [m/s²]."""
-    row = model.M @ np.tile(model.directions @ field, len(model.nodes))
-    return _steady(np.asarray(row))
 
 
 def _steady(row: np.ndarray) -> NodalLoad:
@@ -109,9 +79,7 @@ def static_start(problem: NodalProblem, step: float) -> NodalProblem:
     size, interval = slave.K.shape[0], np.array([0.0, step])
     velocity = np.zeros(size) if slave.velocity is None else slave.velocity
     displacement = np.zeros(size) if slave.displacement is None else slave.displacement
-    force = np.zeros(size)
-    for load in slave.loads:
-        force += load.mean(interval)[0] * load.row
+    force = slave.load_means(interval)[0] @ slave.load_rows()
     if rod is not None:
         displacement, velocity = _fit_rod(slave, rod, displacement, velocity)
         force += _rod_force(slave, rod, displacement, velocity, force, interval) @ rod.rows

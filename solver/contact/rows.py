@@ -1,8 +1,6 @@
 """The rows of one contact: where points are, how their gaps move, and what another body's surface adds."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +10,7 @@ from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.pairing import facing
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.obstacles import Bore, Plane
+from gudgeon.solver.obstacles import basic_surface
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.scene import Scene
 
@@ -322,14 +320,6 @@ def _space(against: MasterSurface, name: str, master: FlexibleBody) -> TractionM
             f" it has {have}"
         )
     return master.modal.tractions[against.interface]
-
-
-def basic_surface(chart: Mapping[str, Any], position: np.ndarray) -> Bore | Plane:
-    """Return the undeformed surface of a traction space's chart on a body that stands at `position` [m], (3,)."""
-    origin = tuple(np.asarray(chart["origin"], float) + position)
-    if chart["kind"] == "plane":
-        return Plane(shape="plane", point=origin, normal=tuple(chart["normal"]))
-    return Bore(shape="bore", radius=chart["radius"], axis=tuple(chart["axis"]), origin=origin)
 
 
 def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str | None = None) -> np.ndarray:

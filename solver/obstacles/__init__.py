@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field, TypeAdapter
 
 from gudgeon.solver.obstacles.bore import Bore
@@ -16,3 +17,11 @@ Obstacle = Annotated[Bore | Plane, Field(discriminator="shape")]
 def obstacle_of(against: Mapping[str, Any]) -> Obstacle:
     """Return the obstacle that a contact's `against` table describes: its gap and gap direction at any points."""
     return TypeAdapter(Obstacle).validate_python(against)
+
+
+def basic_surface(chart: Mapping[str, Any], position: np.ndarray) -> Bore | Plane:
+    """Return the undeformed surface of a traction space's chart on a body that stands at `position` [m], (3,)."""
+    origin = tuple(np.asarray(chart["origin"], float) + position)
+    if chart["kind"] == "plane":
+        return Plane(shape="plane", point=origin, normal=tuple(chart["normal"]))
+    return Bore(shape="bore", radius=chart["radius"], axis=tuple(chart["axis"]), origin=origin)

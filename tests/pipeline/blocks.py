@@ -1,6 +1,7 @@
 """Rectangular blocks of a few tet10, made by hand, for tests of the nodal synthesis."""
 
 import platform
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy import sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.nodal import NodalBody
+from gudgeon.pipeline.nodal import NodalBody, NodalLoad, supported_body
 from gudgeon.pipeline.scenes.material import Material
 
 MKL_HAS_A_WHEEL = platform.machine() == "x86_64"
@@ -43,6 +44,22 @@ def clamped(name: str, model: FEModel, held: np.ndarray, damping: float = 0.0) -
     kept = np.setdiff1d(np.arange(model.K.shape[0]), (3 * held[:, None] + np.arange(3)).ravel())
     K, M = (sparse.csr_matrix(matrix[kept][:, kept]) for matrix in (model.K, model.M))
     return NodalBody(name, K, M, damping=damping), kept
+
+
+def free_body(
+    name: str,
+    model: FEModel,
+    velocity: np.ndarray,
+    *,
+    twists: np.ndarray | None = None,
+    damping: float = 0.0,
+    loads: tuple[NodalLoad, ...] = (),
+    field: tuple[float, ...] = (0.0, 0.0, 0.0),
+) -> NodalBody:
+    """Return a body on which nothing is held, with any velocity [m/s], (dofs,), and loads beside its weight."""
+    chosen = model.rigid_twists if twists is None else twists
+    body, _ = supported_body(name, model, chosen, np.zeros(6), damping=damping, field=np.array(field))
+    return replace(body, velocity=velocity, loads=(*loads, *body.loads))
 
 
 def plane_twists(model: FEModel) -> np.ndarray:

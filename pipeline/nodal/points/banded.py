@@ -1,4 +1,4 @@
-"""Bodies whose matrices are narrow bands once their nodes stand in a row, and their time loop, compiled.
+"""Bodies whose matrices are narrow bands, and their time loop, compiled.
 
     S v̄ = M v − ½ h K u + ½ h (f + Gᵀ λ̄),   u⁺ = u + h v̄,   v⁺ = 2 v̄ − v,   S = M + α K,   α = ¼ h² + ½ h β
 
@@ -14,14 +14,13 @@ from numba import njit
 from scipy import sparse
 from scipy.linalg import cholesky_banded
 
-from gudgeon.pipeline.nodal.points.contact import press
+from gudgeon.pipeline.nodal.points.contact import FAST, press
 from gudgeon.pipeline.nodal.problem import NodalBody
 
 WIDEST = 16
 """Entries beside the diagonal up to which a band is solved faster here than by a sparse factor."""
 WIDTHS = (3, 5, WIDEST)
 """To which triangles are filled up with zeros; bars need 2, beams 3 and 5."""
-FAST = {"reassoc", "contract"}
 
 
 class Band(NamedTuple):
@@ -56,39 +55,17 @@ class Band(NamedTuple):
     rhs: np.ndarray
     books: np.ndarray
     """What damping took, work of the load [J], (2,)."""
-    order: np.ndarray
-    """Dof of the body at each place of the band, (n,)."""
 
 
 def is_narrow(body: NodalBody) -> bool:
-    """Whether K and M are a band of at most `WIDEST` entries beside the diagonal once the dofs stand in a row."""
-    pattern = _pattern(body)
-    return (
-        int(np.diff(pattern.indptr).max(initial=0)) <= 2 * WIDEST + 1 and _width(pattern, in_a_row(pattern)) <= WIDEST
-    )
+    """Whether K and M are a band of at most `WIDEST` entries beside the diagonal."""
+    return bandwidth(body) <= WIDEST
 
 
-def in_a_row(pattern: sparse.csr_matrix) -> np.ndarray:
-    """Return the dofs in Cuthill and McKee's order, each part of the graph begun at one of its ends, (n,)."""
-    degree, order, seen = np.diff(pattern.indptr), [], np.zeros(pattern.shape[0], bool)
-    for start in range(len(seen)):
-        if not seen[start]:
-            end = _levels(pattern, degree, start)[-1]
-            part = _levels(pattern, degree, end)
-            seen[part] = True
-            order += part
-    return np.array(order, np.int64)
-
-
-def _levels(pattern: sparse.csr_matrix, degree: np.ndarray, start: int) -> list[int]:
-    """Return what is joined to a dof, nearest first, of equals that with the fewest neighbours."""
-    order, found = [start], {start}
-    for dof in order:
-        near = pattern.indices[pattern.indptr[dof] : pattern.indptr[dof + 1]]
-        new = sorted((int(one) for one in near if int(one) not in found), key=lambda one: (degree[one], one))
-        found.update(new)
-        order += new
-    return order
+def bandwidth(body: NodalBody) -> int:
+    """Return the entries of K and M beside the diagonal; line meshes number their nodes from one end to the other."""
+    rows, columns = (abs(body.K) + abs(body.M)).nonzero()
+    return int(np.abs(rows - columns).max(initial=0))
 
 
 def new_band(body: NodalBody, rows: sparse.csr_matrix, step: float) -> Band:
@@ -98,40 +75,23 @@ def new_band(body: NodalBody, rows: sparse.csr_matrix, step: float) -> Band:
         rows: G, (c, dofs).
         step: h [s].
     """
-    pattern = _pattern(body)
-    order = in_a_row(pattern)
-    K, M = (_diagonals(matrix[order][:, order], _width(pattern, order)) for matrix in (body.K, body.M))
+    K, M = (_diagonals(matrix, bandwidth(body)) for matrix in (body.K, body.M))
     alpha = step**2 / 4 + step * body.damping / 2
     columns = cholesky_banded(M + alpha * K, lower=True).T
     lower, upper = _triangles(columns[:, 1:] / columns[:, :1])
-    n, G = len(order), sparse.csr_matrix(rows[:, order])
-    zero = np.zeros(n)
-    u, v = (zero.copy() if x is None else np.array(x, float)[order] for x in (body.displacement, body.velocity))
-    load = zero.copy()
-    for item in body.loads:
-        load += item.mean(np.array([0.0, step]))[0] * item.row[order]
-    answers = G.toarray()
+    zero = np.zeros(len(columns))
+    u, v = (zero.copy() if x is None else np.array(x, float) for x in (body.displacement, body.velocity))
+    load = body.load_means(np.array([0.0, step]))[0] @ body.load_rows()
+    answers = rows.toarray()
     band = Band(
-        lower, upper, 1 / columns[:, 0] ** 2, M, K, G.indptr.astype(np.int64), G.indices.astype(np.int64), G.data,
-        answers, load, body.damping, u, v, zero.copy(), zero.copy(), zero.copy(), zero.copy(), np.zeros(2),
-        order,
+        lower, upper, 1 / columns[:, 0] ** 2, M, K, rows.indptr.astype(np.int64), rows.indices.astype(np.int64),
+        rows.data, answers, load, body.damping, u, v, zero.copy(), zero.copy(), zero.copy(), zero.copy(), np.zeros(2),
     )  # fmt: skip
     for answer in answers:
         solve(band, answer)
     product(K, u, band.Ku)
     product(M, v, band.Mv)
     return band
-
-
-def _pattern(body: NodalBody) -> sparse.csr_matrix:
-    return sparse.csr_matrix(abs(body.K) + abs(body.M))
-
-
-def _width(pattern: sparse.csr_matrix, order: np.ndarray) -> int:
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    rows, columns = pattern.nonzero()
-    return int(np.abs(place[rows] - place[columns]).max(initial=0))
 
 
 def _triangles(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -289,14 +249,14 @@ def march(bodies, works, now, rest, gap, h, forces, gaps, energies):  # type: ig
         kinetic, strain, lost, given = 0.0, 0.0, now.books[0], 0.0
         for k in range(len(bodies)):
             band = bodies[k]
-            _advance(band, now.state.force, h, works[k])
+            _advance(band, now.force, h, works[k])
             sample(band, band.u, gap)
             for j in range(len(band.u)):
                 kinetic += 0.5 * band.v[j] * band.Mv[j]
                 strain += 0.5 * band.u[j] * band.Ku[j]
             lost += band.books[0]
             given += band.books[1]
-        forces[n], gaps[n] = now.state.force, gap
+        forces[n], gaps[n] = now.force, gap
         energies[n, 0], energies[n, 1], energies[n, 2] = kinetic, strain, now.books[1]
         energies[n, 3], energies[n, 4] = lost, given
     return len(forces)

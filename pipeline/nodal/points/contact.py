@@ -1,16 +1,18 @@
-"""Contact at fixed points within one step of the midpoint rule, compiled; the solver's laws, multipliers constant.
+"""Contact forces at fixed points within one step of the midpoint rule, compiled, by solvers of this package alone.
 
     g⁺ = free + W λ̄,   W = Σ G_b W_b G_bᵀ over the bodies
 
-With laws λ̄ is the discrete gradient of their potential, damping beside it, as the solver's integrator of that name has
-it: an elastic law keeps energy. Where nothing yields but the bodies (Signorini, the mass of the nodes in the step) a
-point closes when its gap half-way through the step would be negative, and stays closed as long as it is pressed:
+Of the solver that this is the reference of, only the formulas of the contact laws are shared. With laws λ̄ is the mean
+of the elastic force over the depths passed in the step, (V(d⁺) − V(d))/(d⁺ − d), damping beside it, so that an elastic
+law keeps energy. Where nothing yields but the bodies (Signorini, the mass of the nodes in the step) a point closes when
+its gap half-way through the step would be negative, and stays closed as long as it is pressed:
 
     0 ≤ λ̄ ⊥ ġ⁺ + max(ġ, 0) ≥ 0,   ġ⁺ = 2 (g⁺ − g)/h − ġ
 
 (Moreau and Jean's rule with θ = ½ and no restitution, V. Acary, Z. Angew. Math. Mech. 96 (2016) 585-603, but for the
 maximum.) Its work h λ̄ (ġ + ġ⁺)/2 is never positive: a closing loses what the mass that W sees in one step had, which
 goes to zero with step and mesh, and a closed point none. Constraints on gaps would let closed nodes swing for ever.
+Either way the forces are found point by point (Gauss-Seidel); W is symmetric and positive, so that this converges.
 """
 
 from typing import NamedTuple
@@ -19,35 +21,44 @@ import numpy as np
 from numba import njit
 
 from gudgeon.pipeline.nodal.problem import PointContact
-from gudgeon.solver.contact.compliance import Compliance, fixed
-from gudgeon.solver.contact.lcp import solve_lcp
-from gudgeon.solver.contact.pairing import facing
-from gudgeon.solver.integrators.discrete_gradient.kernel import State, Step, find_forces, quotient
-from gudgeon.solver.integrators.uncoupled import SLOWEST
-from gudgeon.solver.laws.force import law_energy
+from gudgeon.solver.laws.force import law_energy, law_force
 
-__all__ = ["Press", "facing", "new_press", "press"]
-
+FAST = {"reassoc", "contract"}
+"""Sums may be reordered; NaN and infinity keep their meaning."""
+SWEEPS = 10_000
+"""Gauss-Seidel sweeps over the points before a step fails; one or two suffice for a few points."""
 TOLERANCE = 1e-13
-"""Of a gap, relative to the largest change of one in a step."""
+"""Violation of a rigid contact's condition, or change of a law's depth in a sweep, that counts as none, relative to
+gaps and their changes in the step; round-off of sums over points is a hundredth of it."""
+DEPENDENT = 1e-14
+"""Pivot of W, relative to its diagonal, below which a point depends on others and sweeps alone find the forces."""
+ROUND_OFF = 1e-14
+"""Change of a depth in Newton's method, relative to the depths of its step, at which it is found."""
+NEWTON_LIMIT = 200
+"""Far above the five or so that a depth takes; each that leaves the bracket halves it instead."""
+CLOSE = 1e-3
+"""Relative difference of two depths below which two Gauss points give the mean force, to 1e-16."""
+SLOWEST = 1e-6
+"""Least approach speed of a contact, relative to the largest so far: what grazes loses as if it came at that."""
 
 
 class Press(NamedTuple):
-    """What the contact of c points needs and remembers."""
+    """What the contact of c points needs and remembers; arrays change in place."""
 
     rigid: bool
     """Whether nothing yields but the bodies."""
-    step: Step
-    """`reach` is W [m/N], (c, c)."""
-    state: State
-    """`force` is λ̄ [N], (c,)."""
-    matrix: Compliance
-    active: np.ndarray
-    """Closed points, the first `closed` entries, (c,)."""
-    closed: np.ndarray
-    """(1,)"""
-    factor: np.ndarray
-    """Cholesky factor of W on the closed points, (c, c)."""
+    step: float
+    """h [s]."""
+    W: np.ndarray
+    """Change of gaps in a step per constant force [m/N], (c, c)."""
+    law: np.ndarray
+    """K, n, χ, c of each point's law, (c, 4)."""
+    force: np.ndarray
+    """λ̄ of the last step [N], (c,)."""
+    depth: np.ndarray
+    """−g at its end [m], (c,); of laws."""
+    approach: np.ndarray
+    """v⁻ of the contact that goes on at each point, and the largest so far [m/s], (c + 1,); of laws."""
     books: np.ndarray
     """What contact took so far, what its laws store now [J], iterations, (3,)."""
 
@@ -60,21 +71,12 @@ def new_press(contacts: list[PointContact], W: np.ndarray, gap: np.ndarray, step
         gap: At the start [m], (c,).
         step: h [s].
     """
-    c, none = len(gap), np.zeros(0)
+    c = len(gap)
     laws = [contact.law for contact in contacts if contact.law is not None]
-    law = np.concatenate([np.zeros((0, 4)), *laws]) if laws else np.zeros((c, 4))
-    running, energies = np.full((c, 7), -1.0), np.zeros(5)
-    constants = Step(step, np.zeros((4, 0)), np.zeros((2, 0)), none, np.zeros((c, 0)), gap, W, law, SLOWEST)
-    state = State(
-        none, none, -gap, np.zeros(c), np.zeros(c), energies, np.zeros(3, np.int64), running, np.zeros((0, 8)),
-        np.zeros(c),
-    )  # fmt: skip
-    books = np.zeros(3)
-    books[1] = sum(law_energy(law[i], -gap[i]) for i in range(c))
-    return Press(
-        not laws, constants, state, fixed(W.copy()), np.zeros(c, np.int64), np.zeros(1, np.int64), np.zeros((c, c)),
-        books,
-    )  # fmt: skip
+    law = np.concatenate(laws) if laws else np.zeros((c, 4))
+    stored = sum(law_energy(law[i], -gap[i]) for i in range(c))
+    books = np.array([0.0, stored, 0.0])
+    return Press(not laws, step, W.copy(), law, np.zeros(c), -gap, np.zeros(c + 1), books)
 
 
 @njit(cache=True)
@@ -90,49 +92,190 @@ def press(now, gap, rate, free):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _yield(now, free):  # type: ignore[no-untyped-def]
-    state, law = now.state, now.step.law
-    depth, before = np.empty(len(free)), state.tally[1]
-    sound = find_forces(now.step, state, free, depth)
-    now.books[1] = 0.0
-    for i in range(len(free)):
-        change = depth[i] - state.depth[i]
-        lost = (state.force[i] - quotient(law[i], state.depth[i], depth[i])) * change
-        if lost > 0.0:  # No law gives energy: what a wrong force would create shall show as drift.
-            now.books[0] += lost
-        state.depth[i] = depth[i]
-        if depth[i] <= 0.0:
-            state.approach[i] = 0.0
-        now.books[1] += law_energy(law[i], depth[i])
-    now.books[2] += state.tally[1] - before
-    return sound
+def _close(now, gap, rate, free):  # type: ignore[no-untyped-def]
+    """Find the forces of rigid contact."""
+    force, size = now.force, 0.0
+    usable, b = np.empty(len(gap), np.bool_), np.empty(len(gap))
+    for i in range(len(gap)):
+        usable[i] = force[i] > 0.0 or gap[i] + free[i] <= 0.0
+        b[i] = free[i] - gap[i] - 0.5 * now.step * min(rate[i], 0.0)
+        if usable[i]:
+            size = max(size, abs(free[i] - gap[i]) + 0.5 * now.step * abs(rate[i]))
+    if size == 0.0:
+        force[:] = 0.0
+        return True
+    sweeps = complementary(now.W, b, usable, force, TOLERANCE * size)
+    now.books[2] += abs(sweeps)
+    for i in range(len(gap)):
+        now.books[0] += max(0.0, -force[i] * (free[i] - gap[i] + _dot(now.W[i], force)))
+    return sweeps > 0
 
 
 @njit(cache=True)
-def _close(now, gap, rate, free):  # type: ignore[no-untyped-def]
-    c, h, force = len(gap), now.step.dt, now.state.force
-    near, floor, gaps = np.full(c, np.inf), np.empty(c), np.empty(c)
-    largest = 0.0
+def complementary(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
+    """Solve 0 ≤ λ ⊥ W λ + b ≥ 0; returns the sweeps made, negative where they were not enough.
+
+    Sweeps find which points are pressed, Cholesky's method their forces to round-off. Each lowers ½ λᵀWλ + bᵀλ, so that
+    no set of pressed points comes twice.
+
+    Args:
+        W: Symmetric, positive [m/N], (c, c).
+        b: [m], (c,).
+        usable: Points that take part, (c,); others have no force on entry and get none.
+        force: A guess on entry, λ on exit [N], (c,).
+        tolerance: Violation that counts as none [m].
+    """
+    for sweep in range(1, SWEEPS + 1):
+        change = 0.0
+        for i in range(len(b)):
+            if usable[i]:
+                new = max(0.0, force[i] - (b[i] + _dot(W[i], force)) / W[i, i])
+                change = max(change, W[i, i] * abs(new - force[i]))
+                force[i] = new
+        while _polish(W, b, force, tolerance):
+            pass
+        if change <= tolerance or _fits(W, b, usable, force, tolerance):
+            return sweep
+    return -SWEEPS
+
+
+@njit(cache=True)
+def _polish(W, b, force, tolerance):  # type: ignore[no-untyped-def]
+    """Go from λ towards W λ = −b on the pressed points until one of them is free; returns whether one was."""
+    pressed = np.flatnonzero(force)
+    n = len(pressed)
+    L, found = np.zeros((n, n)), np.empty(n)
+    for i in range(n):
+        for j in range(i):
+            L[i, j] = (W[pressed[i], pressed[j]] - _dot(L[i, :j], L[j, :j])) / L[j, j]
+        diagonal = W[pressed[i], pressed[i]]
+        pivot = diagonal - _dot(L[i, :i], L[i, :i])
+        if pivot <= DEPENDENT * diagonal:
+            return False
+        L[i, i] = np.sqrt(pivot)
+        found[i] = (-b[pressed[i]] - _dot(L[i, :i], found[:i])) / L[i, i]
+    freed, share = -1, 1.0
+    for i in range(n - 1, -1, -1):
+        found[i] = (found[i] - _dot(L[i + 1 :, i], found[i + 1 :])) / L[i, i]
+        old = force[pressed[i]]
+        if W[pressed[i], pressed[i]] * found[i] < -tolerance and old < share * (old - found[i]):
+            freed, share = pressed[i], old / (old - found[i])
+    for i in range(n):
+        force[pressed[i]] = max(0.0, (1.0 - share) * force[pressed[i]] + share * found[i])
+    if freed >= 0:
+        force[freed] = 0.0
+    return freed >= 0
+
+
+@njit(cache=True)
+def _fits(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
+    """Whether no gap is closed too far and no pressed one is open."""
+    wrong = 0
+    for i in range(len(b)):
+        if usable[i]:
+            gap = b[i] + _dot(W[i], force)
+            wrong += gap < -tolerance or (force[i] > 0.0 and gap > tolerance)
+    return wrong == 0
+
+
+@njit(cache=True, fastmath=FAST)
+def _dot(x, y):  # type: ignore[no-untyped-def]
+    total = 0.0
+    for i in range(len(x)):
+        total += x[i] * y[i]
+    return total
+
+
+@njit(cache=True)
+def _yield(now, free):  # type: ignore[no-untyped-def]
+    """Find the forces of laws."""
+    c, h, force, approach = len(free), now.step, now.force, now.approach
     for i in range(c):
-        floor[i] = gap[i] + 0.5 * h * min(rate[i], 0.0)
-        if gap[i] + free[i] <= 0.0:
-            near[i] = free[i] - floor[i]
-    for a in range(now.closed[0]):
-        i = now.active[a]
-        near[i] = free[i] - floor[i]
+        if now.depth[i] <= 0.0 < -free[i] and approach[i] <= 0.0:
+            rate = (-free[i] - now.depth[i]) / h
+            approach[c] = max(approach[c], rate)
+            approach[i] = max(rate, SLOWEST * approach[c])
+    depth, settled = np.empty(c), False
+    for _ in range(SWEEPS):
+        settled = True
+        for i in range(c):
+            alone = now.W[i, i] * force[i] - free[i] - _dot(now.W[i], force)
+            before = force[i]
+            force[i], depth[i], used = _point(now, i, alone)
+            now.books[2] += used
+            size = abs(alone) + abs(free[i]) + abs(now.depth[i])
+            settled = settled and now.W[i, i] * abs(force[i] - before) <= TOLERANCE * size
+        if c == 1 or settled:
+            break
+    now.books[1] = 0.0
     for i in range(c):
-        if near[i] < np.inf:
-            largest = max(largest, abs(free[i] - gap[i]) + 0.5 * h * abs(rate[i]))
-    force[:] = 0.0
-    if largest == 0.0:
-        return True
-    count, pivots = solve_lcp(now.matrix, near, now.active, now.closed[0], now.factor, force, gaps, TOLERANCE * largest)
-    now.closed[0] = count
-    now.books[2] += abs(pivots)
-    for i in range(c):
-        force[i] = max(force[i], 0.0)
-        change = free[i] - gap[i]
-        for j in range(c):
-            change += now.step.reach[i, j] * force[j]
-        now.books[0] += max(0.0, -force[i] * change)
-    return pivots >= 0
+        lost = (force[i] - _elastic(now.law[i], now.depth[i], depth[i])[0]) * (depth[i] - now.depth[i])
+        now.books[0] += max(lost, 0.0)  # No law gives energy: what a wrong force would create shall show as drift.
+        now.books[1] += law_energy(now.law[i], depth[i])
+        now.depth[i] = depth[i]
+        if depth[i] <= 0.0:
+            approach[i] = 0.0
+    return c == 1 or settled
+
+
+@njit(cache=True)
+def _point(now, i, alone):  # type: ignore[no-untyped-def]
+    """Solve d + W_ii λ̄(d) = d₀ of one point; returns λ̄ [N], d [m] and the iterations used.
+
+    The force grows with the depth, so that there is one root. Where the force jumps over it, as that of a dashpot does
+    when a contact begins, the point stays on the edge of contact and bears what holds it there.
+
+    Args:
+        alone: d₀, depth at the end of the step under all other forces [m].
+    """
+    law, before, approach, give = now.law[i], now.depth[i], now.approach[i], now.W[i, i]
+    if before <= 0.0 and alone <= 0.0:
+        return 0.0, alone, 0
+    low, high = alone - give * _mean(law, before, alone, approach, now.step)[0], alone
+    d = min(max(alone - give * now.force[i], low), high)
+    for used in range(1, NEWTON_LIMIT):
+        force, slope = _mean(law, before, d, approach, now.step)
+        wrong = d + give * force - alone
+        if wrong > 0.0:
+            high = d
+        else:
+            low = d
+        change = -wrong / (1.0 + give * slope)
+        if abs(change) <= ROUND_OFF * (abs(d) + abs(before)):
+            return max(force + slope * change, 0.0), d + change, used
+        d += change
+        if not low < d < high:
+            d = 0.5 * (low + high)
+            if high - low <= ROUND_OFF * (abs(d) + abs(before)):
+                break
+    if low <= 0.0 <= high:
+        d = 0.0  # Not what round-off makes of it: its sign says whether the contact has begun.
+    return max((alone - d) / give, 0.0), d, NEWTON_LIMIT
+
+
+@njit(cache=True)
+def _mean(law, before, after, approach, h):  # type: ignore[no-untyped-def]
+    """Return the mean force of a step between two depths, what is lost included, and its derivative by the second."""
+    elastic, steepness = _elastic(law, before, after)
+    rate = (after - before) / h
+    per_rate = law[2] / approach if approach > 0.0 else 0.0
+    damping = law[3] if before > 0.0 or after > 0.0 else 0.0
+    force = elastic * (1.0 + per_rate * rate) + damping * rate
+    if force <= 0.0:
+        return 0.0, 0.0
+    return force, steepness * (1.0 + per_rate * rate) + (elastic * per_rate + damping) / h
+
+
+@njit(cache=True)
+def _elastic(law, before, after):  # type: ignore[no-untyped-def]
+    """Return the mean of the elastic force between two depths, and its derivative by the second."""
+    width = after - before
+    if before <= 0.0 and after <= 0.0:
+        return 0.0, 0.0
+    if abs(width) < CLOSE * min(before, after):
+        middle, aside = 0.5 * (before + after), width / np.sqrt(12.0)
+        one, slope, _ = law_force(law, middle - aside, 0.0, 1.0)
+        two, steeper, _ = law_force(law, middle + aside, 0.0, 1.0)
+        return 0.5 * (one + two), 0.25 * (slope + steeper)
+    elastic = (law_energy(law, after) - law_energy(law, before)) / width
+    return elastic, (law_force(law, after, 0.0, 1.0)[0] - elastic) / width

@@ -6,7 +6,6 @@ damping took, W the work of loads.
 """
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 from scipy import sparse
@@ -14,13 +13,12 @@ from scipy import sparse
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.linalg.threads import one_thread
 from gudgeon.pipeline.measuring.clock import Clock
 from gudgeon.pipeline.nodal.body import MovingBody
-from gudgeon.pipeline.nodal.points.banded import is_narrow, march, new_band, sample
+from gudgeon.pipeline.nodal.points.banded import is_narrow, march, new_band
 from gudgeon.pipeline.nodal.points.contact import Press, new_press, press
-from gudgeon.pipeline.nodal.problem import NodalBody, PointProblem
-from gudgeon.pipeline.nodal.quantities import History, body_quantities, contact_quantities
+from gudgeon.pipeline.nodal.problem import PointProblem
+from gudgeon.pipeline.nodal.quantities import History, body_quantities, contact_quantities, named
 
 PARTS = 100
 """Into which a run is divided to tell its progress."""
@@ -36,43 +34,39 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
         StageError: a contact force could not be found, or a body's rigid motions are none.
     """
     count = max(1, round(problem.duration / step))
-    with one_thread():
-        stacked = [_stacked(problem, number) for number in range(len(problem.bodies))]
-        rest = np.concatenate([contact.gap for contact in problem.contacts.values()])
-        narrow = all(body.suppressed is None and is_narrow(body) for body in problem.bodies)
-        _compile(problem, stacked, rest, narrow)
-        clock = Clock()
-        loop: _Loop = (_Compiled if narrow else _Factored)(problem, stacked, step)
-        gap = rest + loop.places()
-        now = new_press(list(problem.contacts.values()), loop.compliance(), gap, step)
-        points = len(gap)
-        history = History(
-            step * np.arange(count + 1), np.zeros((count, points)), np.zeros((count + 1, points)), loop.rates()
-        )
-        history.gaps[0] = gap
-        energies, begun = np.zeros((count, 5)), loop.energies(now)
-        part = max(1, count // PARTS)
-        for first in range(0, count, part):
-            chosen = slice(first, min(first + part, count))
-            out = history.forces[chosen], history.gaps[1:][chosen], energies[chosen]
-            if (made := loop.advance(now, rest, gap, *out)) < len(out[0]):
-                raise StageError(f"nodal: no contact force was found in step {first + made + 1} of {step:g} s")
-            if progress is not None:
-                progress(chosen.stop / count)
-        found = _quantities(problem, history, loop, float(energies[-1, 3]))
-        taken = clock.read()
-        loop.free()
+    stacked = [_stacked(problem, number) for number in range(len(problem.bodies))]
+    rest = np.concatenate([contact.gap for contact in problem.contacts.values()])
+    narrow = all(body.suppressed is None and is_narrow(body) for body in problem.bodies)
+    _compile(problem, stacked, rest, narrow)
+    clock = Clock()
+    loop = (_Compiled if narrow else _Factored)(problem, stacked, step)
+    gap = rest + loop.places()
+    now = new_press(list(problem.contacts.values()), loop.compliance(), gap, step)
+    points = len(gap)
+    history = History(
+        step * np.arange(count + 1), np.zeros((count, points)), np.zeros((count + 1, points)), loop.rates()
+    )
+    history.gaps[0] = gap
+    energies, begun = np.zeros((count, 5)), loop.energies(now)
+    part = max(1, count // PARTS)
+    for first in range(0, count, part):
+        chosen = slice(first, min(first + part, count))
+        out = history.forces[chosen], history.gaps[1:][chosen], energies[chosen]
+        if (made := loop.advance(now, rest, gap, *out)) < len(out[0]):
+            raise StageError(f"nodal: no contact force was found in step {first + made + 1} of {step:g} s")
+        if progress is not None:
+            progress(chosen.stop / count)
+    found = _quantities(problem, history, loop, float(energies[-1, 3]))
+    taken = clock.read()
+    loop.free()
     return _record(problem, history, energies, begun, (int(now.books[2]), taken.wall, taken.cpu), found)
 
 
 def _stacked(problem: PointProblem, number: int) -> sparse.csr_matrix:
     """Return ∂g/∂u of all points by one body, (c, dofs)."""
     size = problem.bodies[number].K.shape[0]
-    parts = []
-    for contact in problem.contacts.values():
-        rows = contact.rows[number]
-        parts.append(sparse.csr_matrix((len(contact.gap), size)) if rows is None else rows)
-    return sparse.csr_matrix(sparse.vstack(parts))
+    rows = [(contact.rows[number], len(contact.gap)) for contact in problem.contacts.values()]
+    return sparse.csr_matrix(sparse.vstack([sparse.csr_matrix((c, size)) if G is None else G for G, c in rows]))
 
 
 def _compile(problem: PointProblem, stacked: list[sparse.csr_matrix], rest: np.ndarray, narrow: bool) -> None:
@@ -86,92 +80,52 @@ def _compile(problem: PointProblem, stacked: list[sparse.csr_matrix], rest: np.n
         press(now, rest + 1.0, np.zeros(c), rest + 1.0)
 
 
-class _Loop(Protocol):
-    """Bodies with their state."""
-
-    def compliance(self) -> np.ndarray:
-        """W [m/N], (c, c)."""
-        ...
-
-    def places(self) -> np.ndarray:
-        """G u of all bodies now [m], (c,)."""
-        ...
-
-    def rates(self) -> np.ndarray:
-        """G v of all bodies now [m/s], (c,)."""
-        ...
-
-    def energies(self, now: Press) -> np.ndarray:
-        """Kinetic, strain, contact, lost, work of loads now [J], (5,)."""
-        ...
-
-    def motions(self) -> list[np.ndarray]:
-        """Displacements and velocities of each body now, (2, dofs)."""
-        ...
-
-    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, *out: np.ndarray) -> int:
-        """As `narrow.march`."""
-        ...
-
-    def free(self) -> None:
-        """Give memory back."""
-        ...
-
-
 class _Compiled:
     """Narrow bodies."""
 
     def __init__(self, problem: PointProblem, stacked: list[sparse.csr_matrix], step: float) -> None:
         self._bands = tuple(new_band(body, rows, step) for body, rows in zip(problem.bodies, stacked, strict=True))
         self._works, self._step = tuple(np.zeros(len(band.u)) for band in self._bands), step
-        self._count = stacked[0].shape[0]
+        self._parts = list(zip(stacked, self._bands, strict=True))
 
     def compliance(self) -> np.ndarray:
-        W = np.zeros((self._count, self._count))
-        for band in self._bands:
-            for i in range(self._count):
-                sample(band, band.answers[i], W[i])
+        """Return W [m/N], (c, c)."""
+        W = sum((rows @ band.answers.T for rows, band in self._parts), np.zeros(()))
         return (self._step**2 / 4) * (W + W.T)
 
     def places(self) -> np.ndarray:
-        return self._sampled([band.u for band in self._bands])
+        """Return G u of all bodies now [m], (c,)."""
+        return sum((rows @ band.u for rows, band in self._parts), np.zeros(()))
 
     def rates(self) -> np.ndarray:
-        return self._sampled([band.v for band in self._bands])
+        """Return G v of all bodies now [m/s], (c,)."""
+        return sum((rows @ band.v for rows, band in self._parts), np.zeros(()))
 
     def energies(self, now: Press) -> np.ndarray:
+        """Return kinetic, strain, contact, lost, work of loads now [J], (5,)."""
         kinetic = sum(0.5 * float(band.v @ band.Mv) for band in self._bands)
         strain = sum(0.5 * float(band.u @ band.Ku) for band in self._bands)
         books = sum((band.books for band in self._bands), np.zeros(2))
         return np.array([kinetic, strain, now.books[1], now.books[0] + books[0], books[1]])
 
     def motions(self) -> list[np.ndarray]:
-        found = []
-        for band in self._bands:
-            motion = np.empty((2, len(band.u)))
-            motion[0, band.order], motion[1, band.order] = band.u, band.v
-            found.append(motion)
-        return found
+        """Return displacements and velocities of each body now, (2, dofs)."""
+        return [np.array([band.u, band.v]) for band in self._bands]
 
     def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, *out: np.ndarray) -> int:
+        """Make steps, see `march`."""
         return march(self._bands, self._works, now, rest, gap, self._step, *out)
 
     def free(self) -> None:
-        return
-
-    def _sampled(self, fields: list[np.ndarray]) -> np.ndarray:
-        found = np.zeros(self._count)
-        for band, field in zip(self._bands, fields, strict=True):
-            sample(band, field, found)
-        return found
+        """Nothing is held that the interpreter does not free."""
 
 
 class _Factored:
-    """Bodies of any shape, each with a sparse factor."""
+    """Bodies of any shape, each with a sparse factor; the same functions."""
 
     def __init__(self, problem: PointProblem, stacked: list[sparse.csr_matrix], step: float) -> None:
         self._bodies = [MovingBody(body, rows, step) for body, rows in zip(problem.bodies, stacked, strict=True)]
-        self._loads = [_constant(body, step) for body in problem.bodies]
+        self._loads = [body.load_means(np.array([0.0, step]))[0] for body in problem.bodies]
 
     def compliance(self) -> np.ndarray:
         return sum((body.W for body in self._bodies), np.zeros(()))
@@ -199,7 +153,7 @@ class _Factored:
                 free += body.predict(loads)
             if not press(now, gap, rate, free):
                 return n
-            forces[n] = now.state.force
+            forces[n] = now.force
             for body in self._bodies:
                 body.advance(forces[n])
             gap[:] = rest + self.places()
@@ -211,12 +165,7 @@ class _Factored:
             body.free()
 
 
-def _constant(body: NodalBody, step: float) -> np.ndarray:
-    """Return the constant loads of a body, (l,)."""
-    return np.array([load.mean(np.array([0.0, step]))[0] for load in body.loads])
-
-
-def _quantities(problem: PointProblem, history: History, loop: _Loop, lost: float) -> Json:
+def _quantities(problem: PointProblem, history: History, loop: "_Compiled | _Factored", lost: float) -> Json:
     """Return name → {"value", "unit"} as the solver names them, and what was lost."""
     elastic = any(body.K.nnz for body in problem.bodies)
     motions = []
@@ -227,7 +176,7 @@ def _quantities(problem: PointProblem, history: History, loop: _Loop, lost: floa
         rows = slice(first, first + len(contact.gap))
         other = None if contact.other is None else motions[contact.other]
         values = contact_quantities(history.of(rows), contact, (motions[contact.body], other), elastic, problem.flying)
-        found |= {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}
+        found |= named(name, values)
         first = rows.stop
     for body, motion in zip(problem.bodies, motions, strict=True):
         found |= body_quantities(body.name, motion)

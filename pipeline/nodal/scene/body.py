@@ -1,7 +1,6 @@
 """A body of a scene on its mesh, for the nodal synthesis."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -14,8 +13,9 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.patch import patch_point, patch_row
 from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points
 from gudgeon.pipeline.interfaces.tie import refuse_rigid
+from gudgeon.pipeline.nodal import NodalBody, supported_body
 from gudgeon.pipeline.scenes.component import Component
-from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.job import Job, free_twists
 from gudgeon.pipeline.stages.mesh import movement_of
 
 CONTACT_KINDS = ("points", "patch")
@@ -29,20 +29,14 @@ class Part:
     mesh: MeshRecord
     model: FEModel
     component: Component
-    settings: Any
-
-    @property
-    def position(self) -> np.ndarray:
-        """[m], (3,)"""
-        return np.asarray(self.settings.position, float)
-
-    @property
-    def stiffness_factor(self) -> float:
-        """β of C = β K [s]."""
-        return self.settings.damping.stiffness_factor if self.settings.damping else 0.0
+    body: NodalBody
+    reduction: sparse.csr_matrix
+    """Displacement of the model's dofs by the body's own, (dofs of the model, dofs)."""
+    position: np.ndarray
+    """[m], (3,)"""
 
     def contact_rows(self, name: str, where: str) -> tuple[ContactPoints, sparse.csr_matrix]:
-        """Return the points of an interface and their outward normal displacement, (c, dofs).
+        """Return the points of an interface and their outward normal displacement, (c, dofs of the body).
 
         Args:
             where: The key that names it, for messages.
@@ -58,13 +52,18 @@ class Part:
             raise InputError(f"{where}: '{name}' is of kind '{interface.kind}', report.nodal needs 'points' or 'patch'")
         if interface.kind == "patch":
             points = patch_point(self.mesh, interface, where)
-            return points, patch_row(self.mesh, self.model, interface, where)
-        points = contact_points(self.mesh, interface, where)
-        return points, self.model.rows(points.nodes, points.normals)
+            rows = patch_row(self.mesh, self.model, interface, where)
+        else:
+            points = contact_points(self.mesh, interface, where)
+            rows = self.model.rows(points.nodes, points.normals)
+        return points, sparse.csr_matrix(rows @ self.reduction)
 
 
-def load_part(job: Job, name: str) -> Part:
+def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     """Return a body of a scene.
+
+    Args:
+        field: Gravity that acts on it [m/s²], (3,).
 
     Raises:
         InputError: its component has a rigid surface, or what `build_model` refuses.
@@ -77,4 +76,10 @@ def load_part(job: Job, name: str) -> Part:
     where = f"component.{component_name}"
     refuse_rigid(component.interface, f"{job.path}: {where}", "report.nodal")
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
-    return Part(name, mesh, model, component, job.scene.body[name])
+    settings, properties = job.scene.body[name], model.properties
+    linear = properties.mass * np.asarray(settings.velocity)
+    momentum = np.concatenate([linear, properties.inertia @ np.asarray(settings.angular_velocity)])
+    damping = settings.damping.stiffness_factor if settings.damping else 0.0
+    twists = free_twists(job, name)
+    body, reduction = supported_body(name, model, twists, momentum, damping=damping, field=field)
+    return Part(name, mesh, model, component, body, reduction, np.asarray(settings.position, float))

@@ -4,9 +4,9 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.nodal import NodalBody, PointContact, PointProblem, facing, supported_body
+from gudgeon.pipeline.nodal import PointContact, PointProblem
 from gudgeon.pipeline.nodal.scene.body import Part, load_part
-from gudgeon.pipeline.stages.job import Job, free_twists
+from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.obstacles import obstacle_of
 
 INSIDE = 1e-9
@@ -24,16 +24,12 @@ def meeting_problem(job: Job) -> PointProblem:
     scene = job.scene
     for name in scene.springs():
         raise InputError(f"{job.path}: report.nodal: knows no springs, leave force.{name} out")
-    names = list(scene.body)
-    parts = [load_part(job, name) for name in names]
-    made = [_body(job, part) for part in parts]
-    contacts = {}
-    for name in scene.contact:
-        contacts[name] = _contact(job, name, parts, [reduction for _, reduction in made])
+    parts = [load_part(job, name, np.asarray(scene.run.gravity)) for name in scene.body]
+    contacts = {name: _contact(job, name, parts) for name in scene.contact}
     if len({contact.law is None for contact in contacts.values()}) > 1:
         raise InputError(f"{job.path}: report.nodal: carries contacts with laws or layers, or without any, not both")
     flying = len(contacts) == 1 and not any(scene.run.gravity)
-    return PointProblem(tuple(body for body, _ in made), contacts, scene.run.duration, flying)
+    return PointProblem(tuple(part.body for part in parts), contacts, scene.run.duration, flying)
 
 
 def refuse_contacts(job: Job) -> None:
@@ -50,23 +46,13 @@ def refuse_contacts(job: Job) -> None:
             raise InputError(f"{where}.friction: given, it carries frictionless contact only")
 
 
-def _body(job: Job, part: Part) -> tuple[NodalBody, sparse.csr_matrix]:
-    """Return a body as it starts, and the displacement of its model's dofs by its own."""
-    properties, settings = part.model.properties, part.settings
-    linear = properties.mass * np.asarray(settings.velocity)
-    momentum = np.concatenate([linear, properties.inertia @ np.asarray(settings.angular_velocity)])
-    field = np.asarray(job.scene.run.gravity)
-    twists = free_twists(job, part.name)
-    return supported_body(part.name, part.model, twists, momentum, damping=part.stiffness_factor, field=field)
-
-
-def _contact(job: Job, name: str, parts: list[Part], reductions: list[sparse.csr_matrix]) -> PointContact:
+def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
     contact, names = job.scene.contact[name], [part.name for part in parts]
     own = names.index(contact.body)
     points, outward = parts[own].contact_rows(contact.interface, f"contact.{name}.interface")
     placed = points.points + parts[own].position
     rows: list[sparse.csr_matrix | None] = [None] * len(parts)
-    rows[own] = sparse.csr_matrix(-outward @ reductions[own])
+    rows[own] = -outward
     if contact.against.shape == "body":
         other = names.index(contact.against.body)
         where = f"contact.{name}.against.interface"
@@ -75,10 +61,10 @@ def _contact(job: Job, name: str, parts: list[Part], reductions: list[sparse.csr
             raise InputError(
                 f"{job.path}: {where}: has {len(far.points)} points, {len(placed)} face them; they must be as many"
             )
-        order, gap, _ = facing(placed, points.normals, far.points + parts[other].position)
+        order, gap = _facing(placed, points.normals, far.points + parts[other].position)
         if len(np.unique(order)) < len(order):
             raise InputError(f"{job.path}: {where}: two points face the same point; mesh both faces alike")
-        rows[other] = sparse.csr_matrix(-there[order] @ reductions[other])
+        rows[other] = -there[order]
         directions = -points.normals
     else:
         other, obstacle = None, obstacle_of(contact.against.model_dump())
@@ -92,3 +78,10 @@ def _contact(job: Job, name: str, parts: list[Part], reductions: list[sparse.csr
     elif contact.law is not None:
         law = np.tile(contact.law.coefficients(), (len(gap), 1))
     return PointContact(tuple(rows), np.maximum(gap, 0.0), directions, own, other, law)
+
+
+def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which point of another body stands nearest to each point's normal, and the gap along it [m], (c,) each."""
+    aside = np.cross(there[None] - placed[:, None], normals[:, None])
+    order = np.linalg.norm(aside, axis=2).argmin(axis=1)
+    return order, np.einsum("ci,ci->c", there[order] - placed, normals)

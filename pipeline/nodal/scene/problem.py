@@ -1,5 +1,7 @@
 """A scene as a problem in all nodal dofs: same meshes, same points, same surface layer, same loads and rod."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import sparse
 
@@ -9,7 +11,6 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.loads import load_rows
 from gudgeon.pipeline.interfaces.traction_space import traction_space
 from gudgeon.pipeline.nodal import (
-    NodalBody,
     NodalContact,
     NodalLoad,
     NodalProblem,
@@ -17,15 +18,12 @@ from gudgeon.pipeline.nodal import (
     PointProblem,
     SlidingSurface,
     SplineWeights,
-    free_body,
-    gravity,
     static_start,
 )
 from gudgeon.pipeline.nodal.scene.body import Part, load_part
 from gudgeon.pipeline.nodal.scene.points import meeting_problem, refuse_contacts
-from gudgeon.pipeline.stages.job import Job, free_twists
-from gudgeon.solver.contact.rows import basic_surface
-from gudgeon.solver.obstacles import obstacle_of
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.solver.obstacles import basic_surface, obstacle_of
 
 LINES = ("bar", "beam", "rigid")
 """Geometries whose points are few."""
@@ -77,30 +75,22 @@ def _sliding_problem(job: Job) -> NodalProblem:
                 f"{job.path}: report.nodal: contact.{name} needs surface_stiffness and an obstacle or a surface where"
                 " points slide or a joint drives"
             )
-    slave = _solid(job, slaves.pop())
-    master = _solid(job, over.pop()) if over else None
-    loads = [_gas(job, name, slave) for name in scene.gas()]
-    if any(scene.run.gravity):
-        loads.append(gravity(slave.model, np.asarray(scene.run.gravity)))
-    spin = np.cross(np.asarray(slave.settings.angular_velocity), slave.model.nodes - slave.model.properties.centre)
-    velocity = (np.asarray(slave.settings.velocity) + spin) @ slave.model.directions.T
-    body = free_body(
-        slave.name, slave.model, velocity.ravel(), twists=free_twists(job, slave.name), damping=slave.stiffness_factor,
-        loads=tuple(loads),
-    )  # fmt: skip
+    slave = _solid(job, slaves.pop(), np.asarray(scene.run.gravity))
+    master = _solid(job, over.pop(), np.zeros(3)) if over else None
+    loads = *(_gas(job, name, slave) for name in scene.gas()), *slave.body.loads
     problem = NodalProblem(
-        body,
+        replace(slave.body, loads=loads),
         {name: _contact(job, name, slave, master) for name in scene.contact},
         scene.run.duration,
-        master=_held_body(master) if master else None,
+        master=master.body if master else None,
         rod=_rod(job, slave) if scene.joint else None,
         frames=scene.run.frames if master else 0,
     )
     return static_start(problem, START_STEP) if scene.joint else problem
 
 
-def _solid(job: Job, name: str) -> Part:
-    part = load_part(job, name)
+def _solid(job: Job, name: str, field: np.ndarray) -> Part:
+    part = load_part(job, name, field)
     if part.mesh.cell_type not in ("tetra10", "line3"):
         raise InputError(
             f"{job.path}: report.nodal: where points slide or a joint drives, it is for solids and bars,"
@@ -112,13 +102,6 @@ def _solid(job: Job, name: str) -> Part:
             f" component.{job.scene.component_of(name)}.supports hold it in part"
         )
     return part
-
-
-def _held_body(part: Part) -> NodalBody:
-    if not part.model.held.any():
-        return free_body(part.name, part.model, np.zeros(part.model.K.shape[0]), damping=part.stiffness_factor)
-    K, M = part.model.free_matrices()
-    return NodalBody(part.name, K, M, damping=part.stiffness_factor)
 
 
 def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalContact:
@@ -133,7 +116,7 @@ def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalCont
         surface, obstacle = None, obstacle_of(contact.against.model_dump())
     directions = obstacle.direction(placed)
     return NodalContact(
-        sparse.csr_matrix(-rows),
+        -rows,
         obstacle.gap(placed),
         contact.surface_stiffness * points.areas,
         directions,
@@ -151,8 +134,8 @@ def _surface(
     )  # fmt: skip
     weights = SplineWeights(space, chart_coordinates(found.chart, placed - master.position))
     along = np.tile(slave.model.directions @ along_direction(found.chart), len(slave.model.nodes))
-    slide = np.asarray(slave.model.M @ along) / slave.model.properties.mass
-    rows = sparse.csr_matrix(found.rows(master.model)[:, master.model.free])
+    slide = (slave.model.M @ along @ slave.reduction) / slave.model.properties.mass
+    rows = sparse.csr_matrix(found.rows(master.model) @ master.reduction)
     return SlidingSurface(rows, weights, slide), space
 
 
@@ -164,7 +147,7 @@ def _gas(job: Job, name: str, slave: Part) -> NodalLoad:
     def mean(edges: np.ndarray) -> np.ndarray:
         return force.pressure(joint.angle(0.5 * (edges[1:] + edges[:-1])))
 
-    return NodalLoad(rows.B.toarray()[0], mean)
+    return NodalLoad((rows.B @ slave.reduction).toarray()[0], mean)
 
 
 def _rod(job: Job, slave: Part) -> NodalRod:
@@ -173,4 +156,4 @@ def _rod(job: Job, slave: Part) -> NodalRod:
     along, lateral = joint.axes
     axes = np.stack([lateral, along])
     point = axes @ (held.point + slave.position)
-    return NodalRod(name, axes @ held.B.toarray(), point, joint.rod_length, joint.crank_pin, axes)
+    return NodalRod(name, axes @ (held.B @ slave.reduction).toarray(), point, joint.rod_length, joint.crank_pin, axes)

@@ -5,15 +5,15 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.types import Json
-from gudgeon.pipeline.linalg.threads import one_thread
 from gudgeon.pipeline.measuring.clock import Clock, Seconds
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.loop import simulate_points
-from gudgeon.pipeline.nodal.problem import NodalBody, NodalProblem, PointProblem
-from gudgeon.pipeline.nodal.quantities import body_quantities, resultant_quantities
+from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
+from gudgeon.pipeline.nodal.quantities import body_quantities, named, resultant_quantities
 from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
 
 PROGRESS_STRIDE = 64
@@ -30,12 +30,14 @@ def simulate_nodal(
     Raises:
         StageError: contact did not converge in a step, or a body's rigid motions are none.
     """
-    if isinstance(problem, PointProblem):
-        return simulate_points(problem, step, progress)
-    clock = Clock()
-    count = max(1, round(problem.duration / step))
     with ExitStack() as stack:
-        stack.enter_context(one_thread())
+        # OpenBLAS takes all cores for vectors of 10⁴ entries and lets its threads spin between calls: beside PARDISO
+        # and other work on the machine that made a step ten times slower.
+        stack.enter_context(ThreadpoolController().select(internal_api="openblas").limit(limits=1))
+        if isinstance(problem, PointProblem):
+            return simulate_points(problem, step, progress)
+        clock = Clock()
+        count = max(1, round(problem.duration / step))
         run = _Run(problem, step, count)
         stack.callback(run.free)
         # Solves release the interpreter's lock: the master's runs beside the slave's.
@@ -58,7 +60,7 @@ class _Run:
         self.coupling = Coupling(problem, self.slave, self.master)
         self.account = _Account(self)
         self.pool: ThreadPoolExecutor | None = None
-        self._loads = [_means(body, self.times) for body, _ in self.bodies]
+        self._loads = [body.load_means(self.times) for body, _ in self.bodies]
         self._pins = np.zeros((count + 1, 0)) if problem.rod is None else np.asarray(problem.rod.crank(self.times))
         self._energies, self._iterations = np.zeros((count, 3)), 0
         self._contact_forces = {name: np.zeros((count, 3)) for name in problem.contacts}
@@ -115,8 +117,7 @@ class _Run:
         """Return name → {"value", "unit"} as the solver names them."""
         found: Json = {}
         for name, forces in self._contact_forces.items():
-            values = resultant_quantities(self.times[1:], forces)
-            found |= {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}
+            found |= named(name, resultant_quantities(self.times[1:], forces))
         for body, moving in self.bodies:
             found |= body_quantities(body.name, body.centre_motion(moving.motion()))
         return found
@@ -186,10 +187,3 @@ class _Account:
         lost = sum(body.dissipated for body in moving)
         given = self._given + sum(body.work for body in moving)
         return (kinetic, strain, contact), kinetic + strain + contact + lost - given
-
-
-def _means(body: NodalBody, times: np.ndarray) -> np.ndarray:
-    """Return the mean of each load over each step, (steps, l)."""
-    if not body.loads:
-        return np.zeros((len(times) - 1, 0))
-    return np.column_stack([load.mean(times) for load in body.loads])

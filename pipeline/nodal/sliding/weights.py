@@ -28,8 +28,8 @@ class SplineWeights:
         self._across = values.reshape(-1, 4, 4).sum(axis=2)[:, :, None]
         self._columns = (numbers.reshape(-1, 4, 4)[:, :, 0] // self._count * self._count)[:, :, None]
 
-    def __call__(self, sigma: float, /) -> tuple[np.ndarray, np.ndarray]:
-        """As in `Weights`."""
+    def __call__(self, sigma: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return N(σ), see `SlidingSurface.weights`."""
         place = (self._along + (sigma - self._start)) / self._spacing
         last = self._count - 3
         on = self._on & (place >= 0) & (place <= last)

@@ -13,8 +13,7 @@ from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, surface_of
-from gudgeon.solver.contact.rows import basic_surface
-from gudgeon.solver.obstacles import Obstacle, obstacle_of
+from gudgeon.solver.obstacles import Obstacle, basic_surface, obstacle_of
 
 LIGHTS = (((0.5, 0.8, 1.0), 0.55), ((-1.0, 0.2, 0.8), 0.3), ((0.2, -1.0, 0.7), 0.35))
 """Position relative to the camera and strength of each light: from above, and fill for what faces down."""

@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import sparse
+from threadpoolctl import ThreadpoolController, threadpool_info
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.points import contact_points
-from gudgeon.pipeline.linalg import threads
-from gudgeon.pipeline.nodal import NodalContact, NodalProblem, body, free_body, simulate_nodal
+from gudgeon.pipeline.nodal import NodalContact, NodalProblem, body, simulate_nodal
 from gudgeon.pipeline.nodal.sliding.contact import discrete_gradient
 from gudgeon.pipeline.scenes.interface import Interface
+from tests.pipeline.blocks import free_body
 
 ENERGY = 1e-9
 """Newton stops at 1e-13 of the gap; summed over a run the energy error stays below this share of what is exchanged."""
@@ -81,10 +82,16 @@ def test_discrete_gradient_gives_the_energy_difference() -> None:
     assert slope.max() <= 0
 
 
-def test_small_products_take_one_thread_and_give_the_others_back() -> None:
-    before = [get() for get, _ in threads.pools()]
-    with threads.one_thread():
-        assert [get() for get, _ in threads.pools()] == [1] * len(before)
-    assert [get() for get, _ in threads.pools()] == before
+def test_small_products_take_one_thread_and_give_the_others_back(problem: NodalProblem) -> None:
+    def threads() -> list[int]:
+        return [pool["num_threads"] for pool in threadpool_info() if pool["internal_api"] == "openblas"]
+
+    before, during = threads(), []
+    with ThreadpoolController().select(internal_api="openblas").limit(limits=2):
+        two = threads()
+        simulate_nodal(replace(problem, duration=4e-6), 2e-6, lambda _: during.append(threads()))
+        assert threads() == two
+    assert threads() == before
+    assert during[0] == [1] * len(before)
     blas = np.show_config(mode="dicts")["Build Dependencies"]["blas"]["name"]
-    assert before or "openblas" not in blas or not threads.MAPS.exists()
+    assert before or "openblas" not in blas

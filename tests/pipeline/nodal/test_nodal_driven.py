@@ -16,11 +16,10 @@ from gudgeon.pipeline.nodal import (
     NodalLoad,
     NodalProblem,
     NodalRod,
-    free_body,
     simulate_nodal,
     static_start,
 )
-from tests.pipeline.blocks import block, on_plane, plane_twists
+from tests.pipeline.blocks import block, free_body, on_plane, plane_twists
 
 RADIUS, LENGTH, RATE = 0.04, 0.14, 400.0
 """Crank radius and rod [m], crank speed [rad/s]."""

@@ -14,16 +14,14 @@ from gudgeon.pipeline.nodal import (
     NodalProblem,
     SlidingSurface,
     SplineWeights,
-    free_body,
-    gravity,
     simulate_nodal,
 )
-from tests.pipeline.blocks import block, clamped, on_plane, plane_twists
+from tests.pipeline.blocks import block, clamped, free_body, on_plane, plane_twists
 
 CLOSED = 1e-7
 """Without the drag 3e-5 to 6e-2 are missing; what is left is the prediction of the way slid, and round-off."""
 THICK, GAP = 0.01, 1e-6
-PRESS = np.array([0, 0, -2e4])
+PRESS = (0, 0, -2e4)
 
 
 @dataclass(frozen=True)
@@ -56,9 +54,7 @@ def problem_of(pair: Pair, *, held: bool, speed: float, damping: float = 0.0) ->
     upper, points = pair.block, pair.block.nodes[pair.bottom]
     up = np.tile([0.0, 0, 1], (len(points), 1))
     velocity = np.tile([speed, 0, -0.05], (len(upper.nodes), 1)).ravel()
-    slave = free_body(
-        "block", upper, velocity, twists=plane_twists(upper), damping=damping, loads=(gravity(upper, PRESS),)
-    )
+    slave = free_body("block", upper, velocity, twists=plane_twists(upper), damping=damping, field=PRESS)
     if held:
         master, kept = clamped("base", pair.base, on_plane(pair.base, 2, 0.0), damping)
         rows = sparse.csr_matrix(pair.rows[:, kept])
