@@ -14,5 +14,5 @@ def _directed(vector: Vector) -> Vector:
     return vector
 
 
-Direction = Annotated[Vector, AfterValidator(_directed)]
+Direction = Annotated[Vector, AfterValidator(_directed), Field(json_schema_extra={"unit": "1"})]
 """Of any length."""

@@ -13,13 +13,13 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.measuring.machine import machine
+from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.operations import OPERATIONS, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.robustness.trial import REFUSALS, Trial, run_trial, sizes
-from gudgeon.pipeline.robustness.units import LENGTH
 from gudgeon.pipeline.robustness.verdict import Verdict, judge
-from gudgeon.pipeline.scenes.extremes import Case, Stress, chosen_cases
+from gudgeon.pipeline.scenes.extremes import Case, Stress
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
@@ -162,7 +162,7 @@ def _row(name: str, case: Case, subject: Subject) -> Row:
     if known is not None:  # Harmonics of a wheel stretch as its sector does.
         stretch = {key: known[key.partition(",")[0]] for key in base.frequencies}
     if trial.units is not None and isinstance(found, Evidence) and found.penetration is not None:
-        metre = trial.units.of(LENGTH)
+        metre = trial.units.of("m")
         bound = found.penetration_bound
         found = replace(found, penetration=found.penetration / metre, penetration_bound=bound and bound / metre)
     compared = Compared(base, trial.units, stretch, trial.agreement, trial.factor, trial.measured)

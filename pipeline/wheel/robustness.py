@@ -8,10 +8,10 @@ from typing import Any
 from gudgeon import modaldb
 from gudgeon.modaldb.records.cyclic import CyclicRecord
 from gudgeon.pipeline.errors import PipelineError
+from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.run import Place, stress_cases
 from gudgeon.pipeline.robustness.trial import Trial
-from gudgeon.pipeline.scenes.extremes import chosen_cases
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.stages import WheelJob, run_wheel
 

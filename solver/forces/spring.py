@@ -2,23 +2,30 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
+from gudgeon.solver.numbers import STRICT
 from gudgeon.solver.vectors import Direction, Finite, Vector
 
 
 class Spring(BaseModel):
     """Linear spring along one direction, relaxed at the start; it acts on rigid motion."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["spring"]
     body: str
     against: str | None = Field(default=None, description="Other body; the ground by default")
     direction: Direction = Field(description="Any length")
-    at: Vector = Field(default=(0.0, 0.0, 0.0), description="Point of the body from its component's origin [m]")
-    stiffness: Annotated[float, Field(gt=0, allow_inf_nan=False)] = Field(description="[N/m]")
-    damping: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(default=0.0, description="[N s/m]")
-    stretch: Finite = Field(default=0.0, description="Elongation at the start [m]")
+    at: Vector = Field(
+        default=(0.0, 0.0, 0.0),
+        description="Point of the body from its component's origin [m]",
+        json_schema_extra={"unit": "m"},
+    )
+    stiffness: Annotated[float, Field(gt=0, allow_inf_nan=False)] = Field(json_schema_extra={"unit": "N/m"})
+    damping: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
+        default=0.0, description="[N s/m]", json_schema_extra={"unit": "N s/m"}
+    )
+    stretch: Finite = Field(default=0.0, description="Elongation at the start [m]", json_schema_extra={"unit": "m"})
 
     @model_validator(mode="after")
     def _two(self) -> "Spring":

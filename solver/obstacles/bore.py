@@ -3,19 +3,24 @@
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
+from gudgeon.solver.numbers import STRICT
 from gudgeon.solver.vectors import Direction, Vector
 
 
 class Bore(BaseModel):
     """Inside of a circular cylinder."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     shape: Literal["bore"]
-    radius: Annotated[float, Field(gt=0, allow_inf_nan=False, description="[m]")]
+    radius: Annotated[float, Field(gt=0, allow_inf_nan=False, description="[m]", json_schema_extra={"unit": "m"})]
     axis: Direction = (0.0, 0.0, 1.0)
-    origin: Annotated[Vector, Field(description="A point of the axis [m]")] = (0.0, 0.0, 0.0)
+    origin: Annotated[Vector, Field(description="A point of the axis [m]", json_schema_extra={"unit": "m"})] = (
+        0.0,
+        0.0,
+        0.0,
+    )
 
     def gap(self, points: np.ndarray) -> np.ndarray:
         """Return the gaps [m], (c,), of points (c, 3)."""
