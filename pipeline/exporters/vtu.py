@@ -1,8 +1,5 @@
 """VTK's unstructured grids, for ParaView: mode shapes in one .vtu, a trajectory as a .vtu a frame and a .pvd."""
 
-import contextlib
-import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +8,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.files import whole_file, write_text
 from gudgeon.pipeline.reduction.expansion import displacement
 
 LINES = {"beam2": "line", "beam3": "line3"}
@@ -73,12 +71,8 @@ def write_trajectory(
         files.append(folder / f"frame_{frame:03d}.vtu")
         _write_grid(files[-1], mesh, nodes, fields)
         entries.append(f'<DataSet timestep="{trajectory.frame_times[frame]:.17g}" part="0" file="{files[-1].name}"/>')
-    with _whole_file(folder / "frames.pvd") as scratch:
-        scratch.write_text(
-            '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>\n'
-            + "\n".join(entries)
-            + "\n</Collection></VTKFile>\n"
-        )
+    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>'
+    write_text(folder / "frames.pvd", "\n".join([head, *entries, "</Collection></VTKFile>\n"]))
     return [*files, folder / "frames.pvd"]
 
 
@@ -98,20 +92,5 @@ def _write_grid(path: Path, mesh: MeshRecord, nodes: np.ndarray, fields: dict[st
 
     cell_type = LINES.get(mesh.cell_type, mesh.cell_type)
     grid = meshio.Mesh(nodes, [(cell_type, mesh.cells)], point_data={**fields})
-    with _whole_file(path) as scratch:
+    with whole_file(path) as scratch:
         meshio.write(scratch, grid, file_format="vtu")
-
-
-@contextlib.contextmanager
-def _whole_file(path: Path) -> Iterator[Path]:
-    """Give a scratch path beside `path` that takes its name once it is written, and goes away if it is not."""
-    scratch = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield scratch
-        os.replace(scratch, path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
-    finally:
-        with contextlib.suppress(OSError):
-            scratch.unlink()
