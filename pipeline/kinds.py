@@ -132,7 +132,7 @@ class Wheels:
 
     def open(self, place: Place) -> SceneJob:
         """See `Kind`."""
-        from gudgeon.pipeline.wheel.stages import wheel_job
+        from gudgeon.pipeline.wheel.job import wheel_job
 
         return wheel_job(place)
 
@@ -144,7 +144,7 @@ class Wheels:
 
     def plan(self, job: Any) -> dict[str, Any]:
         """See `Kind`."""
-        from gudgeon.pipeline.wheel.stages import plan_wheel
+        from gudgeon.pipeline.wheel.plan import plan_wheel
 
         return plan_wheel(job)
 

@@ -20,6 +20,7 @@ from gudgeon.pipeline.report.series import chain, settling
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.comparison import FREQUENCY, FULL, MAGNIFICATION, RESPONSE, TUNED, Comparison, InterfaceRow
+from gudgeon.pipeline.wheel.job import WheelJob
 from gudgeon.pipeline.wheel.response import (
     Case,
     amplitudes,
@@ -31,7 +32,7 @@ from gudgeon.pipeline.wheel.response import (
     wheel_record,
 )
 from gudgeon.pipeline.wheel.scene import KeptInterface
-from gudgeon.pipeline.wheel.stages import WheelJob, run_wheel
+from gudgeon.pipeline.wheel.stages import run_wheel
 
 MEASURES = {FREQUENCY: "relative", TUNED: "relative", MAGNIFICATION: "relative", RESPONSE: "L2"}
 UNITS = {FREQUENCY: "Hz", TUNED: "Hz", MAGNIFICATION: "1", RESPONSE: "m/N"}

@@ -13,7 +13,8 @@ from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.run import Place, stress_cases
 from gudgeon.pipeline.robustness.trial import Trial
 from gudgeon.pipeline.stages.run_report import Progress
-from gudgeon.pipeline.wheel.stages import WheelJob, run_wheel
+from gudgeon.pipeline.wheel.job import WheelJob
+from gudgeon.pipeline.wheel.stages import run_wheel
 
 
 def stress_wheel(
