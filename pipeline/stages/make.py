@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from gudgeon.pipeline.errors import InputError, StageError
@@ -28,34 +28,24 @@ Tasks = Callable[[str], Sequence[Task]]
 """Returns the records of one of the stages that make records."""
 
 
-@dataclass(frozen=True)
-class Work:
-    """What the stages of one scene do."""
-
-    tasks: Tasks
-    results: Callable[[], RunReport]
-    """Writes the files beside the pictures and returns what the solved scene has found, without its stages."""
-    draw: Draw
-    frequencies: Callable[[str], tuple[dict[str, list[dict[str, Any]]], list[str]]]
-    """Returns the modes of each component after a last stage that comes before `solve`, and notes on them."""
-
-
-def run_stages(job: SceneJob, work: Work, until: str, tell: Progress) -> RunReport:
+def run_stages(
+    job: SceneJob, until: str, tell: Progress, tasks: Tasks, finish: Callable[[str], RunReport], draw: Draw
+) -> RunReport:
     """Bring the products of a scene up to date, up to and including one stage.
+
+    Args:
+        finish: Writes the files beside the pictures and returns what was found up to that stage.
+        draw: Draws the pictures, unless the run diverged.
 
     Raises:
         InputError: the scene does not fit its mesh.
         StageError: a numerical routine failed.
     """
     wanted = job.stages[: job.stages.index(until) + 1]
-    stages = {stage: make_stage(job, stage, work.tasks, tell) for stage in wanted if stage != "plot"}
-    if "solve" not in wanted:
-        remember(job, wanted)
-        frequencies, notes = work.frequencies(until)
-        return RunReport(job.name, None, stages, out=str(job.out), notes=notes, frequencies=frequencies)
-    report, pictures, notes = work.results(), [], []
+    stages = {stage: make_stage(job, stage, tasks, tell) for stage in wanted if stage != "plot"}
+    report, pictures, notes = finish(until), [], []
     if "plot" in wanted and report.result != Result.DIVERGED.name:
-        stages["plot"], pictures, notes = plot_stage(job, work.draw, tell)
+        stages["plot"], pictures, notes = plot_stage(job, draw, tell)
     remember(job, wanted)
     return replace(report, stages=stages, pictures=pictures, notes=[*notes, *report.notes])
 

@@ -10,12 +10,14 @@ from gudgeon.pipeline.files import copy_file
 from gudgeon.pipeline.scenes.checks import law_notes
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.make import Task, Work, make_stage, run_stages
+from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
 from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
 from gudgeon.solver.result import Result
 
+COMPONENT_STAGES = STAGES[:3]
+"""Stages of components; none of them needs the scene's dynamics."""
 EDGE_SHARE = 1e-3
 """Share of a contact's impulse at the edge of its interface from which a run says so."""
 
@@ -25,13 +27,9 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
     tell = progress or (lambda stage, share: None)
     if until == "plot":
         job.compared()  # What is misspelt there shall not come out after the solver.
-
-    def frequencies(last: str) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
-        rows, notes = _frequencies(job)
-        return rows if last == "modes" else {}, notes
-
-    work = Work(lambda stage: _tasks(job, stage, tell), lambda: _results(job), lambda: _draw(job, tell), frequencies)
-    return run_stages(job, work, until, tell)
+    return run_stages(
+        job, until, tell, partial(_tasks, job, tell=tell), partial(_finish, job), partial(_draw, job, tell)
+    )
 
 
 def _tasks(job: Job, stage: str, tell: Progress) -> list[Task]:
@@ -91,8 +89,12 @@ def _references(job: Job) -> dict[str, float]:
         return reference_values(job.scene.report, job.folder)
 
 
-def _results(job: Job) -> RunReport:
+def _finish(job: Job, until: str) -> RunReport:
     """Write summary and trajectory beside each other unless they stand there, and return what was found."""
+    frequencies, coarse = _frequencies(job)
+    if until in COMPONENT_STAGES:
+        rows = frequencies if until == "modes" else {}
+        return RunReport(job.name, None, out=str(job.out), notes=coarse, frequencies=rows)
     key, expected = job.trajectory().key, _references(job)
     summary = read_summary(job.out, key, expected)
     if summary is None:
@@ -102,7 +104,7 @@ def _results(job: Job) -> RunReport:
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], {}, summary["quantities"], summary["energy_drift"], summary["momentum_residual"],
-        str(job.out), notes=notes + _frequencies(job)[1], reason=None if outcome.ok else outcome.value,
+        str(job.out), notes=notes + coarse, reason=None if outcome.ok else outcome.value,
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import write_text
-from gudgeon.pipeline.stages.make import Task, Work, run_stages
+from gudgeon.pipeline.stages.make import Task, run_stages
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.wheel.job import STAGES, WheelJob
 
@@ -30,13 +30,13 @@ def run_wheel(job: WheelJob, until: str = "plot", progress: Progress | None = No
     if until not in STAGES:
         raise InputError(f"{job.path}: a wheel has no stage '{until}', it has {', '.join(STAGES)}")
     tell = progress or (lambda stage, share: None)
-    work = Work(
-        tasks=lambda stage: [Task(one, partial(_make, job, stage, tell)) for one in job.products([stage]).values()],
-        results=lambda: _results(job),
-        draw=lambda: _draw(job, tell),
-        frequencies=lambda last: (_frequencies(job) if last == "modes" else {}, []),
+    return run_stages(
+        job, until, tell, partial(_tasks, job, tell=tell), partial(_finish, job), partial(_draw, job, tell)
     )
-    return run_stages(job, work, until, tell)
+
+
+def _tasks(job: WheelJob, stage: str, tell: Progress) -> list[Task]:
+    return [Task(product, partial(_make, job, stage, tell)) for product in job.products([stage]).values()]
 
 
 def _make(job: WheelJob, stage: str, tell: Progress) -> Any:
@@ -76,8 +76,11 @@ def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
     }  # fmt: skip
 
 
-def _results(job: WheelJob) -> RunReport:
+def _finish(job: WheelJob, until: str) -> RunReport:
     """Write summary and response beside each other unless they stand there, and return what was found."""
+    if until in ("mesh", "modes"):
+        frequencies = _frequencies(job) if until == "modes" else {}
+        return RunReport(job.name, None, out=str(job.out), frequencies=frequencies)
     key = job.response(job.wheel.interface).key
     quantities = _written(job, key)
     if quantities is None:

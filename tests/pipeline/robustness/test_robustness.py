@@ -83,8 +83,8 @@ def subject(job: Job, folder: Path) -> Subject:
     assert isinstance(base, Evidence)
     meshes = {n: job.store.get(steps["base-mesh"].key, "mesh") for n, steps in job.components().items()}
     return Subject(
-        job, base, folder, meshes, lambda trial: run_trial(trial, folder / "run", quiet),
-        lambda changes: variant(job, changes), dict(sizes(job)),
+        job, meshes, lambda trial, scratch: run_trial(trial, scratch, quiet), lambda changes: variant(job, changes),
+        dict(sizes(job)), base, folder,
     )  # fmt: skip
 
 
