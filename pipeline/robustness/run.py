@@ -140,9 +140,8 @@ def _number(value: float | None) -> float | None:
 
 
 def _document(job: Any, rows: list[dict[str, Any]], base: Evidence) -> dict[str, Any]:
-    counts = {
-        key: sum(row["verdict"] == key for row in rows) for key in ("right", "refused", "wrong", "does not apply")
-    }
+    found = [row["verdict"] for row in rows]
+    counts = {verdict: found.count(verdict) for verdict in ("right", "refused", "wrong", "does not apply")}
     run = len(rows) - counts["does not apply"]
     share = counts["right"] / run if run else 1.0
     seen = {key: getattr(base, key) for key in ("energy_drift", "momentum_residual", "penetration", "integrator")}

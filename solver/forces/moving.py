@@ -1,12 +1,12 @@
 """A force that travels over a surface at constant speed, or stands still; it comes up at once or smoothly."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, Field
 
 from gudgeon.solver.numbers import STRICT
-from gudgeon.solver.vectors import Finite
+from gudgeon.solver.vectors import Coordinate, Finite
 
 
 class MovingForce(BaseModel):
@@ -19,12 +19,12 @@ class MovingForce(BaseModel):
     force: Finite = Field(
         description="Positive where it presses the surface inwards [N]", json_schema_extra={"unit": "N"}
     )
-    at: tuple[Finite, Finite] = Field(
-        description="Coordinates across and along at the start [m]", json_schema_extra={"unit": "m"}
-    )
+    at: tuple[Coordinate, Coordinate] = Field(description="Coordinates across and along at the start [m]")
     speed: Finite = Field(default=0.0, description="Along [m/s]; 0: it stands still", json_schema_extra={"unit": "m/s"})
-    rise: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
+    rise: float = Field(
         default=0.0,
+        ge=0,
+        allow_inf_nan=False,
         description="Time in which it comes up, as half a cosine [s]; 0: at once",
         json_schema_extra={"unit": "s"},
     )

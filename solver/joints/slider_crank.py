@@ -5,8 +5,8 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
-from gudgeon.solver.numbers import STRICT, Positive
-from gudgeon.solver.vectors import Direction, Finite, Vector
+from gudgeon.solver.numbers import STRICT, Length, Positive
+from gudgeon.solver.vectors import Direction, Finite, Place
 
 
 class SliderCrank(BaseModel):
@@ -16,15 +16,15 @@ class SliderCrank(BaseModel):
     kind: Literal["slider-crank"]
     body: str
     interface: str = Field(description="Interface of kind 'mean' that the rod holds")
-    crank_radius: Positive = Field(description="[m]", json_schema_extra={"unit": "m"})
-    rod_length: Positive = Field(description="Between crank pin and piston pin [m]", json_schema_extra={"unit": "m"})
-    speed: Positive = Field(description="[rev/min]", json_schema_extra={"unit": "rev/min"})
+    crank_radius: Length
+    rod_length: Length = Field(description="Between crank pin and piston pin [m]")
+    speed: Positive = Field(json_schema_extra={"unit": "rev/min"})
     start: Finite = Field(
         default=0.0,
         description="Crank angle at the start, from the upper dead centre [deg]",
         json_schema_extra={"unit": "deg"},
     )
-    centre: Vector = Field(default=(0.0, 0.0, 0.0), description="Crank axis [m]", json_schema_extra={"unit": "m"})
+    centre: Place = Field(default=(0.0, 0.0, 0.0), description="Crank axis [m]")
     along: Direction = Field(default=(0.0, 0.0, 1.0), description="From the crank axis to the upper dead centre")
     lateral: Direction = Field(default=(1.0, 0.0, 0.0), description="Where the crank pin goes after that")
 

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from gudgeon.solver.laws.restitution import SMALLEST
-from gudgeon.solver.numbers import STRICT, Positive
+from gudgeon.solver.numbers import STRICT, Length, Positive
 
 
 def _above_zero(restitution: float) -> float:
@@ -61,9 +61,7 @@ class HertzContact(BaseModel):
     stiffness: Positive | None = Field(
         default=None, description="K [N/m^n]; or give radius and modulus", json_schema_extra={"unit": "N/m^exponent"}
     )
-    radius: Positive | None = Field(
-        default=None, description="Of both surfaces, 1/R = 1/R1 + 1/R2 [m]", json_schema_extra={"unit": "m"}
-    )
+    radius: Length | None = Field(default=None, description="Of both surfaces, 1/R = 1/R1 + 1/R2 [m]")
     modulus: Positive | None = Field(
         default=None,
         description="Of both materials, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]",

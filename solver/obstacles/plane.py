@@ -1,12 +1,12 @@
 """A rigid half-space."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from gudgeon.solver.numbers import STRICT
-from gudgeon.solver.vectors import Direction, Vector
+from gudgeon.solver.vectors import Direction, Place, Vector
 
 
 class Plane(BaseModel):
@@ -14,8 +14,8 @@ class Plane(BaseModel):
 
     model_config = STRICT
     shape: Literal["plane"]
-    point: Annotated[Vector, Field(description="A point of the plane [m]", json_schema_extra={"unit": "m"})]
-    normal: Annotated[Direction, Field(description="Out of the obstacle, any length")]
+    point: Place = Field(description="A point of the plane [m]")
+    normal: Direction = Field(description="Out of the obstacle, any length")
     velocity: Vector = Field(
         default=(0.0, 0.0, 0.0),
         description="Of the obstacle's surface along itself, for friction [m/s]",
