@@ -1,6 +1,7 @@
 """VTK's unstructured grids, for ParaView: mode shapes in one .vtu, a trajectory as a .vtu a frame and a .pvd."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,15 +35,16 @@ def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord, count: int | N
     _write_grid(path, mesh, mesh.nodes, shapes)
 
 
-def write_trajectory(
-    folder: Path,
-    mesh: MeshRecord,
-    modal: ModalRecord,
-    morph: MorphRecord,
-    trajectory: Trajectory,
-    body: str,
-    every: int,
-) -> list[Path]:
+class BodyRecords(NamedTuple):
+    """What a body is made of."""
+
+    mesh: MeshRecord
+    modal: ModalRecord
+    morph: MorphRecord
+    """Its rigid twists are those that the scene leaves the body."""
+
+
+def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory, body: str, every: int) -> list[Path]:
     """Write frames of one body as `frame_000.vtu`, … and their times as `frames.pvd`; return these files.
 
     Each frame has the undeformed design with `displacement` [m] and `contact_pressure` [Pa], which is zero off the
@@ -59,6 +61,7 @@ def write_trajectory(
         raise InputError(f"{folder}: the trajectory has no body '{body}', it has {have}")
     if every < 1:
         raise InputError(f"{folder}: every {every} frames was asked for; allowed: 1 or more")
+    mesh, modal, morph = records
     nodes = mesh.nodes if morph.nodes is None else morph.nodes
     first = trajectory.coordinate_offsets[body]
     own = slice(first, first + len(morph.rigid_twists) + len(modal.angular_frequencies))

@@ -6,7 +6,6 @@ import json
 import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, replace
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +25,10 @@ from gudgeon.pipeline.stages.run_report import Progress
 
 ENOUGH = 0.85
 """Share of the cases that were run that must be right."""
-COLUMNS: tuple[str, ...] = (
-    "case", "group", "verdict", "reason", "rule", "rests_on", "value", "bound", "energy_drift", "momentum_residual",
-    "penetration", "condition", "integrator", "steps", "substeps", "seconds",
-)  # fmt: skip
+SEEN = ("energy_drift", "momentum_residual", "penetration", "condition", "integrator", "steps", "substeps", "seconds")
+"""What a row takes from a run's evidence."""
+COLUMNS: tuple[str, ...] = ("case", "group", "verdict", "reason", "rule", "rests_on", "value", "bound", *SEEN)
+"""Of the table of values separated by commas."""
 
 
 def stress_job(job: Job, cases: Path | None, only: tuple[str, ...], progress: Progress) -> tuple[dict[str, Any], str]:
@@ -123,12 +122,10 @@ def _row(name: str, case: Case, subject: Subject) -> dict[str, Any]:
 
 def _written(name: str, case: Case, verdict: Verdict, found: Evidence | Refusal | None) -> dict[str, Any]:
     """Return one case as it stands in table and document; docs/stress.md says what each key is."""
-    deciding = verdict.deciding
-    decided = (deciding.rule, deciding.rests_on, _number(deciding.value), _number(deciding.bound)) if deciding else ()
-    row = {"case": name, "group": case.group, "verdict": verdict.verdict, "reason": verdict.reason}
-    row |= dict(zip_longest(("rule", "rests_on", "value", "bound"), decided))
-    row |= {key: getattr(found, key, None) for key in COLUMNS[8:]}
-    row["condition"] = _number(row["condition"])
+    row: dict[str, Any] = {"case": name, "group": case.group, "verdict": verdict.verdict, "reason": verdict.reason}
+    row |= {key: getattr(verdict.deciding, key, None) for key in ("rule", "rests_on", "value", "bound")}
+    row |= {key: getattr(found, key, None) for key in SEEN}
+    row |= {key: _number(row[key]) for key in ("value", "bound", "condition")}
     row["seconds"] = found.seconds if found else 0.0
     row["findings"] = [asdict(one) | {"value": _number(one.value), "holds": one.holds} for one in verdict.findings]
     return row

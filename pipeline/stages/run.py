@@ -103,8 +103,9 @@ def _finish(job: Job, until: str) -> RunReport:
     notes = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     outcome = Result[summary["result"]]
     return RunReport(
-        job.name, summary["result"], {}, summary["quantities"], summary["energy_drift"], summary["momentum_residual"],
-        str(job.out), notes=notes + coarse, reason=None if outcome.ok else outcome.value,
+        job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
+        momentum_residual=summary["momentum_residual"], out=str(job.out), notes=notes + coarse,
+        reason=None if outcome.ok else outcome.value,
     )  # fmt: skip
 
 

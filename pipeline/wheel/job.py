@@ -3,12 +3,10 @@
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import check_scene, merge, named
@@ -25,27 +23,16 @@ BLADES = {"count", "blade_radius", "response"}
 """Settings of a wheel by what depends on them."""
 
 
-@dataclass(frozen=True)
-class WheelJob:
+@dataclass(frozen=True, kw_only=True)
+class WheelJob(Place):
     """A scene of a wheel with the places where its products go."""
 
     kind: ClassVar[str] = "wheel"
+    stages: ClassVar[tuple[str, ...]] = STAGES
 
-    name: str
-    path: Path
-    tables: dict[str, Any]
     scene: WheelFile
     changes: tuple[float, ...]
     """Relative change of each blade's stiffness, (N,)."""
-    store: FolderStore
-    out: Path
-    overrides: tuple[str, ...] = ()
-    """Changes of the scene's file, as `--set` takes them."""
-
-    @property
-    def stages(self) -> tuple[str, ...]:
-        """Names of its stages, in order."""
-        return STAGES
 
     @property
     def wheel(self) -> Wheel:
@@ -123,4 +110,4 @@ def wheel_job(place: Place) -> WheelJob:
     name, wheel = scene.only
     with named(place.path, InputError):
         changes = wheel.mistuning.changes(wheel.sectors, place.path.parent, f"wheel.{name}.mistuning")
-    return WheelJob(place.name, place.path, place.tables, scene, changes, place.store, place.out, place.overrides)
+    return WheelJob(**vars(place), scene=scene, changes=changes)

@@ -19,8 +19,10 @@ class Linear(BaseModel):
 
     model_config = STRICT
     kind: Literal["linear"]
-    stiffness: Positive = Field(description="K", json_schema_extra={"unit": "N/m"})
-    damping: float = Field(default=0.0, ge=0, allow_inf_nan=False, description="c", json_schema_extra={"unit": "N s/m"})
+    stiffness: Positive = Field(description="K [N/m]", json_schema_extra={"unit": "N/m"})
+    damping: float = Field(
+        default=0.0, ge=0, allow_inf_nan=False, description="c [N s/m]", json_schema_extra={"unit": "N s/m"}
+    )
 
     def coefficients(self) -> Coefficients:
         """Return K, n = 1 and c."""
