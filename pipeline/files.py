@@ -1,10 +1,13 @@
 """Result files that are never half-written: a temporary name first, then one rename."""
 
 import contextlib
+import csv
+import io
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from gudgeon.pipeline.errors import InputError
 
@@ -38,3 +41,10 @@ def copy_file(source: Path, target: Path) -> None:
     """Copy a file in one step; see `whole_file`."""
     with whole_file(target) as scratch:
         shutil.copyfile(source, scratch)
+
+
+def csv_text(rows: Iterable[Iterable[Any]], line_end: str = "\r\n") -> str:
+    """Return rows as comma-separated values."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator=line_end).writerows(rows)
+    return text.getvalue()

@@ -1,16 +1,13 @@
 """Which cases `gudgeon stress` runs: the shipped ones, those of a file, the scene's own."""
 
-import tomllib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from pydantic import BaseModel, Field
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.numbers import STRICT
 from gudgeon.pipeline.scenes.extremes import Case, Stress
-from gudgeon.pipeline.scenes.reading import check_scene
+from gudgeon.pipeline.scenes.reading import check_scene, read_tables
 
 SHIPPED = Path(__file__).with_name("cases.toml")
 
@@ -28,13 +25,7 @@ def read_cases(path: Path) -> dict[str, Case]:
     Raises:
         InputError: it cannot be read, is no TOML, or holds something else; every mistake is listed.
     """
-    try:
-        tables: Mapping[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from error
-    return check_scene(path, tables, CaseFile).case
+    return check_scene(path, read_tables(path), CaseFile).case
 
 
 def chosen_cases(stress: Stress, file: Path | None, only: tuple[str, ...], scene: Path) -> dict[str, Case]:

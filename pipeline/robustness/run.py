@@ -1,7 +1,5 @@
 """`gudgeon stress`: every case of a scene, its verdict, and what it rests on; docs/stress.md has the schema."""
 
-import csv
-import io
 import json
 import tempfile
 from collections.abc import Mapping
@@ -10,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
@@ -74,7 +72,8 @@ def stress_cases(subject: Subject, cases: Mapping[str, Case], progress: Progress
                 rows.append(_row(name, case, replace(subject, base=base, folder=Path(folder))))
     document = _document(job, rows, base)
     write_text(job.out / "stress.json", json.dumps(document, indent=1))
-    write_text(job.out / "stress.csv", _csv(rows))
+    cells = ([row[key] for key in COLUMNS] for row in rows)
+    write_text(job.out / "stress.csv", csv_text([COLUMNS, *cells], "\n"))
     from gudgeon.pipeline.robustness.picture import draw
 
     draw(document, job.out / "stress.png")
@@ -152,14 +151,6 @@ def _document(job: Any, rows: list[dict[str, Any]], base: Evidence) -> dict[str,
         "seconds": sum(row["seconds"] for row in rows) + base.seconds,
         "rows": rows,
     }
-
-
-def _csv(rows: list[dict[str, Any]]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
 
 
 def table_text(document: Mapping[str, Any]) -> str:

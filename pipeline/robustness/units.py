@@ -4,8 +4,6 @@ A scene in other units is the same scene: every number with a dimension times it
 solver finds must then differ by round-off alone.
 """
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +15,8 @@ from pydantic.fields import FieldInfo
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.geometry.profile import read_rows
 
 Model = TypeVar("Model", bound=BaseModel)
 Dimension = tuple[float, float, float]
@@ -139,10 +138,5 @@ def _shape(surface: str, shape: Mapping[str, Any], units: Units) -> dict[str, An
 
 def rescaled_profile(source: Path, target: Path, units: Units) -> None:
     """Write a profile table with heights and deviations in another unit of length."""
-    with source.open(newline="", encoding="utf-8") as file:
-        head, *rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(head)
-    writer.writerows([repr(float(cell) * units.length) for cell in row] for row in rows)
-    write_text(target, text.getvalue())
+    head, *rows = read_rows(source, "profile table")
+    write_text(target, csv_text([head, *([repr(float(cell) * units.length) for cell in row] for row in rows)]))

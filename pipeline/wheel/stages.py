@@ -1,7 +1,5 @@
 """The stages of a wheel, `mesh → modes → solve → plot`: what each of them makes."""
 
-import csv
-import io
 import json
 from dataclasses import replace
 from functools import partial
@@ -12,7 +10,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.stages.make import Task, run_stages
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.wheel.job import STAGES, WheelJob
@@ -110,10 +108,7 @@ def _draw(job: WheelJob, tell: Progress) -> tuple[list[Path], list[str]]:
 
 def _response_table(record: WheelRecord) -> str:
     """Return amplitudes over frequency: of any blade of the tuned wheel, of each of the mistuned one."""
-    text = io.StringIO()
-    writer = csv.writer(text)
     tuned, mistuned = (np.hypot(*np.moveaxis(one, -1, 0)) for one in (record.tuned, record.mistuned))
-    writer.writerow(["frequency [Hz]", "tuned [m/N]", *(f"blade {j} [m/N]" for j in range(mistuned.shape[1]))])
+    head = ["frequency [Hz]", "tuned [m/N]", *(f"blade {j} [m/N]" for j in range(mistuned.shape[1]))]
     rows = np.column_stack([record.excitation / (2 * np.pi), tuned[:, :1], mistuned])
-    writer.writerows([f"{value:.9g}" for value in row] for row in rows)
-    return text.getvalue()
+    return csv_text([head, *([f"{value:.9g}" for value in row] for row in rows)])
