@@ -125,6 +125,9 @@ def undeclared(model: type[BaseModel]) -> set[str]:
 @pytest.mark.parametrize("model", sorted(all_models(SceneFile, WheelFile), key=str), ids=str)
 def test_every_number_of_a_scene_has_a_dimension(model: type[BaseModel]) -> None:
     assert undeclared(model) == set()
+    for unit in declared_units(model).values():
+        for one in [unit] if isinstance(unit, str) else unit:
+            assert len(dimension(one, create_model("Law", exponent=(float, 1.5))())) == 3
 
 
 def test_a_number_without_a_dimension_is_found() -> None:
