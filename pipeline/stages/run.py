@@ -96,7 +96,7 @@ def _finish(job: Job, until: str) -> RunReport:
         rows = frequencies if until == "modes" else {}
         return RunReport(job.name, None, out=str(job.out), notes=coarse, frequencies=rows)
     key, expected = job.trajectory().key, _references(job)
-    summary = read_summary(job.out, key, expected)
+    summary = read_summary(job.out, key, "trajectory.h5", expected)
     if summary is None:
         copy_file(job.store.path(key), job.out / "trajectory.h5")
         summary = write_summary(job.out, key, expected, job.store.get(key, "trajectory", only=["times"]))

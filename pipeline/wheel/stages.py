@@ -13,9 +13,10 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.stages.make import Task, run_stages
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
+from gudgeon.pipeline.stages.summary import SUMMARY, read_summary
 from gudgeon.pipeline.wheel.job import STAGES, WheelJob
 
-SUMMARY, RESPONSE = "summary.json", "response.csv"
+RESPONSE = "response.csv"
 
 
 def run_wheel(job: WheelJob, until: str = "plot", progress: Progress | None = None) -> RunReport:
@@ -80,23 +81,14 @@ def _finish(job: WheelJob, until: str) -> RunReport:
         frequencies = _frequencies(job) if until == "modes" else {}
         return RunReport(job.name, None, out=str(job.out), frequencies=frequencies)
     key = job.response(job.wheel.interface).key
-    quantities = _written(job, key)
-    if quantities is None:
+    summary = read_summary(job.out, key, RESPONSE)
+    if summary is None:
         record: WheelRecord = job.store.get(key, "wheel")
         quantities = {name: one | {"reference": None, "error": None} for name, one in record.quantities.items()}
         summary = {"key": key, "quantities": quantities, "counts": record.counts}
         write_text(job.out / RESPONSE, _response_table(record))
         write_text(job.out / SUMMARY, json.dumps(summary, indent=1))
-    return RunReport(job.name, "FINISHED", {}, quantities, out=str(job.out), files=(SUMMARY, RESPONSE))
-
-
-def _written(job: WheelJob, key: str) -> dict[str, Any] | None:
-    """Return the quantities of a response that stand in the job's folder, or None where they are of another one."""
-    try:
-        summary = json.loads((job.out / SUMMARY).read_text())
-        return summary["quantities"] if summary["key"] == key and (job.out / RESPONSE).is_file() else None
-    except (OSError, ValueError, KeyError):
-        return None
+    return RunReport(job.name, "FINISHED", {}, summary["quantities"], out=str(job.out), files=(SUMMARY, RESPONSE))
 
 
 def _draw(job: WheelJob, tell: Progress) -> tuple[list[Path], list[str]]:
