@@ -15,20 +15,14 @@ import sys
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Literal
 
 PYTHON_NEEDED = (3, 11)
-PACKAGES = {
-    "base": {"h5py": ">=3.16", "numba": ">=0.68", "numpy": ">=2.2", "pydantic": ">=2.12", "scipy": ">=1.17"},
-    "pipeline": {
-        "gmsh": ">=4.15", "meshio": ">=5.3.5", "mkl": ">=2026", "scikit-fem": ">=12,<13", "threadpoolctl": ">=3.6",
-    },
-    "plots": {"imageio": ">=2.37", "imageio-ffmpeg": ">=0.6", "matplotlib": ">=3.10", "pyvista": ">=0.49,<0.50"},
-}  # fmt: skip
-"""Versions needed, by group, as in pyproject.toml."""
-X86_ONLY = frozenset({"mkl"})
+EXTRAS = ("pipeline", "plots")
+"""Groups of pyproject.toml that are examined beside what the solver and the database need."""
+REQUIREMENT = re.compile(r"(?P<name>[\w.-]+)(?P<bounds>[^;]*);?(?P<marker>.*)")
 SYSTEM_LIBRARIES = (
     "libglu1-mesa", "libgl1", "libxrender1", "libxcursor1", "libxft2", "libxinerama1", "libgomp1", "libegl1",
 )  # fmt: skip
@@ -77,12 +71,8 @@ def examine(database: Path = Path(".gudgeon")) -> list[Finding]:
         database: Folder of the database, which need not exist yet.
     """
     findings = [python_finding()]
-    for group, packages in PACKAGES.items():
-        findings += [
-            package_finding(name, needed, group=group)
-            for name, needed in packages.items()
-            if name not in X86_ONLY or platform.machine() in ("x86_64", "AMD64")
-        ]
+    for group, packages in packages_needed(platform.machine()).items():
+        findings += [package_finding(name, needed, group=group) for name, needed in packages.items()]
     absent = {finding.name for finding in findings if finding.state == "missing"}
     if "gmsh" not in absent:
         findings.append(loading_finding())
@@ -133,6 +123,24 @@ def python_finding(found: tuple[int, int] = sys.version_info[:2]) -> Finding:
         f"{'.'.join(map(str, found))}, {needed} is needed",
         f"make clean setup PYTHON=python{needed}",
     )
+
+
+def packages_needed(processor: str) -> dict[str, dict[str, str]]:
+    """Return the versions that the installed gudgeon asks for by its own metadata, by group and package.
+
+    Args:
+        processor: As `platform.machine` names it; packages that are for another one are left out.
+    """
+    groups: dict[str, dict[str, str]] = {name: {} for name in ("base", *EXTRAS)}
+    for line in requires("gudgeon") or []:
+        found = REQUIREMENT.match(line)
+        assert found is not None
+        asked = dict(re.findall(r"""(\w+) == ["']([^"']+)""", found["marker"]))
+        group = asked.get("extra", "base")
+        if group in groups and asked.get("platform_machine", processor) == processor:
+            # Lower bounds first, whatever order the metadata has.
+            groups[group][found["name"]] = ",".join(sorted(found["bounds"].strip().split(","), reverse=True))
+    return groups
 
 
 def package_finding(name: str, needed: str, *, group: str) -> Finding:

@@ -1,49 +1,50 @@
 """Result files that are never half-written: a temporary name first, then one rename."""
 
 import contextlib
+import csv
+import io
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from gudgeon.pipeline.errors import InputError
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a text file in one step.
+@contextlib.contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Yield a hidden name beside `path`, which takes its place at the end, or goes away after an error.
 
     Raises:
         InputError: the folder cannot be written.
     """
+    scratch = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with _scratch(path) as scratch:
-            scratch.write_text(text, encoding="utf-8")
-            os.replace(scratch, path)
+        yield scratch
+        os.replace(scratch, path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
+    finally:
+        with contextlib.suppress(OSError):
+            scratch.unlink()
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file in one step; see `whole_file`."""
+    with whole_file(path) as scratch:
+        scratch.write_text(text, encoding="utf-8")
 
 
 def copy_file(source: Path, target: Path) -> None:
-    """Copy a file in one step.
-
-    Raises:
-        InputError: the folder cannot be written.
-    """
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with _scratch(target) as scratch:
-            shutil.copyfile(source, scratch)
-            os.replace(scratch, target)
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written ({error.strerror})") from error
+    """Copy a file in one step; see `whole_file`."""
+    with whole_file(target) as scratch:
+        shutil.copyfile(source, scratch)
 
 
-@contextlib.contextmanager
-def _scratch(path: Path) -> Iterator[Path]:
-    """Yield a hidden name beside `path`; what still stands there afterwards is removed."""
-    scratch = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        yield scratch
-    finally:
-        scratch.unlink(missing_ok=True)
+def csv_text(rows: Iterable[Iterable[Any]], line_end: str = "\r\n") -> str:
+    """Return rows as comma-separated values."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator=line_end).writerows(rows)
+    return text.getvalue()

@@ -84,9 +84,9 @@ KINDS: dict[str, Kind] = {
     ),
     "wheel": Kind(
         model=_wheel_model,
-        open=_late("gudgeon.pipeline.wheel.stages:wheel_job"),
+        open=_late("gudgeon.pipeline.wheel.job:wheel_job"),
         run=_late("gudgeon.pipeline.wheel.stages:run_wheel"),
-        plan=_late("gudgeon.pipeline.wheel.stages:plan_wheel"),
+        plan=_late("gudgeon.pipeline.wheel.plan:plan_wheel"),
         report=_late("gudgeon.pipeline.wheel.report:report_wheel"),
         stress=_late("gudgeon.pipeline.wheel.robustness:stress_wheel"),
         export=_no_export,

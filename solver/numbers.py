@@ -5,6 +5,5 @@ from typing import Annotated
 from pydantic import ConfigDict, Field
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-
-
+Length = Annotated[float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"unit": "m"})]
 STRICT = ConfigDict(extra="forbid", frozen=True)

@@ -6,6 +6,9 @@ from pydantic import AfterValidator, Field
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Vector = tuple[Finite, Finite, Finite]
+Coordinate = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"unit": "m"})]
+Place = tuple[Coordinate, Coordinate, Coordinate]
+"""In metres."""
 
 
 def _directed(vector: Vector) -> Vector:
@@ -14,5 +17,5 @@ def _directed(vector: Vector) -> Vector:
     return vector
 
 
-Direction = Annotated[Vector, AfterValidator(_directed)]
+Direction = Annotated[Vector, AfterValidator(_directed), Field(json_schema_extra={"unit": "1"})]
 """Of any length."""

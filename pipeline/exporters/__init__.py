@@ -4,9 +4,10 @@ from pathlib import Path
 from typing import Protocol
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
+from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.exporters import vtu
+from gudgeon.pipeline.exporters.vtu import BodyRecords
 
 
 class Exporter(Protocol):
@@ -17,14 +18,7 @@ class Exporter(Protocol):
         ...
 
     def write_trajectory(
-        self,
-        folder: Path,
-        mesh: MeshRecord,
-        modal: ModalRecord,
-        morph: MorphRecord,
-        trajectory: Trajectory,
-        body: str,
-        every: int,
+        self, folder: Path, records: BodyRecords, trajectory: Trajectory, body: str, every: int
     ) -> list[Path]:
         """Write every `every`-th frame of one body and return the files."""
         ...

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from gudgeon.pipeline.exporters import EXPORTERS
+from gudgeon.pipeline.exporters.vtu import BodyRecords
 from gudgeon.pipeline.stages.job import Job, free_twists
 from gudgeon.pipeline.stages.run import run_job
 
@@ -24,5 +25,6 @@ def export(job: Job, what: str, every: int) -> list[Path]:
             # The exporter moves a body by its rigid coordinates: those that the scene leaves free.
             morph = replace(job.store.get(steps["morph"].key, "morph"), rigid_twists=free_twists(job, body))
             trajectory = job.store.get(job.trajectory().key, "trajectory")
-            files += exporter.write_trajectory(job.out / "vtu" / body, mesh, modal, morph, trajectory, body, every)
+            records = BodyRecords(mesh, modal, morph)
+            files += exporter.write_trajectory(job.out / "vtu" / body, records, trajectory, body, every)
     return files

@@ -1,9 +1,7 @@
 """VTK's unstructured grids, for ParaView: mode shapes in one .vtu, a trajectory as a .vtu a frame and a .pvd."""
 
-import contextlib
-import os
-from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +9,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.files import whole_file, write_text
 from gudgeon.pipeline.reduction.expansion import displacement
 
 LINES = {"beam2": "line", "beam3": "line3"}
@@ -36,15 +35,16 @@ def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord, count: int | N
     _write_grid(path, mesh, mesh.nodes, shapes)
 
 
-def write_trajectory(
-    folder: Path,
-    mesh: MeshRecord,
-    modal: ModalRecord,
-    morph: MorphRecord,
-    trajectory: Trajectory,
-    body: str,
-    every: int,
-) -> list[Path]:
+class BodyRecords(NamedTuple):
+    """What a body is made of."""
+
+    mesh: MeshRecord
+    modal: ModalRecord
+    morph: MorphRecord
+    """Its rigid twists are those that the scene leaves the body."""
+
+
+def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory, body: str, every: int) -> list[Path]:
     """Write frames of one body as `frame_000.vtu`, … and their times as `frames.pvd`; return these files.
 
     Each frame has the undeformed design with `displacement` [m] and `contact_pressure` [Pa], which is zero off the
@@ -61,6 +61,7 @@ def write_trajectory(
         raise InputError(f"{folder}: the trajectory has no body '{body}', it has {have}")
     if every < 1:
         raise InputError(f"{folder}: every {every} frames was asked for; allowed: 1 or more")
+    mesh, modal, morph = records
     nodes = mesh.nodes if morph.nodes is None else morph.nodes
     first = trajectory.coordinate_offsets[body]
     own = slice(first, first + len(morph.rigid_twists) + len(modal.angular_frequencies))
@@ -73,12 +74,8 @@ def write_trajectory(
         files.append(folder / f"frame_{frame:03d}.vtu")
         _write_grid(files[-1], mesh, nodes, fields)
         entries.append(f'<DataSet timestep="{trajectory.frame_times[frame]:.17g}" part="0" file="{files[-1].name}"/>')
-    with _whole_file(folder / "frames.pvd") as scratch:
-        scratch.write_text(
-            '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>\n'
-            + "\n".join(entries)
-            + "\n</Collection></VTKFile>\n"
-        )
+    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>'
+    write_text(folder / "frames.pvd", "\n".join([head, *entries, "</Collection></VTKFile>\n"]))
     return [*files, folder / "frames.pvd"]
 
 
@@ -98,20 +95,5 @@ def _write_grid(path: Path, mesh: MeshRecord, nodes: np.ndarray, fields: dict[st
 
     cell_type = LINES.get(mesh.cell_type, mesh.cell_type)
     grid = meshio.Mesh(nodes, [(cell_type, mesh.cells)], point_data={**fields})
-    with _whole_file(path) as scratch:
+    with whole_file(path) as scratch:
         meshio.write(scratch, grid, file_format="vtu")
-
-
-@contextlib.contextmanager
-def _whole_file(path: Path) -> Iterator[Path]:
-    """Give a scratch path beside `path` that takes its name once it is written, and goes away if it is not."""
-    scratch = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield scratch
-        os.replace(scratch, path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
-    finally:
-        with contextlib.suppress(OSError):
-            scratch.unlink()

@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.numbers import STRICT, Length, Point
+from gudgeon.pipeline.geometry.numbers import Direction as AnyDirection
 from gudgeon.pipeline.geometry.occ import SurfaceRule
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import cylindrical, true_surface
@@ -52,28 +54,23 @@ ABAQUS_TYPES = [
 ]
 """Solids and triangles of a deck by the name that meshio knows; other elements (springs, beams) are left out."""
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Point = tuple[Finite, Finite, Finite]
 
-
-def _unit_vector(vector: Point) -> Point:
+def _unit_vector(vector: AnyDirection) -> AnyDirection:
     length = float(np.linalg.norm(vector))
     if length == 0:
         raise ValueError("the vector is zero, it must have a direction")
     return vector[0] / length, vector[1] / length, vector[2] / length
 
 
-Direction = Annotated[Point, AfterValidator(_unit_vector)]
+Direction = Annotated[AnyDirection, AfterValidator(_unit_vector)]
 
 
 class CylinderShape(BaseModel):
     """A circular cylinder."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["cylinder"]
-    radius: Positive
-    """[m]"""
+    radius: Length
     axis: Direction
     origin: Point
     """A point of the axis [m]."""
@@ -82,7 +79,7 @@ class CylinderShape(BaseModel):
 class PlaneShape(BaseModel):
     """A plane."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["plane"]
     normal: Direction
     origin: Point
@@ -95,10 +92,10 @@ SurfaceShape = Annotated[CylinderShape | PlaneShape, Field(discriminator="kind")
 class MeshFile(BaseModel):
     """A tetrahedral mesh in a file; linear tetrahedra become tet10."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["file"]
     path: str
-    unit: Positive = 1.0
+    unit: Length = 1.0
     """Metres per unit of length of the file."""
     surfaces: dict[str, SurfaceShape] = Field(default_factory=dict)
     """True shapes [m]. A name that the file lacks is found as the boundary facets that lie on its shape."""

@@ -4,14 +4,14 @@ Edges get their names from gmsh's physical groups of dimension 1, from sets of l
 arrays (non-zero = member). All of the boundary is `edge`.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.mesh_file import marks, read_mesh
+from gudgeon.pipeline.geometry.numbers import Length
 from gudgeon.pipeline.geometry.shapes.plane import PlanePart, boundary_edges, counter_clockwise
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 
@@ -25,7 +25,7 @@ class PlaneFile(PlanePart):
 
     kind: Literal["plane-file"]
     path: str
-    unit: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 1.0
+    unit: Length = 1.0
     """Metres per unit of length of the file."""
 
     def build(self, size: float | None) -> MeshRecord:

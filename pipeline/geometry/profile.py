@@ -96,12 +96,7 @@ def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> Profile
     Raises:
         InputError: the file is missing or cut off, a value is no number, or the grid is not as it must be.
     """
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: profile table cannot be read ({reason})") from error
+    rows = read_rows(path, "profile table")
     if len(rows) < 3 or len(rows[0]) < 2:
         raise InputError(f"{path}: a profile table needs a row of angles and at least two rows of heights")
     for number, row in enumerate(rows, 1):
@@ -114,6 +109,23 @@ def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> Profile
     table = ProfileTable(values[:, 0], angles, scale * values[:, 1:] + offset, str(path))
     _check_grid(table)
     return table
+
+
+def read_rows(path: Path, what: str) -> list[list[str]]:
+    """Return the cells of a CSV file, without blank rows.
+
+    Args:
+        what: Name of the table, for messages.
+
+    Raises:
+        InputError: the file is missing, is no UTF-8 text or no CSV.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            return [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: {what} cannot be read ({reason})") from error
 
 
 def _check_grid(table: ProfileTable) -> None:

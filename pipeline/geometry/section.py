@@ -8,11 +8,11 @@ Mechanics of Materials, form factor for shear): 5/6 for a rectangle, 9/10 for a 
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Coefficient = Annotated[float, Field(gt=0, le=1)]
-STRICT = ConfigDict(extra="forbid", frozen=True)
+from gudgeon.pipeline.geometry.numbers import STRICT, Length, Positive
+
+Coefficient = Annotated[float, Field(gt=0, le=1, json_schema_extra={"unit": "1"})]
 SHEAR = Field(default=None, description="Shear coefficient κ; by the energy of the shear stress where left out")
 
 
@@ -21,8 +21,8 @@ class Rectangle(BaseModel):
 
     model_config = STRICT
     kind: Literal["rectangle"]
-    width: Positive = Field(description="Across the plane of bending [m]")
-    height: Positive = Field(description="In the plane of bending [m]")
+    width: Length = Field(description="Across the plane of bending [m]")
+    height: Length = Field(description="In the plane of bending [m]")
     shear_coefficient: Coefficient | None = SHEAR
 
     @property
@@ -46,7 +46,7 @@ class Circle(BaseModel):
 
     model_config = STRICT
     kind: Literal["circle"]
-    radius: Positive = Field(description="[m]")
+    radius: Length
     shear_coefficient: Coefficient | None = SHEAR
 
     @property
@@ -75,10 +75,10 @@ class IBeam(BaseModel):
 
     model_config = STRICT
     kind: Literal["i-beam"]
-    height: Positive = Field(description="Over all [m]")
-    width: Positive = Field(description="Of the flanges [m]")
-    flange: Positive = Field(description="Thickness of each flange [m]")
-    web: Positive = Field(description="Thickness of the web [m]")
+    height: Length = Field(description="Over all [m]")
+    width: Length = Field(description="Of the flanges [m]")
+    flange: Length = Field(description="Thickness of each flange [m]")
+    web: Length = Field(description="Thickness of the web [m]")
     shear_coefficient: Coefficient | None = SHEAR
 
     @field_validator("flange")
@@ -129,9 +129,9 @@ class General(BaseModel):
 
     model_config = STRICT
     kind: Literal["general"]
-    area: Positive = Field(description="[m^2]")
-    second_moment: Positive = Field(description="About the axis of bending [m^4]")
-    height: Positive = Field(description="[m]")
+    area: Positive = Field(json_schema_extra={"unit": "m^2"})
+    second_moment: Positive = Field(description="About the axis of bending [m^4]", json_schema_extra={"unit": "m^4"})
+    height: Length
     shear_coefficient: Coefficient | None = Field(
         default=None, description="Shear coefficient κ; theory 'timoshenko' needs it"
     )

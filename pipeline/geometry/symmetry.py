@@ -11,8 +11,12 @@ class CyclicSymmetry(BaseModel):
     sectors: int = Field(ge=2, description="Number of equal sectors of the wheel")
     low: str = Field(default="low", description="Surface on which the sector before begins")
     high: str = Field(default="high", description="The low surface, turned about the axis by one sector")
-    axis: tuple[float, float, float] = Field(default=(0.0, 0.0, 1.0), description="Axis of the wheel, right-handed")
-    origin: tuple[float, float, float] = Field(default=(0.0, 0.0, 0.0), description="A point of the axis [m]")
+    axis: tuple[float, float, float] = Field(
+        default=(0.0, 0.0, 1.0), description="Axis of the wheel, right-handed", json_schema_extra={"unit": "1"}
+    )
+    origin: tuple[float, float, float] = Field(
+        default=(0.0, 0.0, 0.0), description="A point of the axis [m]", json_schema_extra={"unit": "m"}
+    )
 
     @field_validator("axis")
     @classmethod

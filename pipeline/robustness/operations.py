@@ -36,18 +36,19 @@ class Subject:
     """A scene that is put to its extremes."""
 
     job: Any
-    """Its job, ended early where the scene says so."""
-    base: Evidence
-    """What it finds as it is."""
-    folder: Path
-    """For files that cases need."""
+    """Its job, of any kind, ended early where the scene says so."""
     meshes: Mapping[str, MeshRecord]
-    """Mesh of each component that a body uses, before any change."""
-    run: Callable[[Trial], Evidence | Refusal]
+    """Mesh of each component in use, before any change."""
+    run: Callable[[Trial, Path], Evidence | Refusal]
+    """Runs a trial with a folder for what is not kept."""
     changed: Callable[[Mapping[str, Any]], Any]
     """Returns the job with nested tables of changes put into its scene."""
     known: dict[str, Any] = field(default_factory=dict)
-    """What one case found and others use."""
+    """What is known of it before any case, and what one case found and others use."""
+    base: Evidence = field(default_factory=Evidence)
+    """What it finds as it is."""
+    folder: Path = Path()
+    """For files that cases need."""
 
     @property
     def scene(self) -> Any:

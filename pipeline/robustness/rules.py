@@ -11,7 +11,7 @@ import numpy as np
 
 from gudgeon.pipeline.reduction.accuracy import ACCEPTED, LOCKING_RATIO
 from gudgeon.pipeline.robustness.evidence import Evidence
-from gudgeon.pipeline.robustness.units import FORCE, IMPULSE, LENGTH, TIME, Dimension, Units
+from gudgeon.pipeline.robustness.units import Units
 
 SAME = 1e-9
 """Relative difference of what differs by round-off alone."""
@@ -30,7 +30,8 @@ SEEN = 1e-3
 """Share of what energy allows from which frames have seen an overlap."""
 SETTLED = 0.01
 """Share by which splitting a few elements may lower a frequency."""
-UNIT_OF: dict[str, Dimension] = {"s": TIME, "m": LENGTH, "N": FORCE, "N s": IMPULSE}
+SCALED = ("s", "m", "N", "N s")
+"""Units of readings that are compared."""
 
 
 @dataclass(frozen=True)
@@ -79,18 +80,18 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
         # A start that is all but zero is known to a share of how long the contact takes.
         span = max(other.start, other.duration) or 1.0
         places *= other.start / span
-        pairs.append((abs(one.start / units.of(TIME) - other.start) / span, SAME + places))
-        for name, dimension in (("impulse", IMPULSE), ("duration", TIME), ("force", FORCE)):
+        pairs.append((abs(one.start / units.of("s") - other.start) / span, SAME + places))
+        for name, unit in (("impulse", "N s"), ("duration", "s"), ("force", "N")):
             rings = found.force_round_off + base.force_round_off if name == "force" else 0.0
-            apart = _apart(getattr(one, name) / units.of(dimension), getattr(other, name))
+            apart = _apart(getattr(one, name) / units.of(unit), getattr(other, name))
             pairs.append((apart, SAME + places + rings))
     else:
         largest: dict[str, float] = {}
         for value, unit in base.readings.values():
             largest[unit] = max(largest.get(unit, 0.0), abs(value))
         for name, (value, unit) in base.readings.items():
-            if unit in UNIT_OF and name in found.readings and (size := largest.get(unit, 0.0)) > 0:
-                apart = abs(found.readings[name][0] / units.of(UNIT_OF[unit]) - value) / (abs(value) or size)
+            if unit in SCALED and name in found.readings and (size := largest.get(unit, 0.0)) > 0:
+                apart = abs(found.readings[name][0] / units.of(unit) - value) / (abs(value) or size)
                 pairs.append((apart, SAME + places))
     if not pairs:
         return None

@@ -1,78 +1,32 @@
 """`gudgeon stress`: every case of a scene, its verdict, and what it rests on; docs/stress.md has the schema."""
 
-import csv
-import io
 import json
 import tempfile
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.measuring.machine import machine
+from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.operations import OPERATIONS, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.robustness.trial import REFUSALS, Trial, run_trial, sizes
-from gudgeon.pipeline.robustness.units import LENGTH
 from gudgeon.pipeline.robustness.verdict import Verdict, judge
-from gudgeon.pipeline.scenes.extremes import Case, Stress, chosen_cases
+from gudgeon.pipeline.scenes.extremes import Case, Stress
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 
 ENOUGH = 0.85
 """Share of the cases that were run that must be right."""
-COLUMNS: tuple[str, ...] = (
-    "case", "group", "verdict", "reason", "rule", "rests_on", "value", "bound", "energy_drift", "momentum_residual",
-    "penetration", "condition", "integrator", "steps", "substeps", "seconds",
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Place:
-    """A scene of any kind, and how its cases are run."""
-
-    job: Any
-    run: Callable[[Trial, Path], Evidence | Refusal]
-    """Runs a trial with a folder for what is not kept."""
-    meshes: Mapping[str, MeshRecord]
-    """Mesh of each component in use, before any change."""
-    known: dict[str, Any]
-    """What operations need to know of it."""
-    changed: Callable[[Mapping[str, Any]], Any]
-    """Returns the job with nested tables of changes put into its scene."""
-
-
-@dataclass(frozen=True)
-class Row:
-    """One case as it stands in table and document."""
-
-    case: str
-    group: str
-    verdict: str
-    """`right`, `refused`, `wrong` or `does not apply`."""
-    reason: str
-    rule: str | None
-    """The sharpest one that holds, or the first that does not."""
-    rests_on: str | None
-    """The same in words."""
-    value: float | None
-    bound: float | None
-    energy_drift: float | None
-    momentum_residual: float | None
-    penetration: float | None
-    """[m]"""
-    condition: float | None
-    integrator: str | None
-    steps: int | None
-    substeps: int | None
-    seconds: float
-    findings: list[dict[str, Any]]
-    """Every rule that says anything: `rule`, `value`, `bound`, `rests_on`, `holds`."""
+SEEN = ("energy_drift", "momentum_residual", "penetration", "condition", "integrator", "steps", "substeps", "seconds")
+"""What a row takes from a run's evidence."""
+COLUMNS: tuple[str, ...] = ("case", "group", "verdict", "reason", "rule", "rests_on", "value", "bound", *SEEN)
+"""Of the table of values separated by commas."""
 
 
 def stress_job(job: Job, cases: Path | None, only: tuple[str, ...], progress: Progress) -> tuple[dict[str, Any], str]:
@@ -88,14 +42,14 @@ def stress_job(job: Job, cases: Path | None, only: tuple[str, ...], progress: Pr
 
     run_job(own, "morph", progress)
     meshes = {n: own.store.get(steps["base-mesh"].key, "mesh") for n, steps in own.components().items()}
-    place = Place(
-        own, lambda trial, folder: run_trial(trial, folder, progress), meshes, sizes(own),
-        lambda changes: variant(own, changes),
+    subject = Subject(
+        own, meshes, lambda trial, folder: run_trial(trial, folder, progress), lambda changes: variant(own, changes),
+        known=sizes(own),
     )  # fmt: skip
-    return stress_cases(place, chosen, progress)
+    return stress_cases(subject, chosen, progress)
 
 
-def stress_cases(place: Place, cases: Mapping[str, Case], progress: Progress) -> tuple[dict[str, Any], str]:
+def stress_cases(subject: Subject, cases: Mapping[str, Case], progress: Progress) -> tuple[dict[str, Any], str]:
     """Run cases, judge them, and write `stress.json`, `stress.csv` and `stress.png` into the job's folder.
 
     Returns:
@@ -103,21 +57,23 @@ def stress_cases(place: Place, cases: Mapping[str, Case], progress: Progress) ->
 
     Raises:
         InputError: a case sets what the scene does not have.
+        StageError: the scene itself, without any change, cannot be run.
     """
-    job = place.job
-    _check(place, cases)
+    job = subject.job
+    _check(subject, cases)
     with tempfile.TemporaryDirectory(prefix="gudgeon-stress-") as scratch:
-        base = place.run(Trial(job), Path(scratch) / "base")
+        base = subject.run(Trial(job), Path(scratch) / "base")
         if isinstance(base, Refusal):
             raise StageError(f"{job.path}: the scene itself cannot be run: {base.reason}")
         rows = []
         for number, (name, case) in enumerate(cases.items()):
             progress(f"case {number + 1} of {len(cases)}", number / len(cases))
             with tempfile.TemporaryDirectory(dir=scratch) as folder:
-                rows.append(_row(name, case, _subject(place, base, Path(folder))))
+                rows.append(_row(name, case, replace(subject, base=base, folder=Path(folder))))
     document = _document(job, rows, base)
     write_text(job.out / "stress.json", json.dumps(document, indent=1))
-    write_text(job.out / "stress.csv", _csv(document["rows"]))
+    cells = ([row[key] for key in COLUMNS] for row in rows)
+    write_text(job.out / "stress.csv", csv_text([COLUMNS, *cells], "\n"))
     from gudgeon.pipeline.robustness.picture import draw
 
     draw(document, job.out / "stress.png")
@@ -125,35 +81,29 @@ def stress_cases(place: Place, cases: Mapping[str, Case], progress: Progress) ->
     return document, table_text(document)
 
 
-def _check(place: Place, cases: Mapping[str, Case]) -> None:
+def _check(subject: Subject, cases: Mapping[str, Case]) -> None:
     """Refuse cases that set what the scene does not have: they would come out as the scene's fault."""
     for name, case in cases.items():
         if case.operation.kind == "set" and not case.refusal:
             try:
-                place.changed(case.operation.values)
+                subject.changed(case.operation.values)
             except InputError as error:
                 raise InputError(f"case '{name}': {error}") from error
 
 
-def _subject(place: Place, base: Evidence, folder: Path) -> Subject:
-    return Subject(
-        place.job, base, folder, place.meshes, lambda trial: place.run(trial, folder / "run"), place.changed,
-        place.known,
-    )  # fmt: skip
-
-
-def _row(name: str, case: Case, subject: Subject) -> Row:
+def _row(name: str, case: Case, subject: Subject) -> dict[str, Any]:
     """Run one case and judge it."""
     found: Evidence | Refusal
+    scratch = subject.folder / "run"
     try:
         trial = OPERATIONS[case.operation.kind](subject, case.operation)
         base = subject.base
         if trial.like is not None:
-            other = subject.run(trial.like)
+            other = subject.run(trial.like, scratch)
             if isinstance(other, Refusal):
                 raise DoesNotApply(f"what it is compared with cannot be run: {other.reason}")
             base = other
-        found = subject.run(trial)
+        found = subject.run(trial, scratch)
     except DoesNotApply as reason:
         return _written(name, case, Verdict("does not apply", str(reason)), None)
     except REFUSALS as error:
@@ -162,25 +112,22 @@ def _row(name: str, case: Case, subject: Subject) -> Row:
     if known is not None:  # Harmonics of a wheel stretch as its sector does.
         stretch = {key: known[key.partition(",")[0]] for key in base.frequencies}
     if trial.units is not None and isinstance(found, Evidence) and found.penetration is not None:
-        metre = trial.units.of(LENGTH)
+        metre = trial.units.of("m")
         bound = found.penetration_bound
         found = replace(found, penetration=found.penetration / metre, penetration_bound=bound and bound / metre)
     compared = Compared(base, trial.units, stretch, trial.agreement, trial.factor, trial.measured)
     return _written(name, case, judge(case, found, compared), found)
 
 
-def _written(name: str, case: Case, verdict: Verdict, found: Evidence | Refusal | None) -> Row:
-    deciding, seen = verdict.deciding, found if isinstance(found, Evidence) else None
-    return Row(
-        case=name, group=case.group, verdict=verdict.verdict, reason=verdict.reason,
-        rule=deciding.rule if deciding else None, rests_on=deciding.rests_on if deciding else None,
-        value=_number(deciding.value) if deciding else None, bound=_number(deciding.bound) if deciding else None,
-        energy_drift=seen.energy_drift if seen else None, momentum_residual=seen.momentum_residual if seen else None,
-        penetration=seen.penetration if seen else None, condition=_number(seen.condition) if seen else None,
-        integrator=seen.integrator if seen else None, steps=seen.steps if seen else None,
-        substeps=seen.substeps if seen else None, seconds=found.seconds if found else 0.0,
-        findings=[asdict(one) | {"value": _number(one.value), "holds": one.holds} for one in verdict.findings],
-    )  # fmt: skip
+def _written(name: str, case: Case, verdict: Verdict, found: Evidence | Refusal | None) -> dict[str, Any]:
+    """Return one case as it stands in table and document; docs/stress.md says what each key is."""
+    row: dict[str, Any] = {"case": name, "group": case.group, "verdict": verdict.verdict, "reason": verdict.reason}
+    row |= {key: getattr(verdict.deciding, key, None) for key in ("rule", "rests_on", "value", "bound")}
+    row |= {key: getattr(found, key, None) for key in SEEN}
+    row |= {key: _number(row[key]) for key in ("value", "bound", "condition")}
+    row["seconds"] = found.seconds if found else 0.0
+    row["findings"] = [asdict(one) | {"value": _number(one.value), "holds": one.holds} for one in verdict.findings]
+    return row
 
 
 def _number(value: float | None) -> float | None:
@@ -188,8 +135,9 @@ def _number(value: float | None) -> float | None:
     return None if value is None or not abs(value) < float("inf") else float(value)
 
 
-def _document(job: Any, rows: list[Row], base: Evidence) -> dict[str, Any]:
-    counts = {key: sum(row.verdict == key for row in rows) for key in ("right", "refused", "wrong", "does not apply")}
+def _document(job: Any, rows: list[dict[str, Any]], base: Evidence) -> dict[str, Any]:
+    found = [row["verdict"] for row in rows]
+    counts = {verdict: found.count(verdict) for verdict in ("right", "refused", "wrong", "does not apply")}
     run = len(rows) - counts["does not apply"]
     share = counts["right"] / run if run else 1.0
     seen = {key: getattr(base, key) for key in ("energy_drift", "momentum_residual", "penetration", "integrator")}
@@ -200,17 +148,9 @@ def _document(job: Any, rows: list[Row], base: Evidence) -> dict[str, Any]:
         "counts": counts,
         "right_share": share,
         "passed": counts["wrong"] == 0 and share >= ENOUGH,
-        "seconds": sum(row.seconds for row in rows) + base.seconds,
-        "rows": [asdict(row) for row in rows],
+        "seconds": sum(row["seconds"] for row in rows) + base.seconds,
+        "rows": rows,
     }
-
-
-def _csv(rows: list[dict[str, Any]]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
 
 
 def table_text(document: Mapping[str, Any]) -> str:

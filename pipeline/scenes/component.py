@@ -2,25 +2,22 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry import Geometry
+from gudgeon.pipeline.geometry.numbers import STRICT, Coordinate, Finite, Length
 from gudgeon.pipeline.scenes.gauge import Gauge
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.modes import ModesSettings
 from gudgeon.pipeline.scenes.supports import SupportEntry
 
-STRICT = ConfigDict(extra="forbid", frozen=True)
-
 
 class MeshSettings(BaseModel):
     """How fine to mesh."""
 
     model_config = STRICT
-    size: float | None = Field(
-        default=None, gt=0, allow_inf_nan=False, description="Edge length [m]; unused for mesh files and rigid bodies"
-    )
+    size: Length | None = Field(default=None, description="Edge length [m]; unused for mesh files and rigid bodies")
 
 
 class Profile(BaseModel):
@@ -32,10 +29,8 @@ class Profile(BaseModel):
         description="CSV file: angles [deg] in the first row, heights [m] in the first column, deviations [m]",
     )
     surface: str | None = Field(default=None, description="Surface that moves; that of the first interface by default")
-    scale: float = Field(default=1.0, allow_inf_nan=False, description="Factor on the table's deviations")
-    offset: float = Field(
-        default=0.0, allow_inf_nan=False, description="Deviation everywhere, outwards, on top of the table's [m]"
-    )
+    scale: Finite = Field(default=1.0, description="Factor on the table's deviations", json_schema_extra={"unit": "1"})
+    offset: Coordinate = Field(default=0.0, description="Deviation everywhere, outwards, on top of the table's [m]")
 
 
 class Change(BaseModel):

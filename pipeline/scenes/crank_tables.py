@@ -1,11 +1,11 @@
 """Tables over the crank angle, read from CSV: a header, then angle [deg] and value, closing over one or two turns."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.profile import read_rows
 
 SPANS = (360.0, 720.0)
 CLOSED = 1e-3
@@ -19,11 +19,7 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
         InputError: the file is missing or cut off, a value is no number, angles do not increase, or the table does not
             close over 360 or 720 degrees.
     """
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: table cannot be read ({getattr(error, 'strerror', None) or error})") from error
+    rows = read_rows(path, "table")
     if len(rows) < 5:
         raise InputError(f"{path}: a table over the crank angle needs a header and at least four rows")
     values = []

@@ -1,18 +1,12 @@
 """Cases of `gudgeon stress` as they stand in a file: what is changed, and what decides."""
 
-import tomllib
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, Field, field_validator
 
-from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.reading import check_scene
+from gudgeon.pipeline.geometry.numbers import STRICT, Positive
 
-STRICT = ConfigDict(extra="forbid", frozen=True)
-Factor = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-SHIPPED = Path(__file__).with_name("cases.toml")
+Factor = Annotated[float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"unit": "1"})]
 
 
 class ContactStiffness(BaseModel):
@@ -44,7 +38,7 @@ class Restitution(BaseModel):
 
     model_config = STRICT
     kind: Literal["restitution"]
-    value: Annotated[float, Field(ge=0, le=1)]
+    value: float = Field(ge=0, le=1, json_schema_extra={"unit": "1"})
 
 
 class Grazing(BaseModel):
@@ -68,7 +62,7 @@ class Poisson(BaseModel):
 
     model_config = STRICT
     kind: Literal["poisson"]
-    nu: Annotated[float, Field(gt=-1, lt=0.5)]
+    nu: float = Field(gt=-1, lt=0.5, json_schema_extra={"unit": "1"})
 
 
 class Slivers(BaseModel):
@@ -76,8 +70,8 @@ class Slivers(BaseModel):
 
     model_config = STRICT
     kind: Literal["slivers"]
-    aspect: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(description="Edge over height")
-    count: Annotated[int, Field(ge=1)] = Field(default=10, description="Elements that are split, of each component")
+    aspect: float = Field(gt=1, allow_inf_nan=False, description="Edge over height", json_schema_extra={"unit": "1"})
+    count: int = Field(default=10, ge=1, description="Elements that are split, of each component")
 
 
 class Collinear(BaseModel):
@@ -154,50 +148,9 @@ class Stress(BaseModel):
     """What `gudgeon stress` does with a scene beside the shipped cases."""
 
     model_config = STRICT
-    duration: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = Field(
-        default=None, description="Cases end here [s]: soon after the first contact; the scene's own by default"
+    duration: Positive | None = Field(
+        default=None,
+        description="Cases end here [s]: soon after the first contact; the scene's own by default",
+        json_schema_extra={"unit": "s"},
     )
     case: dict[str, Case] = Field(default={}, description="Further cases by name; a shipped one's name replaces it")
-
-
-class CaseFile(BaseModel):
-    """A file of cases."""
-
-    model_config = STRICT
-    case: dict[str, Case] = Field(min_length=1)
-
-
-def read_cases(path: Path) -> dict[str, Case]:
-    """Read a file of cases.
-
-    Raises:
-        InputError: it cannot be read, is no TOML, or holds something else; every mistake is listed.
-    """
-    try:
-        tables: Mapping[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from error
-    return check_scene(path, tables, CaseFile).case
-
-
-def chosen_cases(stress: Stress, file: Path | None, only: tuple[str, ...], scene: Path) -> dict[str, Case]:
-    """Return the cases of a run: the shipped ones, the file's, the scene's own; or those named.
-
-    Args:
-        file: A file of cases beside the shipped one.
-        only: Names of cases or groups; all where empty.
-        scene: For messages.
-
-    Raises:
-        InputError: a name is unknown, or the file is wrong.
-    """
-    cases = read_cases(SHIPPED) | (read_cases(file) if file is not None else {}) | stress.case
-    groups = list(dict.fromkeys(case.group for case in cases.values()))
-    if unknown := [name for name in only if name not in cases and name not in groups]:
-        raise InputError(
-            f"{scene}: --only {unknown[0]}: no such case or group; groups are {', '.join(groups)}; cases are"
-            f" {', '.join(cases)}"
-        )
-    return {name: case for name, case in cases.items() if not only or name in only or case.group in only}

@@ -4,7 +4,8 @@ from typing import Literal
 
 from pydantic import BaseModel, Field, model_validator
 
-from gudgeon.pipeline.scenes.modes import STRICT, is_absent
+from gudgeon.pipeline.geometry.numbers import STRICT
+from gudgeon.pipeline.scenes.modes import is_absent
 
 
 class Gauge(BaseModel):
@@ -21,7 +22,10 @@ class Gauge(BaseModel):
         default=None, exclude_if=is_absent, description="Outermost fibre of the beam at the station"
     )
     point: tuple[float, float, float] | None = Field(
-        default=None, exclude_if=is_absent, description="Place of a solid or plane part [m]: six components are read"
+        default=None,
+        exclude_if=is_absent,
+        description="Place of a solid or plane part [m]: six components are read",
+        json_schema_extra={"unit": "m"},
     )
     surface: str | None = Field(
         default=None,

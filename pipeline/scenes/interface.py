@@ -2,17 +2,12 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
+from gudgeon.pipeline.geometry.numbers import STRICT, Coordinate, Direction, Finite, Length, Point
 from gudgeon.pipeline.scenes.modes import is_absent
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-
-
-Span = tuple[Finite, Finite]
+Span = tuple[Coordinate, Coordinate]
 
 
 def _pair(value: Any) -> Any:
@@ -22,7 +17,7 @@ def _pair(value: Any) -> Any:
 class Interface(BaseModel):
     """Where a component may be touched or loaded."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     surface: str = Field(description="Name of a surface of the mesh")
     kind: Literal["points", "traction", "mean", "pressure", "patch", "tie"] = Field(
         default="points",
@@ -31,15 +26,17 @@ class Interface(BaseModel):
         " patch: one contact row, the mean normal displacement of a flat surface; tie: the surface hangs on a reference"
         " point, see tie",
     )
-    sector_deg: Span | None = Field(
-        default=None, description="Only what lies between two angles [deg]; a traction space on a cylinder needs it"
+    sector_deg: tuple[Finite, Finite] | None = Field(
+        default=None,
+        description="Only what lies between two angles [deg]; a traction space on a cylinder needs it",
+        json_schema_extra={"unit": "deg"},
     )
     height: Span | None = Field(default=None, description="Only what lies between two heights along the axis [m]")
-    spacing: Annotated[tuple[Positive, Positive], BeforeValidator(_pair)] | None = Field(
+    spacing: Annotated[tuple[Length, Length], BeforeValidator(_pair)] | None = Field(
         default=None,
         description="Largest knot spacing of a traction space across and along [m], or one number for both",
     )
-    along: tuple[Finite, Finite, Finite] | None = Field(
+    along: Direction | None = Field(
         default=None, description="Direction in which bodies slide over a traction space on a plane"
     )
     extent: tuple[Span, Span] | None = Field(
@@ -53,7 +50,7 @@ class Interface(BaseModel):
         description="How a surface hangs on its reference point. rbe2: it moves as a rigid body with the point; rbe3:"
         " the point moves as the surface does on the mean, which stays as flexible as it is",
     )
-    point: tuple[Finite, Finite, Finite] | None = Field(
+    point: Point | None = Field(
         default=None,
         exclude_if=is_absent,
         description="Reference point of a tie [m]; the surface's centroid by default",

@@ -1,6 +1,8 @@
 """What a component is made of."""
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
+
+from gudgeon.pipeline.geometry.numbers import STRICT, Positive
 
 WAVE_SPEEDS = (0.5, 1e6)
 """√(E/ρ) [m/s]: soft gels have 1, diamond has 2e4. Moduli in GPa and densities in t/mm³ lie outside."""
@@ -9,10 +11,10 @@ WAVE_SPEEDS = (0.5, 1e6)
 class Material(BaseModel):
     """Isotropic linear elasticity."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    E: float = Field(gt=0, allow_inf_nan=False, description="Young's modulus [Pa]")
-    nu: float = Field(gt=-1, lt=0.5, description="Poisson's ratio")
-    rho: float = Field(gt=0, allow_inf_nan=False, description="Density [kg/m^3]")
+    model_config = STRICT
+    E: Positive = Field(description="Young's modulus [Pa]", json_schema_extra={"unit": "Pa"})
+    nu: float = Field(gt=-1, lt=0.5, description="Poisson's ratio", json_schema_extra={"unit": "1"})
+    rho: Positive = Field(description="Density [kg/m^3]", json_schema_extra={"unit": "kg/m^3"})
 
     @property
     def lame(self) -> tuple[float, float]:

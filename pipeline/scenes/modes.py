@@ -2,9 +2,10 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
-STRICT = ConfigDict(extra="forbid", frozen=True)
+from gudgeon.pipeline.geometry.numbers import STRICT
+
 ALL_FOR_ZERO = ("craig-bampton", "interface", "partial-interface", "attachment")
 """Recipes for which a normal_count of 0 means all that they make."""
 

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, Field, field_validator
 
-from gudgeon.pipeline.scenes.modes import STRICT
+from gudgeon.pipeline.geometry.numbers import STRICT
 
 
 class Support(BaseModel):

@@ -28,6 +28,8 @@ class SceneJob(Protocol):
 
     kind: ClassVar[str]
     """Its entry in `kinds.KINDS`."""
+    stages: ClassVar[tuple[str, ...]]
+    """Names of its stages, in order; the last one draws."""
 
     @property
     def name(self) -> str: ...
@@ -40,11 +42,6 @@ class SceneJob(Protocol):
     @property
     def overrides(self) -> tuple[str, ...]:
         """Changes of the scene's file, as `--set` takes them."""
-        ...
-
-    @property
-    def stages(self) -> tuple[str, ...]:
-        """Names of its stages, in order; the last one draws."""
         ...
 
     def products(self, stages: Sequence[str]) -> dict[str, Product]:

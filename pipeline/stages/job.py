@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.scenes.checks import checked
@@ -19,31 +18,19 @@ if TYPE_CHECKING:
     import numpy as np
 
 
-@dataclass(frozen=True)
-class Job:
+@dataclass(frozen=True, kw_only=True)
+class Job(Place):
     """A scene with the places where its products go."""
 
     kind: ClassVar[str] = "body"
+    stages: ClassVar[tuple[str, ...]] = STAGES
 
-    name: str
-    path: Path
-    tables: dict[str, Any]
-    """The scene as written, overrides included."""
     scene: SceneFile
-    store: FolderStore
-    out: Path
-    overrides: tuple[str, ...] = ()
-    """Changes of the scene's file, as `--set` takes them."""
 
     @property
     def folder(self) -> Path:
         """Folder of the scene file."""
         return self.path.parent
-
-    @property
-    def stages(self) -> tuple[str, ...]:
-        """Names of its stages, in order."""
-        return STAGES
 
     def components(self) -> dict[str, dict[str, Product]]:
         """Return the products of every component that a body uses."""
@@ -91,8 +78,7 @@ def contact_job(place: Place) -> Job:
     Raises:
         InputError: the scene is wrong; every mistake is listed.
     """
-    return Job(place.name, place.path, place.tables, checked(place.path, place.tables, SceneFile), place.store,
-               place.out, place.overrides)  # fmt: skip
+    return Job(**vars(place), scene=checked(place.path, place.tables, SceneFile))
 
 
 def variant(job: Job, changes: Mapping[str, Any]) -> Job:

@@ -1,5 +1,6 @@
 """What the solver reads of each record, what it leaves out, and why."""
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from gudgeon.modaldb.stores.folder import FolderStore
@@ -16,8 +17,7 @@ def plan(job: Job) -> dict[str, Any]:
     """Return what the solver will read of each record, what it leaves out and why, and the bytes of both."""
     from gudgeon.solver.system.requirements import Stock, scene_terms
 
-    rows, read, seen, components = [], 0, {}, job.components()
-    stocks = {}
+    rows, read, stocks, components = [], {}, {}, job.components()
     for body in job.scene.body:
         component = job.scene.component[job.scene.component_of(body)]
         places = [f"{PLACES[item.kind]}/{name}" for name, item in component.interface.items()]
@@ -26,21 +26,37 @@ def plan(job: Job) -> dict[str, Any]:
     for term in scene_terms(job.scene, stocks):
         steps = components[job.scene.component_of(term.body)]
         keys = {"mesh": steps["mesh"].key, "modes": steps["modes"].key, "morph": steps["morph"].key}
-        sizes = [_field_bytes(job.store, keys, path) for path in term.fields]
-        size = None if None in sizes else sum(size for size in sizes if size is not None)
-        rows.append(
-            {"body": term.body, "term": term.name, "present": term.present, "reason": term.reason,
-             "fields": list(term.fields), "bytes": size}
-        )  # fmt: skip
+        row, sizes = term_row(job.store, keys, term.body, (term.name, term.present, term.reason, term.fields))
+        rows.append(row)
         if term.present:
-            seen |= {(term.body, path): size for path, size in zip(term.fields, sizes, strict=True)}
-    read = None if None in seen.values() else sum(size for size in seen.values() if size is not None)
-    return {"scene": job.name, "terms": rows, "bytes": read}
+            read |= {(term.body, path): size for path, size in sizes.items()}
+    return {"scene": job.name, "terms": rows, "bytes": total(read.values())}
 
 
-def _field_bytes(store: FolderStore, keys: dict[str, str], path: str) -> int | None:
-    record, _, field_path = path.partition(":")
+def term_row(
+    store: FolderStore, keys: Mapping[str, str], body: str, term: tuple[str, bool, str, tuple[str, ...]]
+) -> tuple[dict[str, Any], dict[str, int | None]]:
+    """Return one row of a plan, and the bytes of each field; None where its record is not made yet.
+
+    Args:
+        keys: Of the records by the name that stands before the colon of a field.
+        term: Name, presence, reason, and `record:path` of what is read.
+    """
+    name, present, reason, fields = term
+    sizes = {field: _field_bytes(store, keys, field) for field in fields}
+    row = {"body": body, "term": name, "present": present, "reason": reason, "fields": list(fields)}
+    return row | {"bytes": total(sizes.values())}, sizes
+
+
+def total(sizes: Iterable[int | None]) -> int | None:
+    """Return the sum of bytes, or None where some are not known."""
+    known = list(sizes)
+    return None if None in known else sum(size for size in known if size is not None)
+
+
+def _field_bytes(store: FolderStore, keys: Mapping[str, str], field: str) -> int | None:
+    record, _, path = field.partition(":")
     if not store.has(keys[record]):
         return None
     sizes = store.sizes(keys[record])
-    return sum(size for name, size in sizes.items() if name == field_path or name.startswith(f"{field_path}/"))
+    return sum(size for name, size in sizes.items() if name == path or name.startswith(f"{path}/"))

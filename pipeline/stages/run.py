@@ -1,73 +1,48 @@
 """The stages `mesh → modes → morph → solve → plot`: what is fresh is not made again. Starts the solver."""
 
-import time
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file
 from gudgeon.pipeline.scenes.checks import law_notes
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.pictures import plot_stage
-from gudgeon.pipeline.stages.products import STAGES, Product, combined
-from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
-from gudgeon.pipeline.stages.status import remember
-from gudgeon.solver.errors import SceneError
+from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
+from gudgeon.pipeline.stages.products import STAGES, Product
+from gudgeon.pipeline.stages.run_report import Progress, RunReport
+from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
 from gudgeon.solver.result import Result
 
+COMPONENT_STAGES = STAGES[:3]
+"""Stages of components; none of them needs the scene's dynamics."""
 EDGE_SHARE = 1e-3
 """Share of a contact's impulse at the edge of its interface from which a run says so."""
-if TYPE_CHECKING:
-    pass
 
 
 def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> RunReport:
     """Bring a job's products up to date; see `run`."""
     tell = progress or (lambda stage, share: None)
-    wanted = STAGES[: STAGES.index(until) + 1]
     if until == "plot":
         job.compared()  # What is misspelt there shall not come out after the solver.
-    stages: dict[str, StageReport] = {}
-    for stage in wanted[:3]:
-        stages[stage] = _component_stage(job, stage, tell)
-    if "solve" not in wanted:
-        remember(job, wanted)
-        frequencies, notes = _frequencies(job)
-        return RunReport(
-            job.name, None, stages, out=str(job.out), notes=notes, frequencies=frequencies if until == "modes" else {}
-        )
-    with named(job.path, InputError, SceneError):
-        stages["solve"], summary = _solve_stage(job, tell)
-    pictures, notes, outcome = [], [], Result[summary["result"]]
-    if "plot" in wanted and outcome is not Result.DIVERGED:
-        stages["plot"], pictures, notes = plot_stage(job, lambda: _draw(job, tell), tell)
-    remember(job, wanted)
-    notes += law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
-    notes += _frequencies(job)[1]
-    return RunReport(
-        job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
-        summary["momentum_residual"], str(job.out), pictures=pictures, notes=notes,
-        reason=None if outcome.ok else outcome.value,
-    )  # fmt: skip
+    return run_stages(
+        job, until, tell, partial(_tasks, job, tell=tell), partial(_finish, job), partial(_draw, job, tell)
+    )
 
 
-def _component_stage(job: Job, stage: str, tell: Progress) -> StageReport:
-    start, ran, keys = time.perf_counter(), False, []
-    for name, steps in job.components().items():
-        for step, product in steps.items():
-            if product.stage != stage or (step == "mesh" and product.key == steps["base-mesh"].key):
-                continue
-            keys.append(product.key)
-            if job.store.has(product.key):
-                continue
-            tell(stage, 0.0)
-            with named(job.path, InputError, StageError):
-                record = _make(job, name, step, steps)
-            job.store.put(product.key, product.kind, record, product.inputs)
-            ran = True
-    tell(stage, 1.0)
-    return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys))
+def _tasks(job: Job, stage: str, tell: Progress) -> list[Task]:
+    """Return the records of a stage, in the order in which they depend on each other."""
+    if stage == "solve":
+        _references(job)  # What is misspelt there shall not come out after the solver.
+        return [Task(job.trajectory(), lambda: _solve(job, tell))]
+    return [
+        Task(product, partial(_make, job, name, step, steps))
+        for name, steps in job.components().items()
+        for step, product in steps.items()
+        if product.stage == stage and (step != "mesh" or product.key != steps["base-mesh"].key)
+    ]
 
 
 def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
@@ -100,34 +75,38 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
     return morph.reuse(base, keys, modal, surfaces, movement, component.material.rho)
 
 
-def _solve_stage(job: Job, tell: Progress) -> tuple[StageReport, dict[str, Any]]:
-    from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
-
-    start, product = time.perf_counter(), job.trajectory()
-    expected = reference_values(job.scene.report, job.folder)
-    ran = _trajectory(job, tell)
-    summary = read_summary(job.out, product.key, expected)
-    if summary is None:
-        copy_file(job.store.path(product.key), job.out / "trajectory.h5")
-        record = job.store.get(product.key, "trajectory", only=["times"])
-        summary = write_summary(job.out, product.key, expected, record)
-    tell("solve", 1.0)
-    return StageReport("ran" if ran else "fresh", time.perf_counter() - start, product.key), summary
-
-
-def _trajectory(job: Job, tell: Progress) -> bool:
-    """Run the solver unless its trajectory stands in the database; returns whether it ran."""
-    product = job.trajectory()
-    if job.store.has(product.key):
-        return False
+def _solve(job: Job, tell: Progress) -> Trajectory:
+    """Run the solver."""
     from gudgeon.solver.simulate import simulate
     from gudgeon.solver.system.compile import compile_system
 
-    tell("solve", 0.0)
     morphs = {name: steps["morph"].key for name, steps in job.components().items()}
-    trajectory = simulate(compile_system(job.store, job.scene, morphs), lambda share: tell("solve", share))
-    job.store.put(product.key, product.kind, trajectory, product.inputs)
-    return True
+    return simulate(compile_system(job.store, job.scene, morphs), lambda share: tell("solve", share))
+
+
+def _references(job: Job) -> dict[str, float]:
+    with named(job.path, InputError):
+        return reference_values(job.scene.report, job.folder)
+
+
+def _finish(job: Job, until: str) -> RunReport:
+    """Write summary and trajectory beside each other unless they stand there, and return what was found."""
+    frequencies, coarse = _frequencies(job)
+    if until in COMPONENT_STAGES:
+        rows = frequencies if until == "modes" else {}
+        return RunReport(job.name, None, out=str(job.out), notes=coarse, frequencies=rows)
+    key, expected = job.trajectory().key, _references(job)
+    summary = read_summary(job.out, key, "trajectory.h5", expected)
+    if summary is None:
+        copy_file(job.store.path(key), job.out / "trajectory.h5")
+        summary = write_summary(job.out, key, expected, job.store.get(key, "trajectory", only=["times"]))
+    notes = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
+    outcome = Result[summary["result"]]
+    return RunReport(
+        job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
+        momentum_residual=summary["momentum_residual"], out=str(job.out), notes=notes + coarse,
+        reason=None if outcome.ok else outcome.value,
+    )  # fmt: skip
 
 
 def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
@@ -136,9 +115,8 @@ def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
 
     compare = {job.scene.plot.label: job.trajectory().key}
     for name, other in job.compared().items():
-        for stage in STAGES[:3]:
-            _component_stage(other, stage, tell)
-        _trajectory(other, tell)
+        for stage in STAGES[:-1]:
+            make_stage(other, stage, partial(_tasks, other, tell=tell), tell)
         compare[name] = other.trajectory().key
     tell("plot", 0.0)
     return render(job.store.root, job.trajectory().key, job.out, job.name, compare if len(compare) > 1 else {})

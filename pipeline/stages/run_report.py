@@ -24,7 +24,7 @@ class RunReport:
 
     scene: str
     result: str | None
-    stages: dict[str, StageReport]
+    stages: dict[str, StageReport] = field(default_factory=dict)
     quantities: dict[str, Any] = field(default_factory=dict)
     energy_drift: float | None = None
     momentum_residual: float | None = None

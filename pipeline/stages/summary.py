@@ -39,11 +39,17 @@ def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: T
     return summary
 
 
-def read_summary(out: Path, key: str, expected: dict[str, float]) -> dict[str, Any] | None:
-    """Return the summary of a trajectory beside these references, or None where another one or none stands there."""
+def read_summary(out: Path, key: str, beside: str, expected: dict[str, float] | None = None) -> dict[str, Any] | None:
+    """Return the summary of a result, or None where another one or none stands there.
+
+    Args:
+        key: Of the result's record.
+        beside: Name of the file that goes with it.
+        expected: Reference values that it must have; None for a kind of scene without them.
+    """
     try:
         summary = json.loads((out / SUMMARY).read_text())
-        fresh = summary["key"] == key and summary["expected"] == expected and (out / "trajectory.h5").is_file()
+        fresh = summary["key"] == key and summary.get("expected") == expected and (out / beside).is_file()
         return summary if fresh else None
     except (OSError, ValueError, KeyError):
         return None

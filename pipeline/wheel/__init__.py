@@ -1,4 +1,5 @@
 """Scenes of wheels: a sector, its cyclic symmetry, mistuned blades, and their response to an engine order.
 
-`settings` is the file, `job` the stages, `solve` what they make, `report` every choice of kept interface.
+`scene` is the file, `job` its products, `stages` and `response` what makes them, `report` compares the choices of kept
+interface.
 """

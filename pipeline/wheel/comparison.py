@@ -7,17 +7,6 @@ from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.report.document import Errors
 
 FULL = "full wheel"
-
-
-FREQUENCY, TUNED, MAGNIFICATION, RESPONSE = "frequencies", "frequencies, tuned", "magnification", "response"
-
-
-FREQUENCY, TUNED, MAGNIFICATION, RESPONSE = "frequencies", "frequencies, tuned", "magnification", "response"
-
-
-FREQUENCY, TUNED, MAGNIFICATION, RESPONSE = "frequencies", "frequencies, tuned", "magnification", "response"
-
-
 FREQUENCY, TUNED, MAGNIFICATION, RESPONSE = "frequencies", "frequencies, tuned", "magnification", "response"
 
 

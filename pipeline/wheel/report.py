@@ -20,6 +20,7 @@ from gudgeon.pipeline.report.series import chain, settling
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.comparison import FREQUENCY, FULL, MAGNIFICATION, RESPONSE, TUNED, Comparison, InterfaceRow
+from gudgeon.pipeline.wheel.job import WheelJob
 from gudgeon.pipeline.wheel.response import (
     Case,
     amplitudes,
@@ -31,7 +32,7 @@ from gudgeon.pipeline.wheel.response import (
     wheel_record,
 )
 from gudgeon.pipeline.wheel.scene import KeptInterface
-from gudgeon.pipeline.wheel.stages import WheelJob, run_wheel
+from gudgeon.pipeline.wheel.stages import run_wheel
 
 MEASURES = {FREQUENCY: "relative", TUNED: "relative", MAGNIFICATION: "relative", RESPONSE: "L2"}
 UNITS = {FREQUENCY: "Hz", TUNED: "Hz", MAGNIFICATION: "1", RESPONSE: "m/N"}
@@ -98,17 +99,19 @@ def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
             kept_dofs(case.sector, one, f"report.choices.{key}")
         full = _full(job, case, progress)
         none = dict.fromkeys(MEASURES, 0.0)
-        rows = [InterfaceRow(FULL, "all nodal dofs", full, none, 0.0, 0.0, full.counts["wall"])]
+        rows = [InterfaceRow(FULL, "all nodal dofs", full, none, 0.0, 0.0, wall=full.counts["wall"])]
         parts, once = fastest(lambda: sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}"), how.repeat)
         for number, (key, choice) in enumerate(choices.items()):
             progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
             record, seconds = _solved(job, case, parts, (key, choice), how.repeat)
-            errors = _errors(record, full)
-            rows.append(InterfaceRow(key, scheme_of(choice), record, errors, parts.cpu_seconds, once.wall, seconds))
+            cost = (parts.cpu_seconds, once.wall)
+            rows.append(InterfaceRow(key, scheme_of(choice), record, _errors(record, full), *cost, wall=seconds))
     tuned = job.store.get(job.modes().key, "cyclic")
     return Comparison(
-        job.name, wheel.sectors, wheel.count, wheel.fixed_count, tuned.quality, wheel.response.engine_order,
-        reduction_error(tuned, full.tuned_frequencies), full.quantities["truncation_error"]["value"], rows,
+        scene=job.name, sectors=wheel.sectors, compared=wheel.count, fixed_count=wheel.fixed_count,
+        sector=tuned.quality, engine_order=wheel.response.engine_order,
+        harmonics_against_full=reduction_error(tuned, full.tuned_frequencies),
+        truncation_error=full.quantities["truncation_error"]["value"], rows=rows,
     )  # fmt: skip
 
 
@@ -183,7 +186,7 @@ def _quantities(found: Comparison) -> list[Quantity]:
                 )
         settles, why = settling(name, chains)
         reference = found.rows[0].magnification if name == MAGNIFICATION else None
-        quantities.append(Quantity(name, UNITS[name], measure, reference, True, settles, why, chains))
+        quantities.append(Quantity(name, UNITS[name], measure, reference, True, settles, why=why, chains=chains))
     return quantities
 
 

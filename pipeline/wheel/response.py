@@ -137,14 +137,14 @@ def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: 
             raise StageError(f"wheel.{name}: harmonic {harmonic}: {error}") from error
         shapes = modes.shapes.reshape(len(sector.model.nodes), 3, -1)
         found[str(harmonic)] = CyclicHarmonic(
-            harmonic,
-            modes.multiplicity,
-            modes.rigid,
-            modes.angular_frequencies,
-            modes.residuals,
-            np.ascontiguousarray(np.real(shapes)),
-            np.ascontiguousarray(np.imag(shapes)) if modes.multiplicity == 2 else None,
-            {"orthogonality": modes.orthogonality, **vars(modes.inertia)},
+            harmonic=harmonic,
+            multiplicity=modes.multiplicity,
+            rigid=modes.rigid,
+            angular_frequencies=modes.angular_frequencies,
+            residuals=modes.residuals,
+            real=np.ascontiguousarray(np.real(shapes)),
+            imaginary=np.ascontiguousarray(np.imag(shapes)) if modes.multiplicity == 2 else None,
+            quality={"orthogonality": modes.orthogonality, **vars(modes.inertia)},
         )
     axis = np.array(wheel.axis) / np.linalg.norm(wheel.axis)
     own, face = sector.own.shape[1], len(sector.face)

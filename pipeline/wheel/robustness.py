@@ -8,12 +8,14 @@ from typing import Any
 from gudgeon import modaldb
 from gudgeon.modaldb.records.cyclic import CyclicRecord
 from gudgeon.pipeline.errors import PipelineError
+from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
-from gudgeon.pipeline.robustness.run import Place, stress_cases
+from gudgeon.pipeline.robustness.operations import Subject
+from gudgeon.pipeline.robustness.run import stress_cases
 from gudgeon.pipeline.robustness.trial import Trial
-from gudgeon.pipeline.scenes.extremes import chosen_cases
 from gudgeon.pipeline.stages.run_report import Progress
-from gudgeon.pipeline.wheel.stages import WheelJob, run_wheel
+from gudgeon.pipeline.wheel.job import WheelJob
+from gudgeon.pipeline.wheel.stages import run_wheel
 
 
 def stress_wheel(
@@ -28,8 +30,8 @@ def stress_wheel(
     chosen = chosen_cases(job.scene.stress, cases, only, job.path)
     run_wheel(job, "mesh", progress)
     meshes = {job.wheel.component: job.store.get(job.mesh().key, "mesh")}
-    place = Place(job, lambda trial, folder: _run(trial, folder, progress), meshes, {}, job.changed)
-    return stress_cases(place, chosen, progress)
+    subject = Subject(job, meshes, lambda trial, folder: _run(trial, folder, progress), job.changed)
+    return stress_cases(subject, chosen, progress)
 
 
 def _run(trial: Trial, scratch: Path, progress: Progress) -> Evidence | Refusal:

@@ -2,29 +2,30 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, Field, field_validator, model_validator
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.numbers import STRICT, Direction, Finite, Length, Positive
 from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.extremes import Stress
 from gudgeon.pipeline.scenes.reading import find_file
-
-STRICT = ConfigDict(extra="forbid", frozen=True)
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Mistuning(BaseModel):
     """Relative changes of the blades' stiffness: as numbers, from a file, or drawn at random."""
 
     model_config = STRICT
-    values: tuple[Finite, ...] = Field(default=(), description="One for each blade, 0 where it is as designed")
+    values: tuple[Finite, ...] = Field(
+        default=(), description="One for each blade, 0 where it is as designed", json_schema_extra={"unit": "1"}
+    )
     table: str | None = Field(default=None, description="CSV file with one for each blade, beside the scene")
-    deviation: Positive | None = Field(default=None, description="Standard deviation of normally distributed ones")
+    deviation: Positive | None = Field(
+        default=None, description="Standard deviation of normally distributed ones", json_schema_extra={"unit": "1"}
+    )
     seed: int = Field(default=0, ge=0, description="Of the random numbers, with deviation")
 
     @model_validator(mode="after")
@@ -86,10 +87,14 @@ class Response(BaseModel):
 
     model_config = STRICT
     surface: str = Field(default="tip", description="Surface of the blade on which the force spreads evenly")
-    direction: tuple[Finite, Finite, Finite] = Field(default=(0.0, 0.0, 1.0), description="Of the force, any length")
+    direction: Direction = Field(default=(0.0, 0.0, 1.0), description="Of the force, any length")
     engine_order: int = Field(ge=0, description="r, below the number of sectors")
-    loss_factor: Positive = Field(default=2e-3, description="η of structural damping, K (1 + iη)")
-    band: tuple[Positive, Positive] = Field(description="Lowest and highest frequency of the force [Hz]")
+    loss_factor: Positive = Field(
+        default=2e-3, description="η of structural damping, K (1 + iη)", json_schema_extra={"unit": "1"}
+    )
+    band: tuple[Positive, Positive] = Field(
+        description="Lowest and highest frequency of the force [Hz]", json_schema_extra={"unit": "Hz"}
+    )
     points: int = Field(default=2001, ge=3, le=1_000_000, description="Frequencies in the band")
 
     @field_validator("direction")
@@ -130,7 +135,7 @@ class Wheel(CyclicSymmetry):
     component: str = Field(description="Component that is the sector")
     mode_count: int = Field(default=10, ge=1, description="Elastic modes of each harmonic")
     count: int = Field(default=60, ge=1, description="Lowest elastic modes of the whole wheel, for its response")
-    blade_radius: Positive | None = Field(
+    blade_radius: Length | None = Field(
         default=None,
         description="Distance from the axis beyond which cells are the blade's [m]; the geometry's if known",
     )

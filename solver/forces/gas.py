@@ -4,15 +4,16 @@ from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
+from gudgeon.solver.numbers import STRICT
 from gudgeon.solver.vectors import Finite
 
 
 class GasPressure(BaseModel):
     """Pressure above ambient on an interface of kind 'pressure', by the angle of a joint's crank."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["gas"]
     body: str
     interface: str = Field(description="Interface of kind 'pressure'")
@@ -21,9 +22,13 @@ class GasPressure(BaseModel):
         default=None, description="CSV: crank angle [deg], absolute pressure [Pa]; must close over its span"
     )
     values: tuple[tuple[Finite, Finite], ...] = Field(
-        default=(), description="The same as pairs; read from the table where one is named"
+        default=(),
+        description="The same as pairs; read from the table where one is named",
+        json_schema_extra={"unit": ["deg", "Pa"]},
     )
-    ambient: Finite = Field(default=1.0e5, description="Pressure on the other side [Pa]")
+    ambient: Finite = Field(
+        default=1.0e5, description="Pressure on the other side [Pa]", json_schema_extra={"unit": "Pa"}
+    )
 
     @model_validator(mode="after")
     def _given(self) -> "GasPressure":

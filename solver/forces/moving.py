@@ -1,25 +1,32 @@
 """A force that travels over a surface at constant speed, or stands still; it comes up at once or smoothly."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
-from gudgeon.solver.vectors import Finite
+from gudgeon.solver.numbers import STRICT
+from gudgeon.solver.vectors import Coordinate, Finite
 
 
 class MovingForce(BaseModel):
     """Force against the outward normal of a traction space, on a body that is undeformed before it."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["moving"]
     body: str
     interface: str = Field(description="Interface of kind 'traction'; its knot spacing is the size of the footprint")
-    force: Finite = Field(description="Positive where it presses the surface inwards [N]")
-    at: tuple[Finite, Finite] = Field(description="Coordinates across and along at the start [m]")
-    speed: Finite = Field(default=0.0, description="Along [m/s]; 0: it stands still")
-    rise: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
-        default=0.0, description="Time in which it comes up, as half a cosine [s]; 0: at once"
+    force: Finite = Field(
+        description="Positive where it presses the surface inwards [N]", json_schema_extra={"unit": "N"}
+    )
+    at: tuple[Coordinate, Coordinate] = Field(description="Coordinates across and along at the start [m]")
+    speed: Finite = Field(default=0.0, description="Along [m/s]; 0: it stands still", json_schema_extra={"unit": "m/s"})
+    rise: float = Field(
+        default=0.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="Time in which it comes up, as half a cosine [s]; 0: at once",
+        json_schema_extra={"unit": "s"},
     )
 
     def places(self, time: np.ndarray) -> np.ndarray:

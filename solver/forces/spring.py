@@ -1,24 +1,25 @@
 """A spring between a point of a body and the ground, or a point of another body."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
-from gudgeon.solver.vectors import Direction, Finite, Vector
+from gudgeon.solver.numbers import STRICT, Positive
+from gudgeon.solver.vectors import Coordinate, Direction, Place
 
 
 class Spring(BaseModel):
     """Linear spring along one direction, relaxed at the start; it acts on rigid motion."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["spring"]
     body: str
     against: str | None = Field(default=None, description="Other body; the ground by default")
     direction: Direction = Field(description="Any length")
-    at: Vector = Field(default=(0.0, 0.0, 0.0), description="Point of the body from its component's origin [m]")
-    stiffness: Annotated[float, Field(gt=0, allow_inf_nan=False)] = Field(description="[N/m]")
-    damping: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(default=0.0, description="[N s/m]")
-    stretch: Finite = Field(default=0.0, description="Elongation at the start [m]")
+    at: Place = Field(default=(0.0, 0.0, 0.0), description="Point of the body from its component's origin [m]")
+    stiffness: Positive = Field(json_schema_extra={"unit": "N/m"})
+    damping: float = Field(default=0.0, ge=0, allow_inf_nan=False, json_schema_extra={"unit": "N s/m"})
+    stretch: Coordinate = Field(default=0.0, description="Elongation at the start [m]")
 
     @model_validator(mode="after")
     def _two(self) -> "Spring":

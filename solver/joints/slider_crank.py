@@ -1,27 +1,30 @@
 """A crank that turns at constant speed and a massless rod that holds a point of a body at its length."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
-from gudgeon.solver.vectors import Direction, Finite, Vector
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from gudgeon.solver.numbers import STRICT, Length, Positive
+from gudgeon.solver.vectors import Direction, Finite, Place
 
 
 class SliderCrank(BaseModel):
     """The crank pin is at centre + radius (cos θ along + sin θ lateral), θ = start + speed t."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["slider-crank"]
     body: str
     interface: str = Field(description="Interface of kind 'mean' that the rod holds")
-    crank_radius: Positive = Field(description="[m]")
-    rod_length: Positive = Field(description="Between crank pin and piston pin [m]")
-    speed: Positive = Field(description="[rev/min]")
-    start: Finite = Field(default=0.0, description="Crank angle at the start, from the upper dead centre [deg]")
-    centre: Vector = Field(default=(0.0, 0.0, 0.0), description="Crank axis [m]")
+    crank_radius: Length
+    rod_length: Length = Field(description="Between crank pin and piston pin [m]")
+    speed: Positive = Field(json_schema_extra={"unit": "rev/min"})
+    start: Finite = Field(
+        default=0.0,
+        description="Crank angle at the start, from the upper dead centre [deg]",
+        json_schema_extra={"unit": "deg"},
+    )
+    centre: Place = Field(default=(0.0, 0.0, 0.0), description="Crank axis [m]")
     along: Direction = Field(default=(0.0, 0.0, 1.0), description="From the crank axis to the upper dead centre")
     lateral: Direction = Field(default=(1.0, 0.0, 0.0), description="Where the crank pin goes after that")
 

@@ -3,11 +3,10 @@
 from math import sqrt
 from typing import Annotated, NamedTuple
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from gudgeon.solver.laws.restitution import SMALLEST
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from gudgeon.solver.numbers import STRICT, Length, Positive
 
 
 def _above_zero(restitution: float) -> float:
@@ -19,7 +18,14 @@ def _above_zero(restitution: float) -> float:
 
 
 Restitution = Annotated[
-    float, Field(ge=0, le=1, allow_inf_nan=False, description="Speed of leaving by speed of approach [1]")
+    float,
+    Field(
+        ge=0,
+        le=1,
+        allow_inf_nan=False,
+        description="Speed of leaving by speed of approach [1]",
+        json_schema_extra={"unit": "1"},
+    ),
 ]
 """Coefficient of restitution [1]."""
 
@@ -51,13 +57,17 @@ class HertzContact(BaseModel):
     H. Hertz, J. Reine Angew. Math. 92 (1882) 156-171; K. L. Johnson, Contact Mechanics (1985), chapter 4.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    stiffness: Positive | None = Field(default=None, description="K [N/m^n]; or give radius and modulus")
-    radius: Positive | None = Field(default=None, description="Of both surfaces, 1/R = 1/R1 + 1/R2 [m]")
-    modulus: Positive | None = Field(
-        default=None, description="Of both materials, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]"
+    model_config = STRICT
+    stiffness: Positive | None = Field(
+        default=None, description="K [N/m^n]; or give radius and modulus", json_schema_extra={"unit": "N/m^exponent"}
     )
-    exponent: Positive = Field(default=1.5, description="n [1]")
+    radius: Length | None = Field(default=None, description="Of both surfaces, 1/R = 1/R1 + 1/R2 [m]")
+    modulus: Positive | None = Field(
+        default=None,
+        description="Of both materials, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]",
+        json_schema_extra={"unit": "Pa"},
+    )
+    exponent: Positive = Field(default=1.5, description="n [1]", json_schema_extra={"unit": "1"})
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> "HertzContact":

@@ -1,10 +1,11 @@
 """A spring, with a dashpot beside it where one is given."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
-from gudgeon.solver.laws.base import Coefficients, Positive
+from gudgeon.solver.laws.base import Coefficients
+from gudgeon.solver.numbers import STRICT, Positive
 
 
 class Linear(BaseModel):
@@ -16,10 +17,12 @@ class Linear(BaseModel):
     W. Goldsmith, Impact (1960); K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440-445 on its flaws.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["linear"]
-    stiffness: Positive = Field(description="K [N/m]")
-    damping: Annotated[float, Field(ge=0, allow_inf_nan=False, description="c [N s/m]")] = 0.0
+    stiffness: Positive = Field(description="K [N/m]", json_schema_extra={"unit": "N/m"})
+    damping: float = Field(
+        default=0.0, ge=0, allow_inf_nan=False, description="c [N s/m]", json_schema_extra={"unit": "N s/m"}
+    )
 
     def coefficients(self) -> Coefficients:
         """Return K, n = 1 and c."""

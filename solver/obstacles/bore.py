@@ -1,21 +1,22 @@
 """A rigid cylindrical bore around a body: the true cylinder, no facets."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
-from gudgeon.solver.vectors import Direction, Vector
+from gudgeon.solver.numbers import STRICT, Length
+from gudgeon.solver.vectors import Direction, Place
 
 
 class Bore(BaseModel):
     """Inside of a circular cylinder."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     shape: Literal["bore"]
-    radius: Annotated[float, Field(gt=0, allow_inf_nan=False, description="[m]")]
+    radius: Length
     axis: Direction = (0.0, 0.0, 1.0)
-    origin: Annotated[Vector, Field(description="A point of the axis [m]")] = (0.0, 0.0, 0.0)
+    origin: Place = Field(default=(0.0, 0.0, 0.0), description="A point of the axis [m]")
 
     def gap(self, points: np.ndarray) -> np.ndarray:
         """Return the gaps [m], (c,), of points (c, 3)."""

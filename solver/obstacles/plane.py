@@ -1,23 +1,26 @@
 """A rigid half-space."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
-from gudgeon.solver.vectors import Direction, Vector
+from gudgeon.solver.numbers import STRICT
+from gudgeon.solver.vectors import Direction, Place, Vector
 
 
 class Plane(BaseModel):
     """Half-space behind a plane."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     shape: Literal["plane"]
-    point: Annotated[Vector, Field(description="A point of the plane [m]")]
-    normal: Annotated[Direction, Field(description="Out of the obstacle, any length")]
-    velocity: Annotated[Vector, Field(description="Of the obstacle's surface along itself, for friction [m/s]")] = (
-        0.0, 0.0, 0.0,
-    )  # fmt: skip
+    point: Place = Field(description="A point of the plane [m]")
+    normal: Direction = Field(description="Out of the obstacle, any length")
+    velocity: Vector = Field(
+        default=(0.0, 0.0, 0.0),
+        description="Of the obstacle's surface along itself, for friction [m/s]",
+        json_schema_extra={"unit": "m/s"},
+    )
 
     @model_validator(mode="after")
     def _along(self) -> "Plane":

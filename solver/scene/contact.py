@@ -33,9 +33,13 @@ class Friction(BaseModel):
     """Coulomb friction along one line."""
 
     model_config = STRICT
-    static: Annotated[float, Field(ge=0, allow_inf_nan=False, description="Coefficient that holds")]
+    static: Annotated[
+        float, Field(ge=0, allow_inf_nan=False, description="Coefficient that holds", json_schema_extra={"unit": "1"})
+    ]
     kinetic: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
-        default=None, description="Coefficient while sliding; the static one by default"
+        default=None,
+        description="Coefficient while sliding; the static one by default",
+        json_schema_extra={"unit": "1"},
     )
     direction: Direction = Field(description="Line along which the point slides, any length")
 
@@ -65,11 +69,15 @@ class Contact(BaseModel):
         " impact: Newton's restitution at each blow",
     )
     surface_stiffness: Positive | None = Field(
-        default=None, description="Stiffness of a surface layer per area [N/m^3]: asperities, or the penalty's springs"
+        default=None,
+        description="Stiffness of a surface layer per area [N/m^3]: asperities, or the penalty's springs",
+        json_schema_extra={"unit": "N/m^3"},
     )
     law: Law | None = Field(default=None, description="Force of one point over indentation, instead of a layer")
     restitution: Annotated[float, Field(ge=0, le=1)] | None = Field(
-        default=None, description="Separation speed over approach speed, for method 'impact'; 0 sticks until pulled"
+        default=None,
+        description="Separation speed over approach speed, for method 'impact'; 0 sticks until pulled",
+        json_schema_extra={"unit": "1"},
     )
     friction: Friction | None = Field(default=None, description="For rigid contact of rigid bodies; static = 0 is none")
     dashpot: Literal["none", "wave-guide"] = Field(

@@ -1,6 +1,7 @@
 """Doctor: every kind of finding can be reached, and its lists agree with the files that they repeat."""
 
 import os
+import platform
 import re
 import subprocess
 import sys
@@ -20,7 +21,7 @@ NO_LIBRARY = "raise OSError('libGLU.so.1: cannot open shared object file: No suc
 def test_examine_names_every_package_and_probe(tmp_path: Path) -> None:
     """Each thing examined appears once, whatever this machine lacks."""
     names = [finding.name for finding in doctor.examine(tmp_path)]
-    packages = {name for group in doctor.PACKAGES.values() for name in group} - doctor.X86_ONLY
+    packages = {name for group in doctor.packages_needed(platform.machine()).values() for name in group}
     assert packages | {"python", "sparse backend", "database", "threads"} <= set(names)
     assert len(names) == len(set(names))
 
@@ -164,5 +165,6 @@ def test_packages_are_those_of_the_project() -> None:
     """Doctor examines all that pyproject.toml asks for, within the same bounds."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     groups = {"base": project["dependencies"], **project["optional-dependencies"]}
-    for group, packages in doctor.PACKAGES.items():
+    for group, packages in doctor.packages_needed("x86_64").items():
         assert {name + needed for name, needed in packages.items()} == {line.split(";")[0] for line in groups[group]}
+    assert doctor.packages_needed("x86_64")["pipeline"].keys() - doctor.packages_needed("arm64")["pipeline"] == {"mkl"}

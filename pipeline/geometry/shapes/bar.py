@@ -1,24 +1,21 @@
 """A straight bar along x on a line mesh: axial motion only, no solid, no gmsh."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from gudgeon.pipeline.geometry.numbers import STRICT, Length, Positive
 
 
 class Bar(BaseModel):
     """Bar of constant section from x = 0 (`left`) to x = `length` (`right`)."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["bar"]
-    length: Positive
-    """[m]"""
-    area: Positive
-    """Cross-section [m^2]."""
+    length: Length
+    area: Positive = Field(description="Cross-section [m^2]", json_schema_extra={"unit": "m^2"})
 
     def build(self, size: float) -> MeshRecord:
         """Divide the bar into quadratic line elements no longer than `size` [m]."""

@@ -1,15 +1,15 @@
 """A straight beam along x or y on a line mesh, bending towards z: no solid, no gmsh."""
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.section import General, Section
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 ENDS = ("left", "right")
 NEAREST = 1e-6
 """Least distance of different stations over the length: shorter elements drown the others in round-off."""
@@ -20,17 +20,18 @@ SIDES = {"top": 1.0, "bottom": -1.0}
 class Beam(BaseModel):
     """Beam of constant section from the origin (`left`) to `length` (`right`) along its axis."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["beam"]
-    length: Positive
-    """[m]"""
+    length: Length
     section: Section
     theory: Literal["euler-bernoulli", "timoshenko"] = Field(
         default="euler-bernoulli",
         description="euler-bernoulli: slender, neither shear nor rotary inertia; timoshenko: both",
     )
     along: Literal["x", "y"] = Field(default="x", description="Its axis")
-    stations: dict[str, float] = Field(default={}, description="Places along the axis by name where nodes stand [m]")
+    stations: dict[str, float] = Field(
+        default={}, description="Places along the axis by name where nodes stand [m]", json_schema_extra={"unit": "m"}
+    )
 
     @field_validator("theory")
     @classmethod

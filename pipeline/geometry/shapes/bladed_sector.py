@@ -1,14 +1,13 @@
 """One sector of a bladed disk: hub with a bore, web, rim, and a flat staggered blade on it."""
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.occ import TURN, SurfaceRule, build_solid, cylinder, plane
-
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 ON_FACE = 1e-9
 """Distance of a face's centre from a plane through the axis, over the tip's radius, below which it lies on it."""
@@ -25,7 +24,7 @@ class BladedSector(BaseModel):
     The mesh of face `high` is that of face `low`, turned. The blade's elements end at the rim's radius. Metres.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["bladed-sector"]
     sectors: int = Field(default=24, ge=3, le=360, description="Of the whole wheel: a sector takes 2π/sectors")
     bore_radius: Length = 0.04
@@ -38,7 +37,9 @@ class BladedSector(BaseModel):
     tip_radius: Length = 0.27
     chord: Length = 0.045
     blade_thickness: Length = 0.006
-    stagger_deg: float = Field(default=35.0, ge=0, le=90, description="Of the chord from the axis [deg]")
+    stagger_deg: float = Field(
+        default=35.0, ge=0, le=90, description="Of the chord from the axis [deg]", json_schema_extra={"unit": "deg"}
+    )
 
     @model_validator(mode="after")
     def _fits(self) -> "BladedSector":

@@ -1,21 +1,20 @@
 """A rectangular block."""
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.occ import SurfaceRule, box_faces, build_solid
-
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Box(BaseModel):
     """Block centred in x and y, from z = 0 up to z = `lz`. All lengths in metres."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["box"]
     lx: Length
     ly: Length

@@ -1,19 +1,18 @@
 """A wet cylinder liner: a tube that hangs by a flange at its top end."""
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, model_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.occ import REVOLVED, SurfaceRule, build_solid, cylinder, plane, revolve
-
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Liner(BaseModel):
     """Tube along z: the bottom at z = 0, the flange below the top. All lengths in metres."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["liner"]
     bore_radius: Length
     wall: Length

@@ -1,15 +1,13 @@
 """A piston: full-round skirt, relieved ring belt, flat crown, and pin bosses that ribs join to the crown."""
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, model_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.numbers import STRICT, Coordinate, Length
 from gudgeon.pipeline.geometry.occ import REVOLVED, SurfaceRule, build_solid, cylinder, plane, revolve
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 ROUND_OFF = 1e-9
 """Relative: what is as large as its limit but for round-off touches, and gmsh cannot mesh what merely touches."""
@@ -18,7 +16,7 @@ ROUND_OFF = 1e-9
 class Piston(BaseModel):
     """Piston along z: the open end at z = 0, the crown on top, the pin along y, thrust sides at ±x. Metres."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["piston"]
     outer_radius: Length
     """Of the skirt."""
@@ -32,7 +30,7 @@ class Piston(BaseModel):
     pin_radius: Length
     pin_height: Length
     """z of the pin's axis."""
-    pin_offset: Finite = 0.0
+    pin_offset: Coordinate = 0.0
     """x of the pin's axis."""
     boss_radius: Length
     boss_gap: Length

@@ -1,15 +1,15 @@
 """Plane parts in z = 0: what they share, and the rectangle."""
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.occ import GMSH_TRIANGLE6, ON_SURFACE, SurfaceRule, plane
 
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 EDGES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])
 """First corner, second corner, middle of each edge of a triangle of positive area, the part on the left."""
 MIRRORED = [0, 2, 1, 5, 4, 3]
@@ -18,7 +18,7 @@ MIRRORED = [0, 2, 1, 5, 4, 3]
 class PlanePart(BaseModel):
     """A part of constant thickness that moves in its plane alone."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     thickness: Length = Field(description="Across the plane [m]")
     state: Literal["plane-stress", "plane-strain"] = Field(
         default="plane-stress",

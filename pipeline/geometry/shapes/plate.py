@@ -1,17 +1,17 @@
 """A flat rectangular plate, meshed in layers."""
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.occ import SurfaceRule, box_faces, build_solid
 
 MIRRORED = [0, 2, 1, 5, 4, 3]
 """A six-node facet the other way round."""
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Plate(BaseModel):
@@ -21,7 +21,7 @@ class Plate(BaseModel):
     times as long as thick 0.5 % too high, whatever the size along it.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["plate"]
     lx: Length
     ly: Length

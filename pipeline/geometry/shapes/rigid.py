@@ -3,23 +3,24 @@
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, Field, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.geometry.numbers import STRICT, Direction, Point, Positive
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Moment = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Moment = Annotated[float, Field(ge=0, allow_inf_nan=False, json_schema_extra={"unit": "kg m^2"})]
 
 
 class RigidPoint(BaseModel):
     """A point of the body's skin."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    at: tuple[Finite, Finite, Finite] = Field(description="Position from the centre of mass [m]")
-    normal: tuple[Finite, Finite, Finite] = Field(description="Outward normal, of any length")
+    model_config = STRICT
+    at: Point = Field(description="Position from the centre of mass [m]")
+    normal: Direction = Field(description="Outward normal, of any length")
     area: Positive = Field(
-        default=1.0, description="Tributary area [m^2]; with 1, a surface_stiffness is the point's own in N/m"
+        default=1.0,
+        description="Tributary area [m^2]; with 1, a surface_stiffness is the point's own in N/m",
+        json_schema_extra={"unit": "m^2"},
     )
 
     @field_validator("normal")
@@ -33,10 +34,9 @@ class RigidPoint(BaseModel):
 class Rigid(BaseModel):
     """Rigid body with its centre of mass at the origin."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["rigid"]
-    mass: Positive
-    """[kg]"""
+    mass: Positive = Field(json_schema_extra={"unit": "kg"})
     inertia: tuple[Moment, Moment, Moment] = Field(
         default=(0.0, 0.0, 0.0), description="Principal inertia about x, y, z [kg m^2]; it does not turn where it is 0"
     )

@@ -1,19 +1,18 @@
 """A piston skirt with crown: a cup of constant wall, open at the bottom."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, model_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.occ import SurfaceRule, build_solid
-
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Skirt(BaseModel):
     """Cup along z: the open end at z = 0, the crown on top. All lengths in metres."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["skirt"]
     outer_radius: Length
     wall: Length

@@ -1,20 +1,20 @@
 """A solid sphere."""
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.occ import SurfaceRule, build_solid, sphere
 
 
 class Sphere(BaseModel):
     """Sphere about the origin."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = STRICT
     kind: Literal["sphere"]
-    radius: Annotated[float, Field(gt=0, allow_inf_nan=False)]
-    """[m]"""
+    radius: Length
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
         """Return the named surface with its true shape."""

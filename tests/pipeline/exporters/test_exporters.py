@@ -5,7 +5,6 @@ import os
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import meshio
 import numpy as np
@@ -16,6 +15,7 @@ from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphReco
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.exporters import EXPORTERS, Exporter, vtu
+from gudgeon.pipeline.exporters.vtu import BodyRecords
 from gudgeon.pipeline.geometry import Bar, Beam, Rigid
 from gudgeon.pipeline.reduction.expansion import displacement
 
@@ -179,7 +179,7 @@ def test_modes_come_back(mesh: MeshRecord, modal: ModalRecord, tmp_path: Path) -
 def test_frames_come_back(
     every: int, mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord, trajectory: Trajectory, tmp_path: Path
 ) -> None:
-    files = vtu.write_trajectory(tmp_path, mesh, modal, morph, trajectory, "b", every)
+    files = vtu.write_trajectory(tmp_path, BodyRecords(mesh, modal, morph), trajectory, "b", every)
     chosen = range(0, FRAMES, every)
     assert [file.name for file in files] == [*(f"frame_{frame:03d}.vtu" for frame in chosen), "frames.pvd"]
     assert sorted(files) == sorted(tmp_path.iterdir())
@@ -201,7 +201,7 @@ def test_frames_stand_where_the_design_stands(
     mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord, trajectory: Trajectory, tmp_path: Path
 ) -> None:
     moved = replace(morph, nodes=mesh.nodes + 0.5)
-    file = vtu.write_trajectory(tmp_path, mesh, modal, moved, trajectory, "b", FRAMES)[0]
+    file = vtu.write_trajectory(tmp_path, BodyRecords(mesh, modal, moved), trajectory, "b", FRAMES)[0]
     back = meshio.read(file)
     np.testing.assert_array_equal(back.points, mesh.nodes + 0.5)
     expected = displacement(mesh.nodes + 0.5, moved, modal, trajectory.frames[0, 4:])
@@ -213,15 +213,15 @@ def test_every_exporter_refuses_in_one_line(
     name: str, mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord, trajectory: Trajectory, tmp_path: Path
 ) -> None:
     exporter: Exporter = EXPORTERS[name]
-    records: Any = (mesh, modal, morph, trajectory)
+    records = BodyRecords(mesh, modal, morph)
     (tmp_path / "file").write_text("kept")
     cases = [
         (lambda: exporter.write_modes(tmp_path / "x", mesh, modal, 0), "0 modes were asked for; allowed: 1 or more"),
         (lambda: exporter.write_modes(tmp_path / "file" / "x", mesh, modal, 1), "cannot be written"),
         (lambda: exporter.write_modes(tmp_path, mesh, modal, 1), "cannot be written"),
-        (lambda: exporter.write_trajectory(tmp_path / "file", *records, "b", 1), "cannot be written"),
-        (lambda: exporter.write_trajectory(tmp_path, *records, "c", 1), "no body 'c', it has a, b"),
-        (lambda: exporter.write_trajectory(tmp_path, *records, "b", 0), "every 0 frames was asked for"),
+        (lambda: exporter.write_trajectory(tmp_path / "file", records, trajectory, "b", 1), "cannot be written"),
+        (lambda: exporter.write_trajectory(tmp_path, records, trajectory, "c", 1), "no body 'c', it has a, b"),
+        (lambda: exporter.write_trajectory(tmp_path, records, trajectory, "b", 0), "every 0 frames was asked for"),
     ]
     for call, text in cases:
         with pytest.raises(InputError, match=text) as caught:

@@ -18,18 +18,19 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.box import Box
-from gudgeon.pipeline.robustness import units as dimensions
+from gudgeon.pipeline.robustness.cases import SHIPPED, chosen_cases, read_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.operations import OPERATIONS, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.trial import Trial, approach, run_trial, sizes
-from gudgeon.pipeline.robustness.units import KEPT, Units, dimensions_of, rescaled, rescaled_mesh
+from gudgeon.pipeline.robustness.units import KEPT, Units, declared_units, dimension, rescaled, rescaled_mesh
 from gudgeon.pipeline.scenes.bodies import SceneFile
-from gudgeon.pipeline.scenes.extremes import SHIPPED, Case, Operation, Set, chosen_cases, read_cases
+from gudgeon.pipeline.scenes.extremes import Case, Operation, Set
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.wheel.scene import WheelFile
+from gudgeon.solver.scene.body import Body
 from tests.validation.scenes import DATA
 
 TWO = """
@@ -61,6 +62,10 @@ frames = 20
 """
 
 
+OF_REPORTS = ("Nodal", "Report", "Vectors")
+"""Models whose numbers no run depends on."""
+
+
 def quiet(stage: str, share: float) -> None:
     """Progress that nobody sees."""
 
@@ -78,8 +83,8 @@ def subject(job: Job, folder: Path) -> Subject:
     assert isinstance(base, Evidence)
     meshes = {n: job.store.get(steps["base-mesh"].key, "mesh") for n, steps in job.components().items()}
     return Subject(
-        job, base, folder, meshes, lambda trial: run_trial(trial, folder / "run", quiet),
-        lambda changes: variant(job, changes), dict(sizes(job)),
+        job, meshes, lambda trial, scratch: run_trial(trial, scratch, quiet), lambda changes: variant(job, changes),
+        dict(sizes(job)), base, folder,
     )  # fmt: skip
 
 
@@ -112,23 +117,49 @@ def all_models(*roots: type[BaseModel]) -> set[type[BaseModel]]:
 
 
 def undeclared(model: type[BaseModel]) -> set[str]:
-    """Return the numbers of a model without a dimension, and dimensions without a number."""
+    """Return the numbers of a model without a unit, and units without a number."""
     numbers = {name for name, field in model.model_fields.items() if holds_numbers(field.annotation)}
-    return numbers ^ set(dimensions_of(model))
+    return numbers ^ set(declared_units(model))
 
 
 @pytest.mark.parametrize("model", sorted(all_models(SceneFile, WheelFile), key=str), ids=str)
 def test_every_number_of_a_scene_has_a_dimension(model: type[BaseModel]) -> None:
     assert undeclared(model) == set()
+    for unit in declared_units(model).values():
+        for one in [unit] if isinstance(unit, str) else unit:
+            assert len(dimension(one, create_model("Law", exponent=(float, 1.5))())) == 3
 
 
 def test_a_number_without_a_dimension_is_found() -> None:
     body = next(iter(models_in(SceneFile.model_fields["body"].annotation)))
     grown = create_model("Body", __base__=body, drag=(float, Field(default=1.0)))
-    grown.__module__ = "gudgeon.solver.scene.scene"
     assert undeclared(grown) == {"drag"}
     with pytest.raises(StageError, match=r"Body\.drag: its dimension is not declared"):
         rescaled(grown(), Units(length=2.0))
+
+
+def test_units_are_parsed() -> None:
+    law = create_model("Law", exponent=(float, 1.5))()
+    expected = {"1": (0, 0, 0), "deg": (0, 0, 0), "rev/min": (0, 0, -1), "N s/m": (1, 0, -1), "kg m^2": (1, 2, 0)}
+    assert {unit: dimension(unit) for unit in expected} == expected
+    assert dimension("N/m^exponent", law) == (1, -0.5, -2)
+
+
+def schema_units(node: Any) -> typing.Iterator[tuple[str, Any]]:
+    """Yield a property's name with its schema, for properties of numbers, wherever they stand."""
+    if isinstance(node, dict):
+        for name, one in node.get("properties", {}).items():
+            if '"type": "number"' in json.dumps(one):
+                yield name, one
+        for one in node.values():
+            yield from schema_units(one)
+
+
+def test_the_schema_shows_the_unit_of_every_number_that_a_run_depends_on() -> None:
+    definitions = {name: one for name, one in kinds.schema()["$defs"].items() if name not in OF_REPORTS}
+    found = list(schema_units(definitions))
+    assert len(found) > 100
+    assert [name for name, one in found if '"unit": ' not in json.dumps(one)] == []
 
 
 def test_other_units_change_every_number_by_its_dimension(tmp_path: Path) -> None:
@@ -294,7 +325,9 @@ def test_a_scene_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
 
 def test_what_is_wrong_makes_the_command_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     two(tmp_path)
-    monkeypatch.setitem(dimensions.TABLE["scene.Body"], "velocity", dimensions.LENGTH)  # A wrong scale is found.
+    declared = Body.model_fields["velocity"].json_schema_extra
+    assert isinstance(declared, dict)
+    monkeypatch.setitem(declared, "unit", "m")  # A wrong scale is found.
     code = main(
         ["stress", str(tmp_path / "two.toml"), "--only", "lengths 1e3", "--db", str(tmp_path / "db"), "--out",
          str(tmp_path / "out")]

@@ -21,10 +21,11 @@ from gudgeon.pipeline.stages.status import status
 from gudgeon.pipeline.wheel import report as report_module
 from gudgeon.pipeline.wheel import response as solve
 from gudgeon.pipeline.wheel.comparison import FREQUENCY, MAGNIFICATION, RESPONSE, Comparison
+from gudgeon.pipeline.wheel.job import WheelJob
 from gudgeon.pipeline.wheel.pictures.curves import harmonic_of
 from gudgeon.pipeline.wheel.pictures.shape import whole_wheel
 from gudgeon.pipeline.wheel.report import compare, report_wheel
-from gudgeon.pipeline.wheel.stages import WheelJob, run_wheel
+from gudgeon.pipeline.wheel.stages import run_wheel
 from tests.validation.scenes import DATA
 
 SECTORS, COUNT, MODES = 6, 12, 4

@@ -1,0 +1,49 @@
+"""Which cases `gudgeon stress` runs: the shipped ones, those of a file, the scene's own."""
+
+from pathlib import Path
+
+from pydantic import BaseModel, Field
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.numbers import STRICT
+from gudgeon.pipeline.scenes.extremes import Case, Stress
+from gudgeon.pipeline.scenes.reading import check_scene, read_tables
+
+SHIPPED = Path(__file__).with_name("cases.toml")
+
+
+class CaseFile(BaseModel):
+    """A file of cases."""
+
+    model_config = STRICT
+    case: dict[str, Case] = Field(min_length=1)
+
+
+def read_cases(path: Path) -> dict[str, Case]:
+    """Read a file of cases.
+
+    Raises:
+        InputError: it cannot be read, is no TOML, or holds something else; every mistake is listed.
+    """
+    return check_scene(path, read_tables(path), CaseFile).case
+
+
+def chosen_cases(stress: Stress, file: Path | None, only: tuple[str, ...], scene: Path) -> dict[str, Case]:
+    """Return the cases of a run: the shipped ones, the file's, the scene's own; or those named.
+
+    Args:
+        file: A file of cases beside the shipped one.
+        only: Names of cases or groups; all where empty.
+        scene: For messages.
+
+    Raises:
+        InputError: a name is unknown, or the file is wrong.
+    """
+    cases = read_cases(SHIPPED) | (read_cases(file) if file is not None else {}) | stress.case
+    groups = list(dict.fromkeys(case.group for case in cases.values()))
+    if unknown := [name for name in only if name not in cases and name not in groups]:
+        raise InputError(
+            f"{scene}: --only {unknown[0]}: no such case or group; groups are {', '.join(groups)}; cases are"
+            f" {', '.join(cases)}"
+        )
+    return {name: case for name, case in cases.items() if not only or name in only or case.group in only}

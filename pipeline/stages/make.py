@@ -1,0 +1,66 @@
+"""Runs the stages of a scene of any kind: a record that stands in the database is not made again."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.base import SceneJob
+from gudgeon.pipeline.stages.pictures import Draw, plot_stage
+from gudgeon.pipeline.stages.products import Product, combined
+from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
+from gudgeon.pipeline.stages.status import remember
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.result import Result
+
+
+class Task(NamedTuple):
+    """A record of a stage."""
+
+    product: Product
+    make: Callable[[], Any]
+    """Makes the record; called where the database has none."""
+
+
+Tasks = Callable[[str], Sequence[Task]]
+"""Returns the records of one of the stages that make records."""
+
+
+def run_stages(
+    job: SceneJob, until: str, tell: Progress, tasks: Tasks, finish: Callable[[str], RunReport], draw: Draw
+) -> RunReport:
+    """Bring the products of a scene up to date, up to and including one stage.
+
+    Args:
+        finish: Writes the files beside the pictures and returns what was found up to that stage.
+        draw: Draws the pictures, unless the run diverged.
+
+    Raises:
+        InputError: the scene does not fit its mesh.
+        StageError: a numerical routine failed.
+    """
+    wanted = job.stages[: job.stages.index(until) + 1]
+    stages = {stage: make_stage(job, stage, tasks, tell) for stage in wanted if stage != "plot"}
+    report, pictures, notes = finish(until), [], []
+    if "plot" in wanted and report.result != Result.DIVERGED.name:
+        stages["plot"], pictures, notes = plot_stage(job, draw, tell)
+    remember(job, wanted)
+    return replace(report, stages=stages, pictures=pictures, notes=[*notes, *report.notes])
+
+
+def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> StageReport:
+    """Make the records of a stage that the database lacks."""
+    start, ran, keys = time.perf_counter(), False, []
+    for product, make in tasks(stage):
+        keys.append(product.key)
+        if job.store.has(product.key):
+            continue
+        tell(stage, 0.0)
+        with named(job.path, InputError, StageError, SceneError):
+            record = make()
+        job.store.put(product.key, product.kind, record, product.inputs)
+        ran = True
+    tell(stage, 1.0)
+    return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys))
