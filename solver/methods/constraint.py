@@ -10,4 +10,4 @@ def _refuses(settings: Settings) -> str | None:
     return rigid_refuses("constraint", settings)
 
 
-CONSTRAINT = Method(True, False, ("event",), _refuses)
+CONSTRAINT = Method(True, False, _refuses)

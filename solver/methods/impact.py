@@ -9,4 +9,4 @@ def _refuses(settings: Settings) -> str | None:
     return rigid_refuses("impact", settings)
 
 
-IMPACT = Method(True, False, ("event",), _refuses)
+IMPACT = Method(True, False, _refuses)

@@ -32,8 +32,6 @@ class Method:
     """Whether points have no compliance: forces are multipliers, closings are blows."""
     flexible: bool
     """Whether the residual flexibility R of the bodies yields."""
-    integrators: tuple[str, ...]
-    """Which can carry it, where no law asks for more."""
     refuses: Callable[[Settings], str | None]
     """Return what is wrong with a contact's keys, or None."""
 

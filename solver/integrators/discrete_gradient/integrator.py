@@ -14,11 +14,10 @@ MOST_BLOWS = 100_000
 """Kept; what comes after is counted only."""
 
 
-class DiscreteGradient:
+class DiscreteGradientRun:
     """A run of steps `dt`."""
 
     failure = Result.NOT_CONVERGED
-    order = 2
 
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._place = system, uncoupled(system)

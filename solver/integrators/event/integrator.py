@@ -1,7 +1,5 @@
 """The event integrator: exact motion from event to event, whatever the samples."""
 
-import math
-
 import numpy as np
 
 from gudgeon.solver.errors import SceneError, SolverError
@@ -26,10 +24,8 @@ CACHED = 64
 """Bases kept; conditions come again and again."""
 
 
-class Event:
+class EventRun:
     """A run of the event integrator; `dt` is the interval at which it is sampled."""
-
-    order = math.inf
 
     def __init__(self, system: System, dt: float) -> None:
         _refuse_shared_friction(system)

@@ -11,11 +11,10 @@ from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
 
-class Kick:
+class KickRun:
     """A run of the explicit integrator."""
 
     failure = Result.DEPENDENT_ROWS
-    order = 2
 
     def __init__(self, system: System, dt: float) -> None:
         self._system = system

@@ -19,11 +19,10 @@ REFRESH = 0.2
 """Share of a traction space's spacing that a pair may slide before its matrix is made anew."""
 
 
-class Trapezoid:
+class TrapezoidRun:
     """A run of the implicit integrator."""
 
     failure = Result.DEPENDENT_ROWS
-    order = 2
 
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._dt = system, dt
