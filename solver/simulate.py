@@ -7,8 +7,10 @@ from importlib import import_module
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.outcome import Marching, Outcome
-from gudgeon.solver.integrators.steps import Plan, plan_run
+from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
 from gudgeon.solver.integrators.trapezoid.energy import WORK
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.trajectory import Histories, trajectory_of
@@ -21,6 +23,18 @@ MOST_HALVINGS = 8
 
 Progress = Callable[[float], None]
 """Told the share done after every frame; an exception that it raises ends the run."""
+
+
+def suggested(system: System) -> float:
+    """Return the step that a system's integrator takes by itself [s]; of one that chooses its steps, one for a blow.
+
+    Raises:
+        SolverError: the contact's compliance is singular.
+    """
+    name, critical = choose(system)
+    if INTEGRATORS[name].own_steps:
+        critical = system.critical_frequency()
+    return own_step(system.scene.run, INTEGRATORS[name], critical)
 
 
 def simulate(system: System, progress: Progress | None = None) -> Trajectory:
@@ -59,9 +73,10 @@ def _difference(one: Trajectory, other: Trajectory) -> float:
 
 def start(system: System, plan: Plan) -> Marching:
     """Return the run of a plan's integrator, at its start."""
-    module, _, member = plan.integrator.run.partition(":")
+    folder = plan.name.replace("-", "_")
+    module = import_module(f"gudgeon.solver.integrators.{folder}.integrator")
     fixed = {} if plan.fixed_step is None else {"fixed_step": plan.fixed_step}
-    return getattr(import_module(module), member)(system, plan.schedule.dt, **fixed)
+    return getattr(module, plan.integrator.__name__)(system, plan.schedule.dt, **fixed)
 
 
 def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:

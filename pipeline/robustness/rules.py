@@ -13,7 +13,7 @@ import numpy as np
 from gudgeon.pipeline.reduction.accuracy import ACCEPTED, LOCKING_RATIO
 from gudgeon.pipeline.robustness.evidence import Evidence
 from gudgeon.pipeline.robustness.units import FORCE, IMPULSE, LENGTH, TIME, Dimension, Units
-from gudgeon.solver.integrators.family import INTEGRATORS
+from gudgeon.solver.capabilities import INTEGRATORS
 
 SAME = 1e-9
 """Relative difference of what differs by round-off alone."""

@@ -18,9 +18,9 @@ from gudgeon.pipeline.robustness.evidence import Blows, Evidence, FirstContact, 
 from gudgeon.pipeline.robustness.units import Units
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.capabilities import Integrator
-from gudgeon.solver.integrators.family import INTEGRATORS
 from gudgeon.solver.integrators.steps import suggested
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.contact_events import merged

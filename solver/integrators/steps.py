@@ -2,13 +2,9 @@
 
 import math
 from dataclasses import dataclass, replace
-from functools import cache
 
-import numpy as np
-
-from gudgeon.solver.integrators.capabilities import Integrator
-from gudgeon.solver.integrators.choice import choose_by_size
-from gudgeon.solver.integrators.family import INTEGRATORS
+from gudgeon.solver.capabilities import INTEGRATORS, Integrator
+from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.scene.run import Run
 from gudgeon.solver.system.system import System
 
@@ -65,7 +61,7 @@ def plan_run(system: System) -> Plan:
     Raises:
         SolverError: the contact's compliance is singular.
     """
-    name, critical = _integrator(system)
+    name, critical = choose(system)
     run, integrator = system.scene.run, INTEGRATORS[name]
     if not integrator.own_steps:
         return Plan(name, critical, plan_steps(run, integrator, critical, touches=len(system.gap) > 0))
@@ -73,18 +69,6 @@ def plan_run(system: System) -> Plan:
     schedule = sample_plan(run)
     parts = 1 if run.step is None else parts_of(run.step, system.critical_frequency(), integrator.largest)
     return Plan(name, 0.0, replace(schedule, substeps=parts), run.step if parts == 1 else None)
-
-
-def suggested(system: System) -> float:
-    """Return the step that a system's integrator takes by itself [s]; of collocation, one that resolves a blow.
-
-    Raises:
-        SolverError: the contact's compliance is singular.
-    """
-    name, critical = _integrator(system)
-    if INTEGRATORS[name].own_steps:
-        critical = system.critical_frequency()
-    return _own_step(system.scene.run, INTEGRATORS[name], critical)
 
 
 def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touches: bool = True) -> Schedule:
@@ -96,7 +80,7 @@ def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touch
     """
     duration, samples, frames = run.duration, run.samples, run.frames
     if run.step is None:
-        largest = _own_step(run, integrator, critical)
+        largest = own_step(run, integrator, critical)
         per_frame = max(1, min(round(samples / frames), math.ceil(duration / largest / frames)))
         stride = math.ceil(duration / largest / (frames * per_frame))
         return Schedule(duration / (frames * per_frame * stride), 1, stride, per_frame, frames)
@@ -122,20 +106,7 @@ def sample_plan(run: Run) -> Schedule:
     return Schedule(run.duration / (run.frames * per_frame), 1, 1, per_frame, run.frames)
 
 
-def _integrator(system: System) -> tuple[str, float]:
-    """Return the integrator of a system and the frequency that sets its steps [rad/s], 0 where they are its own."""
-    critical = cache(system.critical_frequency)
-    scene = system.scene
-    name = choose_by_size(scene.demands(), scene.run, len(system.gap), critical)
-    if INTEGRATORS[name].own_steps:
-        return name, 0.0
-    if system.resolution > 0:
-        # Stiffer ones are closed surfaces.
-        return name, min(critical(), INTEGRATORS[name].stiffest * 2 * np.pi / system.resolution)
-    return name, critical()
-
-
-def _own_step(run: Run, integrator: type[Integrator], critical: float) -> float:
+def own_step(run: Run, integrator: type[Integrator], critical: float) -> float:
     """Return the largest step of an integrator left to itself [s]."""
     # Nothing that moves by itself sets no step: one for each sample does.
     return integrator.step_factor / critical if critical > 0 else run.duration / run.samples

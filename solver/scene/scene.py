@@ -1,16 +1,15 @@
 """The solver's part of a scene: bodies, contacts, and how long to run. SI units."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel, Field, model_validator
 
+from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
-from gudgeon.solver.integrators import choice
-from gudgeon.solver.integrators.capabilities import Feature, Integrator
-from gudgeon.solver.integrators.family import INTEGRATORS
 from gudgeon.solver.joints import Joint
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.numbers import STRICT
@@ -46,7 +45,7 @@ class Scene(BaseModel):
         for name, other in self.others().items():
             if other.body == self.contact[name].body:
                 raise ValueError(f"contact.{name}.against.body: a contact needs two bodies")
-        choice.choose(self.demands(), self.run)
+        _ = self.integrator
         return self
 
     def masters(self) -> dict[str, MasterSurface]:
@@ -73,18 +72,33 @@ class Scene(BaseModel):
         """Return the springs."""
         return {n: f for n, f in self.force.items() if isinstance(f, Spring)}
 
-    def demands(self) -> dict[str, Feature]:
-        """Return what the scene has that not every integrator can carry, by what asks for it."""
-        return dict(_demands(self))
-
     def carriers(self) -> list[str]:
         """Return the integrators that can carry the scene, in the order in which `auto` prefers them."""
-        return choice.carriers(self.demands())
+        demands = dict(_demands(self))
+        return [name for name in INTEGRATORS if not _lacking(demands, name)]
 
     @property
     def integrator(self) -> str:
-        """The integrator that it names, or that `auto` takes before the number of contact points is known."""
-        return choice.choose(self.demands(), self.run)
+        """The integrator that it names, or that `auto` takes for what the scene has.
+
+        Raises:
+            ValueError: the one that it names cannot carry what it has, or nothing can carry all that it has.
+        """
+        demands, able, named = dict(_demands(self)), self.carriers(), self.run.integrator
+        if named == "auto":
+            if able:
+                return able[0]
+            least = min((_lacking(demands, name) for name in INTEGRATORS), key=len)
+            others = " and ".join(what for what in demands if what not in least)
+            raise ValueError(f"run.integrator: none carries {least[0]} beside {others}; leave one of them out")
+        if lacking := _lacking(demands, named):
+            advice = f"take {' or '.join(map(repr, ('auto', *able)))}" if able else "none carries the whole scene"
+            raise ValueError(f"run.integrator: '{named}' cannot carry {lacking[0]}; {advice}")
+        if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
+            raise ValueError(
+                f"run.step: integrator '{named}' locates events on exact motion and has no step; leave it out"
+            )
+        return named
 
     @property
     def capabilities(self) -> type[Integrator]:
@@ -96,7 +110,13 @@ class Scene(BaseModel):
         return self.body[body].component or body
 
 
+def _lacking(demands: Mapping[str, Feature], name: str) -> list[str]:
+    """Return what asks for a feature that an integrator does not carry."""
+    return [what for what, feature in demands.items() if feature not in INTEGRATORS[name].carries]
+
+
 def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
+    """Yield what a scene has that not every integrator can carry, by the name of what asks for it."""
     for name, body in scene.body.items():
         if body.damping is not None:
             yield f"damping of body.{name}", Feature.DAMPING

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gudgeon.solver import capabilities
 from gudgeon.solver.integrators.collocation import kernel as steps
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import NODES, WEIGHTS, Books
@@ -26,7 +27,7 @@ START = 100.0
 """Force after the first step of a contact over the error allowed."""
 
 
-class CollocationRun:
+class Collocation(capabilities.Collocation):
     """A run; `dt` is the interval at which it is sampled, `fixed_step` [s] takes the place of the accuracy."""
 
     failure = Result.NOT_CONVERGED

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gudgeon.solver import capabilities
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.discrete_gradient import kernel as gradient_steps
 from gudgeon.solver.integrators.outcome import Outcome, Samples
@@ -14,7 +15,7 @@ MOST_BLOWS = 100_000
 """Kept; what comes after is counted only."""
 
 
-class DiscreteGradientRun:
+class DiscreteGradient(capabilities.DiscreteGradient):
     """A run of steps `dt`."""
 
     failure = Result.NOT_CONVERGED

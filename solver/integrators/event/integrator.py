@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gudgeon.solver import capabilities
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.event import basis
 from gudgeon.solver.integrators.event.jumps import RESTING, collide, force_scale, settle, settle_slip, struck
@@ -24,7 +25,7 @@ CACHED = 64
 """Bases kept; conditions come again and again."""
 
 
-class EventRun:
+class Event(capabilities.Event):
     """A run of the event integrator; `dt` is the interval at which it is sampled."""
 
     def __init__(self, system: System, dt: float) -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gudgeon.solver import capabilities
 from gudgeon.solver.contact.compliance import fixed
 from gudgeon.solver.integrators.flight import undamped
 from gudgeon.solver.integrators.kick import kernel
@@ -11,7 +12,7 @@ from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
 
-class KickRun:
+class Kick(capabilities.Kick):
     """A run of the explicit integrator."""
 
     failure = Result.DEPENDENT_ROWS
