@@ -21,7 +21,7 @@ from tests.solver import systems
 from tests.solver.scenes_counted import Case, families
 
 HOME = str(Path(solver.__file__).parent)
-PLAN = str(Path(HOME) / "terms.py")
+PLAN = str(Path(HOME) / "system/requirements.py")
 
 
 def counted(work: Callable[[], Any]) -> tuple[Any, int]:
