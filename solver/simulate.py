@@ -86,8 +86,8 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     result, done = Result.FINISHED, 0
     for frame in range(schedule.frames):
         here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
-        sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.samples(here))
-        if not sound or not np.isfinite(histories.energies[here]).all():
+        sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.part(here))
+        if not sound or not np.isfinite(histories.samples.energies[here]).all():
             result = integrator.failure if not sound else Result.DIVERGED
             break
         now = integrator.outcome()
@@ -107,5 +107,5 @@ def _drift(system: System, end: Outcome, found: Histories) -> float:
     """Return the largest energy error over the energy exchanged at contacts, or by loads where there are none."""
     exchanged = float(end.extreme[2])
     if system.driving.given and not system.contacts:
-        exchanged = float(np.abs(found.energies[:, WORK]).max(initial=0.0))
+        exchanged = float(np.abs(found.samples.energies[:, WORK]).max(initial=0.0))
     return float(end.extreme[1]) / exchanged if exchanged > 0 else 0.0

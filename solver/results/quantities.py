@@ -1,5 +1,7 @@
 """Quantities of interest of a run."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
@@ -51,7 +53,7 @@ def quantities(system: System, plan: Plan, end: Outcome, forces: np.ndarray, mul
         if contact.areas is not None and multipliers.size:
             pressure = multipliers[:, contact.rows] / contact.areas
             values["pressure_peak"] = (float(pressure.max()), "Pa")
-        found |= {f"{contact.name}.{name}": {"value": v, "unit": u} for name, (v, u) in values.items()}
+        found |= _named(contact.name, values)
     return found | (_leaving(system, end) if plan.integrator.counts_blows else {})
 
 
@@ -65,13 +67,14 @@ def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
     found: Json = {}
     for name, under in system.driving.deflections(times, frames).items():
         most = int(np.abs(under).argmax())
-        values = {
-            "deflection_peak": (under[most], "m"),
-            "peak_time": (times[most], "s"),
-            "deflection_end": (under[-1], "m"),
-        }
-        found |= {f"{name}.{key}": {"value": float(v), "unit": unit} for key, (v, unit) in values.items()}
+        peak, late = (float(under[most]), "m"), (float(times[most]), "s")
+        found |= _named(name, {"deflection_peak": peak, "peak_time": late, "deflection_end": (float(under[-1]), "m")})
     return found
+
+
+def _named(owner: str, values: Mapping[str, Quantity]) -> Json:
+    """Return quantities of a contact, force or body as they are recorded."""
+    return {f"{owner}.{name}": {"value": value, "unit": unit} for name, (value, unit) in values.items()}
 
 
 def _leaving(system: System, end: Outcome) -> Json:
@@ -82,8 +85,7 @@ def _leaving(system: System, end: Outcome) -> Json:
             continue
         columns = slice(system.offsets[name], system.offsets[name] + body.rigid_count)
         rates = [end.v[columns], end.q[columns] - system.position[columns], system.velocity[columns]]
-        values = departure(*body.centre_motion(np.array(rates)))
-        found |= {f"{name}.{key}": {"value": v, "unit": unit} for key, (v, unit) in values.items()}
+        found |= _named(name, departure(*body.centre_motion(np.array(rates))))
     return found
 
 

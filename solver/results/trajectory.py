@@ -1,6 +1,6 @@
 """A run's histories, put into a record."""
 
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,15 +15,10 @@ from gudgeon.solver.results.quantities import deflections, quantities
 from gudgeon.solver.system.system import System
 
 
-@dataclass(frozen=True)
-class Histories:
-    """What a run fills: `Samples` over all samples, and the state at each of f frames."""
+class Histories(NamedTuple):
+    """What a run fills: all its samples, and the state at each of f frames."""
 
-    forces: np.ndarray
-    energies: np.ndarray
-    loads: np.ndarray
-    snapshots: np.ndarray
-    gauges: np.ndarray
+    samples: Samples
     frames: np.ndarray
     """Coordinates, (f, m)."""
     velocities: np.ndarray
@@ -36,29 +31,23 @@ class Histories:
     @classmethod
     def empty(cls, system: System, schedule: Schedule) -> "Histories":
         """Return histories of zeros."""
-        frames, samples = schedule.frames, schedule.frames * schedule.samples_per_frame
-        return cls(
-            forces=np.zeros((samples, max(1, len(system.contacts)), 3)),
-            energies=np.zeros((samples, 5)),
-            loads=np.zeros((samples, len(system.driving.rows))),
-            snapshots=np.zeros((samples, 2 * len(system.rigid) + len(system.driving.joints))),
-            gauges=np.zeros((samples, len(system.gauges))),
-            frames=np.zeros((frames, len(system.velocity))),
-            velocities=np.zeros((frames, len(system.velocity))),
-            multipliers=np.zeros((frames, len(system.gap))),
-            masters=np.zeros((frames, len(system.functions))),
+        driving, count = system.driving, schedule.frames * schedule.samples_per_frame
+        widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints), len(system.gauges)
+        loads, snapshots, gauges = (np.zeros((count, width)) for width in widths)
+        samples = Samples(
+            np.zeros((count, max(1, len(system.contacts)), 3)), np.zeros((count, 5)), loads, snapshots, gauges
         )
+        sizes = len(system.velocity), len(system.velocity), len(system.gap), len(system.functions)
+        return cls(samples, *(np.zeros((schedule.frames, size)) for size in sizes))
 
-    def samples(self, here: slice) -> Samples:
-        """Return the rows of one frame's samples."""
-        return Samples(*(getattr(self, name)[here] for name in Samples._fields))
+    def part(self, here: slice) -> Samples:
+        """Return some of the samples."""
+        return Samples(*(one[here] for one in self.samples))
 
     def cut(self, frames: int, schedule: Schedule) -> "Histories":
         """Keep what was finished."""
-        samples = frames * schedule.samples_per_frame
-        return Histories(
-            *(getattr(self, f.name)[: samples if f.name in Samples._fields else frames] for f in fields(self))
-        )
+        _, *states = self
+        return Histories(self.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states))
 
 
 def trajectory_of(
@@ -69,15 +58,15 @@ def trajectory_of(
     Args:
         drift: Largest energy error over the energy exchanged.
     """
-    schedule, interval = plan.schedule, plan.schedule.interval
-    times = interval * np.arange(1, len(found.forces) + 1)
+    schedule, interval, samples = plan.schedule, plan.schedule.interval, found.samples
+    times = interval * np.arange(1, len(samples.forces) + 1)
     frame_times = interval * schedule.samples_per_frame * np.arange(1, len(found.frames) + 1)
-    readings = recorded_gauges(system, found.gauges)
+    readings = recorded_gauges(system, samples.gauges)
     contacts = {
         contact.name: ContactHistory(
             body=contact.body,
             interface=contact.interface,
-            force=found.forces[:, number],
+            force=samples.forces[:, number],
             multipliers=found.multipliers[:, contact.rows],
             areas=contact.areas,
             points=contact.points,
@@ -92,19 +81,19 @@ def trajectory_of(
         bodies={name: body.morph_key for name, body in system.bodies.items()},
         coordinate_offsets=dict(system.offsets),
         times=times,
-        energies=found.energies,
+        energies=samples.energies,
         contacts=contacts,
         frame_times=frame_times,
         frames=found.frames,
         velocities=found.velocities,
-        quantities=quantities(system, plan, end, found.forces, found.multipliers)
+        quantities=quantities(system, plan, end, samples.forces, found.multipliers)
         | gauge_quantities(system, readings)
         | deflections(system, frame_times, found.frames),
         energy_drift=drift,
-        momentum_residual=momentum_residual(system, end, interval * found.loads.sum(axis=0), interval * len(times)),
+        momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
         counts=_counts(system, plan, end),
-        joints=_joints(system, times, found),
-        motion=_motion(system, found.snapshots) if plan.integrator.records_motion else {},
+        joints=_joints(system, times, samples),
+        motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
         episodes={c.name: blows for c, blows in zip(system.contacts, end.episodes, strict=False)},
         gauges=readings,
     )
@@ -133,13 +122,13 @@ def _recorded(masters: np.ndarray, order: np.ndarray) -> np.ndarray:
     return back
 
 
-def _joints(system: System, times: np.ndarray, found: Histories) -> dict[str, JointHistory]:
+def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, JointHistory]:
     histories = {}
     for number, held in enumerate(system.driving.joints):
         along, lateral = held.joint.axes
-        loads = found.loads[:, 2 * number : 2 * number + 2]
+        loads = samples.loads[:, 2 * number : 2 * number + 2]
         force = loads[:, :1] * lateral + loads[:, 1:] * along
-        violation = found.snapshots[:, 2 * len(system.rigid) + number]
+        violation = samples.snapshots[:, 2 * len(system.rigid) + number]
         histories[held.name] = JointHistory(
             held.body, held.joint.interface, held.joint.angle(times), force, violation.copy()
         )
