@@ -18,13 +18,11 @@ from gudgeon.pipeline.robustness.evidence import Blows, Evidence, FirstContact, 
 from gudgeon.pipeline.robustness.units import Units
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
-from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.capabilities import INTEGRATORS, Integrator
 from gudgeon.solver.errors import SceneError, SolverError
-from gudgeon.solver.integrators.capabilities import Integrator
-from gudgeon.solver.integrators.steps import suggested
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.contact_events import merged
-from gudgeon.solver.simulate import simulate
+from gudgeon.solver.simulate import simulate, suggested
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
