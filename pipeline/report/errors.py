@@ -1,5 +1,6 @@
 """From runs to the rows of a report: errors split into truncation and time error, and whether quantities settle."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -145,7 +146,7 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
     errors = errors_against(job, trajectory, reference) if one.ran else {}
     worst, size = largest(errors, counting)
     all_modes, finest = (larger(one, points), finest_step(one, points)) if one.ran else (None, None)
-    located = job.scene.integrator == "event"
+    located = math.isinf(job.scene.capabilities.order)
     return Run(
         one.setting.name, "reduced", one.scheme[1], one.setting.changes, timed.coordinates, trajectory.result, errors,
         size, worst,
@@ -235,8 +236,8 @@ def _step(one: Point) -> float:
 
 def fineness(job: Job, trajectory: Trajectory) -> float:
     """Return the step of a run [s], or its accuracy where its integrator takes that; 0 where it makes no error."""
-    if job.scene.integrator == "event":
+    if math.isinf(job.scene.capabilities.order):
         return 0.0
-    if job.scene.integrator == "collocation":
+    if job.scene.capabilities.own_steps:
         return job.scene.run.accuracy or OWN_ACCURACY
     return float(trajectory.counts["step"])

@@ -7,6 +7,7 @@ A setting is a change of the scene. Its basis is what `component.*.modes` says, 
 import copy
 import itertools
 import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,6 @@ from typing import Any
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.reading import merge
 from gudgeon.pipeline.stages.job import Job, variant
-from gudgeon.solver.scene.scene import carriers
 
 FACTORS = (0.25, 0.5, 1.0, 2.0)
 """Numbers of modes of the default sweep, as shares of the scene's own."""
@@ -82,9 +82,10 @@ def finer(job: Job, setting: Setting, step: float) -> list[Setting]:
         job: The scene with the setting put in.
         step: That it took [s].
     """
-    if job.scene.integrator == "event":
+    integrator = job.scene.capabilities
+    if math.isinf(integrator.order):
         return []
-    if job.scene.integrator == "collocation":
+    if integrator.own_steps:
         tight = max(LEAST_ACCURACY, (job.scene.run.accuracy or OWN_ACCURACY) * TIGHTER)
         parts = [(f"accuracy {tight:g}", {"accuracy": tight})]
     else:
@@ -180,14 +181,15 @@ def _default(job: Job) -> Iterator[Setting]:
         if others:
             changes = {"component": {name: {"modes": {"recipe": recipe}} for name in others}}
             yield Setting(f"recipe {recipe}", changes, named=False)
-    for integrator in carriers(job.scene):
+    for integrator in job.scene.carriers():
         if integrator != job.scene.integrator:
             yield Setting(f"integrator {integrator}", {"run": {"integrator": integrator}}, named=False)
     flexible = [name for name, contact in job.scene.contact.items() if contact.method == "residual"]
     if elastic and flexible:
         changes = {"contact": {name: {"method": "penalty"} for name in flexible}}
         yield Setting("penalty", changes, named=False)
-    if job.scene.integrator == "collocation" and job.scene.run.accuracy is None:
+    integrator = job.scene.capabilities
+    if integrator.own_steps and math.isfinite(integrator.order) and job.scene.run.accuracy is None:
         for accuracy in LOOSER:
             yield Setting(f"accuracy {accuracy:g}", {"run": {"accuracy": accuracy}}, named=False)
 

@@ -29,7 +29,7 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.products import STAGES, combined, measurement_product
 from gudgeon.pipeline.stages.run import run_job
-from gudgeon.solver.errors import SceneError
+from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
@@ -136,7 +136,7 @@ def _has(job: Job) -> bool:
 def _make(job: Job, changes: dict[str, Any], limit: float) -> None:
     changed = variant(job, changes)
     product = changed.trajectory()
-    with contextlib.suppress(InputError, StageError, SceneError, solver.SolverError):
+    with contextlib.suppress(InputError, StageError, SceneError, SolverError):
         job.store.put(product.key, product.kind, simulate(compiled(changed), _guard(limit)), product.inputs)
 
 

@@ -11,7 +11,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Refusal
 from gudgeon.pipeline.robustness.slivers import with_slivers
-from gudgeon.pipeline.robustness.trial import Trial, approach, integrators_of, suggested_step
+from gudgeon.pipeline.robustness.trial import Trial, approach, stepped, suggested_step
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import table_path
 
@@ -23,8 +23,6 @@ ALL = 100_000
 """Static shapes: one for each point of any interface."""
 STATIC = ("macneal", "normal+static")
 """Recipes with static shapes beside normal modes."""
-STEPPED = ("kick", "collocation", "discrete-gradient", "trapezoid")
-"""Integrators with a step, the cheapest first."""
 
 
 class DoesNotApply(Exception):
@@ -179,11 +177,10 @@ def step(subject: Subject, operation: Any) -> Trial:
 
 def _stepped(subject: Subject) -> tuple[str, float]:
     """Return an integrator with a step that carries the scene, and its step [s]."""
-    own, reasons = subject.scene.integrator, []
-    if own not in STEPPED and subject.scene.run.integrator != "auto":
+    own, names, reasons = subject.scene.integrator, stepped(subject.job), []
+    if own not in names and subject.scene.run.integrator != "auto":
         raise DoesNotApply(f"it asks for integrator '{own}' by name, which has no step")
-    names = [own] if own in STEPPED else [n for n in STEPPED if n in integrators_of(subject.job)]
-    for name in names:
+    for name in [own] if own in names else names:
         try:
             given = {} if name == own else {"step": "unset"}
             job = subject.changed({"run": {"integrator": name, "accuracy": "unset"} | given})

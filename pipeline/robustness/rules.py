@@ -4,6 +4,7 @@ A rule returns a finding, or None where it has nothing to say: a scene without f
 Bounds rest on what the integrators promise, or on round-off; none is fitted to a scene.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,15 +13,12 @@ import numpy as np
 from gudgeon.pipeline.reduction.accuracy import ACCEPTED, LOCKING_RATIO
 from gudgeon.pipeline.robustness.evidence import Evidence
 from gudgeon.pipeline.robustness.units import Units
+from gudgeon.solver.capabilities import INTEGRATORS
 
 SAME = 1e-9
 """Relative difference of what differs by round-off alone."""
 BALANCED = 1e-9
 """Error of a momentum balance over the impulse."""
-KEPT = {"event": 1e-9, "collocation": 1e-6, "discrete-gradient": 1e-9, "kick": 2e-3, "trapezoid": 2e-3}
-"""Energy drift: exact motion and energy-conserving steps keep it to round-off, collocation to a hundred times its
-accuracy of 1e-8, explicit and implicit contact to what dt·ω_c leaves."""
-SECOND_ORDER = ("kick", "trapezoid")
 PER_STEP = 1e-16
 """What round-off adds to the energy balance in each step."""
 ROUND_OFFS = 16.0
@@ -121,7 +119,8 @@ def collision(found: Evidence, compared: Compared) -> Finding | None:
     if found.contact is None:
         return Finding("collision", np.inf, SAME, "impulse (1 + e) m v (there is none)")
     expected = (1 + blows.restitution) * blows.mass * blows.approach
-    bound = SAME if found.integrator == "event" else 10 * KEPT[found.integrator]
+    integrator = INTEGRATORS[found.integrator]
+    bound = SAME if math.isinf(integrator.order) else 10 * integrator.promised_drift
     return Finding("collision", _apart(found.contact.impulse, expected), bound, "impulse (1 + e) m v")
 
 
@@ -247,13 +246,14 @@ RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
 def _kept(found: Evidence, compared: Compared) -> float:
     """Return the energy drift that an integrator promises.
 
-    Steps of second order promise it at the step that a scene comes with. A run that must agree with it at a larger one
-    may drift as the step's square allows, and no more: faster growth means that it no longer converges.
+    It holds at the step that a scene comes with. A run that must agree with it at a larger one may drift as the order
+    allows, and no more, unless its steps conserve energy: faster growth means that it no longer converges.
     """
-    promised, base = KEPT[found.integrator], compared.base
-    stretched = compared.agreement is not None and base.integrator == found.integrator in SECOND_ORDER
+    integrator, base = INTEGRATORS[found.integrator], compared.base
+    promised, drifts = integrator.promised_drift, not (integrator.own_steps or integrator.conserves_energy)
+    stretched = compared.agreement is not None and base.integrator == found.integrator and drifts
     if stretched and base.energy_drift is not None and found.step > base.step > 0:
-        promised = max(promised, min(promised, base.energy_drift) * (found.step / base.step) ** 2)
+        promised = max(promised, min(promised, base.energy_drift) * (found.step / base.step) ** integrator.order)
     return promised + PER_STEP * found.steps + ROUND_OFFS * found.energy_round_off
 
 

@@ -1,5 +1,6 @@
 """Runs one case of a scene of bodies in contact and reads off what the rules need."""
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -17,10 +18,10 @@ from gudgeon.pipeline.robustness.evidence import Blows, Evidence, FirstContact, 
 from gudgeon.pipeline.robustness.units import Units
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.capabilities import INTEGRATORS, Integrator
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.contact_events import merged
-from gudgeon.solver.scene.scene import carriers
 from gudgeon.solver.simulate import simulate, suggested
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
@@ -121,10 +122,9 @@ def _smoothed(force: np.ndarray, times: np.ndarray, blow: np.ndarray, resolution
     return float(np.convolve(size, np.full(width, 1.0 / width), mode="valid").max(initial=0.0))
 
 
-def integrators_of(job: Job) -> tuple[str, ...]:
-    """Return the integrators that can carry a scene, its own first."""
-    own = job.scene.integrator
-    return (own, *(name for name in carriers(job.scene) if name != own))
+def stepped(job: Job) -> list[str]:
+    """Return the integrators that can carry a scene and take steps."""
+    return [name for name in job.scene.carriers() if math.isfinite(INTEGRATORS[name].order)]
 
 
 def suggested_step(job: Job) -> float:
@@ -221,10 +221,14 @@ def _last_digit(system: System, found: Trajectory) -> float:
     return float(np.finfo(float).eps) * max(masses) ** 0.5 * speed / pushed if pushed > 0 else 0.0
 
 
+def _integrator(found: Trajectory) -> type[Integrator]:
+    return INTEGRATORS[found.counts["integrator"]]
+
+
 def _ringing(system: System, found: Trajectory, contact: FirstContact | None) -> float:
     """Return what round-off of the frequencies in contact leaves in its force, relative; docs/stress.md derives it."""
     damped = bool(system.dashpot.any())  # Ringing dies before phases drift.
-    if contact is None or found.counts["integrator"] != "event" or system.resolution == 0 or damped:
+    if contact is None or math.isfinite(_integrator(found).order) or system.resolution == 0 or damped:
         return 0.0
     phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.resolution) ** 2 / (2 * np.pi)
     elastic, worst = system.stiffness > 0, 0.0
@@ -268,7 +272,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     speed = float(speeds.max())
     slack = ROUND_OFF * float(np.abs(ways).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
     # Explicit contact ends a frame half a step after its forces, and bodies bend meanwhile.
-    slack += found.counts["step"] * speed if found.counts["integrator"] == "kick" else 0.0
+    slack += found.counts["step"] * speed if _integrator(found).staggered else 0.0
     worst, allowed = -np.inf, 0.0
     for contact in plain:
         for row in range(contact.rows.start, contact.rows.stop):

@@ -1,9 +1,11 @@
-"""Where a run stands: what every integrator tells of itself."""
+"""What every run of an integrator fills in and tells."""
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
+
+from gudgeon.solver.result import Result
 
 
 class Samples(NamedTuple):
@@ -51,3 +53,18 @@ class Outcome:
     """Impulse of each spring, positive where it pulls [N s], (b,)."""
     work: dict[str, int] = field(default_factory=dict)
     """What the integrator counts of its own."""
+
+
+class Marching(Protocol):
+    """A run of an integrator, made of a system and its step, or sample interval where its steps are its own [s]."""
+
+    failure: Result
+    """Why it could not go on."""
+
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Fill samples of `stride` steps from number `first`; False where it failed."""
+        ...
+
+    def outcome(self) -> Outcome:
+        """Return where the run stands."""
+        ...

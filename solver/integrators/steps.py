@@ -1,28 +1,15 @@
 """Steps of a run: how a given duration, samples and frames are divided."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from gudgeon.solver.system.system import STEP_FACTOR
-
-SAMPLED = ("event", "collocation")
-"""Integrators that choose their own steps between samples."""
-
-
-READS_GAUGES = (*SAMPLED, "discrete-gradient", "kick")
-"""Integrators that read gauges at every sample."""
-
-
-FACTORS: dict[str, float | None] = {"kick": None, "trapezoid": 4.0, "discrete-gradient": 0.05}
-"""dt·ω_c that integrators take by themselves; at 0.05 the discrete gradient resolves a blow in about sixty steps."""
-
-
-LARGEST: dict[str, float] = {"kick": STEP_FACTOR, "trapezoid": 40.0, "discrete-gradient": 0.5, "collocation": 1.0}
-"""dt·ω_c of a given step above which it is divided: explicit contact gains energy, the others step over blows."""
-
+from gudgeon.solver.capabilities import INTEGRATORS, Integrator
+from gudgeon.solver.integrators.choice import choose
+from gudgeon.solver.scene.run import Run
+from gudgeon.solver.system.system import System
 
 UNTOUCHED = 10.0
-"""The same where nothing touches: then the motion of the modes is all there is to follow."""
+"""Largest dt·ω_c of a given step where nothing touches: the motion of the modes is all there is to follow."""
 
 
 @dataclass(frozen=True)
@@ -42,32 +29,64 @@ class Schedule:
     def steps(self) -> int:
         return self.stride * self.samples_per_frame * self.frames
 
+    @property
+    def interval(self) -> float:
+        """Sample interval [s]."""
+        return self.dt * self.stride
 
-def plan_steps(
-    duration: float,
-    step: float | None,
-    samples: int,
-    frames: int,
-    critical: float,
-    factor: float | None = None,
-    most: float = STEP_FACTOR,
-) -> Schedule:
-    """Choose the steps of a run.
+    def finer(self, halvings: int) -> "Schedule":
+        """Return the schedule with steps halved so often, samples and frames as before."""
+        return replace(self, stride=self.stride * 2**halvings, dt=self.dt / 2**halvings)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a compiled system is run with."""
+
+    name: str
+    critical: float
+    """ω_c that sets the step [rad/s]; 0 where the integrator chooses its steps."""
+    schedule: Schedule
+    fixed_step: float | None = None
+    """Step that an integrator of own steps is held to [s]; None where its accuracy sets them."""
+
+    @property
+    def integrator(self) -> type[Integrator]:
+        return INTEGRATORS[self.name]
+
+
+def plan_run(system: System) -> Plan:
+    """Choose the integrator and the steps of a run.
+
+    Raises:
+        SolverError: the contact's compliance is singular.
+    """
+    name, critical = choose(system)
+    run, integrator = system.scene.run, INTEGRATORS[name]
+    if not integrator.own_steps:
+        return Plan(name, critical, plan_steps(run, integrator, critical, touches=len(system.gap) > 0))
+    # A given step that steps over blows is left to the accuracy.
+    schedule = sample_plan(run)
+    parts = 1 if run.step is None else parts_of(run.step, system.critical_frequency(), integrator.largest)
+    return Plan(name, 0.0, replace(schedule, substeps=parts), run.step if parts == 1 else None)
+
+
+def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touches: bool = True) -> Schedule:
+    """Choose the steps of an integrator that has no steps of its own.
 
     Args:
-        step: The scene's [s]; None chooses factor/ω_c, 0.2/ω_c for the explicit integrator.
         critical: ω_c [rad/s].
-        factor: dt·ω_c that an integrator takes by itself; None for the explicit one.
-        most: dt·ω_c above which a given step is divided.
+        touches: Whether there are contact points.
     """
-    # Nothing that moves by itself sets no step: one for each sample does.
-    largest = (factor or STEP_FACTOR) / critical if critical > 0 else duration / samples
-    if step is None:
+    duration, samples, frames = run.duration, run.samples, run.frames
+    if run.step is None:
+        largest = own_step(run, integrator, critical)
         per_frame = max(1, min(round(samples / frames), math.ceil(duration / largest / frames)))
         stride = math.ceil(duration / largest / (frames * per_frame))
         return Schedule(duration / (frames * per_frame * stride), 1, stride, per_frame, frames)
-    substeps = parts_of(step, critical, most)
-    dt = step / substeps
+    most = integrator.largest if touches else min(integrator.largest, UNTOUCHED)
+    substeps = parts_of(run.step, critical, most)
+    dt = run.step / substeps
     count = math.ceil(duration / dt * (1 - 1e-12))
     stride = max(1, count // samples)
     per_frame = max(1, count // (stride * frames))
@@ -81,7 +100,13 @@ def parts_of(step: float, critical: float, most: float) -> int:
     return max(1, math.ceil(step * critical / most * (1 - 1e-12)))
 
 
-def sample_plan(duration: float, samples: int, frames: int) -> Schedule:
+def sample_plan(run: Run) -> Schedule:
     """Return the sample intervals of a run whose integrator chooses its own steps."""
-    per_frame = max(1, math.ceil(samples / frames))
-    return Schedule(duration / (frames * per_frame), 1, 1, per_frame, frames)
+    per_frame = max(1, math.ceil(run.samples / run.frames))
+    return Schedule(run.duration / (run.frames * per_frame), 1, 1, per_frame, run.frames)
+
+
+def own_step(run: Run, integrator: type[Integrator], critical: float) -> float:
+    """Return the largest step of an integrator left to itself [s]."""
+    # Nothing that moves by itself sets no step: one for each sample does.
+    return integrator.step_factor / critical if critical > 0 else run.duration / run.samples

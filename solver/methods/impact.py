@@ -1,12 +1,12 @@
 """Newton's restitution at each blow; blows that follow ever faster end in a constraint, as with restitution 0."""
 
-from gudgeon.solver.methods.method import Method, Settings, rigid_refuses
+from gudgeon.solver.methods.method import RESTITUTION, Method, Settings, rigid_refuses
 
 
 def _refuses(settings: Settings) -> str | None:
     if settings.restitution is None:
-        return "restitution goes with method 'impact', and method 'impact' needs it"
+        return RESTITUTION
     return rigid_refuses("impact", settings)
 
 
-IMPACT = Method(True, False, ("event",), _refuses)
+IMPACT = Method(True, False, _refuses)

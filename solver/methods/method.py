@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+RESTITUTION = "restitution goes with method 'impact', and method 'impact' needs it"
+
 
 class Settings(Protocol):
     """The keys of a contact that methods look at."""
@@ -32,8 +34,6 @@ class Method:
     """Whether points have no compliance: forces are multipliers, closings are blows."""
     flexible: bool
     """Whether the residual flexibility R of the bodies yields."""
-    integrators: tuple[str, ...]
-    """Which can carry it, where no law asks for more."""
     refuses: Callable[[Settings], str | None]
     """Return what is wrong with a contact's keys, or None."""
 
@@ -59,7 +59,7 @@ def compliant_dashpot(settings: Settings) -> str | None:
 def no_blows(settings: Settings) -> str | None:
     """Return what only rigid methods can use."""
     if settings.restitution is not None:
-        return "restitution goes with method 'impact', and method 'impact' needs it"
+        return RESTITUTION
     if settings.friction is not None:
         return "friction needs method 'constraint' or 'impact'"
     return None

@@ -9,4 +9,4 @@ def _refuses(settings: Settings) -> str | None:
     return compliant_dashpot(settings) or no_blows(settings)
 
 
-PENALTY = Method(False, False, ("event", "discrete-gradient", "kick", "trapezoid"), _refuses)
+PENALTY = Method(False, False, _refuses)

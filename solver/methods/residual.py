@@ -12,4 +12,4 @@ def _refuses(settings: Settings) -> str | None:
     return no_blows(settings)
 
 
-RESIDUAL = Method(False, True, ("event", "discrete-gradient", "kick", "trapezoid"), _refuses)
+RESIDUAL = Method(False, True, _refuses)

@@ -1,23 +1,19 @@
 """Gauges read over time."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
-
-if TYPE_CHECKING:
-    from gudgeon.solver.system.system import System
+from gudgeon.solver.system.system import System
 
 
-def recorded_gauges(system: "System", values: np.ndarray) -> dict[str, np.ndarray]:
+def recorded_gauges(system: System, values: np.ndarray) -> dict[str, np.ndarray]:
     """Return the readings of each gauge of values (s, G), (s,) or (s, k)."""
-    names = np.array(system.gauges[: values.shape[1]])
+    names = np.array(system.gauges)
     columns = {name: np.flatnonzero(names == name) for name in dict.fromkeys(names.tolist())}
     return {name: values[:, own[0] if len(own) == 1 else own].copy() for name, own in columns.items()}
 
 
-def gauge_quantities(system: "System", readings: dict[str, np.ndarray]) -> Json:
+def gauge_quantities(system: System, readings: dict[str, np.ndarray]) -> Json:
     """Return the largest equivalent stress after von Mises of each gauge that reads a stress tensor."""
     found: Json = {}
     for name, values in readings.items():

@@ -48,6 +48,11 @@ def _moment(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
     )  # fmt: skip
 
 
+def _about(centre: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+    """Return an impulse and its moment about a centre, of those about the origin, (6,)."""
+    return np.concatenate([wrench[:3], wrench[3:] - np.cross(centre, wrench[:3])])
+
+
 def _pressed(
     system: System, end: Outcome, contact: ContactRows, number: int, name: str
 ) -> tuple[np.ndarray, float, float]:
@@ -72,7 +77,7 @@ def _pressed(
         given[:3] += sign * end.drag_impulse[number] * over.direction
         if over.body == name:
             wrench = -end.master_impulses[contact.functions] @ over.resultant
-            given += np.concatenate([wrench[:3], wrench[3:] - np.cross(centre, wrench[:3])])
+            given += _about(centre, wrench)
             size += float(np.linalg.norm(wrench[:3]))
     return given, size, radius
 
@@ -90,8 +95,7 @@ def _driven(system: System, name: str, loads: np.ndarray, duration: float) -> tu
             wrenches.append(force @ resultant)
     wrenches += [loads[at] @ load.resultant for load, at in driving.given_rows() if load.body == name]
     for wrench in wrenches:
-        moment = wrench[3:] - np.cross(centre, wrench[:3])
-        given += np.concatenate([wrench[:3], moment])
+        given += _about(centre, wrench)
         size += float(np.linalg.norm(wrench[:3]))
     given[:3] += duration * body.morph.mass * np.asarray(system.scene.run.gravity) if body.rigid_count else 0.0
     return given, size, radius

@@ -1,11 +1,15 @@
-"""Quantities of interest of a run, and the momentum balance."""
+"""Quantities of interest of a run."""
+
+from collections.abc import Mapping
 
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import Outcome
+from gudgeon.solver.integrators.steps import Plan
 from gudgeon.solver.results.contact_events import (
+    Quantity,
     blow_quantities,
     departure,
     merged,
@@ -15,24 +19,18 @@ from gudgeon.solver.results.contact_events import (
 )
 from gudgeon.solver.system.system import System
 
-LOCATED = ("event", "collocation", "discrete-gradient", "kick")
-"""Integrators of scenes whose bodies fly on when it is over."""
 SLIPS = 3
 """Changes between sliding and sticking that have quantities of their own."""
 
 
-def quantities(
-    system: System, end: Outcome, dt: float, interval: float, forces: np.ndarray, multipliers: np.ndarray
-) -> Json:
+def quantities(system: System, plan: Plan, end: Outcome, forces: np.ndarray, multipliers: np.ndarray) -> Json:
     """Return name → {"value", "unit"} for every contact, names led by the contact's.
 
     Args:
-        dt: Step [s].
-        interval: Sample interval [s].
         forces: Mean resultants over each sample [N], (s, k, 3).
         multipliers: Contact forces at each frame [N], (f, c).
     """
-    found: Json = {}
+    found, interval = Json(), plan.schedule.interval
     for number, contact in enumerate(system.contacts):
         impulse = (end.impulses[contact.rows, None] * contact.directions).sum(axis=0)
         size = float(np.linalg.norm(impulse))
@@ -48,15 +46,15 @@ def quantities(
                 if blows[:, 3].max() > 0 and system.resolution >= interval:
                     values |= smoothed_peak(forces[:, number] @ along, interval, system.resolution)
             else:
-                values |= _of_samples(system, end, dt, interval, forces[:, number], along, len(contact.points))
+                values |= _of_samples(system, plan, end, contact, forces[:, number], along)
             values |= _rebound(system, end, contact, along)
         if number < len(end.slips):
             values |= _of_slips(end.slips[number])
         if contact.areas is not None and multipliers.size:
             pressure = multipliers[:, contact.rows] / contact.areas
             values["pressure_peak"] = (float(pressure.max()), "Pa")
-        found |= {f"{contact.name}.{name}": {"value": v, "unit": u} for name, (v, u) in values.items()}
-    return found | _leaving(system, end)
+        found |= _named(contact.name, values)
+    return found | (_leaving(system, end) if plan.integrator.counts_blows else {})
 
 
 def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
@@ -69,47 +67,48 @@ def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
     found: Json = {}
     for name, under in system.driving.deflections(times, frames).items():
         most = int(np.abs(under).argmax())
-        values = {
-            "deflection_peak": (under[most], "m"),
-            "peak_time": (times[most], "s"),
-            "deflection_end": (under[-1], "m"),
-        }
-        found |= {f"{name}.{key}": {"value": float(v), "unit": unit} for key, (v, unit) in values.items()}
+        peak, late = (float(under[most]), "m"), (float(times[most]), "s")
+        found |= _named(name, {"deflection_peak": peak, "peak_time": late, "deflection_end": (float(under[-1]), "m")})
     return found
+
+
+def _named(owner: str, values: Mapping[str, Quantity]) -> Json:
+    """Return quantities of a contact, force or body as they are recorded."""
+    return {f"{owner}.{name}": {"value": value, "unit": unit} for name, (value, unit) in values.items()}
 
 
 def _leaving(system: System, end: Outcome) -> Json:
     """Return the velocity with which each body's centre of mass leaves, along what it can move."""
     found: Json = {}
     for name, body in system.bodies.items():
-        if not body.rigid_count or system.scene.integrator not in LOCATED:
+        if not body.rigid_count:
             continue
         columns = slice(system.offsets[name], system.offsets[name] + body.rigid_count)
         rates = [end.v[columns], end.q[columns] - system.position[columns], system.velocity[columns]]
-        values = departure(*body.centre_motion(np.array(rates)))
-        found |= {f"{name}.{key}": {"value": v, "unit": unit} for key, (v, unit) in values.items()}
+        found |= _named(name, departure(*body.centre_motion(np.array(rates))))
     return found
 
 
 def _of_samples(
-    system: System, end: Outcome, dt: float, interval: float, forces: np.ndarray, along: np.ndarray, points: int
-) -> dict[str, tuple[float, str]]:
-    """Return what a history of resultants (s, 3) tells of a contact of so many points that pushes `along`."""
-    touching = np.flatnonzero(np.abs(forces).sum(axis=1))
+    system: System, plan: Plan, end: Outcome, contact: ContactRows, forces: np.ndarray, along: np.ndarray
+) -> dict[str, Quantity]:
+    """Return what a history of resultants (s, 3) tells of a contact that pushes `along`."""
+    interval, dt = plan.schedule.interval, 0.0 if plan.integrator.own_steps else plan.schedule.dt
+    pushed, touching = forces @ along, np.flatnonzero(np.abs(forces).sum(axis=1))
     first, last = end.extreme[4], end.extreme[5]
     if len(system.contacts) > 1:
         first, last = touching[0] * interval, (touching[-1] + 1) * interval - dt
-    blows = sampled_blows(forces @ along, interval) if system.scene.integrator in LOCATED else np.empty((0, 7))
+    blows = sampled_blows(pushed, interval) if plan.integrator.counts_blows else np.empty((0, 7))
     values = blow_quantities(merged(blows, system.resolution)) if len(blows) else {}
     values |= {
-        "force_peak": (float((forces @ along).max()), "N"),
+        "force_peak": (float(pushed.max()), "N"),
         "start": (float(first), "s"),
         "duration": (float(last - first + dt), "s"),
     }
-    return values | (smoothed_peak(forces @ along, interval, system.resolution) if points == 1 else {})
+    return values | (smoothed_peak(pushed, interval, system.resolution) if len(contact.points) == 1 else {})
 
 
-def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, tuple[float, str]]:
+def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, Quantity]:
     """Return when points begin to slip and when they stick again, the first few, and the last period."""
     values = {}
     for name, kind in (("slip", True), ("stick", False)):
@@ -120,7 +119,7 @@ def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, tuple[float, str]]
     return values
 
 
-def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarray) -> dict[str, tuple[float, str]]:
+def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarray) -> dict[str, Quantity]:
     """Return how the body's centre leaves, seen from the other body's where there is one."""
     sides = [contact.body] if contact.other is None else [contact.body, contact.other.body]
     speeds = [np.array([_velocity(system, side, v) for v in (system.velocity, end.v)]) for side in sides]

@@ -1,13 +1,13 @@
 """A run's histories, put into a record."""
 
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.integrators.outcome import Outcome, Samples
-from gudgeon.solver.integrators.steps import READS_GAUGES, SAMPLED, Schedule
+from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
 from gudgeon.solver.results.momentum import momentum_residual
@@ -15,86 +15,104 @@ from gudgeon.solver.results.quantities import deflections, quantities
 from gudgeon.solver.system.system import System
 
 
-@dataclass(frozen=True)
-class _Histories:
-    forces: np.ndarray
-    energies: np.ndarray
-    loads: np.ndarray
-    snapshots: np.ndarray
-    gauges: np.ndarray
+class Histories(NamedTuple):
+    """What a run fills: all its samples, and the state at each of f frames."""
+
+    samples: Samples
     frames: np.ndarray
+    """Coordinates, (f, m)."""
     velocities: np.ndarray
+    """(f, m)"""
     multipliers: np.ndarray
+    """[N], (f, c)."""
     masters: np.ndarray
+    """Outward displacement of the functions [m], (f, F)."""
 
     @classmethod
-    def empty(cls, system: System, plan: Schedule) -> "_Histories":
-        samples, size = plan.frames * plan.samples_per_frame, len(system.velocity)
-        joints = len(system.driving.joints)
-        return cls(
-            np.zeros((samples, max(1, len(system.contacts)), 3)),
-            np.zeros((samples, 5)),
-            np.zeros((samples, len(system.driving.rows))),
-            np.zeros((samples, 2 * len(system.rigid) + joints)),
-            np.zeros((samples, len(system.gauges) if system.scene.integrator in READS_GAUGES else 0)),
-            np.zeros((plan.frames, size)),
-            np.zeros((plan.frames, size)),
-            np.zeros((plan.frames, len(system.gap))),
-            np.zeros((plan.frames, len(system.functions))),
+    def empty(cls, system: System, schedule: Schedule) -> "Histories":
+        """Return histories of zeros."""
+        driving, count = system.driving, schedule.frames * schedule.samples_per_frame
+        widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints), len(system.gauges)
+        loads, snapshots, gauges = (np.zeros((count, width)) for width in widths)
+        samples = Samples(
+            np.zeros((count, max(1, len(system.contacts)), 3)), np.zeros((count, 5)), loads, snapshots, gauges
         )
+        sizes = len(system.velocity), len(system.velocity), len(system.gap), len(system.functions)
+        return cls(samples, *(np.zeros((schedule.frames, size)) for size in sizes))
 
-    def samples(self, here: slice) -> Samples:
-        """Return the rows of one frame's samples."""
-        return Samples(*(getattr(self, name)[here] for name in Samples._fields))
+    def part(self, here: slice) -> Samples:
+        """Return some of the samples."""
+        return Samples(*(one[here] for one in self.samples))
 
-    def cut(self, frames: int, plan: Schedule) -> "_Histories":
+    def cut(self, frames: int, schedule: Schedule) -> "Histories":
         """Keep what was finished."""
-        samples = frames * plan.samples_per_frame
-        return _Histories(
-            *(getattr(self, f.name)[: samples if f.name in Samples._fields else frames] for f in fields(self))
-        )
+        _, *states = self
+        return Histories(self.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states))
 
 
-def _trajectory(
-    system: System,
-    plan: Schedule,
-    end: Outcome,
-    found: _Histories,
-    result: Result,
-    drift: float,
-    counts: Json,
+def trajectory_of(
+    system: System, plan: Plan, end: Outcome, found: Histories, result: Result, drift: float
 ) -> Trajectory:
-    interval, located = plan.dt * plan.stride, system.scene.integrator in SAMPLED
-    times, readings = interval * np.arange(1, len(found.forces) + 1), recorded_gauges(system, found.gauges)
+    """Return the record of a run.
+
+    Args:
+        drift: Largest energy error over the energy exchanged.
+    """
+    schedule, interval, samples = plan.schedule, plan.schedule.interval, found.samples
+    times = interval * np.arange(1, len(samples.forces) + 1)
+    frame_times = interval * schedule.samples_per_frame * np.arange(1, len(found.frames) + 1)
+    readings = recorded_gauges(system, samples.gauges)
     contacts = {
         contact.name: ContactHistory(
-            contact.body, contact.interface, found.forces[:, number], found.multipliers[:, contact.rows],
-            contact.areas, contact.points,
-            None if contact.master is None else _recorded(found.masters[:, contact.functions], contact.master.order),
+            body=contact.body,
+            interface=contact.interface,
+            force=samples.forces[:, number],
+            multipliers=found.multipliers[:, contact.rows],
+            areas=contact.areas,
+            points=contact.points,
+            master=None
+            if contact.master is None
+            else _recorded(found.masters[:, contact.functions], contact.master.order),
         )
         for number, contact in enumerate(system.contacts)
-    }  # fmt: skip
+    }
     return Trajectory(
         result=result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
         coordinate_offsets=dict(system.offsets),
         times=times,
-        energies=found.energies,
+        energies=samples.energies,
         contacts=contacts,
-        frame_times=interval * plan.samples_per_frame * np.arange(1, len(found.frames) + 1),
+        frame_times=frame_times,
         frames=found.frames,
         velocities=found.velocities,
-        quantities=quantities(system, end, 0.0 if located else plan.dt, interval, found.forces, found.multipliers)
+        quantities=quantities(system, plan, end, samples.forces, found.multipliers)
         | gauge_quantities(system, readings)
-        | deflections(system, interval * plan.samples_per_frame * np.arange(1, len(found.frames) + 1), found.frames),
+        | deflections(system, frame_times, found.frames),
         energy_drift=drift,
-        momentum_residual=momentum_residual(system, end, interval * found.loads.sum(axis=0), interval * len(times)),
-        counts=counts,
-        joints=_joints(system, times, found),
-        motion={} if system.scene.integrator == "kick" else _motion(system, found.snapshots),
+        momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
+        counts=_counts(system, plan, end),
+        joints=_joints(system, times, samples),
+        motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
         episodes={c.name: blows for c, blows in zip(system.contacts, end.episodes, strict=False)},
         gauges=readings,
     )
+
+
+def _counts(system: System, plan: Plan, end: Outcome) -> Json:
+    """Return the integrator, its step, and how much work it did."""
+    return {
+        "integrator": plan.name,
+        "steps": plan.schedule.steps,
+        "substeps": plan.schedule.substeps,
+        "step": plan.schedule.dt,
+        "critical_frequency": plan.critical,
+        "contact_steps": int(end.tally[1]),
+        "pivots": int(end.tally[2]),
+        "coordinates": len(end.q),
+        "contact_rows": len(system.gap),
+        "functions": len(system.functions),
+    } | end.work
 
 
 def _recorded(masters: np.ndarray, order: np.ndarray) -> np.ndarray:
@@ -104,13 +122,13 @@ def _recorded(masters: np.ndarray, order: np.ndarray) -> np.ndarray:
     return back
 
 
-def _joints(system: System, times: np.ndarray, found: _Histories) -> dict[str, JointHistory]:
+def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, JointHistory]:
     histories = {}
     for number, held in enumerate(system.driving.joints):
         along, lateral = held.joint.axes
-        loads = found.loads[:, 2 * number : 2 * number + 2]
+        loads = samples.loads[:, 2 * number : 2 * number + 2]
         force = loads[:, :1] * lateral + loads[:, 1:] * along
-        violation = found.snapshots[:, 2 * len(system.rigid) + number]
+        violation = samples.snapshots[:, 2 * len(system.rigid) + number]
         histories[held.name] = JointHistory(
             held.body, held.joint.interface, held.joint.angle(times), force, violation.copy()
         )

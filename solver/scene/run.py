@@ -7,8 +7,6 @@ from pydantic import BaseModel, Field
 from gudgeon.solver.numbers import STRICT, Positive
 from gudgeon.solver.vectors import Vector
 
-Integrator = Literal["event", "collocation", "discrete-gradient", "kick", "trapezoid"]
-
 
 class Run(BaseModel):
     """How long, and how fine."""

@@ -1,7 +1,11 @@
 """The solver's part of a scene: bodies, contacts, and how long to run. SI units."""
 
+import math
+from collections.abc import Iterator, Mapping
+
 from pydantic import BaseModel, Field, model_validator
 
+from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.moving import MovingForce
@@ -11,7 +15,7 @@ from gudgeon.solver.methods import METHODS
 from gudgeon.solver.numbers import STRICT
 from gudgeon.solver.scene.body import Body
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
-from gudgeon.solver.scene.run import Integrator, Run
+from gudgeon.solver.scene.run import Run
 
 
 class Scene(BaseModel):
@@ -41,7 +45,7 @@ class Scene(BaseModel):
         for name, other in self.others().items():
             if other.body == self.contact[name].body:
                 raise ValueError(f"contact.{name}.against.body: a contact needs two bodies")
-        choose(self)
+        _ = self.integrator
         return self
 
     def masters(self) -> dict[str, MasterSurface]:
@@ -68,82 +72,77 @@ class Scene(BaseModel):
         """Return the springs."""
         return {n: f for n, f in self.force.items() if isinstance(f, Spring)}
 
+    def carriers(self) -> list[str]:
+        """Return the integrators that can carry the scene, in the order in which `auto` prefers them."""
+        demands = dict(_demands(self))
+        return [name for name in INTEGRATORS if not _lacking(demands, name)]
+
     @property
-    def integrator(self) -> Integrator:
-        """The integrator that runs this scene."""
-        return choose(self)
+    def integrator(self) -> str:
+        """The integrator that it names, or that `auto` takes for what the scene has.
+
+        Raises:
+            ValueError: the one that it names cannot carry what it has, or nothing can carry all that it has.
+        """
+        demands, able, named = dict(_demands(self)), self.carriers(), self.run.integrator
+        if named == "auto":
+            if able:
+                return able[0]
+            least = min((_lacking(demands, name) for name in INTEGRATORS), key=len)
+            others = " and ".join(what for what in demands if what not in least)
+            raise ValueError(f"run.integrator: none carries {least[0]} beside {others}; leave one of them out")
+        if lacking := _lacking(demands, named):
+            advice = f"take {' or '.join(map(repr, ('auto', *able)))}" if able else "none carries the whole scene"
+            raise ValueError(f"run.integrator: '{named}' cannot carry {lacking[0]}; {advice}")
+        if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
+            raise ValueError(
+                f"run.step: integrator '{named}' locates events on exact motion and has no step; leave it out"
+            )
+        return named
+
+    @property
+    def capabilities(self) -> type[Integrator]:
+        """What this integrator can do."""
+        return INTEGRATORS[self.integrator]
 
     def component_of(self, body: str) -> str:
         """Return the component that a body is made of."""
         return self.body[body].component or body
 
 
-IMPLICIT: tuple[str, ...] = ("trapezoid",)
-SMOOTH: tuple[str, ...] = ("collocation", "discrete-gradient")
-PREFERRED: tuple[Integrator, ...] = ("kick", "trapezoid", "event", "collocation", "discrete-gradient")
+def _lacking(demands: Mapping[str, Feature], name: str) -> list[str]:
+    """Return what asks for a feature that an integrator does not carry."""
+    return [what for what, feature in demands.items() if feature not in INTEGRATORS[name].carries]
 
 
-def choose(scene: Scene) -> Integrator:
-    """Return the integrator of a scene.
-
-    Raises:
-        ValueError: the one that it names cannot carry what it has, or nothing can carry all that it has.
-    """
-    demands, named = _demands(scene), scene.run.integrator
-    able: list[Integrator] = [name for name in PREFERRED if not _unable(demands, name)]
-    if named == "auto":
-        if able:
-            return able[0]
-        least = min((_unable(demands, name) for name in PREFERRED), key=len)
-        others = " and ".join(what for what in demands if what not in least)
-        raise ValueError(f"run.integrator: none carries {least[0]} beside {others}; leave one of them out")
-    if lacking := _unable(demands, named):
-        advice = f"take {' or '.join(map(repr, ('auto', *able)))}" if able else "none carries the whole scene"
-        raise ValueError(f"run.integrator: '{named}' cannot carry {lacking[0]}; {advice}")
-    if named == "event" and scene.run.step is not None:
-        raise ValueError("run.step: integrator 'event' locates events on exact motion and has no step; leave it out")
-    return named
-
-
-def carriers(scene: Scene) -> list[Integrator]:
-    """Return the integrators that can carry a scene."""
-    demands = _demands(scene)
-    return [name for name in PREFERRED if not _unable(demands, name)]
-
-
-def _unable(demands: dict[str, tuple[str, ...]], name: str) -> list[str]:
-    return [what for what, able in demands.items() if name not in able]
-
-
-def _demands(scene: Scene) -> dict[str, tuple[str, ...]]:
-    """Return what a scene has that not every integrator can carry, with those that can."""
-    found: dict[str, tuple[str, ...]] = {}
+def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
+    """Yield what a scene has that not every integrator can carry, by the name of what asks for it."""
     for name, body in scene.body.items():
         if body.damping is not None:
-            found[f"damping of body.{name}"] = IMPLICIT
+            yield f"damping of body.{name}", Feature.DAMPING
         if body.gauges:
-            found[f"body.{name}.gauges"] = ("event", *SMOOTH, "kick")
-    for name in [*(f"joint.{n}" for n in scene.joint), *(f"force.{n}" for n in scene.given())]:
-        found[name] = IMPLICIT
+            yield f"body.{name}.gauges", Feature.GAUGES
+    for name in scene.joint:
+        yield f"joint.{name}", Feature.JOINT
+    for name in scene.given():
+        yield f"force.{name}", Feature.LOAD
     for name in scene.masters():
-        found[f"the sliding pair contact.{name}"] = IMPLICIT
+        yield f"the sliding pair contact.{name}", Feature.SLIDING_PAIR
     for name, contact in scene.contact.items():
         where = f"contact.{name}"
-        method = METHODS[contact.method]
-        if method.rigid:
-            found[f"the rigid contact {where} (method '{contact.method}')"] = method.integrators
+        if METHODS[contact.method].rigid:
+            yield f"the rigid contact {where} (method '{contact.method}')", Feature.RIGID_CONTACT
         elif contact.smooth_law:
-            found[f"the law of {where}"] = SMOOTH
+            yield f"the law of {where}", Feature.SMOOTH_LAW
         elif contact.law is not None:
-            found[f"the linear law of {where}"] = ("event", *SMOOTH)
+            yield f"the linear law of {where}", Feature.LINEAR_LAW
         else:
-            found[f"method '{contact.method}' of {where} without a law"] = method.integrators
+            yield f"method '{contact.method}' of {where} without a law", Feature.COMPLIANT_CONTACT
         if contact.dashpot != "none":
-            found[f"the dashpot of {where}"] = ("event", "kick")
+            yield f"the dashpot of {where}", Feature.DASHPOT
     for name, spring in scene.springs().items():
-        found[f"force.{name}"] = ("event", *SMOOTH)
+        yield f"force.{name}", Feature.SPRING
         if spring.damping > 0:
-            found[f"damping of force.{name}"] = ("event",)
+            yield f"damping of force.{name}", Feature.SPRING_DAMPING
     if any(scene.run.gravity):
-        found["run.gravity"] = ("event", *SMOOTH, "trapezoid")
-    return found
+        yield "run.gravity", Feature.GRAVITY

@@ -8,12 +8,12 @@ from gudgeon.modaldb.stores.folder import Store
 from gudgeon.solver.bodies.small_motion import FlexibleBody, load_body
 from gudgeon.solver.contact.rows import ContactRows, contact_block, sliding_block
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.scene.scene import Scene, carriers
+from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.gauges import compile_gauges, sides_of
 from gudgeon.solver.system.loads import Driving, compile_driving
 from gudgeon.solver.system.requirements import Stock, fields_read, scene_terms
 from gudgeon.solver.system.springs import compile_springs
-from gudgeon.solver.system.system import FEW_POINTS, System
+from gudgeon.solver.system.system import System
 
 
 def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> System:
@@ -38,7 +38,6 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     if not size:
         raise SceneError("body: no body can move, supports and freedom hold all of them; leave a motion free")
     contacts, arrays = _contacts(scene, bodies, offsets, size)
-    scene = _settled(scene, len(arrays["gap"]))
     stiffness = np.concatenate([body.stiffness for body in bodies.values()])
     damping = np.concatenate([np.full(len(body.stiffness), body.stiffness_factor) for body in bodies.values()])
     rigid = np.concatenate([offsets[name] + np.arange(body.rigid_count) for name, body in bodies.items()])
@@ -58,17 +57,6 @@ def _stock(store: Store, modes_key: str) -> Stock:
     """Return what the modes of a component hold; of their arrays the sizes alone are looked at."""
     # Where there are none, reading them says what is wrong.
     return Stock.of(store.sizes(modes_key)) if store.has(modes_key) else Stock()
-
-
-def _settled(scene: Scene, points: int) -> Scene:
-    """Return a scene whose automatic integrator suits its number of contact points.
-
-    Exact motion between located events is the better one while they are few.
-    """
-    implicit = scene.run.integrator == "auto" and scene.integrator == "trapezoid"
-    if implicit and points <= FEW_POINTS and "event" in carriers(scene):
-        return scene.model_copy(update={"run": scene.run.model_copy(update={"integrator": "event"})})
-    return scene
 
 
 def _check_travel(contacts: list[ContactRows], driving: Driving) -> None:
@@ -126,10 +114,7 @@ def _contacts(
     functions, function_residual = np.zeros((ends_f[-1], size)), np.zeros((ends_f[-1], ends_f[-1]))
     contacts = []
     for number, (block, slide) in enumerate(zip(blocks, slides, strict=True)):
-        here, there = (
-            slice(int(ends[number]), int(ends[number + 1])),
-            slice(int(ends_f[number]), int(ends_f[number + 1])),
-        )
+        here, there = slice(*ends[number : number + 2].tolist()), slice(*ends_f[number : number + 2].tolist())
         _put(rows, here, offsets[block.body], block.rows)
         _put(tangents, here, offsets[block.body], block.surface.tangents)
         if (other := block.other) is not None:
@@ -141,8 +126,9 @@ def _contacts(
             function_residual[there, there] = slide.residual
         contacts.append(
             ContactRows(
-                block.name, block.body, block.interface, here, block.points, block.directions, block.areas, block.edge,
-                slide, block.other, there,
+                name=block.name, body=block.body, interface=block.interface, rows=here, points=block.points,
+                directions=block.directions, areas=block.areas, edge=block.edge, master=slide, other=block.other,
+                functions=there,
             )
         )  # fmt: skip
     _couple(scene, bodies, contacts, residual, function_residual)

@@ -214,7 +214,9 @@ def compile_driving(
             gravity[elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
     damping = np.array([bodies[body].stiffness_factor for body, _, mix in owners for _ in mix])
     stacked = np.array(rows).reshape(-1, size)
-    return Driving(joints, given, stacked, residual, to_gap, damping, gravity)
+    return Driving(
+        joints=joints, given=given, rows=stacked, residual=residual, to_gap=to_gap, damping=damping, gravity=gravity
+    )
 
 
 def _pressing(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, np.ndarray]:

@@ -1,16 +1,12 @@
-"""What stands beside contacts: springs between bodies, and gauges that are read; and R across the sides of contacts."""
+"""Springs compiled: rows, stiffness and damping of a scene's springs."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,6 @@ from gudgeon.solver.system.springs import Springs
 
 DEPENDENT = 1e-13
 """Pivot of a point's compliance, relative to it, at which the point depends on others."""
-FEW_POINTS = 8
-"""Contact points up to which `auto` takes located events where it can."""
-STEP_FACTOR = 0.2
-"""Largest dt·ω_c: at 0.2 the energy drift of the skirt is 1e-4, at 2 energy grows without bound."""
 
 
 @dataclass(frozen=True)

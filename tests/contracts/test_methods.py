@@ -8,6 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.capabilities import INTEGRATORS, Feature
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
@@ -92,13 +93,13 @@ def test_contradicting_keys_are_refused(method: str) -> None:
 
 @pytest.mark.parametrize("method", sorted(METHODS))
 def test_integrators_that_cannot_carry_it_are_refused(method: str) -> None:
-    for name in ("kick", "trapezoid", "collocation", "discrete-gradient"):
+    asked = Feature.RIGID_CONTACT if METHODS[method].rigid else Feature.COMPLIANT_CONTACT
+    if "law" in KEYS[method]:
+        asked = Feature.LINEAR_LAW
+    for name, integrator in INTEGRATORS.items():
         settings = scene(method)
         settings["run"]["integrator"] = name
-        able = name in METHODS[method].integrators
-        if method == "penalty":
-            able = name in ("collocation", "discrete-gradient")
-        if able:
+        if asked in integrator.carries:
             Scene.model_validate(settings)
         else:
             with pytest.raises(ValidationError, match=f"run.integrator: '{name}' cannot carry"):

@@ -14,14 +14,14 @@ from types import FrameType
 from typing import Any
 
 from gudgeon import solver
-from gudgeon.solver import simulate
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import compile_system
 from tests.solver import systems
 from tests.solver.scenes_counted import Case, families
 
 HOME = str(Path(solver.__file__).parent)
-PLAN = str(Path(HOME) / "terms.py")
+PLAN = str(Path(HOME) / "system/requirements.py")
 
 
 def counted(work: Callable[[], Any]) -> tuple[Any, int]:

@@ -6,7 +6,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from gudgeon.solver import Scene, SceneError, simulate
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.requirements import fields_read, scene_terms
 from tests.solver.systems import (
     block_records,

@@ -11,9 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.solver import SceneError, SolverError, System, simulate
-from gudgeon.solver.integrators.steps import LARGEST, plan_steps
+from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.integrators.steps import plan_steps
 from gudgeon.solver.result import Result
+from gudgeon.solver.scene.run import Run
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.system import System
 from tests.solver.systems import LENGTH, MASS, SPEED, block_records, block_scene, build, rod_records, rod_scene
 
 ROUND_OFF = 1e-11
@@ -23,7 +27,7 @@ ORACLE = """
 import json, sys
 from pathlib import Path
 from tests.solver.systems import block_records, block_scene, build, rod_records, rod_scene
-from gudgeon.solver import simulate
+from gudgeon.solver.simulate import simulate
 from gudgeon.solver.integrators.kick import kernel
 assert not hasattr(kernel.march, 'py_func')  # really undecorated
 folder = Path(sys.argv[1])
@@ -116,18 +120,18 @@ def test_dashpot_loses_energy_and_says_how_much(tmp_path: Path) -> None:
 
 
 def test_step_is_automatic_obeyed_or_divided() -> None:
-    critical = 1e6
-    automatic = plan_steps(1e-3, None, 4000, 200, critical)
+    critical, run, kick = 1e6, Run(duration=1e-3), INTEGRATORS["kick"]
+    automatic = plan_steps(run, kick, critical)
     assert automatic.dt <= 0.2 / critical * (1 + 1e-12)
     assert automatic.substeps == 1
     assert automatic.steps * automatic.dt == pytest.approx(1e-3, rel=1e-12)
-    obeyed = plan_steps(1e-3, 1e-7, 4000, 200, critical)
+    obeyed = plan_steps(run.model_copy(update={"step": 1e-7}), kick, critical)
     assert (obeyed.dt, obeyed.substeps) == (1e-7, 1)
-    divided = plan_steps(1e-3, 1e-6, 4000, 200, critical)
+    divided = plan_steps(run.model_copy(update={"step": 1e-6}), kick, critical)
     assert divided.substeps == 5
     assert divided.dt == pytest.approx(2e-7)
     assert divided.steps * divided.dt == pytest.approx(1e-3, rel=1e-12)
-    odd = plan_steps(1e-3, 3.3e-8, 4000, 200, critical)
+    odd = plan_steps(run.model_copy(update={"step": 3.3e-8}), kick, critical)
     assert 3e-8 < odd.dt <= 3.3e-8
     assert odd.steps * odd.dt == pytest.approx(1e-3, rel=1e-12)
 
@@ -148,7 +152,7 @@ def test_implicit_integrators_divide_a_step_that_steps_over_blows(name: str, tmp
     scene = rod_scene()
     scene["run"] |= {"integrator": name}
     system = build(tmp_path / "own", rod_records(8), scene)
-    largest = LARGEST[name] / system.critical_frequency()
+    largest = INTEGRATORS[name].largest / system.critical_frequency()
     for parts in (1, 7):
         scene["run"]["step"] = 0.999 * parts * largest
         found = simulate(build(tmp_path / str(parts), rod_records(8), scene))

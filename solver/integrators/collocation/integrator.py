@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gudgeon.solver import capabilities
 from gudgeon.solver.integrators.collocation import kernel as steps
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import NODES, WEIGHTS, Books
@@ -26,13 +27,12 @@ START = 100.0
 """Force after the first step of a contact over the error allowed."""
 
 
-class Collocation:
-    """A run; `dt` is the interval at which it is sampled."""
+class Collocation(capabilities.Collocation):
+    """A run; `dt` is the interval at which it is sampled, `fixed_step` [s] takes the place of the accuracy."""
 
     failure = Result.NOT_CONVERGED
-    order = 4
 
-    def __init__(self, system: System, dt: float) -> None:
+    def __init__(self, system: System, dt: float, fixed_step: float | None = None) -> None:
         run, c, n = system.scene.run, *system.rows.shape
         self._system, self._dt = system, dt
         self._equations, self._open = Equations(system), starting(system, {})
@@ -42,8 +42,8 @@ class Collocation:
         self._contacts = steps.Contacts(np.ascontiguousarray(place.rows), system.gap, series, system.law)
         self._books, self._last = Books(system), run.duration
         self._tolerance = run.accuracy or ACCURACY
-        self._fixed = run.step is not None
-        self._tables = _empty(run.step or run.duration / 16, c, n)
+        self._fixed = fixed_step is not None
+        self._tables = _empty(fixed_step or run.duration / 16, c, n)
         self._motion = self._rest(c, n)
         self._start = self._motion.y.copy()
         self._track = _track(CHUNK, c, n)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gudgeon.solver import capabilities
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.discrete_gradient import kernel as gradient_steps
 from gudgeon.solver.integrators.outcome import Outcome, Samples
@@ -14,11 +15,10 @@ MOST_BLOWS = 100_000
 """Kept; what comes after is counted only."""
 
 
-class DiscreteGradient:
+class DiscreteGradient(capabilities.DiscreteGradient):
     """A run of steps `dt`."""
 
     failure = Result.NOT_CONVERGED
-    order = 2
 
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._place = system, uncoupled(system)

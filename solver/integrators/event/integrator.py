@@ -1,9 +1,8 @@
 """The event integrator: exact motion from event to event, whatever the samples."""
 
-import math
-
 import numpy as np
 
+from gudgeon.solver import capabilities
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.event import basis
 from gudgeon.solver.integrators.event.jumps import RESTING, collide, force_scale, settle, settle_slip, struck
@@ -26,10 +25,8 @@ CACHED = 64
 """Bases kept; conditions come again and again."""
 
 
-class Event:
+class Event(capabilities.Event):
     """A run of the event integrator; `dt` is the interval at which it is sampled."""
-
-    order = math.inf
 
     def __init__(self, system: System, dt: float) -> None:
         _refuse_shared_friction(system)

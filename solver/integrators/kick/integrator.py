@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gudgeon.solver import capabilities
 from gudgeon.solver.contact.compliance import fixed
 from gudgeon.solver.integrators.flight import undamped
 from gudgeon.solver.integrators.kick import kernel
@@ -11,11 +12,10 @@ from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
 
-class Kick:
+class Kick(capabilities.Kick):
     """A run of the explicit integrator."""
 
     failure = Result.DEPENDENT_ROWS
-    order = 2
 
     def __init__(self, system: System, dt: float) -> None:
         self._system = system

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from gudgeon.solver import capabilities
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.outcome import Outcome, Samples
@@ -19,11 +20,10 @@ REFRESH = 0.2
 """Share of a traction space's spacing that a pair may slide before its matrix is made anew."""
 
 
-class Trapezoid:
+class Trapezoid(capabilities.Trapezoid):
     """A run of the implicit integrator."""
 
     failure = Result.DEPENDENT_ROWS
-    order = 2
 
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._dt = system, dt

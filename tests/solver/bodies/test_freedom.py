@@ -9,9 +9,10 @@ import pytest
 from scipy import linalg
 
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
-from gudgeon.solver import SceneError, simulate
 from gudgeon.solver.bodies.small_motion import free_twists
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.body import ALL_FREE, Body
+from gudgeon.solver.simulate import simulate
 from tests.solver.systems import MASS, block_records, block_scene, build, rod_records, rod_scene
 
 INERTIA = np.array([[0.010, 0.002, -0.001], [0.002, 0.014, 0.003], [-0.001, 0.003, 0.008]])

@@ -13,11 +13,12 @@ from scipy.special import gamma
 
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.solver import SceneError, simulate
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.collocation.integrator import _highest
 from gudgeon.solver.integrators.polynomial_response import free, responses
 from gudgeon.solver.laws import Law
 from gudgeon.solver.laws.restitution import delivered_restitution
+from gudgeon.solver.simulate import simulate
 from tests.solver.systems import block_records, block_scene, build_all, rigid_records, rod_records, rod_scene
 
 X, BACK, UP, DOWN = [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]

@@ -15,8 +15,9 @@ from pydantic import ValidationError
 
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.solver import Scene, SceneError, simulate
-from gudgeon.solver.errors import SolverError
+from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.simulate import simulate
 from tests.solver.systems import (
     LENGTH,
     MASS,

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.solver import System, simulate
+from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.loads import HeldPoint
+from gudgeon.solver.system.system import System
 from tests.solver.systems import (
     CROWN,
     PIN,

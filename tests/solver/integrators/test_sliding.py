@@ -9,7 +9,8 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.modaldb.traction import cubic_weights
-from gudgeon.solver import System, simulate
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.system import System
 from tests.solver.systems import SPACING, block_records, build_all, march, pair_scene, plate_records
 
 STEP = 1e-6

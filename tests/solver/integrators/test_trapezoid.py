@@ -13,7 +13,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.solver import Scene, System, simulate
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.system import System
 from tests.solver.systems import block_records, block_scene, build, march, rod_records, rod_scene
 
 ROUND_OFF = 1e-11

@@ -8,7 +8,7 @@ import pytest
 
 from gudgeon.modaldb.records.modes import GaugeModes
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.solver import simulate
+from gudgeon.solver.simulate import simulate
 from tests.solver.systems import block_records, block_scene, build
 
 POINTS, MODES = 5, 8

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from gudgeon.solver import SceneError
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import GasPressure
 from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.integrators.trapezoid.integrator import Trapezoid

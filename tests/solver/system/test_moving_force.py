@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from gudgeon.modaldb.records.modes import ModalRecord, TractionModes
 from gudgeon.modaldb.traction import spline_weights
-from gudgeon.solver import SceneError
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import MovingForce
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate

@@ -1,0 +1,133 @@
+"""What each integrator can do: the family by its capabilities, light, so that a scene is checked without a compiler.
+
+A new member is a class and a line here, a name in `Run.integrator`, and a folder of that name in `integrators`, whose
+`integrator.py` has the class that inherits it and runs.
+"""
+
+import math
+from enum import Enum
+from typing import ClassVar
+
+
+class Feature(Enum):
+    """What a scene can have and not every integrator can carry."""
+
+    COMPLIANT_CONTACT = "contact over residual flexibility or a surface layer, without a law"
+    LINEAR_LAW = "contact with a linear law"
+    SMOOTH_LAW = "contact with a nonlinear law"
+    RIGID_CONTACT = "contact by multipliers and blows"
+    SLIDING_PAIR = "points that slide over the traction space of another body"
+    DASHPOT = "dashpots beside residual flexibility"
+    DAMPING = "damping of modes"
+    GAUGES = "gauges read at every sample"
+    JOINT = "joints that prescribe motion"
+    LOAD = "forces given over time"
+    SPRING = "springs between bodies"
+    SPRING_DAMPING = "dashpots beside springs"
+    GRAVITY = "gravity"
+
+
+class Integrator:
+    """Attributes of an integrator; those without a value here are its own."""
+
+    carries: ClassVar[frozenset[Feature]]
+    order: ClassVar[float]
+    """Of its error in the step, infinite if motion is exact: then it takes no step."""
+    promised_drift: ClassVar[float]
+    """Energy drift at the step that a scene comes with, beside round-off of the scene's numbers."""
+    own_steps: ClassVar[bool] = False
+    """Whether it chooses its steps between samples."""
+    step_factor: ClassVar[float] = 0.2
+    """dt·ω_c of the step that it takes where none is given."""
+    largest: ClassVar[float] = math.inf
+    """dt·ω_c of a given step above which it is divided, because it would step over blows or gain energy."""
+    stiffest: ClassVar[float] = math.inf
+    """ω_c over the highest kept frequency above which steps follow the latter."""
+    conserves_energy: ClassVar[bool] = False
+    """Whether energy is kept to round-off at any step, so that impulses tell its accuracy and the drift does not."""
+    counts_blows: ClassVar[bool] = True
+    """Whether blows in its force history and the velocities with which bodies leave are quantities of its runs."""
+    staggered: ClassVar[bool] = False
+    """Whether frames end half a step after their contact forces."""
+    records_motion: ClassVar[bool] = True
+    """Whether it samples the rigid coordinates."""
+
+
+class Kick(Integrator):
+    """At dt·ω_c = 0.2 the skirt's energy drift is 1e-4, at 2 energy grows without bound."""
+
+    carries = frozenset({Feature.COMPLIANT_CONTACT, Feature.DASHPOT, Feature.GAUGES})
+    order = 2
+    promised_drift = 2e-3
+    largest = 0.2
+    staggered = True
+    records_motion = False
+
+
+class Trapezoid(Integrator):
+    """For driven and damped scenes; stiff surfaces do not shorten its step."""
+
+    carries = frozenset(
+        {
+            Feature.COMPLIANT_CONTACT, Feature.SLIDING_PAIR, Feature.DAMPING, Feature.JOINT, Feature.LOAD,
+            Feature.GRAVITY,
+        }
+    )  # fmt: skip
+    order = 2
+    promised_drift = 2e-3
+    step_factor = 4.0
+    largest = 40.0
+    stiffest = 30.0
+    counts_blows = False
+
+
+class Event(Integrator):
+    """For linear and rigid contact of a few points."""
+
+    carries = frozenset(
+        {
+            Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.RIGID_CONTACT, Feature.DASHPOT, Feature.GAUGES,
+            Feature.SPRING, Feature.SPRING_DAMPING, Feature.GRAVITY,
+        }
+    )  # fmt: skip
+    order = math.inf
+    promised_drift = 1e-9
+    own_steps = True
+
+
+class Collocation(Integrator):
+    """Four Lobatto points a step: order 6 at the ends of steps; a hundred times its accuracy of 1e-8 is its drift."""
+
+    carries = frozenset(
+        {Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES, Feature.SPRING, Feature.GRAVITY}
+    )  # fmt: skip
+    order = 6
+    promised_drift = 1e-6
+    own_steps = True
+    largest = 1.0
+
+
+class DiscreteGradient(Integrator):
+    """At dt·ω_c = 0.05 it resolves a blow in about sixty steps."""
+
+    carries = frozenset(
+        {
+            Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES, Feature.SPRING,
+            Feature.GRAVITY,
+        }
+    )  # fmt: skip
+    order = 2
+    promised_drift = 1e-9
+    step_factor = 0.05
+    largest = 0.5
+    conserves_energy = True
+
+
+INTEGRATORS: dict[str, type[Integrator]] = {
+    "kick": Kick,
+    "trapezoid": Trapezoid,
+    "event": Event,
+    "collocation": Collocation,
+    "discrete-gradient": DiscreteGradient,
+}
+"""Members by the name that a scene writes, in the order in which `auto` prefers them."""

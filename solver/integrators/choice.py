@@ -1,0 +1,48 @@
+"""Which integrator runs a compiled scene: by what the scene has, then, where it leaves that open, by its size."""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.system.system import System
+
+FEW_POINTS = 8
+"""Contact points up to which `auto` takes located events where it can."""
+MANY = 5e7
+"""Steps times contact points from which `auto` takes implicit contact, whose step stiff surfaces do not shorten."""
+
+
+class Choice(NamedTuple):
+    """What runs a system."""
+
+    name: str
+    """Of the integrator."""
+    critical: float
+    """ω_c that sets its step [rad/s]; 0 where it chooses its steps."""
+
+
+def choose(system: System) -> Choice:
+    """Return the integrator that runs a system.
+
+    Of those that `auto` can take, exact motion between located events is the better one while points are few, and
+    explicit contact gives way to implicit contact where stiff surfaces ask for too many steps.
+
+    Raises:
+        SolverError: the contact's compliance is singular.
+    """
+    scene, run, points = system.scene, system.scene.run, len(system.gap)
+    name, critical = scene.integrator, cache(system.critical_frequency)
+    if run.integrator == "auto":
+        if name == "trapezoid" and points <= FEW_POINTS and "event" in scene.carriers():
+            name = "event"
+        elif name == "kick" and "trapezoid" in scene.carriers():
+            steps = run.duration * critical() / INTEGRATORS[name].step_factor
+            name = "trapezoid" if steps * max(1, points) > MANY else name
+    integrator = INTEGRATORS[name]
+    if integrator.own_steps:
+        return Choice(name, 0.0)
+    if system.resolution > 0:
+        return Choice(name, min(critical(), integrator.stiffest * 2 * np.pi / system.resolution))
+    return Choice(name, critical())
