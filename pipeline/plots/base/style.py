@@ -1,14 +1,20 @@
 """One look for all pictures: fonts, colours, titles, and units with a fitting prefix."""
 
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from PIL.Image import Image
 
 WIDTH, HEIGHT, DPI = 1600, 1200, 200
 """Size of a picture [px] and its resolution [px/in]."""
@@ -24,6 +30,9 @@ SIGNED = "RdBu_r"
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 """Scale factors are these times a power of ten."""
 
+Box = tuple[float, float, float, float]
+"""Left, bottom, width, height in a figure."""
+Extend = Literal["neither", "both", "min", "max"]
 
 SETTINGS: Any = {
     "font.family": "DejaVu Sans",
@@ -61,13 +70,95 @@ def new_figure(title: str, subtitle: str, *, height: int = HEIGHT) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG of its full size."""
-    figure.savefig(path, dpi=DPI, facecolor="white", format="png")
+    """Write a figure as PNG of its full size, in one step."""
+    scratch = path.with_name(f".{path.name}.part")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(scratch, dpi=DPI, facecolor="white", format="png")
+    scratch.replace(path)
+
+
+def draw(file: AbstractContextManager[Path], make: Callable[..., Figure], *arguments: Any) -> None:
+    """Write the figure that a function returns for its arguments, in our look, to the path that `file` gives."""
+    with styled(), file as path:
+        save(make(*arguments), path)
 
 
 def styled() -> Any:
     """Return a context in which matplotlib has our look."""
     return matplotlib.rc_context(SETTINGS)
+
+
+@dataclass(frozen=True)
+class Abscissa:
+    """What histories are drawn over: time, or the crank angle."""
+
+    values: np.ndarray
+    """At samples, in the unit of the label, (s,)."""
+    label: str
+    limit: Callable[[Axes], object]
+    """Sets limits and ticks of axes."""
+
+    def finish(self, panels: Sequence[Axes]) -> None:
+        """Limit axes that stand one above the other, and label the lowest."""
+        for axes in panels:
+            self.limit(axes)
+            axes.tick_params(labelbottom=axes is panels[-1])
+        panels[-1].set_xlabel(self.label)
+
+
+def over_time(times: np.ndarray, span: tuple[float, float]) -> Abscissa:
+    """Return time at samples (s,) as abscissa, of which a span is shown [s]."""
+    factor, unit = time_unit(span[1] - span[0])
+    return Abscissa(times * factor, f"time [{unit}]", lambda axes: axes.set_xlim(span[0] * factor, span[1] * factor))
+
+
+def rows(figure: Figure, count: int, *, apart: float = 0.3, right: float = 0.965) -> list[Axes]:
+    """Return axes one above the other below the titles, `apart` of the height of one between them."""
+    height = DPI * figure.get_figheight()
+    borders = {"left": 0.1, "right": right, "bottom": 120 / height, "top": 1 - 215 / height}
+    grid = figure.add_gridspec(count, 1, hspace=apart, **borders)
+    return [figure.add_subplot(grid[row]) for row in range(count)]
+
+
+def legend(axes: Axes, *more: tuple[Any, str], beside: Axes | None = None, columns: int = 3) -> None:
+    """Write the labels of axes, of those that share their place, and more, above them."""
+    found = [*zip(*axes.get_legend_handles_labels(), strict=True), *more]
+    if beside is not None:
+        found += zip(*beside.get_legend_handles_labels(), strict=True)
+        if (own := beside.get_legend()) is not None:
+            own.remove()
+    axes.legend(
+        [handle for handle, _ in found], [label for _, label in found],
+        loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=columns, columnspacing=1.8, borderaxespad=0.2,
+    )  # fmt: skip
+
+
+def legend_below(figure: Figure, *labels: tuple[str, float, str]) -> None:
+    """Write below a picture what lines of some colour and width mean."""
+    lines = [Line2D([], [], color=colour, lw=width, label=label) for colour, width, label in labels]
+    figure.legend(handles=lines, loc="lower left", bbox_to_anchor=(0.03, 0.015), ncols=len(lines), columnspacing=2.0)
+
+
+def show_image(figure: Figure, image: Image, corner: tuple[float, float]) -> Axes:
+    """Put a rendered picture in its own size on a figure, its lower left corner at a place in the figure."""
+    width, height = DPI * figure.get_size_inches()
+    axes = figure.add_axes((*corner, image.width / width, image.height / height))
+    axes.imshow(np.asarray(image), interpolation="none")
+    axes.axis("off")
+    return axes
+
+
+def colour_bar(figure: Figure, mappable: ScalarMappable, label: str, box: Box, extend: Extend = "neither") -> None:
+    """Add the scale of colours, which `extend` beyond its ends."""
+    level = "horizontal" if box[2] > box[3] else "vertical"
+    bar = figure.colorbar(mappable, cax=figure.add_axes(box), orientation=level, extend=extend)
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.set_label(label)
+
+
+def scale(low: float, high: float, colours: Colormap = MAGNITUDE) -> ScalarMappable:
+    """Return colours between two values; all are equal where the upper one is zero."""
+    return ScalarMappable(Normalize(low, high or 1.0), colours)
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
@@ -112,6 +203,12 @@ def nice_scale(shown: float, largest: float) -> float:
 def time_unit(span: float) -> tuple[float, str]:
     """Return factor and unit for a span of time: µs below 2 ms, ms below 2 s."""
     return (1e6, "µs") if span < 2e-3 else (1e3, "ms") if span < 2 else (1.0, "s")
+
+
+def moment(time: float, end: float, force: float) -> str:
+    """Return a time within a run that ends at `end` [s], and the contact force then [N], as text."""
+    factor, unit = time_unit(end)
+    return f"t = {digits(time * factor)} {unit}  ·  contact force {quantity(force, 'N')}"
 
 
 def contact_span(times: np.ndarray, force: np.ndarray, margin: float) -> tuple[float, float]:

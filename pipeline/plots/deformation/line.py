@@ -39,8 +39,7 @@ def draw_waves(drawing: Drawing) -> None:
         if body.modal.shapes is None or not body.modal.shapes.size:
             continue
         found = _strain_map(body) if body.mesh.cell_type == "line3" else _deflection_map(body)
-        with style.styled(), drawing.file(drawing.file_name("deformation", ".png", name, count)) as path:
-            style.save(_diagram(drawing, body, found), path)
+        style.draw(drawing.file("deformation.png", name, count), _diagram, drawing, body, found)
 
 
 def strain(body: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
@@ -112,11 +111,8 @@ def _diagram(drawing: Drawing, body: BodyMotion, found: LineMap) -> Figure:
     _force_beside(beside, drawing, body, shown)
     beside.set_ylim(0, trajectory.times[-1] * shown)
     beyond = np.abs(found.values).max() > found.top * (1 + 1e-9)
-    bar = figure.colorbar(
-        image, cax=figure.add_axes((0.885, 0.11, 0.018, 0.72)), extend="both" if beyond else "neither"
-    )
-    bar.set_label(found.label)
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    box = (0.885, 0.11, 0.018, 0.72)
+    style.colour_bar(figure, image, found.label, box, "both" if beyond else "neither")
     return figure
 
 

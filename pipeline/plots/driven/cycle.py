@@ -51,8 +51,7 @@ PANELS = (
 
 def draw_cycle(drawing: Drawing) -> None:
     """Draw the cycle of a driven scene, as a whole and around its hardest contact."""
-    with style.styled(), drawing.file("cycle.png") as path:
-        style.save(_picture(drawing), path)
+    style.draw(drawing.file("cycle.png"), _picture, drawing)
 
 
 def _picture(drawing: Drawing) -> Figure:
@@ -68,7 +67,7 @@ def _picture(drawing: Drawing) -> Figure:
     )
     figure = style.new_figure("Side force and motion over the cycle", subtitle)
     top = 1 - (185 + 42 * rows) / style.HEIGHT
-    whole = span_of(runs[0])
+    whole = runs[0].span
     enlarged = np.clip(hardest_angle(runs[0]) + np.array(AROUND), *whole)
     for column, (left, width) in enumerate(WHERE):
         for number, box in enumerate(stacked(left, width, LOW, top)):
@@ -105,16 +104,10 @@ def stacked(left: float, width: float, bottom: float, top: float) -> list[tuple[
     return [(left, low, width, height) for low, height in zip(lower, heights, strict=True)]
 
 
-def span_of(run: Cycle) -> tuple[float, float]:
-    """Return the crank angles at which a run begins and ends [deg], rounded where they are whole."""
-    first, last = run.degrees[0] - (run.degrees[1] - run.degrees[0]), run.degrees[-1]
-    return float(np.round(first, 6)), float(np.round(last, 6))
-
-
 def draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[float, float]) -> None:
     """Draw one quantity of all runs over part of the cycle."""
     curves = [panel.values(run) for run in runs]
-    whole = span == span_of(runs[0])
+    whole = span == runs[0].span
     factor, unit = style.prefixed(max(float(np.abs(curve).max()) for own in curves for curve in own), panel.unit)
     seen = [0.0]
     for run, own, (colour, dashes) in zip(runs, curves, _styles(len(runs)), strict=True):
