@@ -45,6 +45,8 @@ class Skin(NamedTuple):
         """Move all points (p, 3), and turn the normals of the triangles accordingly."""
         count = self.surface.n_points
         self.surface.points, self.edges.points = points[:count], points[count:]
+        # VTK hands old normals on where there are any.
+        self.surface.point_data.pop("Normals", None)
         turned = self.surface.compute_normals(cell_normals=False, consistent_normals=False)
         self.surface.point_data["Normals"] = turned.point_data["Normals"]
         self.surface.point_data.active_normals_name = "Normals"

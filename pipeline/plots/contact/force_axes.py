@@ -77,7 +77,7 @@ def force_axes(
     if window:
         top = np.linalg.norm(window[0], axis=1) if normal is None else np.abs(window[0] @ normal)
         label = f"{window[1]}, peak {style.quantity(float(top.max()), 'N')}"
-        axes.plot(abscissa, top * scale, color=style.BLUE, lw=2.0, label=label)
+        axes.plot(abscissa, top * scale, color=style.BLUE, lw=1.6, label=label)
     area = f"impulse {style.quantity(impulse, 'N·s')}"
     axes.fill_between(abscissa, top * scale, color=style.BLUE, alpha=0.1, lw=0, label=area)
     axes.set_ylim(0, 1.06 * float(raw.max()) * scale or 1.0)

@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.base.surface import Cut, Skin, skin_of
+from gudgeon.pipeline.plots.base.surface import Cut, Skin, make_skin, skin_of
 from gudgeon.pipeline.plots.driven.drive import Drive, drive_of, frame_degrees, own_cycle, shown_angle
 
 IMAGE = (1180, 1020)
@@ -112,12 +112,13 @@ def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | 
     bodies = {name: body for name, body in bodies.items() if body.modal.shapes is not None}
     if drive.body not in bodies:
         return None
+    driven = bodies[drive.body]
     parts = {name: _part(drawing, drive, bodies.pop(name), triangles) for name in list(bodies)}
-    driven = parts[drive.body]
     largest = max(_largest_across(part, drive.along, frame) for part in parts.values() for frame in frames)
-    scale = style.nice_scale(SHOWN * driven.body.size, largest)
+    scale = style.nice_scale(SHOWN * driven.size, largest)
     shift = gap_shift(drawing, driven, scale, NEAR * largest)
-    parts[drive.body] = replace(driven, still=driven.still + shift)
+    shifts = make_skin(driven.nodes, driven.mesh.cells, triangles, {"shift": shift}).take("shift")
+    parts[drive.body] = replace(parts[drive.body], still=parts[drive.body].still + shifts)
     return Assembly(drive, parts, scale)
 
 
@@ -136,21 +137,21 @@ def _largest_across(part: Part, along: np.ndarray, frame: int) -> float:
     return float(np.linalg.norm(across, axis=1).max())
 
 
-def gap_shift(drawing: Drawing, part: Part, scale: float, near: float) -> np.ndarray:
-    """Return how far the points of a body move back so that its gaps g at the start become s g [m], (p, 3).
+def gap_shift(drawing: Drawing, body: BodyMotion, scale: float, near: float) -> np.ndarray:
+    """Return how far the nodes of a body move back so that its gaps g at the start become s g [m], (n, 3).
 
     What is within `near` of an obstacle moves by (s − 1) g along the gap; what lies deeper goes along with the closest
     of these, less towards the body's middle.
     """
-    gaps, directions = [], []
-    for name in drawing.contacts_of(part.body.name):
+    still, gaps, directions = body.nodes + drawing.position(body.name), [], []
+    for name in drawing.contacts_of(body.name):
         obstacle = view.obstacle_at(drawing, name)
         if obstacle is not None:
-            gaps.append(obstacle.gap(part.still))
+            gaps.append(obstacle.gap(still))
             with np.errstate(invalid="ignore"):
                 # On the axis of a bore there is no direction, and no gap to magnify.
-                directions.append(np.nan_to_num(obstacle.direction(part.still)))
-    shift = np.zeros_like(part.still)
+                directions.append(np.nan_to_num(obstacle.direction(still)))
+    shift = np.zeros_like(still)
     if not gaps:
         return shift
     nearest, every = np.argmin(gaps, axis=0), np.arange(len(shift))
@@ -158,7 +159,7 @@ def gap_shift(drawing: Drawing, part: Part, scale: float, near: float) -> np.nda
     touching = gap <= near
     if not touching.any():
         return shift
-    feet = part.still - gap[:, None] * direction
+    feet = still - gap[:, None] * direction
     count = min(NEIGHBOURS, int(touching.sum()))
     distance, neighbour = KDTree(feet[touching]).query(feet, k=[*range(1, count + 1)])
     weight = 1 / (distance + 1e-6 * float(gap.max()))
@@ -178,26 +179,28 @@ def _picture(drawing: Drawing, assembly: Assembly, frame: int) -> Figure:
     )
     title = f"Deformation, lateral motion, tilt and gaps × {assembly.scale:g}"
     figure = style.new_figure(title, subtitle)
-    image, forces = _render(drawing, assembly, frame)
+    tops = {name: float(part.moved(frame, drive.along, 0.0)[1].max()) for name, part in assembly.parts.items()}
+    image, forces = _render(drawing, assembly, frame, tops)
     axes = style.show_image(figure, image, (0.02, 0.02))
     for x, y, text in forces:
         axes.text(x, y - 38, text, ha="center", va="bottom", fontsize=10, color=style.RED, fontweight="bold")
-    for number, (name, part) in enumerate(assembly.parts.items()):
-        top = float(part.moved(frame, drive.along, 0.0)[1].max())
+    for number, (name, top) in enumerate(tops.items()):
         factor, unit = style.prefixed(top, "m")
         box = (0.785 + 0.11 * number, 0.18, 0.018, 0.55)
-        style.colour_bar(figure, style.scale(0.0, top * factor, part.colours), "", box)
+        style.colour_bar(figure, style.scale(0.0, top * factor, assembly.parts[name].colours), "", box)
         figure.text(box[0], 0.745, f"{name}\n[{unit}]", fontsize=9.5)
     figure.text(0.785, 0.15, "elastic displacement\nacross the motion", fontsize=9.5, va="top")
     return figure
 
 
-def _render(drawing: Drawing, assembly: Assembly, frame: int) -> tuple[Image, list[tuple[float, float, str]]]:
+def _render(
+    drawing: Drawing, assembly: Assembly, frame: int, tops: dict[str, float]
+) -> tuple[Image, list[tuple[float, float, str]]]:
     """Return the bodies and the forces on the driven one, and where the text of each force stands [px]."""
     plotter = view.new_plotter(IMAGE, FINER)
     assembly.turn_to(frame)
-    for part in assembly.parts.values():
-        view.add_skin(plotter, part.skin, part.colours, (0.0, float(part.skin.surface["magnitude"].max()) or 1.0), 3.0)
+    for name, part in assembly.parts.items():
+        view.add_skin(plotter, part.skin, part.colours, (0.0, tops[name] or 1.0), 3.0)
     found = arrows(drawing, assembly, frame)
     for tail, tip, _ in found:
         view.add_arrow(plotter, tail, tip)
