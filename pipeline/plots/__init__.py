@@ -29,7 +29,7 @@ PLOTS: dict[str, dict[str, str]] = {
     },
     "rendered": {
         "deformation": "gudgeon.pipeline.plots.deformation.solid:draw_deformation",
-        "stress": "gudgeon.pipeline.plots.deformation.stress:draw_stress",
+        "stress": "gudgeon.pipeline.plots.deformation.solid:draw_stress",
         "movie": "gudgeon.pipeline.plots.deformation.movie:draw_movie",
     },
 }

@@ -26,8 +26,8 @@ RATE, SLOW = 25, 10
 """Frames a second, and the same of a movie of few frames."""
 FEW = 60
 """Frames of which a movie is slow."""
-UPPER = 32
-"""Height of the title and of what is written about a frame, below the upper border [px]."""
+UPPER = 25
+"""What is written about a frame, below the upper border [px]: as high as the title."""
 HEAD, HALF, THICK = 20, 9, 3
 """Length and half width of an arrow's head, and half width of its shaft [px]."""
 
@@ -64,14 +64,6 @@ def new_plotter(box: tuple[int, int, int, int]) -> pv.Plotter:
     plotter = view.new_plotter((box[2] - box[0], box[3] - box[1]), FINER)
     plotter.disable_anti_aliasing()
     return plotter
-
-
-def new_figure(size: tuple[int, int], title: str, subtitle: str) -> Figure:
-    """Return an empty figure of some size [px] with its titles in the upper left corner."""
-    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
-    figure.text(0.02, 1 - UPPER / size[1], title, fontsize=15, fontweight="bold", va="center")
-    figure.text(0.02, 1 - 2 * UPPER / size[1], subtitle, fontsize=11, color=style.FAINT, va="center")
-    return figure
 
 
 def shoot(path: Path, figure: Figure, stage: Stage, frames: np.ndarray, turn_to: Callable[[int], Shot]) -> None:

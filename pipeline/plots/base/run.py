@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -149,6 +149,12 @@ class Drawing:
             if any(contact.multipliers.any() for contact in self.contacts_of(body).values())
             and self.cell_type(body) == cell_type
         ]
+
+    def shaped(self, names: Iterable[str]) -> Iterator[BodyMotion]:
+        """Yield those of some bodies whose modes have shapes."""
+        for body in map(self.body, names):
+            if body.modal.shapes is not None and body.modal.shapes.size:
+                yield body
 
     def deformed_count(self) -> int:
         """Return how many bodies have a picture of their deformation."""

@@ -32,6 +32,8 @@ STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 
 Box = tuple[float, float, float, float]
 """Left, bottom, width, height in a figure."""
+SIDES = (0.1, 0.965)
+"""Left and right border of axes, in a figure."""
 Extend = Literal["neither", "both", "min", "max"]
 
 SETTINGS: Any = {
@@ -61,11 +63,11 @@ PREFIXES = (
 )  # fmt: skip
 
 
-def new_figure(title: str, subtitle: str, *, height: int = HEIGHT) -> Figure:
-    """Return an empty figure with its title in the upper left corner."""
-    figure = Figure(figsize=(WIDTH / DPI, height / DPI), dpi=DPI, facecolor="white")
-    figure.text(0.035, 1 - 50 / height, title, fontsize=14, fontweight="bold", va="center")
-    figure.text(0.035, 1 - 100 / height, subtitle, fontsize=9.5, color=FAINT, va="center")
+def new_figure(title: str, subtitle: str, *, height: int = HEIGHT, width: int = WIDTH, dpi: int = DPI) -> Figure:
+    """Return an empty figure of some size [px] with its title in the upper left corner."""
+    figure = Figure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor="white")
+    figure.text(0.28 * dpi / width, 1 - 0.25 * dpi / height, title, fontsize=14, fontweight="bold", va="center")
+    figure.text(0.28 * dpi / width, 1 - 0.5 * dpi / height, subtitle, fontsize=9.5, color=FAINT, va="center")
     return figure
 
 
@@ -112,12 +114,22 @@ def over_time(times: np.ndarray, span: tuple[float, float]) -> Abscissa:
     return Abscissa(times * factor, f"time [{unit}]", lambda axes: axes.set_xlim(span[0] * factor, span[1] * factor))
 
 
-def rows(figure: Figure, count: int, *, apart: float = 0.3, right: float = 0.965) -> list[Axes]:
-    """Return axes one above the other below the titles, `apart` of the height of one between them."""
-    height = DPI * figure.get_figheight()
-    borders = {"left": 0.1, "right": right, "bottom": 120 / height, "top": 1 - 215 / height}
-    grid = figure.add_gridspec(count, 1, hspace=apart, **borders)
-    return [figure.add_subplot(grid[row]) for row in range(count)]
+def rows(
+    figure: Figure, heights: Sequence[float], apart: float, sides: tuple[float, float] = SIDES, top: float | None = None
+) -> list[Axes]:
+    """Return axes one above the other.
+
+    Args:
+        heights: Relative to one another.
+        apart: Between two, relative to their mean height.
+        sides: Left and right border, in the figure.
+        top: Upper border, in the figure; otherwise there is room for one line of legend below the titles.
+    """
+    left, right = sides
+    bottom, top = 0.6 / figure.get_figheight(), top or 1 - 1.075 / figure.get_figheight()
+    borders = {"left": left, "right": right, "bottom": bottom, "top": top}
+    grid = figure.add_gridspec(len(heights), 1, hspace=apart, height_ratios=heights, **borders)
+    return list(grid.subplots(squeeze=False)[:, 0])
 
 
 def legend(axes: Axes, *more: tuple[Any, str], beside: Axes | None = None, columns: int = 3) -> None:

@@ -37,7 +37,7 @@ def _force(drawing: Drawing) -> Figure:
         height=style.HEIGHT if count == 1 else 300 + 550 * count,
     )
     right = 0.91 if any(touch.impulsive and not touch.brief.all() for touch in located.values()) else 0.965
-    panels = style.rows(figure, count, apart=0.45, right=right)
+    panels = style.rows(figure, [1.0] * count, 0.45, (0.1, right))
     span = _span(trajectory, list(located.values()))
     abscissa = style.over_time(trajectory.times, span)
     for axes, name in zip(panels, trajectory.contacts, strict=True):
@@ -58,7 +58,7 @@ def _cycle_force(drawing: Drawing) -> Figure:
     run = own_cycle(drawing)
     names = hardest_first(run.trajectory.contacts)
     figure = style.new_figure("Contact force", drawing.scene_name)
-    panels = style.rows(figure, len(names), apart=0.35)
+    panels = style.rows(figure, [1.0] * len(names), 0.35)
     for axes, name in zip(panels, names, strict=True):
         angle = shown_angle(run.drive, force_axes(axes, run.trajectory, name, run.degrees), 1)
         _name(axes, f"{name}: hardest at {angle}°")
@@ -87,12 +87,8 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
             label = name if len(trajectory.contacts) < 2 else f"{name}:"
             if (count := len(joined(trajectory, name))) > 0:
                 label = f"contact {name}: {'one blow' if count == 1 else f'{count} blows'}"
-            factor, unit = style.time_unit(start["value"] + duration["value"])
-            end = (start["value"] + duration["value"]) * factor
-            first = start["value"] * factor
-            decimals = max(0, 2 - int(np.floor(np.log10(end))))
-            texts = [f"{time:.{decimals}f}" for time in (first, end)]
-            parts.append(f"{label} {'at ' + texts[0] if texts[0] == texts[1] else 'from ' + ' to '.join(texts)} {unit}")
+            first, last = (style.quantity(start["value"] + more, "s") for more in (0.0, duration["value"]))
+            parts.append(f"{label} at {first}" if first == last else f"{label} from {first} to {last}")
     return "  ·  ".join(parts[:4])
 
 
@@ -135,7 +131,7 @@ def _cycle_energy(drawing: Drawing) -> Figure:
     curves += [(name, colour, trajectory.energies[:, k]) for k, (name, colour) in enumerate(ENERGIES) if k]
     shown = [curve for curve in curves if curve[2].any()]
     figure = style.new_figure("Energy apart from the driven motion", subtitle)
-    panels = style.rows(figure, len(shown))
+    panels = style.rows(figure, [1.0] * len(shown), 0.3)
     for axes, (name, colour, energy) in zip(panels, shown, strict=True):
         scale, unit = style.prefixed(float(energy.max()), "J")
         axes.fill_between(run.degrees, energy * scale, color=colour, alpha=0.12, lw=0)

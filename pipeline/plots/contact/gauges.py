@@ -32,7 +32,7 @@ def _figure(drawing: Drawing, gauges: dict[str, np.ndarray]) -> Figure:
     height = style.HEIGHT if len(gauges) < 3 else 340 + PANEL * len(gauges)
     subtitle = drawing.scene_name + ("  ·  blows are shaded" if found else "")
     figure = style.new_figure("Gauges" if len(gauges) > 1 else "Gauge", subtitle, height=height)
-    panels = style.rows(figure, len(gauges))
+    panels = style.rows(figure, [1.0] * len(gauges), 0.3)
     for axes, (name, values) in zip(panels, gauges.items(), strict=True):
         _gauge_axes(axes, abscissa.values, values, name, _unit(drawing, name))
         for touch in found:

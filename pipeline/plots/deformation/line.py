@@ -33,13 +33,9 @@ class LineMap:
 
 def draw_waves(drawing: Drawing) -> None:
     """Draw one picture for each bar or beam that was struck."""
-    bodies, count = drawing.struck_lines(), drawing.deformed_count()
-    for name in bodies:
-        body = drawing.body(name)
-        if body.modal.shapes is None or not body.modal.shapes.size:
-            continue
+    for body in drawing.shaped(drawing.struck_lines()):
         found = _strain_map(body) if body.mesh.cell_type == "line3" else _deflection_map(body)
-        style.draw(drawing.file("deformation.png", name, count), _diagram, drawing, body, found)
+        style.draw(drawing.file("deformation.png", body.name, drawing.deformed_count()), _diagram, drawing, body, found)
 
 
 def strain(body: BodyMotion) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ from gudgeon.pipeline.plots.base import film, style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, make_skin
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
-from gudgeon.pipeline.plots.deformation.solid import Moment, drawable, elevation, strongest_moment
+from gudgeon.pipeline.plots.deformation.solid import Moment, elevation, strongest_moment
 
 SIZE = (960, 720)
 """Of the movie [px]."""
@@ -47,9 +47,10 @@ class Script:
 
 def draw_movie(drawing: Drawing) -> None:
     """Make one movie for each solid body that was touched."""
-    for name, body in drawable(drawing):
+    names = drawing.touched("tetra10")
+    for body in drawing.shaped(names):
         script = write_script(drawing, strongest_moment(drawing, body, TRIANGLES))
-        with style.styled(), drawing.file("impact.mp4", name, len(drawing.touched("tetra10"))) as path:
+        with style.styled(), drawing.file("impact.mp4", body.name, len(names)) as path:
             figure, axes = _ground(drawing, script)
             stage = film.Stage(film.new_plotter(BOX), BOX, [axes])
             _set_up(stage, script, _wall(drawing, body, script.scale) if script.travels else None)
@@ -130,7 +131,7 @@ def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     what = f"gaps and deformation × {script.scale:g}  ·  grey: rigid obstacle"
     if not script.travels:
         what = f"elastic deformation × {script.scale:g}  ·  rigid motion not shown"
-    figure = film.new_figure(SIZE, drawing.scene_name, what)
+    figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.075, 0.085, 0.9, 0.14))
     factor, unit = style.prefixed(script.limit, "m")
     colours = style.scale(0.0, script.limit * factor)

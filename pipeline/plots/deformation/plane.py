@@ -24,18 +24,15 @@ ARROW = 0.14
 def draw_sheets(drawing: Drawing) -> None:
     """Draw the deformation of each plane part that was touched, and its stress where a gauge reads it."""
     names, count = drawing.touched("triangle6"), drawing.deformed_count()
-    for name in names:
-        body = drawing.body(name)
-        if body.modal.shapes is None or not body.modal.shapes.size:
-            continue
-        frame = drawing.strongest_frame(name)
+    for body in drawing.shaped(names):
+        frame = drawing.strongest_frame(body.name)
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
         text = ("Elastic deformation", "elastic displacement", "m")
-        style.draw(drawing.file("deformation.png", name, count), _picture, drawing, body, frame, magnitude, text)
+        style.draw(drawing.file("deformation.png", body.name, count), _picture, drawing, body, frame, magnitude, text)
         if reads_stress(drawing, body):
             stress = equivalent_stress(drawing, body, frame)
             text = ("Stress after von Mises, deformation", "von Mises stress", "Pa")
-            style.draw(drawing.file("stress.png", name, len(names)), _picture, drawing, body, frame, stress, text)
+            style.draw(drawing.file("stress.png", body.name, len(names)), _picture, drawing, body, frame, stress, text)
 
 
 def _picture(drawing: Drawing, body: BodyMotion, frame: int, values: np.ndarray, text: tuple[str, str, str]) -> Figure:

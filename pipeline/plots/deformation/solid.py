@@ -1,6 +1,10 @@
-"""`deformation.png` of a solid body: elastic deformation at the strongest contact, magnified, without rigid motion."""
+"""Pictures of a solid body at its strongest contact, deformed by a factor, without rigid motion.
 
-from collections.abc import Iterator, Mapping
+`deformation.png` is coloured by the elastic displacement, `stress.png` by the equivalent stress after von Mises on the
+surfaces that the body's gauges read.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +14,7 @@ from PIL.Image import Image
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
+from gudgeon.pipeline.plots.deformation.equivalent import equivalent_stress, reads_stress
 
 IMAGE = (1340, 1000)
 """Part of the picture that is rendered [px]."""
@@ -58,20 +63,23 @@ class Coloured:
 
 def draw_deformation(drawing: Drawing) -> None:
     """Draw one picture for each solid body that was touched."""
-    for name, body in drawable(drawing):
+    for body in drawing.shaped(drawing.touched("tetra10")):
         moment = strongest_moment(drawing, body, TRIANGLES)
         magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
         coloured = Coloured(magnitude, "m", "elastic displacement", "Elastic deformation × {scale:g}")
-        file = drawing.file("deformation.png", name, drawing.deformed_count())
-        style.draw(file, picture, drawing, moment, coloured)
+        file = drawing.file("deformation.png", body.name, drawing.deformed_count())
+        style.draw(file, _picture, drawing, moment, coloured)
 
 
-def drawable(drawing: Drawing) -> Iterator[tuple[str, BodyMotion]]:
-    """Yield the solid bodies that were touched and whose modes have shapes."""
-    for name in drawing.touched("tetra10"):
-        body = drawing.body(name)
-        if body.modal.shapes is not None and body.modal.shapes.size:
-            yield name, body
+def draw_stress(drawing: Drawing) -> None:
+    """Draw one picture for each solid body that was touched and has a gauge of stress on a surface."""
+    found = [body for body in drawing.shaped(drawing.touched("tetra10")) if reads_stress(drawing, body)]
+    for body in found:
+        stress = equivalent_stress(drawing, body, drawing.strongest_frame(body.name))
+        moment = strongest_moment(drawing, body, TRIANGLES, {"stress": stress})
+        title = "Stress after von Mises, deformation × {scale:g}"
+        coloured = Coloured(moment.skin.take("stress"), "Pa", "von Mises stress", title)
+        style.draw(drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, coloured)
 
 
 def strongest_moment(
@@ -91,7 +99,7 @@ def strongest_moment(
     return Moment(*skin_of(body, triangles, fields), frame, force, middle, outward, up)
 
 
-def picture(drawing: Drawing, moment: Moment, coloured: Coloured) -> Figure:
+def _picture(drawing: Drawing, moment: Moment, coloured: Coloured) -> Figure:
     """Return the body at a moment, its deformation magnified, with the force on it."""
     largest = float(np.nanmax(coloured.values))
     size, elastic = moment.body.size, moment.body.elastic(moment.frame)

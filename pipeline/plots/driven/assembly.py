@@ -108,8 +108,7 @@ def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | 
     """
     drive = drive_of(drawing)
     names = [name for name in drawing.trajectory.bodies if drawing.cell_type(name) == "tetra10"]
-    bodies = {name: drawing.body(name) for name in names}
-    bodies = {name: body for name, body in bodies.items() if body.modal.shapes is not None}
+    bodies = {body.name: body for body in drawing.shaped(names)}
     if drive.body not in bodies:
         return None
     driven = bodies[drive.body]

@@ -11,7 +11,7 @@ from gudgeon.pipeline.plots.base import film, style, view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
 from gudgeon.pipeline.plots.driven.assembly import Assembly, arrows, assemble
-from gudgeon.pipeline.plots.driven.cycle import PANELS, draw_gas, draw_panel, stacked
+from gudgeon.pipeline.plots.driven.cycle import draw_panels
 from gudgeon.pipeline.plots.driven.drive import Cycle, drive_of, frame_degrees, own_cycle, shown_angle
 
 SIZE = (1280, 720)
@@ -25,8 +25,8 @@ TRIANGLES = 16_000
 """Of each body, where its facets are not more."""
 COMMON = 95
 """Percentile of a body's largest displacement over the frames that has the last colour; rare ones go beyond."""
-WHERE = (0.61, 0.37, 0.09, 0.845)
-"""Left border, width, lower and upper border of the curves."""
+WHERE = ((0.61, 0.98), 0.845)
+"""Left and right border of the curves, and upper one, in the movie."""
 
 
 @dataclass(frozen=True)
@@ -102,23 +102,12 @@ def _ground(drawing: Drawing, script: Script) -> tuple[Figure, list[Axes]]:
     """Draw all that stands still, and return it with the axes of the curves."""
     assembly, run = script.assembly, script.run
     what = f"gaps, tilt, lateral motion and deformation × {assembly.scale:g}"
-    figure = film.new_figure(SIZE, drawing.scene_name, what)
+    figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     for number, (name, top) in enumerate(script.tops.items()):
         factor, unit = style.prefixed(top, "m")
         box = (0.03 + 0.26 * number, 0.072, 0.22, 0.018)
         colours = style.scale(0.0, top * factor, assembly.parts[name].colours)
         style.colour_bar(figure, colours, f"{name}: elastic, across [{unit}]", box, "max")
-    left, width, low, high = WHERE
-    found = []
-    for panel, box in zip(PANELS, stacked(left, width, low, high), strict=True):
-        axes = figure.add_axes(box)
-        draw_panel(axes, panel, [run], run.span)
-        axes.yaxis.set_label_coords(-0.115, 0.5)
-        if panel is PANELS[0]:
-            draw_gas(drawing, axes, run, label=True)
-        if panel is PANELS[-1]:
-            axes.set_xlabel(f"crank angle [deg]  ·  Hann window of {WINDOW * 1e6:.0f} µs")
-        else:
-            axes.tick_params(labelbottom=False)
-        found.append(axes)
-    return figure, found
+    panels = draw_panels(drawing, figure, [run], run.span, WHERE)
+    panels[-1].set_xlabel(f"crank angle [deg]  ·  Hann window of {WINDOW * 1e6:.0f} µs")
+    return figure, panels
