@@ -25,7 +25,7 @@ MAGNITUDE = ListedColormap(colormaps["viridis"](np.linspace(0.1, 1.0, 256)), "ma
 AROUND = ListedColormap(colormaps["Blues"](np.linspace(0.06, 0.85, 256)), "around")
 """Magnitudes on what stands around a body, so that the two are told apart."""
 PRESSURE = "magma_r"
-SIGNED = "RdBu_r"
+SIGNED = colormaps["RdBu_r"]
 
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 """Scale factors are these times a power of ten."""

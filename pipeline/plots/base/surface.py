@@ -83,14 +83,15 @@ def make_skin(
     closed = _divided(grid, level)
     closed.points = closed.point_data[PLACE]
     edges = closed.extract_feature_edges(SHARP, non_manifold_edges=False, manifold_edges=False)
+    if cut is not None:
+        rim = closed.slice(cut.keep, origin=cut.origin)
+        edges = edges.clip(cut.keep, origin=cut.origin, invert=False).append_polydata(rim)
+        # Clipping makes points at one place one: it goes before the split of sharp edges.
+        closed = closed.clip(cut.keep, origin=cut.origin, invert=False).triangulate()
     surface = closed.compute_normals(
         cell_normals=False, split_vertices=True, feature_angle=SHARP, consistent_normals=False
     )
-    if cut is not None:
-        plane = {"normal": cut.keep, "origin": cut.origin}
-        edges = edges.clip(**plane, invert=False).append_polydata(surface.slice(**plane))
-        surface = surface.clip(**plane, invert=False).triangulate().append_polydata(grid.slice(**plane))
-    return Skin(surface, edges)
+    return Skin(surface if cut is None else surface.append_polydata(grid.slice(cut.keep, origin=cut.origin)), edges)
 
 
 def skin_of(
