@@ -87,8 +87,12 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
             label = name if len(trajectory.contacts) < 2 else f"{name}:"
             if (count := len(joined(trajectory, name))) > 0:
                 label = f"contact {name}: {'one blow' if count == 1 else f'{count} blows'}"
-            first, last = (style.quantity(start["value"] + more, "s") for more in (0.0, duration["value"]))
-            parts.append(f"{label} at {first}" if first == last else f"{label} from {first} to {last}")
+            factor, unit = style.time_unit(start["value"] + duration["value"])
+            end = (start["value"] + duration["value"]) * factor
+            decimals = max(0, 2 - int(np.floor(np.log10(end))))
+            # Both with the digits of the end: a start at zero but for round-off is zero.
+            first, last = (f"{time:.{decimals}f}" for time in (start["value"] * factor, end))
+            parts.append(f"{label} {f'at {first}' if first == last else f'from {first} to {last}'} {unit}")
     return "  ·  ".join(parts[:4])
 
 

@@ -28,6 +28,8 @@ SHOWN = 0.06
 """Largest drawn displacement, relative to the body's diagonal."""
 PINCHED = 1e-3
 """Forces whose resultant is less than this share of their sum hold each other in balance."""
+EVEN = 0.95
+"""Share of the lower end's deformation that the upper end has at least where both are as good to look at."""
 ARROW = 0.3
 """Length of the force arrow, relative to the body's diagonal."""
 
@@ -138,7 +140,7 @@ def _render(moment: Moment, elastic: np.ndarray, scale: float, values: np.ndarra
 
 
 def elevation(nodes: np.ndarray, up: np.ndarray, magnitude: np.ndarray) -> float:
-    """Return the camera's elevation [deg], on the side of the end that deforms more."""
+    """Return the camera's elevation [deg]: from below where the lower end deforms more by far, from above otherwise."""
     height = nodes @ up
     upper = height > height.mean()
-    return 28.0 if magnitude[upper].mean() >= magnitude[~upper].mean() else -28.0
+    return 28.0 if magnitude[upper].mean() >= EVEN * magnitude[~upper].mean() else -28.0
