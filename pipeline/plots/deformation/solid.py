@@ -28,6 +28,8 @@ SHOWN = 0.06
 """Largest drawn displacement, relative to the body's diagonal."""
 PINCHED = 1e-3
 """Forces whose resultant is less than this share of their sum hold each other in balance."""
+ROUND_OFF = 1e-9
+"""Of weights that add up to one."""
 EVEN = 0.95
 """Share of the lower end's deformation that the upper end has at least where both are as good to look at."""
 ARROW = 0.3
@@ -78,10 +80,21 @@ def draw_stress(drawing: Drawing) -> None:
     found = [body for body in drawing.shaped(drawing.touched("tetra10")) if reads_stress(drawing, body)]
     for body in found:
         stress = equivalent_stress(drawing, body, drawing.strongest_frame(body.name))
-        moment = strongest_moment(drawing, body, TRIANGLES, {"stress": stress})
+        fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
+        moment = strongest_moment(drawing, body, TRIANGLES, fields)
         title = "Stress after von Mises, deformation × {scale:g}"
-        coloured = Coloured(moment.skin.take("stress"), "Pa", "von Mises stress", title)
+        coloured = Coloured(values_where_known(moment.skin), "Pa", "von Mises stress", title)
         style.draw(drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, coloured)
+
+
+def values_where_known(skin: Skin) -> np.ndarray:
+    """Return the field `stress` at the points of a skin, NaN but for triangles with the field `known` throughout, (p,).
+
+    A side that no gauge reads has known points along its edges to one that a gauge does read.
+    """
+    known, corners = skin.take("known") > 1 - ROUND_OFF, skin.surface.regular_faces
+    shown = np.isin(np.arange(len(known)), corners[known[corners].all(axis=1)])
+    return np.where(shown, skin.take("stress"), np.nan)
 
 
 def strongest_moment(
