@@ -17,6 +17,8 @@ from gudgeon.pipeline.plots.base.surface import Skin
 from gudgeon.solver.contact.rows import basic_surface
 from gudgeon.solver.obstacles import Obstacle, obstacle_of
 
+FINER = 2.0
+"""A picture is rendered so much larger and averaged."""
 LIGHTS = (((0.5, 0.8, 1.0), 0.55), ((-1.0, 0.2, 0.8), 0.3), ((0.2, -1.0, 0.7), 0.35))
 """Position relative to the camera and strength of each light: from above, and fill for what faces down."""
 
@@ -52,7 +54,7 @@ def looking(outward: np.ndarray, up: np.ndarray, azimuth: float, elevation: floa
     return View(np.cos(e) * around + np.sin(e) * up, up)
 
 
-def new_plotter(size: tuple[int, int], finer: float) -> pv.Plotter:
+def new_plotter(size: tuple[int, int], finer: float = FINER) -> pv.Plotter:
     """Return an off-screen scene on white, rendered larger than its picture of `size` [px] by a factor."""
     plotter = pv.Plotter(off_screen=True, window_size=[round(finer * length) for length in size], lighting="none")
     plotter.background_color = pv.Color("white")

@@ -18,8 +18,6 @@ from gudgeon.pipeline.plots.deformation.equivalent import equivalent_stress, rea
 
 IMAGE = (1340, 1000)
 """Part of the picture that is rendered [px]."""
-FINER = 2.0
-"""It is rendered so much larger and averaged."""
 BAR = (0.862, 0.17, 0.018, 0.6)
 """Place of the colour bar."""
 TRIANGLES = 100_000
@@ -135,7 +133,7 @@ def _picture(drawing: Drawing, moment: Moment, coloured: Coloured) -> Figure:
 
 def _render(moment: Moment, elastic: np.ndarray, scale: float, values: np.ndarray) -> Image:
     body, skin = moment.body, moment.skin
-    plotter = view.new_plotter(IMAGE, FINER)
+    plotter = view.new_plotter(IMAGE)
     undeformed = skin.edges.copy()
     skin.move(body.nodes + scale * elastic)
     skin.colour(values)

@@ -19,8 +19,6 @@ from gudgeon.pipeline.plots.driven.drive import Drive, drive_of, frame_degrees, 
 
 IMAGE = (1180, 1020)
 """Part of the picture that is rendered [px]."""
-FINER = 2.0
-"""It is rendered so much larger and averaged."""
 TRIANGLES = 100_000
 """Aim for the number of flat triangles of each body."""
 SHOWN = 0.045
@@ -196,7 +194,7 @@ def _render(
     drawing: Drawing, assembly: Assembly, frame: int, tops: dict[str, float]
 ) -> tuple[Image, list[tuple[float, float, str]]]:
     """Return the bodies and the forces on the driven one, and where the text of each force stands [px]."""
-    plotter = view.new_plotter(IMAGE, FINER)
+    plotter = view.new_plotter(IMAGE)
     assembly.turn_to(frame)
     for name, part in assembly.parts.items():
         view.add_skin(plotter, part.skin, part.colours, (0.0, tops[name] or 1.0), 3.0)

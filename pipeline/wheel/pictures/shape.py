@@ -14,8 +14,6 @@ from gudgeon.pipeline.wheel.pictures.curves import harmonic_of
 
 IMAGE = (1340, 1000)
 """Part of the picture that is rendered [px]."""
-FINER = 2.0
-"""It is rendered so much larger and averaged."""
 TRIANGLES = 250_000
 """Aim for the number of flat triangles."""
 SHOWN = 0.07
@@ -81,15 +79,9 @@ def _render(nodes: np.ndarray, cells: np.ndarray, shown: np.ndarray, axial: np.n
     skin = make_skin(nodes, cells, TRIANGLES, {"shown": shown, "axial": axial})
     skin.move(skin.points + skin.take("shown"))
     skin.colour(skin.take("axial"))
-    plotter = view.new_plotter(IMAGE, FINER)
+    plotter = view.new_plotter(IMAGE)
     view.add_skin(plotter, skin, style.SIGNED, (-1.0, 1.0), 2.0)
-    view.aim(plotter, view.looking(_across(axis), axis, 0.0, 38.0), skin.points)
+    view.aim(plotter, view.looking(axis, axis, 0.0, 38.0), skin.points)
     image = view.photograph(plotter, IMAGE)
     plotter.close()
     return image
-
-
-def _across(axis: np.ndarray) -> np.ndarray:
-    """Return a unit vector across the axis."""
-    other = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
-    return other / np.linalg.norm(other)
