@@ -29,7 +29,7 @@ PLOTS: dict[str, dict[str, str]] = {
     },
     "rendered": {
         "deformation": "gudgeon.pipeline.plots.deformation.solid:draw_deformation",
-        "stress": "gudgeon.pipeline.plots.deformation.stress:draw_stress",
+        "stress": "gudgeon.pipeline.plots.deformation.solid:draw_stress",
         "movie": "gudgeon.pipeline.plots.deformation.movie:draw_movie",
     },
 }
@@ -37,8 +37,8 @@ PLOTS: dict[str, dict[str, str]] = {
 
 DRIVEN: dict[str, dict[str, str]] = {
     "flat": {
-        "force": "gudgeon.pipeline.plots.driven.curves:draw_cycle_force",
-        "energy": "gudgeon.pipeline.plots.driven.curves:draw_cycle_energy",
+        "force": "gudgeon.pipeline.plots.contact.curves:draw_force",
+        "energy": "gudgeon.pipeline.plots.contact.curves:draw_energy",
         "gauges": "gudgeon.pipeline.plots.contact.gauges:draw_gauges",
         "pressure": "gudgeon.pipeline.plots.contact.pressure:draw_pressure",
         "cycle": "gudgeon.pipeline.plots.driven.cycle:draw_cycle",
@@ -157,27 +157,10 @@ def _run_child(job: Path, hidden: Collection[str]) -> tuple[int, str, str]:
     paths = [package, environment["PYTHONPATH"]] if environment.get("PYTHONPATH") else [package]
     environment["PYTHONPATH"] = os.pathsep.join(paths)
     command = [sys.executable, "-m", CHILD, str(job)]
-    child = subprocess.Popen(
-        command,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        encoding="utf-8",
-        errors="replace",
+    child = subprocess.run(
+        command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace"
     )
-    try:
-        stdout, stderr = child.communicate()
-    finally:
-        if child.poll() is None:
-            child.terminate()
-            try:
-                child.wait(timeout=5)
-            except subprocess.TimeoutExpired:
-                child.kill()
-                child.wait()
-    return child.returncode, stdout, stderr
+    return child.returncode, child.stdout, child.stderr
 
 
 def _signal_name(number: int) -> str:

@@ -50,10 +50,7 @@ def draw(document: dict[str, Any], path: Path) -> None:
         axes.set_ylim(-0.7, len(rows) - 0.3)
         axes.set_yticks([])
         axes.set_xlabel("value over bound of each rule; the deciding one is large")
-        scratch = path.with_name(f".{path.name}.part")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save(figure, scratch)
-        scratch.replace(path)
+        save(figure, path)
 
 
 def _share(one: dict[str, Any]) -> float:

@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.modaldb.stores.folder import FolderStore
@@ -36,11 +36,21 @@ class BodyMotion:
     coordinates: np.ndarray
     """Rigid, then elastic coordinates at each frame, (f, r + m)."""
 
-    def on(self, numbers: np.ndarray) -> "BodyMotion":
-        """Return the same motion on some of the nodes, so that the shapes of all others can be let go."""
-        assert self.modal.shapes is not None
-        modal = replace(self.modal, shapes=self.modal.shapes[numbers])
-        return replace(self, modal=modal, nodes=self.nodes[numbers])
+    @property
+    def size(self) -> float:
+        """Diagonal of the box around its nodes [m]."""
+        return float(np.linalg.norm(np.ptp(self.nodes, axis=0)))
+
+    def on(self, points: np.ndarray, shapes: np.ndarray) -> "BodyMotion":
+        """Return the same motion of other points (p, 3), at which the shapes have the values (p, 3 m)."""
+        modal = replace(self.modal, shapes=shapes.reshape(len(points), 3, -1))
+        return replace(self, modal=modal, nodes=points)
+
+    def surface(self, interface: str) -> Surface | None:
+        """Return the named surface that holds all the nodes of an interface, the one with the fewest facets."""
+        nodes = self.modal.interfaces[interface].nodes
+        holders = [one for one in self.mesh.surfaces.values() if np.isin(nodes, one.facets).all()]
+        return min(holders, key=lambda one: len(one.facets), default=None)
 
     def elastic(self, frame: int) -> np.ndarray:
         """Return the displacement without its rigid part [m], (n, 3)."""
@@ -109,6 +119,10 @@ class Drawing:
         morph = self.store.get(self.trajectory.bodies[body], "morph", only=["mesh_key"])
         return self.store.get(morph.mesh_key, "mesh", only=["cell_type"]).cell_type
 
+    def position(self, body: str) -> np.ndarray:
+        """Return where the scene puts the origin of a body's nodes [m], (3,)."""
+        return np.asarray(self.scene["body"][body]["position"], float)
+
     def contacts_of(self, body: str) -> dict[str, ContactHistory]:
         """Return the contacts of a body."""
         return {name: item for name, item in self.trajectory.contacts.items() if item.body == body}
@@ -136,6 +150,12 @@ class Drawing:
             and self.cell_type(body) == cell_type
         ]
 
+    def shaped(self, names: Iterable[str]) -> Iterator[BodyMotion]:
+        """Yield those of some bodies whose modes have shapes."""
+        for body in map(self.body, names):
+            if body.modal.shapes is not None and body.modal.shapes.size:
+                yield body
+
     def deformed_count(self) -> int:
         """Return how many bodies have a picture of their deformation."""
         return len(self.touched("tetra10")) + len(self.touched("triangle6")) + len(self.struck_lines())
@@ -144,6 +164,15 @@ class Drawing:
         """Return the sum of all contact forces on a body at each frame [N], (f,)."""
         forces = [contact.multipliers.sum(axis=1) for contact in self.contacts_of(body).values()]
         return np.sum(forces, axis=0)
+
+    def strongest_contact(self, body: str) -> str:
+        """Return the contact of a body that carries the largest force in any frame."""
+        contacts = self.contacts_of(body)
+        return max(contacts, key=lambda name: contacts[name].multipliers.sum(axis=1).max())
+
+    def strongest_frame(self, body: str) -> int:
+        """Return the number of the frame of the largest contact force on a body."""
+        return int(np.argmax(self.frame_force(body)))
 
     def unseen(self) -> list[str]:
         """Return the contacts that were closed, but in no frame, other than those whose blows are located."""
@@ -154,16 +183,17 @@ class Drawing:
             if contact.force.any() and not contact.multipliers.any() and name not in trajectory.episodes
         ]
 
-    def file_name(self, stem: str, suffix: str, part: str, parts: int) -> str:
-        """Return `stem.suffix`, with the part's name in it where there is more than one."""
-        return f"{stem}{suffix}" if parts < 2 else f"{stem}-{part}{suffix}"
-
     @contextlib.contextmanager
-    def file(self, name: str) -> Iterator[Path]:
+    def file(self, name: str, part: str = "", parts: int = 1) -> Iterator[Path]:
         """Give a scratch path that takes the place of `out/name` once it is whole.
 
         A picture of an earlier result is taken away first, so that it does not stand there if this one fails.
+
+        Args:
+            part: What the picture is of; it stands before the dot where there are several `parts`.
         """
+        if parts > 1:
+            name = "{0}-{part}.{2}".format(*name.partition("."), part=part)
         with contextlib.suppress(FileNotFoundError):
             (self.out / name).unlink()
         path = self.scratch / name

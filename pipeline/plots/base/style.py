@@ -1,14 +1,20 @@
 """One look for all pictures: fonts, colours, titles, and units with a fitting prefix."""
 
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from PIL.Image import Image
 
 WIDTH, HEIGHT, DPI = 1600, 1200, 200
 """Size of a picture [px] and its resolution [px/in]."""
@@ -19,11 +25,16 @@ MAGNITUDE = ListedColormap(colormaps["viridis"](np.linspace(0.1, 1.0, 256)), "ma
 AROUND = ListedColormap(colormaps["Blues"](np.linspace(0.06, 0.85, 256)), "around")
 """Magnitudes on what stands around a body, so that the two are told apart."""
 PRESSURE = "magma_r"
-SIGNED = "RdBu_r"
+SIGNED = colormaps["RdBu_r"]
 
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 """Scale factors are these times a power of ten."""
 
+Box = tuple[float, float, float, float]
+"""Left, bottom, width, height in a figure."""
+SIDES = (0.1, 0.965)
+"""Left and right border of axes, in a figure."""
+Extend = Literal["neither", "both", "min", "max"]
 
 SETTINGS: Any = {
     "font.family": "DejaVu Sans",
@@ -52,22 +63,114 @@ PREFIXES = (
 )  # fmt: skip
 
 
-def new_figure(title: str, subtitle: str, *, height: int = HEIGHT) -> Figure:
-    """Return an empty figure with its title in the upper left corner."""
-    figure = Figure(figsize=(WIDTH / DPI, height / DPI), dpi=DPI, facecolor="white")
-    figure.text(0.035, 1 - 50 / height, title, fontsize=14, fontweight="bold", va="center")
-    figure.text(0.035, 1 - 100 / height, subtitle, fontsize=9.5, color=FAINT, va="center")
+def new_figure(title: str, subtitle: str, *, height: int = HEIGHT, width: int = WIDTH, dpi: int = DPI) -> Figure:
+    """Return an empty figure of some size [px] with its title in the upper left corner."""
+    figure = Figure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor="white")
+    figure.text(0.28 * dpi / width, 1 - 0.25 * dpi / height, title, fontsize=14, fontweight="bold", va="center")
+    figure.text(0.28 * dpi / width, 1 - 0.5 * dpi / height, subtitle, fontsize=9.5, color=FAINT, va="center")
     return figure
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG of its full size."""
-    figure.savefig(path, dpi=DPI, facecolor="white", format="png")
+    """Write a figure as PNG of its full size, in one step."""
+    scratch = path.with_name(f".{path.name}.part")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(scratch, dpi=DPI, facecolor="white", format="png")
+    scratch.replace(path)
+
+
+def draw(file: AbstractContextManager[Path], make: Callable[..., Figure], *arguments: Any) -> None:
+    """Write the figure that a function returns for its arguments, in our look, to the path that `file` gives."""
+    with styled(), file as path:
+        save(make(*arguments), path)
 
 
 def styled() -> Any:
     """Return a context in which matplotlib has our look."""
     return matplotlib.rc_context(SETTINGS)
+
+
+@dataclass(frozen=True)
+class Abscissa:
+    """What histories are drawn over: time, or the crank angle."""
+
+    values: np.ndarray
+    """At samples, in the unit of the label, (s,)."""
+    label: str
+    limit: Callable[[Axes], object]
+    """Sets limits and ticks of axes."""
+
+    def finish(self, panels: Sequence[Axes]) -> None:
+        """Limit axes that stand one above the other, and label the lowest."""
+        for axes in panels:
+            self.limit(axes)
+            axes.tick_params(labelbottom=axes is panels[-1])
+        panels[-1].set_xlabel(self.label)
+
+
+def over_time(times: np.ndarray, span: tuple[float, float]) -> Abscissa:
+    """Return time at samples (s,) as abscissa, of which a span is shown [s]."""
+    factor, unit = time_unit(span[1] - span[0])
+    return Abscissa(times * factor, f"time [{unit}]", lambda axes: axes.set_xlim(span[0] * factor, span[1] * factor))
+
+
+def rows(
+    figure: Figure, heights: Sequence[float], apart: float, sides: tuple[float, float] = SIDES, top: float | None = None
+) -> list[Axes]:
+    """Return axes one above the other.
+
+    Args:
+        heights: Relative to one another.
+        apart: Between two, relative to their mean height.
+        sides: Left and right border, in the figure.
+        top: Upper border, in the figure; otherwise there is room for one line of legend below the titles.
+    """
+    left, right = sides
+    bottom, top = 0.6 / figure.get_figheight(), top or 1 - 1.075 / figure.get_figheight()
+    borders = {"left": left, "right": right, "bottom": bottom, "top": top}
+    grid = figure.add_gridspec(len(heights), 1, hspace=apart, height_ratios=heights, **borders)
+    return list(grid.subplots(squeeze=False)[:, 0])
+
+
+def legend(axes: Axes, *more: tuple[Any, str], beside: Axes | None = None, columns: int = 3) -> None:
+    """Write the labels of axes, of those that share their place, and more, above them."""
+    found = [*zip(*axes.get_legend_handles_labels(), strict=True), *more]
+    if beside is not None:
+        found += zip(*beside.get_legend_handles_labels(), strict=True)
+        if (own := beside.get_legend()) is not None:
+            own.remove()
+    axes.legend(
+        [handle for handle, _ in found], [label for _, label in found],
+        loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=columns, columnspacing=1.8, borderaxespad=0.2,
+    )  # fmt: skip
+
+
+def legend_below(figure: Figure, *labels: tuple[str, float, str]) -> None:
+    """Write below a picture what lines of some colour and width mean."""
+    lines = [Line2D([], [], color=colour, lw=width, label=label) for colour, width, label in labels]
+    figure.legend(handles=lines, loc="lower left", bbox_to_anchor=(0.03, 0.015), ncols=len(lines), columnspacing=2.0)
+
+
+def show_image(figure: Figure, image: Image, corner: tuple[float, float]) -> Axes:
+    """Put a rendered picture in its own size on a figure, its lower left corner at a place in the figure."""
+    width, height = DPI * figure.get_size_inches()
+    axes = figure.add_axes((*corner, image.width / width, image.height / height))
+    axes.imshow(np.asarray(image), interpolation="none")
+    axes.axis("off")
+    return axes
+
+
+def colour_bar(figure: Figure, mappable: ScalarMappable, label: str, box: Box, extend: Extend = "neither") -> None:
+    """Add the scale of colours, which `extend` beyond its ends."""
+    level = "horizontal" if box[2] > box[3] else "vertical"
+    bar = figure.colorbar(mappable, cax=figure.add_axes(box), orientation=level, extend=extend)
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.set_label(label)
+
+
+def scale(low: float, high: float, colours: Colormap = MAGNITUDE) -> ScalarMappable:
+    """Return colours between two values; all are equal where the upper one is zero."""
+    return ScalarMappable(Normalize(low, high or 1.0), colours)
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
@@ -112,6 +215,12 @@ def nice_scale(shown: float, largest: float) -> float:
 def time_unit(span: float) -> tuple[float, str]:
     """Return factor and unit for a span of time: µs below 2 ms, ms below 2 s."""
     return (1e6, "µs") if span < 2e-3 else (1e3, "ms") if span < 2 else (1.0, "s")
+
+
+def moment(time: float, end: float, force: float) -> str:
+    """Return a time within a run that ends at `end` [s], and the contact force then [N], as text."""
+    factor, unit = time_unit(end)
+    return f"t = {digits(time * factor)} {unit}  ·  contact force {quantity(force, 'N')}"
 
 
 def contact_span(times: np.ndarray, force: np.ndarray, margin: float) -> tuple[float, float]:

@@ -8,13 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 import pyvista as pv
 from matplotlib.colors import Colormap
+from PIL import Image
 
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.pipeline.plots.base import style
-from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.base.surface import Skin, surface_of
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.base.surface import Skin
 from gudgeon.solver.obstacles import Obstacle, basic_surface, obstacle_of
 
+FINER = 2.0
+"""A picture is rendered so much larger and averaged."""
 LIGHTS = (((0.5, 0.8, 1.0), 0.55), ((-1.0, 0.2, 0.8), 0.3), ((0.2, -1.0, 0.7), 0.35))
 """Position relative to the camera and strength of each light: from above, and fill for what faces down."""
 
@@ -50,63 +53,47 @@ def looking(outward: np.ndarray, up: np.ndarray, azimuth: float, elevation: floa
     return View(np.cos(e) * around + np.sin(e) * up, up)
 
 
-def poly(points: np.ndarray, triangles: np.ndarray) -> pv.PolyData:
-    """Return a triangulated surface."""
-    return pv.PolyData.from_regular_faces(points, triangles)
-
-
-def lines(points: np.ndarray, segments: np.ndarray) -> pv.PolyData:
-    """Return line segments."""
-    return pv.PolyData(points, lines=np.column_stack([np.full(len(segments), 2), segments]).ravel())
-
-
-def new_plotter(size: tuple[int, int]) -> pv.Plotter:
-    """Return an off-screen scene on white."""
-    plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
+def new_plotter(size: tuple[int, int], finer: float = FINER) -> pv.Plotter:
+    """Return an off-screen scene on white, rendered larger than its picture of `size` [px] by a factor."""
+    plotter = pv.Plotter(off_screen=True, window_size=[round(finer * length) for length in size], lighting="none")
     plotter.background_color = pv.Color("white")
     for position, strength in LIGHTS:
         plotter.add_light(pv.Light(position=position, light_type="camera light", intensity=strength))
     return plotter
 
 
-def add_lines(plotter: pv.Plotter, mesh: pv.PolyData, *, color: str, line_width: float) -> None:
+def add_edges(plotter: pv.Plotter, edges: pv.PolyData, colour: str, width: float) -> None:
     """Add unlit lines; a part without an edge has none, which pyvista refuses to draw."""
-    if mesh.n_cells:
-        plotter.add_mesh(mesh, color=color, line_width=line_width, lighting=False)
+    if edges.n_cells:
+        plotter.add_mesh(edges, color=colour, line_width=width, lighting=False)
 
 
-def add_skin(
-    plotter: pv.Plotter,
-    mesh: pv.PolyData,
-    scalars: str,
-    limit: float,
-    colours: Colormap | str = style.MAGNITUDE,
-    *,
-    signed: bool = False,
-) -> None:
-    """Add a surface coloured from zero to `limit`, or from minus `limit` on; its normals are point data."""
-    top = limit or 1.0
+def add_skin(plotter: pv.Plotter, skin: Skin, colours: Colormap, limits: tuple[float, float], width: float) -> None:
+    """Add a moved and coloured skin and its edges of some width [px]; the colours end at the limits."""
     plotter.add_mesh(
-        mesh, scalars=scalars, clim=(-top if signed else 0.0, top), cmap=colours, n_colors=256,
+        skin.surface, scalars="magnitude", clim=limits, cmap=colours, n_colors=256,
         nan_color="#d7dce1", show_scalar_bar=False,
         smooth_shading=False, interpolate_before_map=True, ambient=0.42, diffuse=0.7, specular=0.1, specular_power=20,
     ).prop.interpolation = "Phong"  # fmt: skip
+    add_edges(plotter, skin.edges, style.INK, width)
 
 
-def photograph(plotter: pv.Plotter) -> np.ndarray:
-    """Render the scene as it stands now, (height, width, 3) bytes."""
+def add_arrow(plotter: pv.Plotter, tail: np.ndarray, tip: np.ndarray) -> None:
+    """Add the arrow of a force."""
+    length = float(np.linalg.norm(tip - tail))
+    shape = pv.Arrow(
+        start=tail, direction=tip - tail, scale=length,
+        tip_length=0.3, tip_radius=0.11, shaft_radius=0.042, tip_resolution=48, shaft_resolution=48,
+    )  # fmt: skip
+    plotter.add_mesh(shape, color=style.RED, ambient=0.35, smooth_shading=True)
+
+
+def photograph(plotter: pv.Plotter, size: tuple[int, int]) -> Image.Image:
+    """Render the scene as it stands now and average it to a picture of some size [px]."""
     plotter.render()
     image = plotter.screenshot(return_img=True)
     assert image is not None
-    return np.asarray(image)
-
-
-def arrow(tail: np.ndarray, tip: np.ndarray) -> pv.PolyData:
-    """Return an arrow from `tail` to `tip`."""
-    return pv.Arrow(
-        start=tail, direction=tip - tail, scale=float(np.linalg.norm(tip - tail)),
-        tip_length=0.3, tip_radius=0.11, shaft_radius=0.042, tip_resolution=48, shaft_resolution=48,
-    )  # fmt: skip
+    return Image.fromarray(np.asarray(image)).resize(size, Image.Resampling.BOX)
 
 
 def aim(plotter: pv.Plotter, view: View, bounds_points: np.ndarray, *, fill: float = 0.94) -> None:
@@ -129,16 +116,14 @@ def aim(plotter: pv.Plotter, view: View, bounds_points: np.ndarray, *, fill: flo
     plotter.reset_camera_clipping_range()
 
 
-def pixel(plotter: pv.Plotter, point: np.ndarray) -> np.ndarray:
-    """Return where an aimed camera shows a point, from the upper left corner [px], (2,)."""
-    camera, (width, height) = plotter.camera, plotter.window_size
-    focus = np.array(camera.focal_point)
-    towards = np.array(camera.position) - focus
-    towards /= np.linalg.norm(towards)
+def pixel(plotter: pv.Plotter, size: tuple[int, int], point: np.ndarray) -> np.ndarray:
+    """Return where a picture of some size [px] by an aimed camera shows a point, from the upper left corner, (2,)."""
+    camera, (width, height) = plotter.camera, size
+    towards = np.array(camera.position) - camera.focal_point
     up = np.array(camera.up)
-    right = np.cross(up, towards)
-    scale = height / 2 / camera.parallel_scale
-    return np.array([width / 2 + scale * ((point - focus) @ right), height / 2 - scale * ((point - focus) @ up)])
+    right = np.cross(up, towards / np.linalg.norm(towards))
+    away = (point - camera.focal_point) * height / 2 / camera.parallel_scale
+    return np.array([width / 2 + away @ right, height / 2 - away @ up])
 
 
 def obstacle_at(drawing: Drawing, contact: str) -> Obstacle | None:
@@ -151,40 +136,4 @@ def obstacle_at(drawing: Drawing, contact: str) -> Obstacle | None:
         return obstacle_of(against)
     morph = drawing.store.get(drawing.trajectory.bodies[against["body"]], "morph", only=["modes_key"])
     tractions = drawing.store.get(morph.modes_key, "modes", only=["tractions"]).tractions
-    position = np.asarray(drawing.scene["body"][against["body"]]["position"], float)
-    return basic_surface(tractions[against["interface"]].chart, position)
-
-
-def wall_points(
-    drawing: Drawing, body: BodyMotion, contact: str, points: np.ndarray, scale: float
-) -> np.ndarray | None:
-    """Return where the obstacle stands for points on a body, gaps magnified: x − s g(x) ∇g(x), (p, 3).
-
-    Returns:
-        None where the record does not say what the body meets.
-    """
-    obstacle = obstacle_at(drawing, contact)
-    if obstacle is None:
-        return None
-    placed = points + np.asarray(drawing.scene["body"][body.name]["position"], float)
-    return points - scale * obstacle.gap(placed)[:, None] * obstacle.direction(placed)
-
-
-def touched_surface(drawing: Drawing, body: BodyMotion) -> tuple[str, Surface | None]:
-    """Return the contact of a body that carries the largest force, and the surface it is on."""
-    contacts = drawing.contacts_of(body.name)
-    name = max(contacts, key=lambda key: contacts[key].multipliers.sum(axis=1).max())
-    interface = body.modal.interfaces[contacts[name].interface]
-    return name, surface_of(body.mesh, interface.nodes)
-
-
-def skin_mesh(
-    skin: Skin, nodes: np.ndarray, displacement: np.ndarray, scale: float, magnitude: np.ndarray
-) -> pv.PolyData:
-    """Return the skin at magnified displacement, with nodal magnitudes (n,) as point data `magnitude`."""
-    points = skin.weights @ (nodes + scale * displacement)
-    mesh = poly(points, skin.triangles)
-    mesh.point_data["Normals"] = skin.normals(points)
-    mesh.point_data.active_normals_name = "Normals"
-    mesh.point_data["magnitude"] = skin.weights @ magnitude
-    return mesh
+    return basic_surface(tractions[against["interface"]].chart, drawing.position(against["body"]))

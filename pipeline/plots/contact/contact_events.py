@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.force_axes import blow_axes, force_axes, legend, spaced
+from gudgeon.pipeline.plots.contact.force_axes import blow_axes, force_axes, spaced
 from gudgeon.pipeline.plots.contact.located import Course, Touch, normal_courses, touches
 from gudgeon.pipeline.plots.driven.sliding import slides, sliding_figure
 
@@ -23,9 +23,8 @@ def draw_blows(drawing: Drawing) -> None:
     """Draw one picture for each contact with located blows."""
     found = touches(drawing)
     for touch in found:
-        with style.styled(), drawing.file(drawing.file_name("blows", ".png", touch.name, len(found))) as path:
-            draw = sliding_figure if slides(drawing, touch) else _figure
-            style.save(draw(drawing, touch), path)
+        figure = sliding_figure if slides(drawing, touch) else _figure
+        style.draw(drawing.file("blows.png", touch.name, len(found)), figure, drawing, touch)
 
 
 def shade(axes: Axes, touch: Touch, shown: float) -> None:
@@ -39,7 +38,7 @@ def shade(axes: Axes, touch: Touch, shown: float) -> None:
 
 def _figure(drawing: Drawing, touch: Touch) -> Figure:
     span = touch.span
-    shown, time_name = style.time_unit(span[1] - span[0])
+    abscissa, (shown, _) = style.over_time(touch.trajectory.times, span), style.time_unit(span[1] - span[0])
     blows = touch.blows
     parts = [drawing.scene_name, f"contact {touch.name}", "one blow" if len(blows) == 1 else f"{len(blows)} blows"]
     closing, opening = (abs(float(speed)) for speed in blows[0, 5:])
@@ -55,12 +54,10 @@ def _figure(drawing: Drawing, touch: Touch) -> Figure:
     if touch.impulsive:
         blow_axes(lower, touch, span)
     else:
-        force_axes(lower, touch.trajectory, touch.name, span)
+        force_axes(lower, touch.trajectory, touch.name, abscissa.values)
     for axes in (upper, lower):
         shade(axes, touch, shown)
-    upper.tick_params(labelbottom=False)
-    upper.set_xlim(span[0] * shown, span[1] * shown)
-    lower.set_xlabel(f"time [{time_name}]")
+    abscissa.finish([upper, lower])
     return figure
 
 
@@ -89,7 +86,7 @@ def _places(axes: Axes, courses: list[Course], touch: Touch, span: tuple[float, 
                 fontsize=8.5, fontweight="bold", color=style.FAINT,
                 bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.2},
             )  # fmt: skip
-    legend(axes)
+    style.legend(axes)
 
 
 def _within(course: Course, span: tuple[float, float]) -> np.ndarray:

@@ -1,13 +1,18 @@
-"""Histories: `force.png`, contact force at samples and within a window; `energy.png`, where the energy is."""
+"""Histories: `force.png`, contact force at samples and within a window; `energy.png`, where the energy is.
+
+They run over time; those of a driven scene run over the crank angle, without the energy that the drive itself moves.
+"""
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import blow_axes, force_axes
 from gudgeon.pipeline.plots.contact.located import Touch, joined, touches
+from gudgeon.pipeline.plots.driven.drive import Drive, hardest_first, own_cycle, shown_angle
 
 ENERGIES = (("kinetic", style.BLUE), ("strain", style.ORANGE), ("contact", style.RED), ("dissipated", style.GREEN))
 WORK = "#7a4fa3"
@@ -16,39 +21,53 @@ ROUND_OFF = 1e-9
 
 
 def draw_force(drawing: Drawing) -> None:
-    """Draw the resultant of each contact over time, or its impulses where samples do not resolve it."""
+    """Draw the resultant of each contact over time or the crank angle, or its impulses where samples are too coarse."""
+    if drawing.trajectory.contacts:
+        style.draw(drawing.file("force.png"), _cycle_force if drawing.driven else _force, drawing)
+
+
+def _force(drawing: Drawing) -> Figure:
     trajectory = drawing.trajectory
-    if not trajectory.contacts:
-        return
-    rows = len(trajectory.contacts)
-    height = style.HEIGHT if rows == 1 else 300 + 550 * rows
+    count = len(trajectory.contacts)
     located = {touch.name: touch for touch in touches(drawing)}
-    with style.styled(), drawing.file("force.png") as path:
-        impulsive = all(touch.brief.all() for touch in located.values()) and len(located) == rows
-        title = "Contact impulse" if impulsive else "Contact force"
-        figure = style.new_figure(title, _force_subtitle(drawing.scene_name, trajectory), height=height)
-        right = 0.91 if any(touch.impulsive and not touch.brief.all() for touch in located.values()) else 0.965
-        grid = figure.add_gridspec(
-            rows, 1, left=0.1, right=right, bottom=120 / height, top=1 - 215 / height, hspace=0.45
-        )
-        span = _span(trajectory, list(located.values()))
-        shown, time_name = style.time_unit(span[1] - span[0])
-        for row, name in enumerate(trajectory.contacts):
-            axes = figure.add_subplot(grid[row])
-            _contact_axes(axes, drawing, name, located.get(name), span)
-            axes.set_xlim(span[0] * shown, span[1] * shown)
-            axes.set_xlabel(f"time [{time_name}]")
-            if rows > 1:
-                axes.text(0.99, 0.96, name, transform=axes.transAxes, ha="right", va="top", fontweight="bold")
-        style.save(figure, path)
+    impulsive = all(touch.brief.all() for touch in located.values()) and len(located) == count
+    figure = style.new_figure(
+        "Contact impulse" if impulsive else "Contact force",
+        _force_subtitle(drawing.scene_name, trajectory),
+        height=style.HEIGHT if count == 1 else 300 + 550 * count,
+    )
+    right = 0.91 if any(touch.impulsive and not touch.brief.all() for touch in located.values()) else 0.965
+    panels = style.rows(figure, [1.0] * count, 0.45, (0.1, right))
+    span = _span(trajectory, list(located.values()))
+    abscissa = style.over_time(trajectory.times, span)
+    for axes, name in zip(panels, trajectory.contacts, strict=True):
+        touch = located.get(name)
+        if touch is not None and touch.impulsive:
+            blow_axes(axes, touch, span)
+        else:
+            rubs = touch is not None and drawing.scene["contact"][name].get("friction") is not None
+            force_axes(axes, trajectory, name, abscissa.values, touch.direction if touch and rubs else None)
+        if count > 1:
+            _name(axes, name)
+    abscissa.finish(panels)
+    return figure
 
 
-def _contact_axes(axes: Axes, drawing: Drawing, name: str, touch: Touch | None, span: tuple[float, float]) -> None:
-    if touch is not None and touch.impulsive:
-        blow_axes(axes, touch, span)
-        return
-    rubs = touch is not None and drawing.scene["contact"][name].get("friction") is not None
-    force_axes(axes, drawing.trajectory, name, span, touch.direction if touch and rubs else None)
+def _cycle_force(drawing: Drawing) -> Figure:
+    """Draw the contacts of a driven scene, the hardest first."""
+    run = own_cycle(drawing)
+    names = hardest_first(run.trajectory.contacts)
+    figure = style.new_figure("Contact force", drawing.scene_name)
+    panels = style.rows(figure, [1.0] * len(names), 0.35)
+    for axes, name in zip(panels, names, strict=True):
+        angle = shown_angle(run.drive, force_axes(axes, run.trajectory, name, run.degrees), 1)
+        _name(axes, f"{name}: hardest at {angle}°")
+    run.abscissa.finish(panels)
+    return figure
+
+
+def _name(axes: Axes, text: str) -> None:
+    axes.text(0.99, 0.96, text, transform=axes.transAxes, ha="right", va="top", fontweight="bold")
 
 
 def _span(trajectory: Trajectory, located: list[Touch]) -> tuple[float, float]:
@@ -70,33 +89,72 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
                 label = f"contact {name}: {'one blow' if count == 1 else f'{count} blows'}"
             factor, unit = style.time_unit(start["value"] + duration["value"])
             end = (start["value"] + duration["value"]) * factor
-            first = start["value"] * factor
             decimals = max(0, 2 - int(np.floor(np.log10(end))))
-            texts = [f"{time:.{decimals}f}" for time in (first, end)]
-            parts.append(f"{label} {'at ' + texts[0] if texts[0] == texts[1] else 'from ' + ' to '.join(texts)} {unit}")
+            # Both with the digits of the end: a start at zero but for round-off is zero.
+            first, last = (f"{time:.{decimals}f}" for time in (start["value"] * factor, end))
+            parts.append(f"{label} {f'at {first}' if first == last else f'from {first} to {last}'} {unit}")
     return "  ·  ".join(parts[:4])
 
 
 def draw_energy(drawing: Drawing) -> None:
-    """Draw kinetic, strain, contact and dissipated energy, the work of loads, and their balance over time."""
+    """Draw kinetic, strain, contact and dissipated energy over time or the crank angle, and what they add up to."""
+    style.draw(drawing.file("energy.png"), _cycle_energy if drawing.driven else _energy, drawing)
+
+
+def _energy(drawing: Drawing) -> Figure:
     trajectory = drawing.trajectory
     curves = energy_curves(trajectory.energies)
     values = np.stack([energy for _, _, energy in curves])
     scale, unit = style.prefixed(float(np.abs(values).max()), "J")
-    shown, time_name = style.time_unit(float(trajectory.times[-1]))
+    abscissa = style.over_time(trajectory.times, (0.0, float(trajectory.times[-1])))
     subtitle = f"{drawing.scene_name}  ·  energy drift {powers(trajectory.energy_drift)} of the energy exchanged"
-    with style.styled(), drawing.file("energy.png") as path:
-        figure = style.new_figure("Energy", subtitle)
-        axes = figure.add_axes((0.1, 0.1, 0.865, 0.715))
-        for label, colour, energy in curves:
-            dashes = (0, (5, 2)) if colour == style.INK else "-"
-            axes.plot(trajectory.times * shown, energy * scale, color=colour, lw=1.6, ls=dashes, label=label)
-        axes.set(xlim=(0, trajectory.times[-1] * shown), xlabel=f"time [{time_name}]", ylabel=f"energy [{unit}]")
-        low, high = min(0.0, float(values.min())) * scale, max(0.0, float(values.max())) * scale
-        room = 0.06 * (high - low) or 1.0
-        axes.set_ylim(low - room if low < -1e-9 * high else 0.0, high + room)
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=6, columnspacing=1.5, borderaxespad=0.2)
-        style.save(figure, path)
+    figure = style.new_figure("Energy", subtitle)
+    axes = figure.add_axes((0.1, 0.1, 0.865, 0.715))
+    for label, colour, energy in curves:
+        dashes = (0, (5, 2)) if colour == style.INK else "-"
+        axes.plot(abscissa.values, energy * scale, color=colour, lw=1.6, ls=dashes, label=label)
+    low, high = min(0.0, float(values.min())) * scale, max(0.0, float(values.max())) * scale
+    room = 0.06 * (high - low) or 1.0
+    axes.set_ylim(low - room if low < -1e-9 * high else 0.0, high + room)
+    axes.set_ylabel(f"energy [{unit}]")
+    abscissa.finish([axes])
+    style.legend(axes, columns=6)
+    return figure
+
+
+def _cycle_energy(drawing: Drawing) -> Figure:
+    """Draw each energy of a driven scene on a scale of its own: the drive's would hide all others."""
+    trajectory, run = drawing.trajectory, own_cycle(drawing)
+    kinetic, work = (float(np.abs(trajectory.energies[:, column]).max()) for column in (0, 4))
+    subtitle = (
+        f"{drawing.scene_name}  ·  not shown: kinetic energy along ≤ {style.quantity(kinetic, 'J')},"
+        f" work of loads and joints ≤ {style.quantity(work, 'J')}  ·  drift {powers(trajectory.energy_drift)}"
+    )
+    across = across_energy(drawing, trajectory, run.drive)
+    curves = [(f"kinetic, {run.drive.body} across and tilting", style.BLUE, across)]
+    curves += [(name, colour, trajectory.energies[:, k]) for k, (name, colour) in enumerate(ENERGIES) if k]
+    shown = [curve for curve in curves if curve[2].any()]
+    figure = style.new_figure("Energy apart from the driven motion", subtitle)
+    panels = style.rows(figure, [1.0] * len(shown), 0.3)
+    for axes, (name, colour, energy) in zip(panels, shown, strict=True):
+        scale, unit = style.prefixed(float(energy.max()), "J")
+        axes.fill_between(run.degrees, energy * scale, color=colour, alpha=0.12, lw=0)
+        axes.plot(run.degrees, energy * scale, color=colour, lw=1.3)
+        axes.set_title(name, loc="left", fontsize=9.5, fontweight="bold", color=colour)
+        axes.set_ylim(min(0.0, float(energy.min()) * scale), 1.08 * float(energy.max()) * scale)
+        axes.set_ylabel(f"energy [{unit}]")
+    run.abscissa.finish(panels)
+    figure.align_ylabels(panels)
+    return figure
+
+
+def across_energy(drawing: Drawing, trajectory: Trajectory, drive: Drive) -> np.ndarray:
+    """Return ½ m v² + ½ ω·J ω of the driven body's rigid motion without its velocity along [J], (s,)."""
+    morph = drawing.store.get(trajectory.bodies[drive.body], "morph", only=["mass", "inertia"])
+    rates = trajectory.motion[drive.body][:, 6:]
+    velocity = rates[:, :3] - (rates[:, :3] @ drive.along)[:, None] * drive.along
+    turning = np.einsum("si,ij,sj->s", rates[:, 3:], morph.inertia, rates[:, 3:])
+    return 0.5 * morph.mass * (velocity**2).sum(axis=1) + 0.5 * turning
 
 
 def energy_curves(energies: np.ndarray) -> list[tuple[str, str, np.ndarray]]:

@@ -15,7 +15,7 @@ FINEST = 4
 SHORTEST = 3.0
 """Windows that contact lasts at least: less, and the window is what is seen."""
 LONGEST = 1000.0
-"""Windows that contact lasts at most: more, and the window changes nothing."""
+"""Windows that contact lasts at most, but for a driven scene: more, and the window changes nothing."""
 WRITTEN = 10
 """Stems that have their impulse written on them at most."""
 APART = 0.055
@@ -40,7 +40,9 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
     if own is None and name in trajectory.episodes:
         return None
     width = own["value"] if own else WINDOW
-    if width < FINEST * interval or not SHORTEST * width <= lasts <= (np.inf if own else LONGEST * width):
+    if width < FINEST * interval or not SHORTEST * width <= lasts <= (
+        np.inf if own or trajectory.joints else LONGEST * width
+    ):
         return None
     if own:
         mean = uniform_filter1d(force, round(width / interval), axis=0, mode="reflect")
@@ -51,33 +53,37 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
 
 
 def force_axes(
-    axes: Axes, trajectory: Trajectory, name: str, span: tuple[float, float], normal: np.ndarray | None = None
-) -> None:
+    axes: Axes, trajectory: Trajectory, name: str, abscissa: np.ndarray, normal: np.ndarray | None = None
+) -> float:
     """Draw the resultant's magnitude at samples, and within a window where that makes sense.
 
     Args:
+        abscissa: Of each sample, (s,).
         normal: Unit vector of the part to draw, where friction has another, (3,).
+
+    Returns:
+        Where on the abscissa the last drawn curve is highest.
     """
     times, force = trajectory.times, trajectory.contacts[name].force
     if normal is not None:
         force = np.outer(force @ normal, normal)
     raw, interval = np.linalg.norm(force, axis=1), float(times[1] - times[0])
     scale, unit = style.prefixed(float(raw.max()), "N")
-    shown, _ = style.time_unit(span[1] - span[0])
     impulse = float(np.linalg.norm(force.sum(axis=0)) * interval)
     window = smoothed(trajectory, name)
     label = f"mean over {style.quantity(interval, 's')}, peak {style.quantity(float(raw.max()), 'N')}"
     top, alpha, width = (raw, 0.38, 0.7) if window else (raw, 1.0, 1.8)
-    axes.plot(times * shown, raw * scale, color=style.BLUE, alpha=alpha, lw=width, label=label)
+    axes.plot(abscissa, raw * scale, color=style.BLUE, alpha=alpha, lw=width, label=label)
     if window:
         top = np.linalg.norm(window[0], axis=1) if normal is None else np.abs(window[0] @ normal)
         label = f"{window[1]}, peak {style.quantity(float(top.max()), 'N')}"
-        axes.plot(times * shown, top * scale, color=style.BLUE, lw=2.0, label=label)
+        axes.plot(abscissa, top * scale, color=style.BLUE, lw=1.6, label=label)
     area = f"impulse {style.quantity(impulse, 'N·s')}"
-    axes.fill_between(times * shown, top * scale, color=style.BLUE, alpha=0.1, lw=0, label=area)
+    axes.fill_between(abscissa, top * scale, color=style.BLUE, alpha=0.1, lw=0, label=area)
     axes.set_ylim(0, 1.06 * float(raw.max()) * scale or 1.0)
     axes.set_ylabel(f"{'contact' if normal is None else 'normal'} force [{unit}]")
-    legend(axes)
+    style.legend(axes)
+    return float(abscissa[top.argmax()])
 
 
 def blow_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:
@@ -98,20 +104,7 @@ def blow_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:
     beside.grid(False)
     _stems(beside, blows[brief], span)
     beside.spines["right"].set_visible(True)
-    legend(axes, beside)
-
-
-def legend(axes: Axes, beside: Axes | None = None) -> None:
-    """Write the labels of axes, and of those that share their place, above them."""
-    found = list(zip(*axes.get_legend_handles_labels(), strict=True))
-    if beside is not None:
-        found += zip(*beside.get_legend_handles_labels(), strict=True)
-        if (own := beside.get_legend()) is not None:
-            own.remove()
-    axes.legend(
-        [handle for handle, _ in found], [label for _, label in found],
-        loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=3, columnspacing=1.8, borderaxespad=0.2,
-    )  # fmt: skip
+    style.legend(axes, beside=beside)
 
 
 def spaced(places: np.ndarray, span: tuple[float, float], apart: float = APART) -> list[int]:
@@ -149,4 +142,4 @@ def _stems(axes: Axes, blows: np.ndarray, span: tuple[float, float]) -> None:
         )  # fmt: skip
     axes.set_ylim(0, 1.2 * float(impulses.max()) or 1.0)
     axes.set_ylabel(f"impulse [{unit}]", color=style.RED)
-    legend(axes)
+    style.legend(axes)

@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from gudgeon.pipeline.interfaces.stress_recovery import COMPONENTS, von_mises
 from gudgeon.pipeline.plots.base import style
@@ -18,32 +19,27 @@ PANEL, MOST = 420, 6
 
 def draw_gauges(drawing: Drawing) -> None:
     """Draw one panel for each gauge."""
-    trajectory = drawing.trajectory
-    gauges = [(name, values) for name, values in trajectory.gauges.items() if values.size][:MOST]
+    gauges = [(name, values) for name, values in drawing.trajectory.gauges.items() if values.size][:MOST]
     if not gauges:
         return
-    end = float(trajectory.times[-1])
-    shown, time_name = style.time_unit(end)
+    style.draw(drawing.file("gauges.png"), _figure, drawing, dict(gauges))
+
+
+def _figure(drawing: Drawing, gauges: dict[str, np.ndarray]) -> Figure:
+    times, found = drawing.trajectory.times, touches(drawing)
+    end = float(times[-1])
+    abscissa, (shown, _) = style.over_time(times, (0.0, end)), style.time_unit(end)
     height = style.HEIGHT if len(gauges) < 3 else 340 + PANEL * len(gauges)
-    found = touches(drawing)
     subtitle = drawing.scene_name + ("  ·  blows are shaded" if found else "")
-    with style.styled(), drawing.file("gauges.png") as path:
-        figure = style.new_figure("Gauges" if len(gauges) > 1 else "Gauge", subtitle, height=height)
-        grid = figure.add_gridspec(
-            len(gauges), 1, left=0.1, right=0.965, bottom=120 / height, top=1 - 215 / height, hspace=0.3
-        )
-        for row, (name, values) in enumerate(gauges):
-            axes = figure.add_subplot(grid[row])
-            _gauge_axes(axes, trajectory.times * shown, values, name, _unit(drawing, name))
-            for touch in found:
-                if name.partition(".")[0] in (touch.side.body, touch.other.body if touch.other else None):
-                    shade(axes, touch, shown)
-            axes.set_xlim(0, end * shown)
-            if row == len(gauges) - 1:
-                axes.set_xlabel(f"time [{time_name}]")
-            else:
-                axes.tick_params(labelbottom=False)
-        style.save(figure, path)
+    figure = style.new_figure("Gauges" if len(gauges) > 1 else "Gauge", subtitle, height=height)
+    panels = style.rows(figure, [1.0] * len(gauges), 0.3)
+    for axes, (name, values) in zip(panels, gauges.items(), strict=True):
+        _gauge_axes(axes, abscissa.values, values, name, _unit(drawing, name))
+        for touch in found:
+            if name.partition(".")[0] in (touch.side.body, touch.other.body if touch.other else None):
+                shade(axes, touch, shown)
+    abscissa.finish(panels)
+    return figure
 
 
 def _gauge_axes(axes: Axes, times: np.ndarray, values: np.ndarray, name: str, unit: str) -> None:

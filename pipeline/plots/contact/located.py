@@ -140,13 +140,13 @@ def touch_of(drawing: Drawing, name: str) -> Touch | None:
         return None
     number = int(contact.multipliers.sum(axis=0).argmax()) if contact.multipliers.size else 0
     side, against = Side(contact.body, contact.interface, number), settings["against"]
-    placed = contact.points + _position(drawing, contact.body)
+    placed = contact.points + drawing.position(contact.body)
     if against["shape"] != "body":
         obstacle = obstacle_of(against)
         direction, gap = obstacle.direction(placed)[number], float(obstacle.gap(placed)[number])
         return Touch(name, drawing.trajectory, side, None, direction, gap)
     direction = -drawing.body(contact.body).modal.interfaces[contact.interface].normals[number]
-    there = _points(drawing, against["body"], against["interface"]) + _position(drawing, against["body"])
+    there = _points(drawing, against["body"], against["interface"]) + drawing.position(against["body"])
     far = placed[number] - there
     aside = np.linalg.norm(far - np.outer(far @ direction, direction), axis=1)
     other = Side(against["body"], against["interface"], int(aside.argmin()))
@@ -194,8 +194,8 @@ def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
 def _facing(drawing: Drawing, touch: Touch) -> np.ndarray:
     """Return which point of the body each point of the other faces, (c,)."""
     assert touch.other is not None
-    mine = touch.contact.points + _position(drawing, touch.side.body)
-    there = _points(drawing, touch.other.body, touch.other.interface) + _position(drawing, touch.other.body)
+    mine = touch.contact.points + drawing.position(touch.side.body)
+    there = _points(drawing, touch.other.body, touch.other.interface) + drawing.position(touch.other.body)
     far = there[:, None] - mine[None]
     aside = far - (far @ touch.direction)[..., None] * touch.direction
     return np.linalg.norm(aside, axis=2).argmin(axis=1)
@@ -217,7 +217,3 @@ def _from_start(label: str, times: np.ndarray, place: np.ndarray) -> Course:
 
 def _points(drawing: Drawing, body: str, interface: str) -> np.ndarray:
     return drawing.store.get(drawing.trajectory.bodies[body], "morph", only=["points"]).points[interface]
-
-
-def _position(drawing: Drawing, body: str) -> np.ndarray:
-    return np.asarray(drawing.scene["body"][body]["position"], float)

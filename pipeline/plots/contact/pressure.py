@@ -15,11 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.tri import TriAnalyzer, Triangulation
 
 from gudgeon.modaldb.records.mesh import Surface
-from gudgeon.modaldb.records.modes import InterfaceModes
 from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.base.surface import surface_of
 from gudgeon.pipeline.plots.driven.drive import drive_of, frame_degrees, hardest_first, shown_angle
 
 LEAST_POINTS = 4
@@ -46,19 +44,13 @@ def draw_pressure(drawing: Drawing) -> None:
         for name, contact in drawing.trajectory.contacts.items()
         if contact.multipliers.shape[1] >= LEAST_POINTS and contact.multipliers.any()
     }
-    if drawing.driven:
-        maps = [found for name in hardest_first(wanted) if (found := _strongest(drawing, name)) is not None]
-        if maps:
-            with style.styled(), drawing.file("pressure.png") as path:
-                style.save(_beside(drawing, maps), path)
+    names = hardest_first(wanted) if drawing.driven else [*wanted]
+    maps = [found for name in names if (found := _strongest(drawing, name)) is not None]
+    if drawing.driven and maps:
+        style.draw(drawing.file("pressure.png"), _beside, drawing, maps)
         return
-    for name, contact in wanted.items():
-        body = drawing.body(contact.body)
-        interface = body.modal.interfaces[contact.interface]
-        plane = chart(contact.points, surface_of(body.mesh, interface.nodes))
-        if plane is not None:
-            with style.styled(), drawing.file(drawing.file_name("pressure", ".png", name, len(wanted))) as path:
-                style.save(_picture(drawing, name, interface, plane), path)
+    for found in maps:
+        style.draw(drawing.file("pressure.png", found.name, len(wanted)), _picture, drawing, found)
 
 
 def chart(points: np.ndarray, surface: Surface | None) -> Chart | None:
@@ -85,81 +77,80 @@ def chart(points: np.ndarray, surface: Surface | None) -> Chart | None:
     return found if spread.min() > 1e-6 * spread.max() else None
 
 
-def _picture(drawing: Drawing, name: str, interface: InterfaceModes, plane: Chart) -> Figure:
-    contact = drawing.trajectory.contacts[name]
-    areas = interface.areas if contact.areas is None else contact.areas
-    pressure = contact.multipliers / areas
-    strongest = int(np.argmax(contact.multipliers.sum(axis=1)))
-    time = drawing.trajectory.frame_times[strongest]
-    shown, unit = style.time_unit(float(drawing.trajectory.times[-1]))
-    force = float(np.linalg.norm(contact.multipliers[strongest] @ interface.normals))
-    scale, name_of_unit = style.prefixed(float(pressure.max()), "Pa")
-    subtitle = f"{drawing.scene_name}  ·  {name}  ·  {len(plane.shown)} contact points on body {contact.body}"
-    figure = style.new_figure("Contact pressure", subtitle)
-    moment = f"strongest contact: t = {style.digits(time * shown)} {unit}, {style.quantity(force, 'N')}"
-    panels = {moment: pressure[strongest], "peak over all frames": pressure.max(axis=0)}
-    images = []
-    for column, (title, values) in enumerate(panels.items()):
-        axes = figure.add_axes((0.085 + 0.405 * column, 0.11, 0.37, 0.70))
-        images.append(_map(axes, plane, values * scale, float(pressure.max()) * scale))
-        axes.set_title(title, loc="left", fontsize=9.5)
-        axes.set_xlabel(plane.labels[0])
-        if column:
-            axes.set_yticklabels([])
-        else:
-            axes.set_ylabel(plane.labels[1])
-    bar = figure.colorbar(images[0], cax=figure.add_axes((0.888, 0.11, 0.018, 0.70)))
-    bar.outline.set_visible(False)  # type: ignore[operator]
-    bar.set_label(f"contact pressure [{name_of_unit}]")
-    return figure
-
-
 @dataclass(frozen=True)
 class Map:
-    """The pressure of one contact at the frame of its largest force."""
+    """The pressure of one contact."""
 
-    title: str
+    name: str
+    body: str
     plane: Chart
     pressure: np.ndarray
-    """[Pa], (c,)"""
+    """At all frames [Pa], (f, c)."""
+    frame: int
+    """Of its largest force."""
+    force: float
+    """The resultant then [N]."""
 
 
 def _strongest(drawing: Drawing, name: str) -> Map | None:
     contact = drawing.trajectory.contacts[name]
-    body, drive = drawing.body(contact.body), drive_of(drawing)
+    body = drawing.body(contact.body)
     interface = body.modal.interfaces[contact.interface]
-    plane = chart(contact.points, surface_of(body.mesh, interface.nodes))
+    plane = chart(contact.points, body.surface(contact.interface))
     if plane is None:
         return None
     frame = int(np.argmax(contact.multipliers.sum(axis=1)))
     areas = interface.areas if contact.areas is None else contact.areas
     force = float(np.linalg.norm(contact.multipliers[frame] @ interface.normals))
-    angle = shown_angle(drive, float(frame_degrees(drawing, drive)[frame]), 1)
-    title = f"{name}: {style.quantity(force, 'N')} at crank angle {angle}°"
-    return Map(title, plane, contact.multipliers[frame] / areas)
+    return Map(name, body.name, plane, contact.multipliers / areas, frame, force)
+
+
+def _picture(drawing: Drawing, found: Map) -> Figure:
+    """Draw one contact at its strongest moment, and the peak of each of its points."""
+    subtitle = f"{drawing.scene_name}  ·  {found.name}  ·  {len(found.plane.shown)} contact points on body {found.body}"
+    figure = style.new_figure("Contact pressure", subtitle)
+    time = float(drawing.trajectory.frame_times[found.frame])
+    shown, unit = style.time_unit(float(drawing.trajectory.times[-1]))
+    moment = f"strongest contact: t = {style.digits(time * shown)} {unit}, {style.quantity(found.force, 'N')}"
+    panels = {moment: found.pressure[found.frame], "peak over all frames": found.pressure.max(axis=0)}
+    boxes = [(0.085 + 0.405 * column, 0.11, 0.37, 0.70) for column in range(2)]
+    for column, axes in enumerate(_panels(figure, [(found.plane, values) for values in panels.values()], boxes)):
+        axes.set_title([*panels][column], loc="left", fontsize=9.5)
+        if column:
+            axes.set_yticklabels([])
+    return figure
 
 
 def _beside(drawing: Drawing, maps: Sequence[Map]) -> Figure:
-    """Draw maps side by side on one scale of colours."""
-    top = max(float(found.pressure.max()) for found in maps)
-    scale, unit = style.prefixed(top, "Pa")
-    points = sum(len(found.pressure) for found in maps)
+    """Draw maps of several contacts, each at its strongest moment, side by side on one scale of colours."""
+    drive = drive_of(drawing)
+    angles = frame_degrees(drawing, drive)
+    points = sum(found.pressure.shape[1] for found in maps)
     subtitle = f"{drawing.scene_name}  ·  each contact in the frame of its largest force  ·  {points} contact points"
     figure = style.new_figure("Contact pressure", subtitle)
     width = (0.79 - 0.05 * (len(maps) - 1)) / len(maps)
-    images = []
-    for column, found in enumerate(maps):
-        axes = figure.add_axes((0.075 + (width + 0.05) * column, 0.11, width, 0.70))
-        images.append(_map(axes, found.plane, found.pressure * scale, top * scale))
-        peak = f"peak {style.quantity(float(found.pressure.max()), 'Pa')}"
-        axes.set_title(f"{found.title}\n{peak}", loc="left", fontsize=9.5, linespacing=1.5)
-        axes.set_xlabel(found.plane.labels[0])
-        if not column:
-            axes.set_ylabel(found.plane.labels[1])
-    bar = figure.colorbar(images[0], cax=figure.add_axes((0.888, 0.11, 0.018, 0.70)))
-    bar.outline.set_visible(False)  # type: ignore[operator]
-    bar.set_label(f"contact pressure [{unit}]")
+    boxes = [(0.075 + (width + 0.05) * column, 0.11, width, 0.70) for column in range(len(maps))]
+    panels = [(found.plane, found.pressure[found.frame]) for found in maps]
+    for found, axes, (_, values) in zip(maps, _panels(figure, panels, boxes), panels, strict=True):
+        angle = shown_angle(drive, float(angles[found.frame]), 1)
+        title = f"{found.name}: {style.quantity(found.force, 'N')} at crank angle {angle}°"
+        peak = f"peak {style.quantity(float(values.max()), 'Pa')}"
+        axes.set_title(f"{title}\n{peak}", loc="left", fontsize=9.5, linespacing=1.5)
     return figure
+
+
+def _panels(figure: Figure, maps: Sequence[tuple[Chart, np.ndarray]], boxes: Sequence[style.Box]) -> list[Axes]:
+    """Draw maps in boxes of a figure, with one bar of colours up to the largest of their pressures [Pa]."""
+    top = max(float(values.max()) for _, values in maps)
+    scale, unit = style.prefixed(top, "Pa")
+    panels = [figure.add_axes(box) for box in boxes]
+    for axes, (plane, values) in zip(panels, maps, strict=True):
+        image = _map(axes, plane, values * scale, top * scale)
+        axes.set_xlabel(plane.labels[0])
+        if axes is panels[0]:
+            axes.set_ylabel(plane.labels[1])
+            style.colour_bar(figure, image, f"contact pressure [{unit}]", (0.888, 0.11, 0.018, 0.70))
+    return panels
 
 
 def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> TriMesh:

@@ -33,14 +33,9 @@ class LineMap:
 
 def draw_waves(drawing: Drawing) -> None:
     """Draw one picture for each bar or beam that was struck."""
-    bodies, count = drawing.struck_lines(), drawing.deformed_count()
-    for name in bodies:
-        body = drawing.body(name)
-        if body.modal.shapes is None or not body.modal.shapes.size:
-            continue
+    for body in drawing.shaped(drawing.struck_lines()):
         found = _strain_map(body) if body.mesh.cell_type == "line3" else _deflection_map(body)
-        with style.styled(), drawing.file(drawing.file_name("deformation", ".png", name, count)) as path:
-            style.save(_diagram(drawing, body, found), path)
+        style.draw(drawing.file("deformation.png", body.name, drawing.deformed_count()), _diagram, drawing, body, found)
 
 
 def strain(body: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
@@ -112,11 +107,8 @@ def _diagram(drawing: Drawing, body: BodyMotion, found: LineMap) -> Figure:
     _force_beside(beside, drawing, body, shown)
     beside.set_ylim(0, trajectory.times[-1] * shown)
     beyond = np.abs(found.values).max() > found.top * (1 + 1e-9)
-    bar = figure.colorbar(
-        image, cax=figure.add_axes((0.885, 0.11, 0.018, 0.72)), extend="both" if beyond else "neither"
-    )
-    bar.set_label(found.label)
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    box = (0.885, 0.11, 0.018, 0.72)
+    style.colour_bar(figure, image, found.label, box, "both" if beyond else "neither")
     return figure
 
 

@@ -3,9 +3,8 @@ contact, on the deformed part."""
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
@@ -25,59 +24,42 @@ ARROW = 0.14
 def draw_sheets(drawing: Drawing) -> None:
     """Draw the deformation of each plane part that was touched, and its stress where a gauge reads it."""
     names, count = drawing.touched("triangle6"), drawing.deformed_count()
-    for name in names:
-        body = drawing.body(name)
-        if body.modal.shapes is None or not body.modal.shapes.size:
-            continue
-        frame = int(np.argmax(drawing.frame_force(name)))
+    for body in drawing.shaped(names):
+        frame = drawing.strongest_frame(body.name)
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
-        with style.styled(), drawing.file(drawing.file_name("deformation", ".png", name, count)) as path:
-            text = ("Elastic deformation", "elastic displacement", "m")
-            style.save(_picture(drawing, body, frame, magnitude, text), path)
+        text = ("Elastic deformation", "elastic displacement", "m")
+        style.draw(drawing.file("deformation.png", body.name, count), _picture, drawing, body, frame, magnitude, text)
         if reads_stress(drawing, body):
             stress = equivalent_stress(drawing, body, frame)
-            with style.styled(), drawing.file(drawing.file_name("stress", ".png", name, len(names))) as path:
-                text = ("Stress after von Mises, deformation", "von Mises stress", "Pa")
-                style.save(_picture(drawing, body, frame, stress, text), path)
+            text = ("Stress after von Mises, deformation", "von Mises stress", "Pa")
+            style.draw(drawing.file("stress.png", body.name, len(names)), _picture, drawing, body, frame, stress, text)
 
 
 def _picture(drawing: Drawing, body: BodyMotion, frame: int, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
     """Return a part coloured by values (n,); text is title, name of the values, unit."""
     title, name, plain = text
-    elastic = body.elastic(frame)[:, :2]
-    size = float(np.linalg.norm(np.ptp(body.nodes, axis=0)))
+    elastic, size = body.elastic(frame)[:, :2], body.size
     scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     place = body.nodes[:, :2] + scale * elastic
     factor, unit = style.prefixed(float(np.nanmax(values)), plain)
-    force = drawing.frame_force(body.name)[frame]
-    shown, time_name = style.time_unit(float(drawing.trajectory.times[-1]))
-    time = drawing.trajectory.frame_times[frame]
-    subtitle = (
-        f"{drawing.scene_name}  ·  body {body.name} at its strongest contact,"
-        f" t = {style.digits(time * shown)} {time_name}"
-        f"  ·  contact force {style.quantity(float(force), 'N')}"
-    )
+    force = float(drawing.frame_force(body.name)[frame])
+    time, end = drawing.trajectory.frame_times[frame], drawing.trajectory.times[-1]
+    subtitle = f"{drawing.scene_name}  ·  body {body.name} at its strongest contact, {style.moment(time, end, force)}"
     reach = np.ptp(place, axis=0) + 2 * ARROW * size
     height = int(np.clip(0.8 * style.WIDTH * reach[1] / reach[0] + 300, 700, style.HEIGHT))
     figure = style.new_figure(f"{title} × {scale:g}", subtitle, height=height)
     axes = figure.add_axes((0.04, 120 / height, 0.8, 1 - 270 / height))
     top = float(np.nanmax(values)) * factor or 1.0
     _colour(axes, body, place, values * factor, top)
-    _arrows(drawing, body, frame, axes, size, scale)
+    _arrows(drawing, body, frame, axes, scale)
     axes.set_aspect("equal")
     axes.margins(0.08)
     style.plain_axes(axes)
     axes.set_xticks([])
     axes.set_yticks([])
-    bar = figure.colorbar(
-        ScalarMappable(Normalize(0.0, top), style.MAGNITUDE),
-        cax=figure.add_axes((0.875, 150 / height, 0.018, 1 - 330 / height)),
-    )
-    bar.outline.set_visible(False)  # type: ignore[operator]
-    bar.set_label(f"{name} [{unit}]")
-    axes.plot([], [], color=style.RED, lw=3, label="contact force on the part")
-    axes.plot([], [], color=style.GREY, lw=1.6, label="undeformed")
-    figure.legend(loc="lower left", bbox_to_anchor=(0.03, 0.015), ncols=2, columnspacing=2.0)
+    box = (0.875, 150 / height, 0.018, 1 - 330 / height)
+    style.colour_bar(figure, style.scale(0.0, top), f"{name} [{unit}]", box)
+    style.legend_below(figure, (style.RED, 3, "contact force on the part"), (style.GREY, 1.6, "undeformed"))
     return figure
 
 
@@ -103,7 +85,7 @@ def _colour(axes: Axes, body: BodyMotion, place: np.ndarray, values: np.ndarray,
         axes.add_collection(LineCollection(list(place[sides]), colors=colours, linewidths=5, capstyle="round"))
 
 
-def _arrows(drawing: Drawing, body: BodyMotion, frame: int, axes: Axes, size: float, scale: float) -> None:
+def _arrows(drawing: Drawing, body: BodyMotion, frame: int, axes: Axes, scale: float) -> None:
     """Draw the resultant of each of the part's own contacts, its tip where it acts."""
     for contact in drawing.contacts_of(body.name).values():
         pressed, normals = contact.multipliers[frame], body.modal.interfaces[contact.interface].normals
@@ -113,7 +95,7 @@ def _arrows(drawing: Drawing, body: BodyMotion, frame: int, axes: Axes, size: fl
         middle = (pressed @ contact.points / pressed.sum())[:2]
         nearest = int(np.linalg.norm(body.nodes[:, :2] - middle, axis=1).argmin())
         tip = middle + scale * body.elastic(frame)[nearest, :2]
-        tail = tip - ARROW * size * force / np.linalg.norm(force)
+        tail = tip - ARROW * body.size * force / np.linalg.norm(force)
         look = {"color": style.RED, "width": 2.5, "headwidth": 10, "headlength": 12, "shrink": 0.0}
         axes.annotate("", tip, tail, arrowprops=look)
         axes.plot(*tail, ",", color="white")

@@ -1,20 +1,23 @@
-"""`deformation.png` of a solid body: elastic deformation at the strongest contact, magnified, without rigid motion."""
+"""Pictures of a solid body at its strongest contact, deformed by a factor, without rigid motion.
 
-from collections.abc import Iterator
+`deformation.png` is coloured by the elastic displacement, `stress.png` by the equivalent stress after von Mises on the
+surfaces that the body's gauges read.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from PIL.Image import Image
 
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.base.surface import Skin, boundary_facets, make_skin
+from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
+from gudgeon.pipeline.plots.deformation.equivalent import equivalent_stress, reads_stress
 
 IMAGE = (1340, 1000)
-"""Part of the picture that is rendered [px]; drawn twice as large and averaged."""
+"""Part of the picture that is rendered [px]."""
 BAR = (0.862, 0.17, 0.018, 0.6)
 """Place of the colour bar."""
 TRIANGLES = 100_000
@@ -23,6 +26,10 @@ SHOWN = 0.06
 """Largest drawn displacement, relative to the body's diagonal."""
 PINCHED = 1e-3
 """Forces whose resultant is less than this share of their sum hold each other in balance."""
+ROUND_OFF = 1e-9
+"""Of weights that add up to one."""
+EVEN = 0.95
+"""Share of the lower end's deformation that the upper end has at least where both are as good to look at."""
 ARROW = 0.3
 """Length of the force arrow, relative to the body's diagonal."""
 
@@ -32,7 +39,7 @@ class Moment:
     """A body at one frame."""
 
     body: BodyMotion
-    """On the nodes of the skin only."""
+    """On the points of the skin."""
     skin: Skin
     frame: int
     force: np.ndarray
@@ -49,7 +56,7 @@ class Coloured:
     """What the colours of a body's skin say."""
 
     values: np.ndarray
-    """Not negative, NaN where nothing is known, on the nodes of the moment's body, (n,)."""
+    """Not negative, NaN where nothing is known, on the points of the moment's body, (p,)."""
     unit: str
     name: str
     title: str
@@ -58,115 +65,93 @@ class Coloured:
 
 def draw_deformation(drawing: Drawing) -> None:
     """Draw one picture for each solid body that was touched."""
-    count = drawing.deformed_count()
-    for name, body in drawable(drawing):
-        with style.styled(), drawing.file(drawing.file_name("deformation", ".png", name, count)) as path:
-            moment = strongest_moment(drawing, body, TRIANGLES)
-            magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
-            coloured = Coloured(magnitude, "m", "elastic displacement", "Elastic deformation × {scale:g}")
-            style.save(picture(drawing, moment, coloured), path)
+    for body in drawing.shaped(drawing.touched("tetra10")):
+        moment = strongest_moment(drawing, body, TRIANGLES)
+        magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
+        coloured = Coloured(magnitude, "m", "elastic displacement", "Elastic deformation × {scale:g}")
+        file = drawing.file("deformation.png", body.name, drawing.deformed_count())
+        style.draw(file, _picture, drawing, moment, coloured)
 
 
-def drawable(drawing: Drawing) -> Iterator[tuple[str, BodyMotion]]:
-    """Yield the solid bodies that were touched and whose modes have shapes."""
-    for name in drawing.touched("tetra10"):
-        body = drawing.body(name)
-        if body.modal.shapes is not None and body.modal.shapes.size:
-            yield name, body
+def draw_stress(drawing: Drawing) -> None:
+    """Draw one picture for each solid body that was touched and has a gauge of stress on a surface."""
+    found = [body for body in drawing.shaped(drawing.touched("tetra10")) if reads_stress(drawing, body)]
+    for body in found:
+        stress = equivalent_stress(drawing, body, drawing.strongest_frame(body.name))
+        fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
+        moment = strongest_moment(drawing, body, TRIANGLES, fields)
+        title = "Stress after von Mises, deformation × {scale:g}"
+        coloured = Coloured(values_where_known(moment.skin), "Pa", "von Mises stress", title)
+        style.draw(drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, coloured)
 
 
-def strongest_moment(drawing: Drawing, body: BodyMotion, triangles: int) -> Moment:
+def values_where_known(skin: Skin) -> np.ndarray:
+    """Return the field `stress` at the points of a skin, NaN but for triangles with the field `known` throughout, (p,).
+
+    A side that no gauge reads has known points along its edges to one that a gauge does read.
+    """
+    known, corners = skin.take("known") > 1 - ROUND_OFF, skin.surface.regular_faces
+    shown = np.isin(np.arange(len(known)), corners[known[corners].all(axis=1)])
+    return np.where(shown, skin.take("stress"), np.nan)
+
+
+def strongest_moment(
+    drawing: Drawing, body: BodyMotion, triangles: int, fields: Mapping[str, np.ndarray] = EMPTY
+) -> Moment:
     """Return a body, reduced to a skin of so many triangles, at the frame of its largest contact force."""
-    frame = int(np.argmax(drawing.frame_force(body.name)))
-    contacts = drawing.contacts_of(body.name).values()
-    points = np.concatenate([contact.points for contact in contacts])
-    weights = np.concatenate([contact.multipliers[frame] for contact in contacts])
-    normals = np.concatenate([body.modal.interfaces[contact.interface].normals for contact in contacts])
-    _, surface = view.touched_surface(drawing, body)
-    facets = boundary_facets(body.mesh.cells)
-    numbers, local = np.unique(facets, return_inverse=True)
-    reduced = body.on(numbers)
-    skin = make_skin(reduced.nodes, local.reshape(facets.shape), triangles)
+    frame = drawing.strongest_frame(body.name)
+    contacts = drawing.contacts_of(body.name)
+    points = np.concatenate([contact.points for contact in contacts.values()])
+    weights = np.concatenate([contact.multipliers[frame] for contact in contacts.values()])
+    normals = np.concatenate([body.modal.interfaces[contact.interface].normals for contact in contacts.values()])
     force = -(weights @ normals)
     pinched = np.linalg.norm(force) < PINCHED * weights.sum()
     outward = normals[np.argmax(weights)] if pinched else -force / np.linalg.norm(force)
     middle = weights @ points / weights.sum()
-    return Moment(reduced, skin, frame, force, middle, outward, view.axis_of(surface, outward))
+    up = view.axis_of(body.surface(contacts[drawing.strongest_contact(body.name)].interface), outward)
+    return Moment(*skin_of(body, triangles, fields), frame, force, middle, outward, up)
 
 
-def picture(drawing: Drawing, moment: Moment, coloured: Coloured) -> Figure:
+def _picture(drawing: Drawing, moment: Moment, coloured: Coloured) -> Figure:
     """Return the body at a moment, its deformation magnified, with the force on it."""
-    body = moment.body
-    elastic = body.elastic(moment.frame)
     largest = float(np.nanmax(coloured.values))
-    size = float(np.linalg.norm(np.ptp(body.nodes, axis=0)))
+    size, elastic = moment.body.size, moment.body.elastic(moment.frame)
     scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
-    unit_factor, unit = style.prefixed(largest, coloured.unit)
-    image = _render(moment, elastic, scale, coloured.values * unit_factor, size)
-    time = drawing.trajectory.frame_times[moment.frame]
-    shown, time_name = style.time_unit(float(drawing.trajectory.times[-1]))
-    subtitle = (
-        f"{drawing.scene_name}  ·  body {body.name} at its strongest contact,"
-        f" t = {style.digits(time * shown)} {time_name}"
-        f"  ·  contact force {style.quantity(float(np.linalg.norm(moment.force)), 'N')}"
+    factor, unit = style.prefixed(largest, coloured.unit)
+    image = _render(moment, elastic, scale, coloured.values / (largest or 1.0))
+    time, end = drawing.trajectory.frame_times[moment.frame], drawing.trajectory.times[-1]
+    figure = style.new_figure(
+        coloured.title.format(scale=scale),
+        f"{drawing.scene_name}  ·  body {moment.body.name} at its strongest contact,"
+        f" {style.moment(time, end, float(np.linalg.norm(moment.force)))}",
     )
-    figure = style.new_figure(coloured.title.format(scale=scale), subtitle)
-    width, height = IMAGE[0] / style.WIDTH, IMAGE[1] / style.HEIGHT
-    axes = figure.add_axes((0.02, 0.06, width, height))
-    axes.imshow(image, interpolation="none")
-    axes.axis("off")
-    add_colour_bar(figure, largest * unit_factor, f"{coloured.name} [{unit}]", BAR)
-    _legend(figure)
+    style.show_image(figure, image, (0.02, 0.06))
+    style.colour_bar(figure, style.scale(0.0, largest * factor), f"{coloured.name} [{unit}]", BAR)
+    style.legend_below(figure, (style.RED, 3, "contact force on the body"), (style.GREY, 1.6, "undeformed edges"))
     return figure
 
 
-def _render(moment: Moment, elastic: np.ndarray, scale: float, values: np.ndarray, size: float) -> np.ndarray:
+def _render(moment: Moment, elastic: np.ndarray, scale: float, values: np.ndarray) -> Image:
     body, skin = moment.body, moment.skin
-    magnitude = np.linalg.norm(elastic, axis=1)
-    plotter = view.new_plotter((2 * IMAGE[0], 2 * IMAGE[1]))
-    mesh = view.skin_mesh(skin, body.nodes, elastic, scale, values)
-    view.add_skin(plotter, mesh, "magnitude", float(np.nanmax(values)) or 1.0)
-    edges = view.lines(skin.edge_weights @ (body.nodes + scale * elastic), skin.segments)
-    view.add_lines(plotter, edges, color=style.INK, line_width=3.0)
-    view.add_lines(plotter, view.lines(skin.edge_weights @ body.nodes, skin.segments), color=style.GREY, line_width=4.0)
-    tip = moment.middle + 0.02 * size * moment.outward
-    tail = tip + ARROW * size * moment.outward
-    plotter.add_mesh(view.arrow(tail, tip), color=style.RED, ambient=0.35, smooth_shading=True)
-    seen = view.looking(moment.outward, moment.up, 38.0, elevation(body.nodes, moment.up, magnitude))
-    view.aim(plotter, seen, np.vstack([mesh.points, tail]))
-    image = view.photograph(plotter)
+    plotter = view.new_plotter(IMAGE)
+    undeformed = skin.edges.copy()
+    skin.move(body.nodes + scale * elastic)
+    skin.colour(values)
+    view.add_skin(plotter, skin, style.MAGNITUDE, (0.0, 1.0), 3.0)
+    view.add_edges(plotter, undeformed, style.GREY, 4.0)
+    tip = moment.middle + 0.02 * body.size * moment.outward
+    tail = tip + ARROW * body.size * moment.outward
+    view.add_arrow(plotter, tail, tip)
+    angle = elevation(body.nodes, moment.up, np.linalg.norm(elastic, axis=1))
+    seen = view.looking(moment.outward, moment.up, 38.0, angle)
+    view.aim(plotter, seen, np.vstack([skin.points, tail]))
+    image = view.photograph(plotter, IMAGE)
     plotter.close()
-    halves = np.asarray(image, float).reshape(IMAGE[1], 2, IMAGE[0], 2, 3)
-    return halves.mean(axis=(1, 3)).astype(np.uint8)
+    return image
 
 
 def elevation(nodes: np.ndarray, up: np.ndarray, magnitude: np.ndarray) -> float:
-    """Return the camera's elevation [deg], on the side of the end that deforms more."""
+    """Return the camera's elevation [deg]: from below where the lower end deforms more by far, from above otherwise."""
     height = nodes @ up
     upper = height > height.mean()
-    return 28.0 if magnitude[upper].mean() >= magnitude[~upper].mean() else -28.0
-
-
-def add_colour_bar(
-    figure: Figure,
-    top: float,
-    label: str,
-    box: tuple[float, float, float, float],
-    colours: Colormap = style.MAGNITUDE,
-    *,
-    beyond: bool = False,
-) -> None:
-    """Add the scale of a magnitude from zero to `top`; `box` is left, bottom, width, height in the figure."""
-    level = "horizontal" if box[2] > box[3] else "vertical"
-    scale = ScalarMappable(Normalize(0.0, top or 1.0), colours)
-    bar = figure.colorbar(scale, cax=figure.add_axes(box), orientation=level, extend="max" if beyond else "neither")
-    bar.outline.set_visible(False)  # type: ignore[operator]
-    bar.set_label(label)
-
-
-def _legend(figure: Figure) -> None:
-    handles = [
-        Line2D([], [], color=style.RED, lw=3, label="contact force on the body"),
-        Line2D([], [], color=style.GREY, lw=1.6, label="undeformed edges"),
-    ]
-    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.03, 0.015), ncols=2, columnspacing=2.0)
+    return 28.0 if magnitude[upper].mean() >= EVEN * magnitude[~upper].mean() else -28.0

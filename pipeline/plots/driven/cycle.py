@@ -21,13 +21,13 @@ STYLES = (
     (style.GREY, "-"),
 )
 """Colour and dashes of each run."""
+APART = 0.12
+"""Between two panels, relative to their mean height."""
 AROUND = (-35.0, 35.0)
 """Part of the cycle that is shown enlarged, from the hardest contact [deg]."""
 GAS = "#eceff2"
-WHERE = (0.1, 0.51), (0.67, 0.295)
-"""Left border and width of the whole cycle and of the enlarged part."""
-LOW, APART = 0.088, 0.032
-"""Lower border of the panels, and between them."""
+SIDES = (0.1, 0.61), (0.67, 0.965)
+"""Left and right border of the whole cycle and of the enlarged part."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,7 @@ PANELS = (
 
 def draw_cycle(drawing: Drawing) -> None:
     """Draw the cycle of a driven scene, as a whole and around its hardest contact."""
-    with style.styled(), drawing.file("cycle.png") as path:
-        style.save(_picture(drawing), path)
+    style.draw(drawing.file("cycle.png"), _picture, drawing)
 
 
 def _picture(drawing: Drawing) -> Figure:
@@ -68,22 +67,13 @@ def _picture(drawing: Drawing) -> Figure:
     )
     figure = style.new_figure("Side force and motion over the cycle", subtitle)
     top = 1 - (185 + 42 * rows) / style.HEIGHT
-    whole = span_of(runs[0])
+    whole = runs[0].span
     enlarged = np.clip(hardest_angle(runs[0]) + np.array(AROUND), *whole)
-    for column, (left, width) in enumerate(WHERE):
-        for number, box in enumerate(stacked(left, width, LOW, top)):
-            axes = figure.add_axes(box)
-            draw_panel(axes, PANELS[number], runs, tuple(enlarged) if column else whole)
-            if number == 0:
-                draw_gas(drawing, axes, runs[0], label=not column)
-            if number == 0 and column:
-                axes.set_title("hardest contact, enlarged", loc="right", fontsize=8.5, color=style.FAINT)
-            if not column:
-                axes.axvspan(*enlarged, color=style.ORANGE, alpha=0.09, lw=0)
-            if number < len(PANELS) - 1:
-                axes.tick_params(labelbottom=False)
-            else:
-                axes.set_xlabel("crank angle [deg]")
+    panels = draw_panels(drawing, figure, runs, whole, (SIDES[0], top))
+    for axes in panels:
+        axes.axvspan(*enlarged, color=style.ORANGE, alpha=0.09, lw=0)
+    beside = draw_panels(drawing, figure, runs, (float(enlarged[0]), float(enlarged[1])), (SIDES[1], top))
+    beside[0].set_title("hardest contact, enlarged", loc="right", fontsize=8.5, color=style.FAINT)
     handles = [Line2D([], [], color=colour, ls=dashes, lw=1.6) for colour, dashes in _styles(len(runs))]
     figure.legend(
         handles,
@@ -97,24 +87,32 @@ def _picture(drawing: Drawing) -> Figure:
     return figure
 
 
-def stacked(left: float, width: float, bottom: float, top: float) -> list[tuple[float, float, float, float]]:
-    """Return left, bottom, width, height of each panel, from the top down."""
-    free = top - bottom - APART * (len(PANELS) - 1)
-    heights = [free * panel.height / sum(other.height for other in PANELS) for panel in PANELS]
-    lower = [top - sum(heights[: k + 1]) - APART * k for k in range(len(heights))]
-    return [(left, low, width, height) for low, height in zip(lower, heights, strict=True)]
+def draw_panels(
+    drawing: Drawing,
+    figure: Figure,
+    runs: Sequence[Cycle],
+    span: tuple[float, float],
+    where: tuple[tuple[float, float], float],
+) -> list[Axes]:
+    """Draw all quantities of runs over part of the cycle, one above the other.
+
+    Args:
+        where: Left and right border, and upper one, in the figure.
+    """
+    panels = style.rows(figure, [panel.height for panel in PANELS], APART, *where)
+    for axes, panel in zip(panels, PANELS, strict=True):
+        _draw_panel(axes, panel, runs, span)
+        axes.tick_params(labelbottom=axes is panels[-1])
+    _draw_gas(drawing, panels[0], runs[0], label=span == runs[0].span)
+    panels[-1].set_xlabel("crank angle [deg]")
+    figure.align_ylabels(panels)
+    return panels
 
 
-def span_of(run: Cycle) -> tuple[float, float]:
-    """Return the crank angles at which a run begins and ends [deg], rounded where they are whole."""
-    first, last = run.degrees[0] - (run.degrees[1] - run.degrees[0]), run.degrees[-1]
-    return float(np.round(first, 6)), float(np.round(last, 6))
-
-
-def draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[float, float]) -> None:
+def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[float, float]) -> None:
     """Draw one quantity of all runs over part of the cycle."""
     curves = [panel.values(run) for run in runs]
-    whole = span == span_of(runs[0])
+    whole = span == runs[0].span
     factor, unit = style.prefixed(max(float(np.abs(curve).max()) for own in curves for curve in own), panel.unit)
     seen = [0.0]
     for run, own, (colour, dashes) in zip(runs, curves, _styles(len(runs)), strict=True):
@@ -131,11 +129,10 @@ def draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[floa
     axes.set_ylim(low - margin * panel.height**2, high + margin)
     if whole:
         axes.set_ylabel(f"{panel.label} [{unit}]")
-        axes.yaxis.set_label_coords(-0.125, 0.5)
     crank_axis(axes, runs[0].drive, *span)
 
 
-def draw_gas(drawing: Drawing, axes: Axes, run: Cycle, *, label: bool) -> None:
+def _draw_gas(drawing: Drawing, axes: Axes, run: Cycle, *, label: bool) -> None:
     """Put the gas pressure behind a panel, on a scale of its own, and name the sides of the force."""
     pressure = gas_pressure(drawing, run.drive, run.degrees)
     low, high = axes.get_ylim()

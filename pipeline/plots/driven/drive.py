@@ -1,7 +1,7 @@
 """What a driven scene is seen by: crank angle instead of time, and the directions along, across and out of plane."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,7 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.pipeline.measuring.force_window import hann_filter
+from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
 
@@ -81,6 +82,17 @@ class Cycle:
         """Centre of mass, to the right of its start [m], (s,)."""
         return self.trajectory.motion[self.drive.body][:, :3] @ self.drive.right
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """Crank angles at which it begins and ends [deg], rounded where they are whole."""
+        first, last = self.degrees[0] - (self.degrees[1] - self.degrees[0]), self.degrees[-1]
+        return float(np.round(first, 6)), float(np.round(last, 6))
+
+    @property
+    def abscissa(self) -> style.Abscissa:
+        """The crank angle at samples."""
+        return style.Abscissa(self.degrees, "crank angle [deg]", lambda axes: crank_axis(axes, self.drive, *self.span))
+
 
 def drive_of(drawing: Drawing) -> Drive:
     """Return the first joint of a driven scene, as its scene describes it."""
@@ -92,15 +104,20 @@ def drive_of(drawing: Drawing) -> Drive:
     return Drive(name, history.body, along, right, max([TURN, *(float(span) for span in spans)]))
 
 
+def own_cycle(drawing: Drawing) -> Cycle:
+    """Return this run alone."""
+    return Cycle(drawing.scene_name, drive_of(drawing), drawing.trajectory)
+
+
 def cycles(drawing: Drawing) -> list[Cycle]:
     """Return this run first, then those that it is compared with; one under its own key gives it its label."""
-    drive = drive_of(drawing)
-    own = next((label for label, key in drawing.compare.items() if key == drawing.key), drawing.scene_name)
-    found = [Cycle(own, drive, drawing.trajectory)]
+    own = own_cycle(drawing)
+    label = next((label for label, key in drawing.compare.items() if key == drawing.key), own.label)
+    found = [replace(own, label=label)]
     fields = ["times", "contacts", "joints", "motion"]
     for label, key in drawing.compare.items():
         if key != drawing.key:
-            found.append(Cycle(label, drive, drawing.store.get(key, "trajectory", only=fields)))
+            found.append(Cycle(label, own.drive, drawing.store.get(key, "trajectory", only=fields)))
     return found
 
 

@@ -7,7 +7,6 @@ from matplotlib.patches import Patch
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.force_axes import legend
 from gudgeon.pipeline.plots.contact.located import Side, Touch
 
 STICKS = 1e-7
@@ -37,8 +36,8 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     largest = max(float(np.abs(speed).max()), float(np.abs(ground_speed).max()))
     sliding = np.abs(speed - ground_speed) > STICKS * largest
     end = float(trajectory.times[-1])
-    shown, time_name = style.time_unit(end)
-    times = trajectory.times * shown
+    abscissa, (shown, _) = style.over_time(trajectory.times, (0.0, end)), style.time_unit(end)
+    times = abscissa.values
     subtitle = f"{drawing.scene_name}  ·  contact {touch.name} along the line of friction  ·  {_changes(sliding)}"
     figure = style.new_figure("Sliding and sticking", subtitle)
     panels = [
@@ -51,9 +50,7 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     for axes in panels:
         for first, last in _runs(sliding, trajectory.times):
             axes.axvspan(first * shown, last * shown, color=style.ORANGE, alpha=0.13, lw=0, zorder=0.3)
-        axes.set_xlim(0, end * shown)
-        axes.tick_params(labelbottom=axes is panels[-1])
-    panels[-1].set_xlabel(f"time [{time_name}]")
+    abscissa.finish(panels)
     return figure
 
 
@@ -71,11 +68,7 @@ def _place_axes(axes: Axes, times: np.ndarray, place: np.ndarray, ground: np.nda
     axes.plot(times, place * scale, color=style.BLUE, lw=1.8, label=names[0])
     axes.set_ylim(low * scale, high * scale)
     axes.set_ylabel(f"place [{unit}]")
-    found = axes.get_legend_handles_labels()
-    axes.legend(
-        [*found[0], Patch(color=style.ORANGE, alpha=0.25, lw=0)], [*found[1], "slides"],
-        loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=3, columnspacing=1.8, borderaxespad=0.2,
-    )  # fmt: skip
+    style.legend(axes, (Patch(color=style.ORANGE, alpha=0.25, lw=0), "slides"))
 
 
 def _speed_axes(axes: Axes, times: np.ndarray, speed: np.ndarray, ground: np.ndarray) -> None:
@@ -94,7 +87,7 @@ def _force_axes(axes: Axes, times: np.ndarray, touch: Touch, line: np.ndarray, f
     axes.plot(times, drag * scale, color=style.RED, lw=1.6, label="friction force on the body")
     axes.set_ylabel(f"force [{unit}]")
     axes.set_ylim(-1.12 * float(hold.max()) or -1.0, 1.12 * float(hold.max()) or 1.0)
-    legend(axes)
+    style.legend(axes)
 
 
 def _along(drawing: Drawing, side: Side, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -16,15 +16,13 @@ def draw_nodal_diameters(drawing: Drawing) -> None:
     """Draw the frequencies of every harmonic, with the engine order's harmonic and the band of the force."""
     wheel: WheelRecord = drawing.store.get(drawing.key, "wheel", only=["excitation"])
     cyclic: CyclicRecord = drawing.store.get(wheel.modes_key, "cyclic", only=["harmonics"])
-    with style.styled(), drawing.file("nodal-diameters.png") as path:
-        style.save(_diameters(drawing.scene_name, wheel, cyclic), path)
+    style.draw(drawing.file("nodal-diameters.png"), _diameters, drawing.scene_name, wheel, cyclic)
 
 
 def draw_blades(drawing: Drawing) -> None:
     """Draw the amplitude of every blade over frequency, and the largest of each over the wheel."""
     wheel: WheelRecord = drawing.store.get(drawing.key, "wheel")
-    with style.styled(), drawing.file("blades.png") as path:
-        style.save(_blades(drawing.scene_name, wheel), path)
+    style.draw(drawing.file("blades.png"), _blades, drawing.scene_name, wheel)
 
 
 def harmonic_of(engine_order: int, sectors: int) -> int:

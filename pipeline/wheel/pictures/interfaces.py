@@ -48,10 +48,7 @@ def draw(found: Comparison, path: Path) -> None:
                 axes.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=8.5)
         note = f"grey: the full wheel, {full.coordinates:,} dofs, {full.cpu:.1f} s; magnification"
         figure.text(0.035, 0.03, f"{note} {full.magnification:.4f}", fontsize=8.5, color=FAINT)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        scratch = path.with_name(f".{path.name}.part")
-        save(figure, scratch)
-        scratch.replace(path)
+        save(figure, path)
 
 
 def _panel(axes: Axes, values: list[float], whole: float | None, colours: list[str], written: str) -> None:

@@ -1,24 +1,26 @@
 """`wheel.png`: the whole tuned wheel in the nodal-diameter mode that the force excites most."""
 
 import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from PIL.Image import Image
 
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.base.surface import MERGE, boundary_facets, make_skin
+from gudgeon.pipeline.plots.base.surface import make_skin
 from gudgeon.pipeline.wheel.pictures.curves import harmonic_of
 
 IMAGE = (1340, 1000)
-"""Part of the picture that is rendered [px]; drawn twice as large and averaged."""
+"""Part of the picture that is rendered [px]."""
 TRIANGLES = 250_000
 """Aim for the number of flat triangles."""
 SHOWN = 0.07
 """Largest drawn displacement, relative to the wheel's diameter."""
+MERGE = 0.7390851e-6
+"""Nodes of two sectors closer than this times the wheel's diameter are one; no round number, so that no coordinate lies
+between two cells of the rounding."""
 BAR = (0.862, 0.17, 0.018, 0.6)
 """Place of the colour bar."""
 
@@ -31,8 +33,7 @@ def draw_wheel(drawing: Drawing) -> None:
     harmonic = cyclic.harmonics[str(harmonic_of(wheel.engine_order, cyclic.sectors))]
     peak = wheel.excitation[np.hypot(wheel.tuned[:, 0, 0], wheel.tuned[:, 0, 1]).argmax()]
     number = int(np.abs(harmonic.angular_frequencies - peak).argmin())
-    with style.styled(), drawing.file("wheel.png") as path:
-        style.save(_picture(drawing.scene_name, mesh, cyclic, harmonic, number), path)
+    style.draw(drawing.file("wheel.png"), lambda: _picture(drawing.scene_name, mesh, cyclic, harmonic, number))
 
 
 def whole_wheel(
@@ -69,34 +70,18 @@ def _picture(scene: str, mesh: MeshRecord, cyclic: CyclicRecord, harmonic: Cycli
         f"{scene}  ·  tuned wheel of {cyclic.sectors} sectors, mode {number + 1} of harmonic {n}"
         f"  ·  {len(nodes):,} nodes, of which {len(mesh.nodes):,} were computed",
     )
-    axes = figure.add_axes((0.02, 0.06, IMAGE[0] / style.WIDTH, IMAGE[1] / style.HEIGHT))
-    axes.imshow(image, interpolation="none")
-    axes.axis("off")
-    scale = ScalarMappable(Normalize(-1.0, 1.0), style.SIGNED)
-    bar = figure.colorbar(scale, cax=figure.add_axes(BAR))
-    bar.outline.set_visible(False)  # type: ignore[operator]
-    bar.set_label("axial displacement / largest displacement")
+    style.show_image(figure, image, (0.02, 0.06))
+    style.colour_bar(figure, style.scale(-1.0, 1.0, style.SIGNED), "axial displacement / largest displacement", BAR)
     return figure
 
 
-def _render(nodes: np.ndarray, cells: np.ndarray, shown: np.ndarray, axial: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    facets = boundary_facets(cells)
-    numbers, local = np.unique(facets, return_inverse=True)
-    nodes, shown, axial = nodes[numbers], shown[numbers], axial[numbers]
-    skin = make_skin(nodes, local.reshape(facets.shape), TRIANGLES)
-    plotter = view.new_plotter((2 * IMAGE[0], 2 * IMAGE[1]))
-    mesh = view.skin_mesh(skin, nodes, shown, 1.0, axial)
-    view.add_skin(plotter, mesh, "magnitude", 1.0, style.SIGNED, signed=True)
-    edges = view.lines(skin.edge_weights @ (nodes + shown), skin.segments)
-    view.add_lines(plotter, edges, color=style.INK, line_width=2.0)
-    view.aim(plotter, view.looking(_across(axis), axis, 0.0, 38.0), mesh.points)
-    image = view.photograph(plotter)
+def _render(nodes: np.ndarray, cells: np.ndarray, shown: np.ndarray, axial: np.ndarray, axis: np.ndarray) -> Image:
+    skin = make_skin(nodes, cells, TRIANGLES, {"shown": shown, "axial": axial})
+    skin.move(skin.points + skin.take("shown"))
+    skin.colour(skin.take("axial"))
+    plotter = view.new_plotter(IMAGE)
+    view.add_skin(plotter, skin, style.SIGNED, (-1.0, 1.0), 2.0)
+    view.aim(plotter, view.looking(axis, axis, 0.0, 38.0), skin.points)
+    image = view.photograph(plotter, IMAGE)
     plotter.close()
-    halves = np.asarray(image, float).reshape(IMAGE[1], 2, IMAGE[0], 2, 3)
-    return halves.mean(axis=(1, 3)).astype(np.uint8)
-
-
-def _across(axis: np.ndarray) -> np.ndarray:
-    """Return a unit vector across the axis."""
-    other = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
-    return other / np.linalg.norm(other)
+    return image

@@ -2,7 +2,7 @@
 
 import subprocess
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -14,13 +14,17 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.measuring.force_window import hann_filter, resample_mean
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.base.surface import boundary_facets, make_skin
 from gudgeon.pipeline.stages.run import run_job
 from tests.pipeline.small import write_scene
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
 imageio = pytest.importorskip("imageio.v3")
+
+from gudgeon.pipeline.plots.base.surface import SHARP, Cut, make_skin  # noqa: E402
+
+if TYPE_CHECKING:
+    import pyvista as pv
 
 ROD = """
 [component.rod]
@@ -48,6 +52,9 @@ ROUND_OFF = 1e-12
 """Relative: sums of a few hundred numbers."""
 LEAST_DEVIATION = 10.0
 """Standard deviation of the grey values of a picture that is not blank."""
+
+SLIVER = 1e-3
+"""Of the mean area of triangles: smaller ones are not looked at."""
 
 FAKE_CHILD = """
 import json, os, pathlib, runpy, signal, sys, time
@@ -176,30 +183,61 @@ def test_picture_of_an_earlier_result_does_not_outlive_a_failure(rod: tuple[Path
     assert told == []
 
 
+def triangles_of(surface: "pv.PolyData") -> np.ndarray:
+    """Return the corners of the triangles of a surface, (3, t, 3)."""
+    return np.moveaxis(np.asarray(surface.points, float)[surface.regular_faces], 1, 0)
+
+
+def volume_of(surface: "pv.PolyData") -> float:
+    """Return the signed volume within a surface, positive where its triangles look outward."""
+    a, b, c = triangles_of(surface)
+    return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6)
+
+
 def test_boundary_is_what_the_surfaces_cover(skirt_mesh: MeshRecord) -> None:
     named = np.concatenate([surface.facets for surface in skirt_mesh.surfaces.values()])
-    found = boundary_facets(skirt_mesh.cells)
-    assert {frozenset(facet) for facet in found} == {frozenset(facet) for facet in named}
-    a, b, c = (skirt_mesh.nodes[found[:, k]] for k in range(3))
-    volume = np.einsum("fi,fi->", a, np.cross(b, c)) / 6
-    assert 0.9 < volume / (np.pi * (0.04296**2 * 0.06 - 0.03896**2 * 0.052)) < 1.0
+    skin = make_skin(
+        skirt_mesh.nodes, skirt_mesh.cells, len(named), {"number": np.arange(float(len(skirt_mesh.nodes)))}
+    )
+    numbers = skin.surface.point_data["number"].astype(int)[skin.surface.regular_faces]
+    assert {frozenset(facet) for facet in numbers} == {frozenset(facet) for facet in named[:, :3]}
+    assert 0.9 < volume_of(skin.surface) / (np.pi * (0.04296**2 * 0.06 - 0.03896**2 * 0.052)) < 1.0
 
 
 def test_skin_follows_the_curved_facets(skirt_mesh: MeshRecord) -> None:
-    facets = boundary_facets(skirt_mesh.cells)
-    skin = make_skin(skirt_mesh.nodes, facets, 16 * len(facets))
-    points = skin.weights @ skirt_mesh.nodes
-    np.testing.assert_allclose(skin.weights.sum(axis=1), 1.0, rtol=ROUND_OFF)
-    assert len(skin.triangles) == 16 * len(facets)
+    facets = sum(len(surface.facets) for surface in skirt_mesh.surfaces.values())
+    linear = skirt_mesh.nodes @ np.array([1.0, 2.0, 3.0]) + 4.0
+    skin = make_skin(skirt_mesh.nodes, skirt_mesh.cells, 16 * facets, {"linear": linear})
+    assert skin.surface.n_cells == 16 * facets
+    points = skin.points
+    # Fields are interpolated as the positions are.
+    np.testing.assert_allclose(skin.take("linear"), points @ np.array([1.0, 2.0, 3.0]) + 4.0, rtol=ROUND_OFF)
     # Patches: outside, inside, crown, its inner side, open end. Edges: two circles outside, two inside.
-    rim = skin.edge_weights @ skirt_mesh.nodes
-    lengths = np.linalg.norm(np.diff(rim[skin.segments], axis=1)[:, 0], axis=1)
+    rim = skin.edges.points[skin.edges.lines.reshape(-1, 3)[:, 1:]]
+    lengths = np.linalg.norm(np.diff(rim, axis=1)[:, 0], axis=1)
     circles = 2 * np.pi * 2 * (0.04296 + 0.03896)
     # Quadratic arcs of 12 mm on a radius of 43 mm, in chords of a quarter.
     assert lengths.sum() == pytest.approx(circles, rel=1e-3)
     # Each patch is closed up: as many points as a planar or a tubular triangulation has, V = F/2 + b/2 + χ.
-    boundary = 2 * len(skin.segments)
-    assert len(points) == (len(skin.triangles) + boundary) // 2 + 1 + 1 + 0 + 0 + 0
+    boundary = 2 * skin.edges.n_cells
+    assert skin.surface.n_points == (skin.surface.n_cells + boundary) // 2 + 1 + 1 + 0 + 0 + 0
+
+
+@pytest.mark.parametrize("cut", [None, Cut(np.zeros(3), np.array([0.0, 1.0, 0.0]))], ids=["whole", "cut open"])
+def test_normals_follow_a_moved_skin(skirt_mesh: MeshRecord, cut: Cut | None) -> None:
+    skin = make_skin(skirt_mesh.nodes, skirt_mesh.cells, 20_000, {}, cut)
+    sheared = skin.points.copy()
+    sheared[:, 2] += 0.5 * sheared[:, 0]
+    for points in (skin.points, sheared):
+        skin.move(points)
+        a, b, c = triangles_of(skin.surface)
+        flat = np.cross(b - a, c - a)
+        area = np.linalg.norm(flat, axis=1)
+        # A cut leaves slivers, which have a direction of their own.
+        whole = area > SLIVER * area.mean()
+        smooth = skin.surface.point_data["Normals"][skin.surface.regular_faces[whole]]
+        turned = np.einsum("fi,fki->fk", flat[whole] / area[whole, None], smooth)
+        assert turned.min() > np.cos(np.radians(SHARP / 2))
 
 
 def test_window_keeps_impulse_and_constants() -> None:

@@ -17,6 +17,8 @@ from gudgeon.pipeline.stages.run import run_job
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
 
+from gudgeon.pipeline.plots.base.surface import make_skin
+from gudgeon.pipeline.plots.deformation.solid import values_where_known
 from tests.pipeline.plots.test_plots import assert_picture
 
 END = """
@@ -92,6 +94,21 @@ def test_shown_stress_is_rows_of_coordinates_and_of_forces(scene: tuple[str, Pat
     others = np.setdiff1d(np.arange(len(values)), gauge.nodes)
     assert np.isnan(values[others]).all()
     assert len(others) == 0 if scene[0] == "sheet" else len(others) > 0
+
+
+def test_a_solid_is_coloured_on_the_sides_that_are_read_alone(scene: tuple[str, Path, str], tmp_path: Path) -> None:
+    if scene[0] == "sheet":
+        pytest.skip("a plane part has no skin")
+    body = drawing_of(scene, tmp_path).body("part")
+    top = body.nodes[:, 2] > body.nodes[:, 2].max() - 1e-9
+    height = body.nodes[:, 0]
+    skin = make_skin(body.nodes, body.mesh.cells, 5000, {"stress": np.where(top, height, 0.0), "known": 1.0 * top})
+    values = values_where_known(skin)
+    faces, points = skin.surface.regular_faces, skin.surface.points
+    above = (points[faces][:, :, 2] > points[:, 2].max() - 1e-9).all(axis=1)
+    assert 0 < above.sum() < len(above)
+    np.testing.assert_allclose(values[faces[above]], points[faces[above]][:, :, 0], rtol=1e-9, atol=1e-12)
+    assert np.isnan(values[faces[~above]]).all()
 
 
 def test_shown_and_recorded_stress_agree(scene: tuple[str, Path, str], tmp_path: Path) -> None:
