@@ -8,7 +8,6 @@ from pathlib import Path
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.report.document import Document, csv_text
-from gudgeon.pipeline.report.page.page import page
 from gudgeon.pipeline.report.page.words import (
     NOTHING,
     change_columns,
@@ -71,9 +70,11 @@ def write_report(document: Document, folder: Path, *, picture: bytes | None = No
     """
     write_text(folder / "report.json", document.as_text())
     write_text(folder / "report.csv", csv_text(document))
-    write_text(folder / "report.html", page(document, picture))
+    # Imported late: matplotlib would count into the memory of timed runs.
+    from gudgeon.pipeline.report.page.page import page
     from gudgeon.pipeline.report.page.picture import draw
 
+    write_text(folder / "report.html", page(document, picture))
     draw(document, folder / "report.png")
 
 
