@@ -4,16 +4,14 @@ import difflib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from importlib.metadata import version
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.changes import change_rows
 from gudgeon.pipeline.report.choice import choose, doubtful, keep
 from gudgeon.pipeline.report.document import Document, Quantity
-from gudgeon.pipeline.report.effort import Effort, command_text
+from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
 from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
@@ -87,12 +85,9 @@ def _report(
     found = quantities(points, reference, nodal, job)
     counting = {one.name for one in found if one.counts}
     runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
-    document = Document(
-        scene=job.name,
-        command=command_text(job.path, job.overrides, how),
+    document = replace(
+        new_document(job, how),
         reference={"kind": reference.kind, "source": reference.source},
-        machine=machine(),
-        version=version("gudgeon"),
         quantities=found,
         runs=runs,
         left_out=left_out,

@@ -138,8 +138,8 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
     job, timed = one.job, one.timed
     if timed is None:
         return Run(
-            one.setting.name, "reduced", one.scheme[1], one.setting.changes, 0, one.failure, {}, None, None, None,
-            "it failed", None, "it failed", None, None, None, None, None, None, 0.0, 0.0, {}, None, False,
+            one.setting.name, "reduced", one.scheme[1], one.setting.changes, 0, one.failure, {},
+            truncation_against="it failed", time_against="it failed",
         )  # fmt: skip
     trajectory, counts = timed.trajectory, timed.trajectory.counts
     errors = errors_against(job, trajectory, reference) if one.ran else {}
@@ -155,7 +155,7 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
         finest[0] if finest else ("exact motion between located events" if located else "it is the finest"),
         trajectory.energy_drift, trajectory.momentum_residual, None if located else counts["step"], counts["steps"],
         timed.factorisations, counts.get("newton_iterations", counts.get("pivots")), timed.cpu, timed.wall,
-        timed.stages, timed.peak_mib, False,
+        timed.stages, timed.peak_mib,
     )  # fmt: skip
 
 
@@ -171,7 +171,6 @@ def _nodal_run(
         None if run is nodal[-1] else _apart(job, run, nodal[-1], nodal_name(nodal[-1]), reference),
         "it is the reference" if itself else "it is the finest" if run is nodal[-1] else nodal_name(nodal[-1]),
         run.energy_drift, None, run.step, len(run.times), 1, run.newton_iterations, run.cpu_seconds, run.wall_seconds,
-        {}, None, False,
     )  # fmt: skip
 
 

@@ -7,18 +7,16 @@ gives of it without a reference stands beside.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.reduction.frequency_table import FIELDS
 from gudgeon.pipeline.report.choice import choose, keep
 from gudgeon.pipeline.report.document import Chain, Document, Errors, Quantity, Run, Table
-from gudgeon.pipeline.report.effort import Effort, command_text
+from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.page.words import NOTHING, error_text, size_text
@@ -80,16 +78,12 @@ def _report(job: Job, how: Effort, progress: Progress) -> Document:
     found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
     counting = {one.name for one in found if one.counts}
     runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
-    document = Document(
-        scene=job.name,
-        command=command_text(job.path, job.overrides, how),
+    document = replace(
+        new_document(job, how),
         reference={"kind": reference.kind, "source": reference.source},
-        machine=machine(),
-        version=version("gudgeon"),
         quantities=found,
         runs=runs,
         left_out=left_out,
-        changes=[],
         choice=choose(runs, how.tolerance),
         tables=[_table(found, meshes, reference)],
         timing=TIMING.format(repeat=how.repeat),
@@ -211,13 +205,12 @@ def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
     worst, size = largest(errors, counting)
     cold = [stage.cold for name, stage in one.taken.stages.items() if name in ("mesh", "modes") and stage.cold]
     return Run(
-        name=one.setting.name, kind="reduced", scheme=one.cells, settings=one.setting.changes, coordinates=one.dofs,
-        result="FINISHED", errors=errors, largest_error=size, largest_of=worst, truncation=None,
-        truncation_against="as many modes on every mesh", time=None, time_against="modes have no time step",
-        energy_drift=None, momentum_residual=None, step=None, steps=None, factorisations=one.taken.factorisations,
-        iterations=None, cpu_seconds=sum(taken.cpu for taken in cold), wall_seconds=sum(taken.wall for taken in cold),
+        one.setting.name, "reduced", one.cells, one.setting.changes, one.dofs, "FINISHED", errors, size, worst,
+        truncation_against="as many modes on every mesh", time_against="modes have no time step",
+        factorisations=one.taken.factorisations, cpu_seconds=sum(taken.cpu for taken in cold),
+        wall_seconds=sum(taken.wall for taken in cold),
         stages={name: stage for name, stage in one.taken.stages.items() if name in ("mesh", "modes")},
-        peak_mib=one.taken.peak_mib, front=False,
+        peak_mib=one.taken.peak_mib,
     )  # fmt: skip
 
 
