@@ -7,7 +7,6 @@ whose points carry the numbers of their runs, so that the page's script can mark
 import io
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -15,10 +14,8 @@ from xml.etree import ElementTree
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
 from gudgeon.pipeline.plots.base.style import FAINT, INK, RED, new_figure, save, styled
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Run
@@ -42,8 +39,7 @@ LINE = 0.0215
 SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
 
 
-@dataclass(frozen=True)
-class Look:
+class Look(NamedTuple):
     """Of the points of a scheme."""
 
     colour: str
@@ -136,9 +132,9 @@ def draw(document: Document, path: Path) -> None:
         flags = ", ".join(one.name for one in flagged(document))
         if flags:
             text = f"does not converge over this sweep, not fitted: {flags}"
-            _line(figure, (0.035, 0.045), text, 112, fontsize=8.5, color=RED)
+            _line(figure, (0.035, 0.045), text, 125, fontsize=8, color=RED)
         if document.choice is not None:
-            _line(figure, (0.035, 0.02), verdict(document), 112, fontsize=8.5, color=FAINT)
+            _line(figure, (0.035, 0.02), verdict(document), 125, fontsize=8, color=FAINT)
         scratch = path.with_name(f".{path.name}.part")
         path.parent.mkdir(parents=True, exist_ok=True)
         save(figure, scratch)
@@ -258,7 +254,7 @@ def _numbers(axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int])
 def _log_axes(
     axes: Axes, points: np.ndarray, texts: Sequence[Callable[[float], str]], most: int, floor: float | None = None
 ) -> None:
-    """Set logarithmic axes with room around points, half a decade long at least, and their labels.
+    """Set logarithmic axes with room around points, half a decade long at least; label 1, 2, 5 times powers of ten.
 
     Args:
         points: (k, 2)
@@ -266,31 +262,21 @@ def _log_axes(
         most: Labels of an axis.
         floor: Where the vertical axis begins.
     """
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     axes.tick_params(which="both", left=False, bottom=False)
-    for number, axis in enumerate((axes.xaxis, axes.yaxis)):
-        low, high = np.log10(points[:, number].min()), np.log10(points[:, number].max())
+    for axis, values, text, start in zip((axes.xaxis, axes.yaxis), points.T, texts, (None, floor), strict=True):
+        low, high = np.log10(values.min()), np.log10(values.max())
         room = max(0.08 * (high - low), 0.1, 0.5 * (0.5 - high + low))
-        low, high = (np.log10(floor) if number and floor is not None else low - room), high + room
-        (axes.set_ylim if number else axes.set_xlim)(10**low, 10**high)
-        _ticks(axis, (low, high), texts[number], most)
-
-
-def _ticks(axis: Axis, decades: tuple[float, float], text: Callable[[float], str], most: int) -> None:
-    """Label powers of ten, with 2 and 5 between where there are few of them."""
-    first, last = math.floor(decades[0]), math.ceil(decades[1])
-    able = []
-    for steps in ((1, 2, 5), (1, 3), (1,)):
-        able = [step * 10.0**power for power in range(first, last + 1) for step in steps]
-        able = [value for value in able if decades[0] <= math.log10(value) + 1e-9 <= decades[1] + 2e-9]
-        if len(able) <= most:
-            break
-    able = able[:: math.ceil(len(able) / most)]
-    axis.set_major_locator(FixedLocator(able))
-    axis.set_major_formatter(FixedFormatter([text(value) for value in able]))
-    axis.set_minor_locator(FixedLocator([]))
-    axis.set_minor_formatter(NullFormatter())
+        low, high, able = low - room if start is None else np.log10(start), high + room, []
+        for steps in ((1, 2, 5), (1, 3), (1,)):
+            values = [step * 10.0**power for power in range(math.floor(low), math.ceil(high) + 1) for step in steps]
+            able = [value for value in values if low - 1e-9 <= math.log10(value) <= high + 1e-9]
+            if len(able) <= most:
+                break
+        able = able[:: math.ceil(len(able) / most)]
+        axis.set_ticks(able, [text(value) for value in able])
+        axis.set_ticks([], minor=True)
+        (axes.set_xlim if axis is axes.xaxis else axes.set_ylim)(10**low, 10**high)
 
 
 def _legend(figure: Figure, document: Document) -> None:
@@ -314,7 +300,7 @@ def _legend(figure: Figure, document: Document) -> None:
         _line(figure, (left + 0.02, height), str(number + 1), 5, fontsize=7.5, fontweight=weight, ha="right")
         taken = f"{'the reference' if error == 0 else size_text(error)}, {seconds_text(run.cpu_seconds)}"
         _line(figure, (left + 0.335, height), taken, 30, fontsize=7, color=FAINT, ha="right")
-        _line(figure, (left + 0.028, height), run.name, 44 - len(taken), fontsize=7.5)
+        _line(figure, (left + 0.028, height), run.name, 46 - len(taken), fontsize=7.5)
     more = ((len(named) - room, "runs"), (len(found) - SCHEMES, "schemes"))
     hidden = [f"{count} more {what}" for count, what in more if count > 0]
     if hidden:

@@ -112,7 +112,7 @@ def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
     if settings.counts[-1] > (most := largest_count(travel.model)):
         raise InputError(f"{job.path}: report.vectors.counts: {settings.counts[-1]} given, the mesh has {most} at most")
     nodal, reference = _nodal(travel, root, settings, lambda share: progress("all nodal dofs", share))
-    runs, answers = _runs(travel, root, settings, reference, repeat)
+    runs, answers = _runs(travel, root, settings, reference, repeat, progress)
     last = {run.scheme: answer for run, answer in zip(runs, answers, strict=True)}
     apart = {run.name: _apart(root, answer, last[run.scheme]) for run, answer in zip(runs, answers, strict=True)}
     cost = prices(travel, settings, repeat)
@@ -144,12 +144,14 @@ def _nodal(travel: Travel, root: Root, settings: Vectors, tell: Callable[[float]
 
 
 def _runs(
-    travel: Travel, root: Root, settings: Vectors, reference: History, repeat: int
+    travel: Travel, root: Root, settings: Vectors, reference: History, repeat: int, progress: Progress
 ) -> tuple[list[Run], list[History]]:
     """Return each basis at each number of vectors that it can have as a run, and what is compared of it."""
     runs, answers, steps, samples = [], [], steps_of(settings), SAMPLES * settings.places
     source, bases = Source.of(travel, settings.counts[-1]), bases_of(travel, settings.places)
-    for basis, count in ((basis, count) for basis in bases for count in settings.counts if count >= basis.least):
+    able = [(basis, count) for basis in bases for count in settings.counts if count >= basis.least]
+    for number, (basis, count) in enumerate(able):
+        progress("bases", number / len(able))
         with peak_memory() as peak:
             sets, made = fastest(lambda basis=basis, count=count: source.make(basis, count), repeat)
             ours, solved = fastest(lambda sets=sets: reduced_history(travel, root, sets, steps, samples), repeat)
