@@ -1,7 +1,8 @@
 """From runs to the rows of a report: errors split into truncation and time error, and whether quantities settle."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
@@ -49,13 +50,14 @@ class Point:
         return self.timed.trajectory
 
 
-@dataclass
-class Links:
-    """The chains that a quantity's values form, by axis."""
+class Link(NamedTuple):
+    """A run in a chain of runs, coarse to fine."""
 
-    basis: list[list[tuple[str, float, Errors, Errors]]] = field(default_factory=list)
-    """Runs coarse to fine: name, size h, errors, differences from the finest."""
-    step: list[list[tuple[str, float, Errors, Errors]]] = field(default_factory=list)
+    run: str
+    size: float
+    errors: Errors
+    apart: Errors
+    """Differences from the finest."""
 
 
 def point(setting: Setting, job: Job, timed: Timed | None, failure: str = "") -> Point:
@@ -100,23 +102,27 @@ def quantities(
     points: Sequence[Point], reference: Reference, nodal: Sequence[NodalRecord], base: Job
 ) -> list[Quantity]:
     """Return what is compared, and how it behaves over the sweep; `counts` as the reference allows."""
-    links = Links(list(_basis_chains(points, reference)), list(_step_chains(points, reference)))
-    links.step += [list(_nodal_chain(nodal, base, reference))] if len(nodal) > 1 else []
+    links = {"basis": list(_basis_chains(points, reference)), "step": list(_step_chains(points, reference))}
+    if len(nodal) > 1:
+        links["step"].append(_chain(base, [(nodal_name(run), run.step, run) for run in nodal], reference))
     ran = [one for one in points if one.ran]
     names = dict.fromkeys(name for one in ran for name in errors_against(one.job, one.trajectory, reference))
     units = {name: entry["unit"] for one in ran for name, entry in one.trajectory.quantities.items()}
     return [_quantity(name, units.get(name, ""), links, reference, base) for name in names]
 
 
-def _quantity(name: str, unit: str, links: Links, reference: Reference, base: Job) -> Quantity:
+def _quantity(
+    name: str, unit: str, links: dict[str, list[list[Link]]], reference: Reference, base: Job
+) -> Quantity:  # fmt: skip
     chains = []
-    for axis, found in (("basis", links.basis), ("step", links.step)):
-        for chain in found:
-            kept = [(run, size, errors[name], apart[name]) for run, size, errors, apart in chain
-                    if name in errors and name in apart]  # fmt: skip
-            if len(kept) < 2:
-                continue
-            chains.append(chain_of(axis, *zip(*kept, strict=True)))
+    for axis, found in links.items():
+        for link in found:
+            kept = [
+                (one.run, one.size, one.errors[name], one.apart[name])
+                for one in link if name in one.errors and name in one.apart
+            ]  # fmt: skip
+            if len(kept) > 1:
+                chains.append(chain_of(axis, *zip(*kept, strict=True)))
     settles, why = settling(name, chains)
     measure = "L2" if name in HISTORIES else "absolute" if _is_absolute(name, reference) else "relative"
     interest, report = base.scene.report.interest, base.scene.report
@@ -188,40 +194,35 @@ def _apart(
     }
 
 
-def _basis_chains(points: Sequence[Point], reference: Reference) -> Iterator[list[tuple[str, float, Errors, Errors]]]:
+def _basis_chains(points: Sequence[Point], reference: Reference) -> Iterator[list[Link]]:
     for key in dict.fromkeys((one.scheme, one.pace) for one in points if one.ran):
         alike = sorted((one for one in points if one.ran and (one.scheme, one.pace) == key), key=_size)
         alike = [one for number, one in enumerate(alike) if number == 0 or _size(one) > _size(alike[number - 1])]
-        runs = [(one.setting.name, float(_size(one)), one.trajectory) for one in alike]
-        if len(runs) > 1:
-            yield list(_chain(alike[-1].job, runs, reference))
+        if len(alike) > 1:
+            runs = [(one.setting.name, float(_size(one)), one.trajectory) for one in alike]
+            yield _chain(alike[-1].job, runs, reference)
 
 
-def _step_chains(points: Sequence[Point], reference: Reference) -> Iterator[list[tuple[str, float, Errors, Errors]]]:
+def _step_chains(points: Sequence[Point], reference: Reference) -> Iterator[list[Link]]:
     for key in dict.fromkeys((one.scheme, one.basis) for one in points if one.ran):
         alike = [one for one in points if one.ran and (one.scheme, one.basis) == key]
         runs = [(one.setting.name, _step(one), one.trajectory) for one in alike]
         runs += [finer for one in alike for finer in one.finer]
         by_size = {size: (name, size, trajectory) for name, size, trajectory in runs}
-        ordered = [by_size[size] for size in sorted(by_size, reverse=True)]
-        if len(ordered) > 1:
-            yield list(_chain(alike[0].job, ordered, reference))
-
-
-def _nodal_chain(
-    nodal: Sequence[NodalRecord], job: Job, reference: Reference
-) -> Iterator[tuple[str, float, Errors, Errors]]:
-    return _chain(job, [(nodal_name(run), run.step, run) for run in nodal], reference)
+        if len(by_size) > 1:
+            yield _chain(alike[0].job, [by_size[size] for size in sorted(by_size, reverse=True)], reference)
 
 
 def _chain(
     job: Job, runs: Sequence[tuple[str, float, Trajectory | NodalRecord]], reference: Reference
-) -> Iterator[tuple[str, float, Errors, Errors]]:
+) -> list[Link]:  # fmt: skip
     name, _, finest = runs[-1]
+    links = []
     for run_name, size, run in runs:
         errors = errors_against(job, run, reference)
         apart = dict.fromkeys(errors, 0.0) if run is finest else _apart(job, run, finest, name, reference)
-        yield run_name, size, errors, apart
+        links.append(Link(run_name, size, errors, apart))
+    return links
 
 
 def _size(one: Point) -> int:

@@ -22,7 +22,7 @@ from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.page.words import NOTHING, error_text, size_text
 from gudgeon.pipeline.report.reference import Reference, external_reference, largest
 from gudgeon.pipeline.report.series import chain, settling
-from gudgeon.pipeline.report.sweep import Setting, contradiction, settings_of
+from gudgeon.pipeline.report.sweep import Setting, able_settings, reason, settings_of
 from gudgeon.pipeline.report.timing import Prepared, prepared
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
@@ -96,14 +96,8 @@ def _report(job: Job, how: Effort, progress: Progress) -> Document:
 
 def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], list[dict[str, str]]]:
     """Return the settings that have modes, coarse to fine, and those that have none, with the reason."""
-    meshes, left_out, able = [], [], []
-    for setting in sizes_of(job):
-        if (why := contradiction(job, setting)) is None:
-            able.append(setting)
-        else:
-            left_out.append({"name": setting.name, "why": why})
-    if not able:
-        raise InputError(f"{job.path}: report: no setting can be; {left_out[0]['name']}: {left_out[0]['why']}")
+    able, left_out = able_settings(job, sizes_of(job))
+    meshes = []
     for number, setting in enumerate(able):
         progress(f"setting {number + 1} of {len(able)}", number / len(able))
         try:
@@ -111,8 +105,7 @@ def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], li
         except (InputError, StageError) as error:
             if setting.named and isinstance(error, InputError):
                 raise
-            why = str(error).splitlines()[0].removeprefix(f"{job.path}: ")
-            left_out.append({"name": setting.name, "why": why})
+            left_out.append({"name": setting.name, "why": reason(job, error)})
     if not meshes:
         raise StageError(f"{job.path}: report: no mesh has modes: {'; '.join(one['why'] for one in left_out)}")
     return sorted(meshes, key=lambda one: one.dofs), left_out

@@ -10,8 +10,6 @@ from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.report.document import Document, csv_text
 from gudgeon.pipeline.report.page.words import (
     NOTHING,
-    change_columns,
-    change_text,
     count_text,
     error_text,
     flagged,
@@ -19,6 +17,7 @@ from gudgeon.pipeline.report.page.words import (
     seconds_text,
     size_text,
     small_text,
+    tables_of,
     verdict,
 )
 
@@ -89,11 +88,7 @@ def report_text(document: Document) -> str:
         "",
         *_runs(document),
     ]
-    if document.changes:
-        columns = change_columns(document)
-        rows = [[change_text(key, row.get(key)) for key in columns] for row in document.changes]
-        lines += ["", *_table([key.replace("_", " ") for key in columns], rows)]
-    for table in document.tables:
+    for table in tables_of(document):
         lines += ["", f"{table.title}{': ' if table.note else ''}{table.note}", ""]
         lines += _table(table.columns, table.rows)
     if document.left_out:

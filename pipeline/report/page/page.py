@@ -12,7 +12,7 @@ from typing import Any
 
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Table
 from gudgeon.pipeline.report.page.picture import LEAST, Look, chain_chart, error_chart, looks
-from gudgeon.pipeline.report.page.tables import changes_table, errors_table, kind_table, quantities_table, runs_table
+from gudgeon.pipeline.report.page.tables import errors_table, kind_table, quantities_table, runs_table
 from gudgeon.pipeline.report.page.words import (
     SETTLES,
     count_text,
@@ -20,6 +20,7 @@ from gudgeon.pipeline.report.page.words import (
     flagged,
     machine_text,
     step_text,
+    tables_of,
     verdict,
 )
 
@@ -91,8 +92,7 @@ def _sections(document: Document, picture: bytes | None) -> list[str]:
         _section("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if document.quantities else "",
         _section("Quantities", quantities_table(document)) if document.quantities else "",
         _convergence(document),
-        _section("Design changes: reuse against recompute", changes_table(document)) if document.changes else "",
-        *(_kind_section(table) for table in document.tables),
+        *(_kind_section(table) for table in tables_of(document)),
         _picture(document, picture),
         _listed("Settings left out", [f"{one['name']}: {one['why']}" for one in document.left_out]),
         _listed("Notes", document.notes),

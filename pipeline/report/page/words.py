@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from gudgeon.pipeline.report.document import Document, Quantity, Run
+from gudgeon.pipeline.report.document import Document, Quantity, Run, Table
 
 NOTHING = "–"
 PERCENT = 1e-3
@@ -120,9 +120,12 @@ def verdict(document: Document) -> str:
     )
 
 
-def change_columns(document: Document) -> list[str]:
-    """Return the keys of the rows of design changes, in order."""
-    return list(dict.fromkeys(key for row in document.changes for key in row))
+def tables_of(document: Document) -> list[Table]:
+    """Return the tables beside the runs: design changes, and what the kind of the scene reports."""
+    columns = list(dict.fromkeys(key for row in document.changes for key in row))
+    rows = [[change_text(key, row.get(key)) for key in columns] for row in document.changes]
+    changes = Table("Design changes: reuse against recompute", [key.replace("_", " ") for key in columns], rows)
+    return [*([changes] if rows else []), *document.tables]
 
 
 def change_text(key: str, value: Any) -> str:

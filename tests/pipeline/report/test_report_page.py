@@ -253,3 +253,19 @@ def test_labels_of_what_is_used_by_hand() -> None:
             assert attributes["scope"] in ("row", "col")
         if tag == "img":
             assert attributes["alt"]
+
+
+ROW = """<script>
+document.querySelector('#runs tr[data-run="1"]').dispatchEvent(new PointerEvent("pointerenter"));
+</script></body>"""
+
+
+def test_row_of_the_table_shows_its_point(browser: str, tmp_path: Path) -> None:
+    """The point, its number and the row are marked, nothing else is; the tip says what the run is."""
+    shown, console = browse(browser, page(documents.small()).replace("</body>", ROW), tmp_path, "#q=impulse")
+    assert console == []
+    marked = [attributes for _, attributes in Elements(shown).found if "marked" in attributes.get("class", "").split()]
+    assert [attributes["data-run"] for attributes in marked] == ["1"] * 3
+    tip = re.search(r'<div id="tip"[^>]*>.*?</div>', shown)
+    assert tip
+    assert "<strong>2  60 modes</strong><span>0.31% impulse</span>" in tip[0]
