@@ -300,7 +300,7 @@ def _legend(figure: Figure, document: Document) -> None:
         _line(figure, (left + 0.02, height), str(number + 1), 5, fontsize=7.5, fontweight=weight, ha="right")
         taken = f"{'the reference' if error == 0 else size_text(error)}, {seconds_text(run.cpu_seconds)}"
         _line(figure, (left + 0.335, height), taken, 30, fontsize=7, color=FAINT, ha="right")
-        _line(figure, (left + 0.028, height), run.name, 46 - len(taken), fontsize=7.5)
+        _line(figure, (left + 0.028, height), run.name, 44 - len(taken), fontsize=7.5)
     more = ((len(named) - room, "runs"), (len(found) - SCHEMES, "schemes"))
     hidden = [f"{count} more {what}" for count, what in more if count > 0]
     if hidden:
