@@ -31,7 +31,9 @@ class Effort:
 def new_document(job: SceneJob, how: Effort) -> Document:
     """Return the report of a scene on this machine before it has runs."""
     command = command_text(job.path, job.overrides, how)
-    return Document(job.name, command, {"kind": "none", "source": ""}, machine(), version("gudgeon"), [], [])
+    return Document(
+        job.name, command, {"kind": "none", "source": ""}, machine(), version("gudgeon"), quantities=[], runs=[]
+    )  # fmt: skip
 
 
 def command_text(path: Path, overrides: Sequence[str], how: Effort) -> str:

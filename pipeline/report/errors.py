@@ -63,7 +63,8 @@ class Link(NamedTuple):
 def point(setting: Setting, job: Job, timed: Timed | None, failure: str = "") -> Point:
     """Return a setting's point without its finer runs."""
     run = job.scene.run
-    return Point(setting, job, timed, failure, (), scheme_of(job), basis_of(job), f"{run.step} {run.accuracy}")
+    pace = f"{run.step} {run.accuracy}"
+    return Point(setting, job, timed, failure, scheme=scheme_of(job), basis=basis_of(job), pace=pace)
 
 
 def rows(
@@ -131,9 +132,8 @@ def _quantity(
         counts = False  # No share of anything.
     if name == BEYOND and not interest and report.until and report.until < base.scene.run.duration:
         counts = False
-    return Quantity(
-        name, unit, measure, reference.expected.get(name), counts, settles, why, chains
-    )  # fmt: skip
+    expected = reference.expected.get(name)
+    return Quantity(name, unit, measure, expected, counts=counts, converges=settles, why=why, chains=chains)
 
 
 def _is_absolute(name: str, reference: Reference) -> bool:
@@ -144,7 +144,7 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
     job, timed = one.job, one.timed
     if timed is None:
         return Run(
-            one.setting.name, "reduced", one.scheme[1], one.setting.changes, 0, one.failure, {},
+            one.setting.name, "reduced", one.scheme[1], one.setting.changes, 0, one.failure, errors={},
             truncation_against="it failed", time_against="it failed",
         )  # fmt: skip
     trajectory, counts = timed.trajectory, timed.trajectory.counts
@@ -152,16 +152,20 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
     worst, size = largest(errors, counting)
     all_modes, finest = (larger(one, points), finest_step(one, points)) if one.ran else (None, None)
     located = job.scene.integrator == "event"
+    truncation = time = None
+    if all_modes is not None:
+        truncation = _apart(job, trajectory, all_modes.trajectory, all_modes.setting.name, reference)
+    if finest is not None:
+        time = _apart(job, trajectory, finest[1], finest[0], reference)
     return Run(
-        one.setting.name, "reduced", one.scheme[1], one.setting.changes, timed.coordinates, trajectory.result, errors,
-        size, worst,
-        None if all_modes is None else _apart(job, trajectory, all_modes.trajectory, all_modes.setting.name, reference),
-        "no larger basis of its scheme in this sweep" if all_modes is None else all_modes.setting.name,
-        None if finest is None else _apart(job, trajectory, finest[1], finest[0], reference),
-        finest[0] if finest else ("exact motion between located events" if located else "it is the finest"),
-        trajectory.energy_drift, trajectory.momentum_residual, None if located else counts["step"], counts["steps"],
-        timed.factorisations, counts.get("newton_iterations", counts.get("pivots")), timed.cpu, timed.wall,
-        timed.stages, timed.peak_mib,
+        one.setting.name, "reduced", one.scheme[1], one.setting.changes, timed.coordinates, trajectory.result,
+        errors=errors, largest_error=size, largest_of=worst, truncation=truncation, time=time,
+        truncation_against=all_modes.setting.name if all_modes else "no larger basis of its scheme in this sweep",
+        time_against=finest[0] if finest else "exact motion between located events" if located else "it is the finest",
+        energy_drift=trajectory.energy_drift, momentum_residual=trajectory.momentum_residual,
+        step=None if located else counts["step"], steps=counts["steps"], factorisations=timed.factorisations,
+        iterations=counts.get("newton_iterations", counts.get("pivots")), cpu_seconds=timed.cpu,
+        wall_seconds=timed.wall, stages=timed.stages, peak_mib=timed.peak_mib,
     )  # fmt: skip
 
 
@@ -171,12 +175,15 @@ def _nodal_run(
     itself = reference.kind == "nodal" and run is nodal[-1]
     errors = {} if itself else errors_against(job, run, reference)
     worst, size = largest(errors, counting)
+    last = run is nodal[-1]
+    finest = "it is the reference" if itself else "it is the finest" if last else nodal_name(nodal[-1])
     return Run(
         nodal_name(run), "nodal", "nodal synthesis", {"report": {"nodal": {"steps": [run.step]}}}, run.coordinates,
-        "FINISHED", errors, size, worst, None, "all nodal degrees of freedom",
-        None if run is nodal[-1] else _apart(job, run, nodal[-1], nodal_name(nodal[-1]), reference),
-        "it is the reference" if itself else "it is the finest" if run is nodal[-1] else nodal_name(nodal[-1]),
-        run.energy_drift, None, run.step, len(run.times), 1, run.newton_iterations, run.cpu_seconds, run.wall_seconds,
+        "FINISHED", errors=errors, largest_error=size, largest_of=worst,
+        truncation_against="all nodal degrees of freedom",
+        time=None if last else _apart(job, run, nodal[-1], nodal_name(nodal[-1]), reference), time_against=finest,
+        energy_drift=run.energy_drift, step=run.step, steps=len(run.times), factorisations=1,
+        iterations=run.newton_iterations, cpu_seconds=run.cpu_seconds, wall_seconds=run.wall_seconds,
     )  # fmt: skip
 
 

@@ -151,7 +151,7 @@ def _meshed(job: Job, setting: Setting, repeat: int) -> Meshed:
             frequencies[f"{name}.frequency{i + 1}"] = float(omega) / (2 * math.pi)
             if errors is not None and np.isfinite(errors[i]):
                 estimates[f"{name}.frequency{i + 1}"] = float(errors[i])
-    return Meshed(setting, taken, dofs, edges, frequencies, estimates, ", ".join(kinds))
+    return Meshed(setting, taken, dofs, edges, frequencies, estimates=estimates, cells=", ".join(kinds))
 
 
 def mean_edge(mesh: MeshRecord) -> float:
@@ -190,7 +190,7 @@ def _quantity(job: Job, name: str, meshes: Sequence[Meshed], reference: Referenc
     interest = job.scene.report.interest
     counts = exact is not None and (not interest or name in interest)
     counts = counts and not (reference.kind == "finest" and settles is False)
-    return Quantity(name, "Hz", "relative", exact, counts, settles, why, chains)
+    return Quantity(name, "Hz", "relative", exact, counts=counts, converges=settles, why=why, chains=chains)
 
 
 def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
@@ -198,8 +198,9 @@ def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
     worst, size = largest(errors, counting)
     cold = [stage.cold for name, stage in one.taken.stages.items() if name in ("mesh", "modes") and stage.cold]
     return Run(
-        one.setting.name, "reduced", one.cells, one.setting.changes, one.dofs, "FINISHED", errors, size, worst,
-        truncation_against="as many modes on every mesh", time_against="modes have no time step",
+        one.setting.name, "reduced", one.cells, one.setting.changes, one.dofs, "FINISHED",
+        errors=errors, largest_error=size, largest_of=worst, truncation_against="as many modes on every mesh",
+        time_against="modes have no time step",
         factorisations=one.taken.factorisations, cpu_seconds=sum(taken.cpu for taken in cold),
         wall_seconds=sum(taken.wall for taken in cold),
         stages={name: stage for name, stage in one.taken.stages.items() if name in ("mesh", "modes")},

@@ -43,8 +43,8 @@ def prices(travel: Travel, settings: Vectors, repeat: int) -> list[Price]:
             (lambda count=count: _from_scratch(travel, count), repeat),
             (lambda count=count: normal_modes(model, min(count, largest_count(model))), 1),
         ]
-        factorisation, again, together, scratch, modes = (fastest(make, times)[1].cpu for make, times in parts)
-        found.append(Price(len(model.free), count, factorisation, again, together / places, scratch, modes))
+        factorisation, again, together, *others = (fastest(make, times)[1].cpu for make, times in parts)
+        found.append(Price(len(model.free), count, factorisation, again, together / places, *others))
     source.free()
     return found
 

@@ -135,8 +135,8 @@ def _nodal(travel: Travel, root: Root, settings: Vectors, tell: Callable[[float]
     finer = nodal_history(travel, root, 2 * steps, samples, lambda x: tell(0.3 + 0.6 * x))
     finer = History(finer.under[1::2], finer.root)
     run = Run(
-        f"all nodal dofs, {steps:,} steps", "nodal", "all nodal dofs", {}, len(travel.model.free), "FINISHED", {},
-        truncation_against="all nodal dofs", time=_apart(root, found, finer),
+        f"all nodal dofs, {steps:,} steps", "nodal", "all nodal dofs", {}, len(travel.model.free), "FINISHED",
+        errors={}, truncation_against="all nodal dofs", time=_apart(root, found, finer),
         time_against=f"all nodal dofs, {2 * steps:,} steps", step=travel.duration / steps, steps=steps,
         cpu_seconds=taken.cpu, wall_seconds=taken.wall, stages={"solve": StageSeconds(taken, None)}, peak_mib=peak.mib,
     )  # fmt: skip
@@ -159,8 +159,9 @@ def _runs(
         cold = Seconds(before.wall + made.wall, before.cpu + made.cpu)
         worst, size = largest(errors, set(errors))
         run = Run(
-            f"{basis.name}, {count} vectors", "reduced", basis.name, {}, count, "FINISHED", errors, size, worst,
-            truncation=errors, truncation_against="all nodal dofs at the same steps",
+            f"{basis.name}, {count} vectors", "reduced", basis.name, {}, count, "FINISHED", errors=errors,
+            largest_error=size, largest_of=worst, truncation=errors,
+            truncation_against="all nodal dofs at the same steps",
             time_against="the reference has the same steps", step=travel.duration / steps, steps=steps,
             cpu_seconds=cold.cpu + solved.cpu, wall_seconds=cold.wall + solved.wall,
             stages={"modes": StageSeconds(cold, made), "solve": StageSeconds(solved, solved)}, peak_mib=peak.mib,
@@ -183,7 +184,7 @@ def _quantity(name: str, unit: str, found: Comparison) -> Quantity:
             values, apart = [run.errors[name] for run in runs], [found.apart[run.name][name] for run in runs]
             chains.append(chain("basis", [run.name for run in runs], [run.coordinates for run in runs], values, apart))
     settles, why = settling(name, chains)
-    return Quantity(name, unit, "L2", None, True, settles, why, chains)
+    return Quantity(name, unit, "L2", None, counts=True, converges=settles, why=why, chains=chains)
 
 
 def _table(found: Comparison, counts: Sequence[int]) -> Table:
