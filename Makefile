@@ -69,18 +69,18 @@ bench: setup ## time what the tests only count
 bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow it by `ARGS="--sizes 27k"`
 	$(BIN)/python -m tests.benchmarks.modes --peers-python $(PEERS_PYTHON) $(ARGS)
 
-reports: setup ## write error against run time and extremes of every scene to docs/reports, timed ones first; what is done is kept
-	@rm -f docs/reports/seconds.csv; failed=; \
+reports: setup ## write error against run time and extremes of every scene to out/reports, timed ones first, and list them in docs/reports; what is done is kept
+	@mkdir -p out/reports; rm -f out/reports/seconds.csv; failed=; \
 	for command in report stress; do \
 	    for file in $(SCENES); do \
 	        name=$$(echo $$file | sed 's,^data/,,; s,/scene\.toml$$,,; s,\.toml$$,,'); \
-	        echo "$(BIN)/gudgeon $$command $$file --out docs/reports/$$name"; \
+	        echo "$(BIN)/gudgeon $$command $$file --out out/reports/$$name"; \
 	        begun=$$(date +%s); \
-	        $(BIN)/gudgeon $$command $$file --out docs/reports/$$name > /dev/null || failed="$$failed $$name:$$command"; \
-	        echo "$$name,$$command,$$(($$(date +%s) - begun))" >> docs/reports/seconds.csv; \
+	        $(BIN)/gudgeon $$command $$file --out out/reports/$$name > /dev/null || failed="$$failed $$name:$$command"; \
+	        echo "$$name,$$command,$$(($$(date +%s) - begun))" >> out/reports/seconds.csv; \
 	    done; \
 	done; \
-	$(BIN)/python -m docs.tools.report_listing docs/reports; \
+	$(BIN)/python -m docs.tools.report_listing out/reports; \
 	test -z "$$failed" || { echo "reports: failed:$$failed" >&2; exit 1; }
 
 lock: setup ## pin again what pyproject.toml asks for; `make lock UPGRADE=--upgrade` takes newer versions

@@ -1,53 +1,98 @@
-"""`python -m docs.tools.report_listing FOLDER`: the list of all reports below a folder, with how long they took.
+"""`python -m docs.tools.report_listing FOLDER`: the lists of all reports below a folder, as `make reports` writes them.
 
-Reads `report.json`, `stress.json` and `seconds.csv` (scene, command, seconds) and writes `README.md` beside them.
+Puts the main figures of every `report.json` and `stress.json`, and the seconds of `seconds.csv` (scene, command,
+seconds), into `docs/reports/report.json`; scenes that the folder lacks keep theirs. Writes `docs/reports/README.md` and
+the table of the README from that file, and copies the pictures that the README shows.
 """
 
 import csv
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any
 
-from docs.tools.seeds import seeds_table
+from docs.tools.seeds import read_seeds, scene_link, seeds_table
 from gudgeon.pipeline.files import write_text
 
-SECONDS = "seconds.csv"
+Scenes = dict[str, dict[str, Any]]
+"""By name, the path below `data` without `scene.toml` or `.toml`."""
+ROOT = Path(__file__).resolve().parents[2]
+REPORTS = ROOT / "docs" / "reports"
+SHOWN = ("piston/stroke/report.png", "beam-sphere/stress.png")
+"""Pictures of reports that the README shows."""
+KEPT = (
+    "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "sound_error", "cpu_seconds",
+    "wall_seconds", "front",
+)  # fmt: skip
+"""Of a run; its errors by quantity, stages and chains stand in the report of the scene alone."""
 HEAD = (
     "scene", "reference", "cheapest run within the tolerance", "largest error", "CPU time", "nodal FE", "stress: right",
     "refused", "wrong", "took",
 )  # fmt: skip
 
 
-def listing_text(folder: Path) -> str:
-    """Return the list as Markdown: one line a scene."""
-    taken = _taken(folder / SECONDS)
-    found = sorted({path.parent for name in ("report.json", "stress.json") for path in folder.rglob(name)})
-    rows = [_row(folder, path, taken.get(path.relative_to(folder).as_posix(), 0.0)) for path in found]
-    total = sum(taken.values())
+def main_figures(folder: Path) -> Scenes:
+    """Return the main figures of all reports below a folder: reference, machine, choice, runs, verdicts and seconds."""
+    found: Scenes = {}
+    for path in sorted(folder.rglob("report.json")):
+        report = json.loads(path.read_text(encoding="utf-8"))
+        entry = found.setdefault(path.parent.relative_to(folder).as_posix(), {})
+        entry |= {key: report[key] for key in ("reference", "machine", "choice")}
+        entry["runs"] = [{key: run[key] for key in KEPT} for run in report["runs"]]
+    for path in sorted(folder.rglob("stress.json")):
+        entry = found.setdefault(path.parent.relative_to(folder).as_posix(), {})
+        entry["stress"] = json.loads(path.read_text(encoding="utf-8"))["counts"]
+    if (folder / "seconds.csv").is_file():
+        with (folder / "seconds.csv").open(newline="", encoding="utf-8") as file:
+            for name, command, seconds in csv.reader(file):
+                found.setdefault(name, {}).setdefault("seconds", {})[command] = float(seconds)
+    return found
+
+
+def scenes_text(scenes: Scenes) -> str:
+    """Return the main figures as JSON, one line a scene."""
+    lines = (f"{json.dumps(name)}: {json.dumps(scenes[name], ensure_ascii=False)}" for name in sorted(scenes))
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
+    """Return the list as Markdown: one line a scene, then the table of the systems to outdo."""
+    total = sum(sum(scene.get("seconds", {}).values()) for scene in scenes.values())
+    machine = next((scene["machine"] for scene in scenes.values() if "machine" in scene), None)
+    where = "an unknown machine" if machine is None else f"{machine['cpu']}, {machine['cores']} cores"
     lines = [
         "# Reports",
         "",
         "Error against run time and extremes of every scene, written by `make reports`"
-        + (f", which took {total / 60:.0f} min on {_machine(folder)}." if total else "."),
+        + (f", which took {total / 60:.0f} min on {where}." if total else "."),
+        "`gudgeon report SCENE` makes the page, the picture and the tables of one scene, `gudgeon stress SCENE` its"
+        " extremes; [report.json](report.json) has the main figures of all of them.",
         "",
         f"| {' | '.join(HEAD)} |",
         "|---" * len(HEAD) + "|",
-        *(f"| {' | '.join(row)} |" for row in rows),
+        *(f"| {' | '.join(_row(name, scenes[name]))} |" for name in sorted(scenes)),
         "",
-        *(["## Beside the systems to outdo", "", seeds_table(folder), ""] if (folder / "seeds.toml").is_file() else []),
+        "## Beside the systems to outdo",
+        "",
+        seeds_table(scenes, seeds, "../../"),
+        "",
     ]
     return "\n".join(lines)
 
 
-def _row(folder: Path, path: Path, seconds: float) -> list[str]:
-    name, report, stress = path.relative_to(folder).as_posix(), _read(path / "report.json"), _read(path / "stress.json")
-    choice = report.get("choice") or {}
-    nodal = [run["cpu_seconds"] for run in report.get("runs", []) if run["kind"] == "nodal"]
-    verdicts = stress.get("counts", {})
+def with_table(text: str, table: str) -> str:
+    """Return a text with its table of the systems to outdo replaced."""
+    return re.sub(r"^\| system \|(.*\n)(\|.*\n)*", lambda _: f"{table}\n", text, count=1, flags=re.MULTILINE)
+
+
+def _row(name: str, scene: dict[str, Any]) -> list[str]:
+    choice, verdicts = scene.get("choice") or {}, scene.get("stress", {})
+    nodal = [run["cpu_seconds"] for run in scene.get("runs", []) if run["kind"] == "nodal"]
+    seconds = sum(scene.get("seconds", {}).values())
     cells = [
-        f"[{name}]({name}/report.html)" if report else name,
-        report.get("reference", {}).get("source", "–"),
+        scene_link(name, "../../"),
+        scene.get("reference", {}).get("source", "–"),
         choice.get("run") or choice.get("why") or "–",
         _number(choice.get("error"), "{:.1e}"),
         _number(choice.get("cpu_seconds"), "{:.3g} s"),
@@ -62,27 +107,27 @@ def _number(value: float | None, form: str) -> str:
     return "–" if value is None else form.format(value)
 
 
-def _machine(folder: Path) -> str:
-    for path in folder.rglob("report.json"):
-        machine = _read(path)["machine"]
-        return f"{machine['cpu']}, {machine['cores']} cores"
-    return "an unknown machine"
+def _copy_picture(source: Path, target: Path) -> None:
+    """Copy a PNG with a palette of 256 colours, a third of its size."""
+    from PIL import Image
+
+    target.parent.mkdir(parents=True, exist_ok=True)
+    Image.open(source).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(target, optimize=True)
 
 
-def _read(path: Path) -> dict[str, Any]:
-    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-
-
-def _taken(path: Path) -> dict[str, float]:
-    """Return the seconds of each scene, both commands together."""
-    found: dict[str, float] = {}
-    if path.is_file():
-        with path.open(newline="", encoding="utf-8") as file:
-            for scene, _, seconds in csv.reader(file):
-                found[scene] = found.get(scene, 0.0) + float(seconds)
-    return found
+def main(folder: Path) -> None:
+    """Bring figures, lists and pictures up to date with the reports below a folder."""
+    scenes: Scenes = json.loads((REPORTS / "report.json").read_text(encoding="utf-8"))
+    for name, entry in main_figures(folder).items():
+        scenes[name] = scenes.get(name, {}) | entry
+    write_text(REPORTS / "report.json", scenes_text(scenes))
+    seeds, readme = read_seeds(), ROOT / "README.md"
+    write_text(REPORTS / "README.md", listing_text(scenes, seeds))
+    write_text(readme, with_table(readme.read_text(encoding="utf-8"), seeds_table(scenes, seeds)))
+    for name in SHOWN:
+        if (folder / name).is_file():
+            _copy_picture(folder / name, REPORTS / name)
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1])
-    write_text(folder / "README.md", listing_text(folder))
+    main(Path(sys.argv[1]))

@@ -1,52 +1,55 @@
-"""The table of the systems that a folder of reports is measured against: nothing in it but what the reports hold."""
+"""The table of the systems that the scenes are measured against: nothing in it but what their reports hold."""
 
-import json
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 COLUMNS = (
-    "system",
-    "scene",
-    "reference",
-    "run",
-    "error",
-    "of",
-    "CPU time",
-    "nodal FE",
-    "its error",
-    "CPU time",
-    "ratio",
-)
+    "system", "scene", "reference", "run", "error", "of", "CPU time", "nodal FE", "its error", "CPU time", "ratio",
+)  # fmt: skip
 NOTHING = "–"
 
 
-def seeds_table(folder: Path, link: str = "") -> str:
-    """Return the table as Markdown, from `seeds.toml` and the reports below a folder; `link` leads to that folder.
+def read_seeds() -> dict[str, Any]:
+    """Return the systems and the tolerance."""
+    return tomllib.loads(Path(__file__).with_name("seeds.toml").read_text(encoding="utf-8"))
 
-    Of each report: the run that it chose for the tolerance, or the best, marked as missed; and the cheapest nodal run
-    within the tolerance, or the finest, marked as missed. A nodal run that is the reference has no error of its own.
+
+def seeds_table(scenes: Mapping[str, Mapping[str, Any]], seeds: Mapping[str, Any], link: str = "") -> str:
+    """Return the table as Markdown.
+
+    Of each scene: the run that its report chose for the tolerance, or the best, marked as missed; and the cheapest
+    nodal run within the tolerance, or the finest, marked as missed. A nodal run that is the reference has no error of
+    its own.
+
+    Args:
+        scenes: Main figures of reports by scene, as in `docs/reports/report.json`.
+        seeds: `tolerance`, and `system`, a list of names and reports.
+        link: Leads to the root of the repository.
     """
-    listed = tomllib.loads((folder / "seeds.toml").read_text(encoding="utf-8"))
-    rows = [_row(folder, system, listed["tolerance"], link) for system in listed["system"]]
+    rows = [_row(scenes, system, seeds["tolerance"], link) for system in seeds["system"]]
     head = f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}"
     return "\n".join([head, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
-def _row(folder: Path, system: dict[str, Any], tolerance: float, link: str) -> list[str]:
+def scene_link(name: str, link: str = "") -> str:
+    """Return a scene's name that leads to its file."""
+    return f"[`{name}`]({link}data/{name}{'.toml' if '/' in name else '/scene.toml'})"
+
+
+def _row(scenes: Mapping[str, Mapping[str, Any]], system: dict[str, Any], tolerance: float, link: str) -> list[str]:
     name = system.get("report")
     if name is None:
         return [system["name"], "no scene yet", *[NOTHING] * (len(COLUMNS) - 2)]
-    path = folder / name / "report.json"
-    if not path.is_file():
+    if "runs" not in (scene := scenes.get(name, {})):
         return [system["name"], f"`{name}`", "no report yet", *[NOTHING] * (len(COLUMNS) - 3)]
-    document = json.loads(path.read_text(encoding="utf-8"))
-    runs = [run for run in document["runs"] if run["result"] == "FINISHED"]
+    runs = [run for run in scene["runs"] if run["result"] == "FINISHED"]
     reduced = [run for run in runs if run["kind"] == "reduced" and run["largest_error"] is not None]
-    choice = document["choice"] or {"run": None, "tolerance": tolerance}
+    choice = scene["choice"] or {"run": None, "tolerance": tolerance}
     ours = next((run for run in reduced if run["name"] == choice["run"]), None) or _best(reduced, 0.0)
     nodal = _best([run for run in runs if run["kind"] == "nodal"], tolerance)
-    cells = [system["name"], f"[`{name}`]({link}{name}/report.html)", document["reference"]["source"]]
+    cells = [system["name"], scene_link(name, link), scene["reference"]["source"]]
     met = tolerance if choice["run"] is not None and choice["tolerance"] <= tolerance else 0.0
     cells += [ours["name"], _error(ours, met), ours["largest_of"], _seconds(ours)] if ours else [NOTHING] * 4
     cells += [nodal["name"], _error(nodal, tolerance), _seconds(nodal)] if nodal else [NOTHING] * 3

@@ -4,23 +4,21 @@ import difflib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from importlib.metadata import version
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.changes import change_rows
 from gudgeon.pipeline.report.choice import choose, doubtful, keep
 from gudgeon.pipeline.report.document import Document, Quantity
-from gudgeon.pipeline.report.effort import Effort, command_text
+from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
 from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.reference import Reference, errors_against, external_reference, reference_run, values_of
 from gudgeon.pipeline.report.slap.cycle import reproducible
-from gudgeon.pipeline.report.sweep import Setting, contradiction, finer, settings_of
+from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
 from gudgeon.pipeline.report.vectors.report import vectors_report
 from gudgeon.pipeline.stages.job import Job, variant
@@ -87,12 +85,9 @@ def _report(
     found = quantities(points, reference, nodal, job)
     counting = {one.name for one in found if one.counts}
     runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
-    document = Document(
-        scene=job.name,
-        command=command_text(job.path, job.overrides, how),
+    document = replace(
+        new_document(job, how),
         reference={"kind": reference.kind, "source": reference.source},
-        machine=machine(),
-        version=version("gudgeon"),
         quantities=found,
         runs=runs,
         left_out=left_out,
@@ -113,18 +108,11 @@ def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
     """Return what runs, and what contradicts itself; misspelt changes shall not come out after the nodal runs."""
     for changes in job.scene.report.changes.values():
         variant(job, changes)
+    able, left_out = able_settings(job, settings_of(job))
     until = job.scene.report.until
-    able, left_out = [], []
-    for setting in settings_of(job):
-        if (why := contradiction(job, setting)) is None:
-            able.append(setting)
-            if until is not None and until > (duration := variant(job, setting.changes).scene.run.duration):
-                raise InputError(f"{job.path}: report.until: {until:g} s given, '{setting.name}' lasts {duration:g} s")
-        else:
-            left_out.append({"name": setting.name, "why": why})
-    if not able:
-        first = left_out[0]
-        raise InputError(f"{job.path}: report: no setting can be; {first['name']}: {first['why']}")
+    for setting in able:
+        if until is not None and until > (duration := variant(job, setting.changes).scene.run.duration):
+            raise InputError(f"{job.path}: report.until: {until:g} s given, '{setting.name}' lasts {duration:g} s")
     return able, left_out
 
 
@@ -144,8 +132,7 @@ def _points(
         except (InputError, SceneError) as error:
             if setting.named:
                 raise
-            why = str(error).splitlines()[0].removeprefix(f"{job.path}: ")
-            left_out.append({"name": setting.name, "why": why})
+            left_out.append({"name": setting.name, "why": reason(job, error)})
         except (StageError, SolverError) as error:
             if limit < math.inf:
                 left_out.append({"name": setting.name, "why": str(error).splitlines()[0]})

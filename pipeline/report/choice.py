@@ -42,14 +42,14 @@ def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ())
         best = min(meeting, key=lambda run: run.cpu_seconds)
         return Choice(
             tolerance, best.name, best.settings, best.largest_error, best.largest_of, best.cpu_seconds,
-            f"the cheapest of {len(meeting)} of {len(known)} settings that meet {tick_text(tolerance)}",
+            why=f"the cheapest of {len(meeting)} of {len(known)} settings that meet {tick_text(tolerance)}",
         )  # fmt: skip
     if not known:
-        return Choice(tolerance, None, None, None, None, None, "no run has an error that counts")
+        return Choice(tolerance, None, None, None, None, None, why="no run has an error that counts")
     error, nearest = min(known, key=lambda item: item[0])
     where = f"in {nearest.largest_of}" if error == nearest.largest_error else "of its basis or step alone"
     why = f"none meets {tick_text(tolerance)}; nearest is {nearest.name}, {size_text(error)} {where}"
-    return Choice(tolerance, None, None, nearest.largest_error, nearest.largest_of, None, why)
+    return Choice(tolerance, None, None, nearest.largest_error, nearest.largest_of, None, why=why)
 
 
 def kept_reports(job: Job) -> Iterator[Product]:

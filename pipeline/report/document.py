@@ -44,34 +44,34 @@ class Run:
     """`FINISHED`, or why it failed."""
     errors: Errors
     """By quantity, against the reference; a failed run has none."""
-    largest_error: float | None
+    largest_error: float | None = None
     """Of the quantities that count; see `Quantity.counts`."""
-    largest_of: str | None
-    truncation: Errors | None
+    largest_of: str | None = None
+    truncation: Errors | None = None
     """What its basis lacks: against the largest basis of the same scheme and step."""
-    truncation_against: str
+    truncation_against: str = ""
     """Name of that run, or why there is none."""
-    time: Errors | None
+    time: Errors | None = None
     """What its step adds: against the finest step of the same scheme and basis."""
-    time_against: str
+    time_against: str = ""
     """Name of that run, or why there is none."""
-    energy_drift: float | None
-    momentum_residual: float | None
-    step: float | None
+    energy_drift: float | None = None
+    momentum_residual: float | None = None
+    step: float | None = None
     """[s]; None where the integrator chooses its own."""
-    steps: int | None
-    factorisations: int | None
+    steps: int | None = None
+    factorisations: int | None = None
     """Of sparse matrices: for the bases of a reduced run, for the steps of a nodal one."""
-    iterations: int | None
+    iterations: int | None = None
     """Pivots of the contact problem, Newton iterations of the nodal synthesis."""
-    cpu_seconds: float
+    cpu_seconds: float = 0.0
     """Of the solution alone, least of the repeats: what the picture and the front show."""
-    wall_seconds: float
-    stages: dict[str, StageSeconds]
+    wall_seconds: float = 0.0
+    stages: dict[str, StageSeconds] = field(default_factory=dict)
     """`mesh`, `modes`, `morph`, `solve`."""
-    peak_mib: float | None
+    peak_mib: float | None = None
     """Largest resident memory of the process during the solution."""
-    front: bool
+    front: bool = False
     """Whether no other run is both faster and better by its sound error."""
     sound_error: float | None = None
     """The largest error, or what basis or step adds if that is larger: what is drawn, and chosen by."""
@@ -151,11 +151,11 @@ class Document:
     version: str
     quantities: list[Quantity]
     runs: list[Run]
-    left_out: list[dict[str, str]]
+    left_out: list[dict[str, str]] = field(default_factory=list)
     """Settings of the sweep that contradict themselves: `name` and `why`."""
-    changes: list[dict[str, Any]]
+    changes: list[dict[str, Any]] = field(default_factory=list)
     """Reuse against recompute, one row a design change."""
-    choice: Choice | None
+    choice: Choice | None = None
     window: float = 0.0
     """Full width of the Hann window on forces [s]."""
     until: float | None = None

@@ -5,7 +5,12 @@ import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
+
+from gudgeon.pipeline.measuring.machine import machine
+from gudgeon.pipeline.report.document import Document
+from gudgeon.pipeline.stages.base import SceneJob
 
 TOLERANCE = 0.01
 """Where none is given."""
@@ -21,6 +26,14 @@ class Effort:
     """Processes for runs that are not timed."""
     tolerance: float = TOLERANCE
     """Of the setting that is chosen."""
+
+
+def new_document(job: SceneJob, how: Effort) -> Document:
+    """Return the report of a scene on this machine before it has runs."""
+    command = command_text(job.path, job.overrides, how)
+    return Document(
+        job.name, command, {"kind": "none", "source": ""}, machine(), version("gudgeon"), quantities=[], runs=[]
+    )  # fmt: skip
 
 
 def command_text(path: Path, overrides: Sequence[str], how: Effort) -> str:

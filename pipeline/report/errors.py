@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
@@ -50,19 +51,21 @@ class Point:
         return self.timed.trajectory
 
 
-@dataclass
-class Links:
-    """The chains that a quantity's values form, by axis."""
+class Link(NamedTuple):
+    """A run in a chain of runs, coarse to fine."""
 
-    basis: list[list[tuple[str, float, Errors, Errors]]] = field(default_factory=list)
-    """Runs coarse to fine: name, size h, errors, differences from the finest."""
-    step: list[list[tuple[str, float, Errors, Errors]]] = field(default_factory=list)
+    run: str
+    size: float
+    errors: Errors
+    apart: Errors
+    """Differences from the finest."""
 
 
 def point(setting: Setting, job: Job, timed: Timed | None, failure: str = "") -> Point:
     """Return a setting's point without its finer runs."""
     run = job.scene.run
-    return Point(setting, job, timed, failure, (), scheme_of(job), basis_of(job), f"{run.step} {run.accuracy}")
+    pace = f"{run.step} {run.accuracy}"
+    return Point(setting, job, timed, failure, scheme=scheme_of(job), basis=basis_of(job), pace=pace)
 
 
 def rows(
@@ -101,23 +104,27 @@ def quantities(
     points: Sequence[Point], reference: Reference, nodal: Sequence[NodalRecord], base: Job
 ) -> list[Quantity]:
     """Return what is compared, and how it behaves over the sweep; `counts` as the reference allows."""
-    links = Links(list(_basis_chains(points, reference)), list(_step_chains(points, reference)))
-    links.step += [list(_nodal_chain(nodal, base, reference))] if len(nodal) > 1 else []
+    links = {"basis": list(_basis_chains(points, reference)), "step": list(_step_chains(points, reference))}
+    if len(nodal) > 1:
+        links["step"].append(_chain(base, [(nodal_name(run), run.step, run) for run in nodal], reference))
     ran = [one for one in points if one.ran]
     names = dict.fromkeys(name for one in ran for name in errors_against(one.job, one.trajectory, reference))
     units = {name: entry["unit"] for one in ran for name, entry in one.trajectory.quantities.items()}
     return [_quantity(name, units.get(name, ""), links, reference, base) for name in names]
 
 
-def _quantity(name: str, unit: str, links: Links, reference: Reference, base: Job) -> Quantity:
+def _quantity(
+    name: str, unit: str, links: dict[str, list[list[Link]]], reference: Reference, base: Job
+) -> Quantity:  # fmt: skip
     chains = []
-    for axis, found in (("basis", links.basis), ("step", links.step)):
-        for chain in found:
-            kept = [(run, size, errors[name], apart[name]) for run, size, errors, apart in chain
-                    if name in errors and name in apart]  # fmt: skip
-            if len(kept) < 2:
-                continue
-            chains.append(chain_of(axis, *zip(*kept, strict=True)))
+    for axis, found in links.items():
+        for link in found:
+            kept = [
+                (one.run, one.size, one.errors[name], one.apart[name])
+                for one in link if name in one.errors and name in one.apart
+            ]  # fmt: skip
+            if len(kept) > 1:
+                chains.append(chain_of(axis, *zip(*kept, strict=True)))
     settles, why = settling(name, chains)
     measure = "L2" if name in HISTORIES else "absolute" if _is_absolute(name, reference) else "relative"
     interest, report = base.scene.report.interest, base.scene.report
@@ -126,9 +133,8 @@ def _quantity(name: str, unit: str, links: Links, reference: Reference, base: Jo
         counts = False  # No share of anything.
     if name == BEYOND and not interest and report.until and report.until < base.scene.run.duration:
         counts = False
-    return Quantity(
-        name, unit, measure, reference.expected.get(name), counts, settles, why, chains
-    )  # fmt: skip
+    expected = reference.expected.get(name)
+    return Quantity(name, unit, measure, expected, counts=counts, converges=settles, why=why, chains=chains)
 
 
 def _is_absolute(name: str, reference: Reference) -> bool:
@@ -139,24 +145,28 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
     job, timed = one.job, one.timed
     if timed is None:
         return Run(
-            one.setting.name, "reduced", one.scheme[1], one.setting.changes, 0, one.failure, {}, None, None, None,
-            "it failed", None, "it failed", None, None, None, None, None, None, 0.0, 0.0, {}, None, False,
+            one.setting.name, "reduced", one.scheme[1], one.setting.changes, 0, one.failure, errors={},
+            truncation_against="it failed", time_against="it failed",
         )  # fmt: skip
     trajectory, counts = timed.trajectory, timed.trajectory.counts
     errors = errors_against(job, trajectory, reference) if one.ran else {}
     worst, size = largest(errors, counting)
     all_modes, finest = (larger(one, points), finest_step(one, points)) if one.ran else (None, None)
     located = math.isinf(job.scene.capabilities.order)
+    truncation = time = None
+    if all_modes is not None:
+        truncation = _apart(job, trajectory, all_modes.trajectory, all_modes.setting.name, reference)
+    if finest is not None:
+        time = _apart(job, trajectory, finest[1], finest[0], reference)
     return Run(
-        one.setting.name, "reduced", one.scheme[1], one.setting.changes, timed.coordinates, trajectory.result, errors,
-        size, worst,
-        None if all_modes is None else _apart(job, trajectory, all_modes.trajectory, all_modes.setting.name, reference),
-        "no larger basis of its scheme in this sweep" if all_modes is None else all_modes.setting.name,
-        None if finest is None else _apart(job, trajectory, finest[1], finest[0], reference),
-        finest[0] if finest else ("exact motion between located events" if located else "it is the finest"),
-        trajectory.energy_drift, trajectory.momentum_residual, None if located else counts["step"], counts["steps"],
-        timed.factorisations, counts.get("newton_iterations", counts.get("pivots")), timed.cpu, timed.wall,
-        timed.stages, timed.peak_mib, False,
+        one.setting.name, "reduced", one.scheme[1], one.setting.changes, timed.coordinates, trajectory.result,
+        errors=errors, largest_error=size, largest_of=worst, truncation=truncation, time=time,
+        truncation_against=all_modes.setting.name if all_modes else "no larger basis of its scheme in this sweep",
+        time_against=finest[0] if finest else "exact motion between located events" if located else "it is the finest",
+        energy_drift=trajectory.energy_drift, momentum_residual=trajectory.momentum_residual,
+        step=None if located else counts["step"], steps=counts["steps"], factorisations=timed.factorisations,
+        iterations=counts.get("newton_iterations", counts.get("pivots")), cpu_seconds=timed.cpu,
+        wall_seconds=timed.wall, stages=timed.stages, peak_mib=timed.peak_mib,
     )  # fmt: skip
 
 
@@ -166,13 +176,15 @@ def _nodal_run(
     itself = reference.kind == "nodal" and run is nodal[-1]
     errors = {} if itself else errors_against(job, run, reference)
     worst, size = largest(errors, counting)
+    last = run is nodal[-1]
+    finest = "it is the reference" if itself else "it is the finest" if last else nodal_name(nodal[-1])
     return Run(
         nodal_name(run), "nodal", "nodal synthesis", {"report": {"nodal": {"steps": [run.step]}}}, run.coordinates,
-        "FINISHED", errors, size, worst, None, "all nodal degrees of freedom",
-        None if run is nodal[-1] else _apart(job, run, nodal[-1], nodal_name(nodal[-1]), reference),
-        "it is the reference" if itself else "it is the finest" if run is nodal[-1] else nodal_name(nodal[-1]),
-        run.energy_drift, None, run.step, len(run.times), 1, run.newton_iterations, run.cpu_seconds, run.wall_seconds,
-        {}, None, False,
+        "FINISHED", errors=errors, largest_error=size, largest_of=worst,
+        truncation_against="all nodal degrees of freedom",
+        time=None if last else _apart(job, run, nodal[-1], nodal_name(nodal[-1]), reference), time_against=finest,
+        energy_drift=run.energy_drift, step=run.step, steps=len(run.times), factorisations=1,
+        iterations=run.newton_iterations, cpu_seconds=run.cpu_seconds, wall_seconds=run.wall_seconds,
     )  # fmt: skip
 
 
@@ -190,40 +202,35 @@ def _apart(
     }
 
 
-def _basis_chains(points: Sequence[Point], reference: Reference) -> Iterator[list[tuple[str, float, Errors, Errors]]]:
+def _basis_chains(points: Sequence[Point], reference: Reference) -> Iterator[list[Link]]:
     for key in dict.fromkeys((one.scheme, one.pace) for one in points if one.ran):
         alike = sorted((one for one in points if one.ran and (one.scheme, one.pace) == key), key=_size)
         alike = [one for number, one in enumerate(alike) if number == 0 or _size(one) > _size(alike[number - 1])]
-        runs = [(one.setting.name, float(_size(one)), one.trajectory) for one in alike]
-        if len(runs) > 1:
-            yield list(_chain(alike[-1].job, runs, reference))
+        if len(alike) > 1:
+            runs = [(one.setting.name, float(_size(one)), one.trajectory) for one in alike]
+            yield _chain(alike[-1].job, runs, reference)
 
 
-def _step_chains(points: Sequence[Point], reference: Reference) -> Iterator[list[tuple[str, float, Errors, Errors]]]:
+def _step_chains(points: Sequence[Point], reference: Reference) -> Iterator[list[Link]]:
     for key in dict.fromkeys((one.scheme, one.basis) for one in points if one.ran):
         alike = [one for one in points if one.ran and (one.scheme, one.basis) == key]
         runs = [(one.setting.name, _step(one), one.trajectory) for one in alike]
         runs += [finer for one in alike for finer in one.finer]
         by_size = {size: (name, size, trajectory) for name, size, trajectory in runs}
-        ordered = [by_size[size] for size in sorted(by_size, reverse=True)]
-        if len(ordered) > 1:
-            yield list(_chain(alike[0].job, ordered, reference))
-
-
-def _nodal_chain(
-    nodal: Sequence[NodalRecord], job: Job, reference: Reference
-) -> Iterator[tuple[str, float, Errors, Errors]]:
-    return _chain(job, [(nodal_name(run), run.step, run) for run in nodal], reference)
+        if len(by_size) > 1:
+            yield _chain(alike[0].job, [by_size[size] for size in sorted(by_size, reverse=True)], reference)
 
 
 def _chain(
     job: Job, runs: Sequence[tuple[str, float, Trajectory | NodalRecord]], reference: Reference
-) -> Iterator[tuple[str, float, Errors, Errors]]:
+) -> list[Link]:  # fmt: skip
     name, _, finest = runs[-1]
+    links = []
     for run_name, size, run in runs:
         errors = errors_against(job, run, reference)
         apart = dict.fromkeys(errors, 0.0) if run is finest else _apart(job, run, finest, name, reference)
-        yield run_name, size, errors, apart
+        links.append(Link(run_name, size, errors, apart))
+    return links
 
 
 def _size(one: Point) -> int:

@@ -7,24 +7,22 @@ gives of it without a reference stands beside.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.reduction.frequency_table import FIELDS
 from gudgeon.pipeline.report.choice import choose, keep
 from gudgeon.pipeline.report.document import Chain, Document, Errors, Quantity, Run, Table
-from gudgeon.pipeline.report.effort import Effort, command_text
+from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.page.words import NOTHING, error_text, size_text
 from gudgeon.pipeline.report.reference import Reference, external_reference, largest
 from gudgeon.pipeline.report.series import chain, settling
-from gudgeon.pipeline.report.sweep import Setting, contradiction, settings_of
+from gudgeon.pipeline.report.sweep import Setting, able_settings, reason, settings_of
 from gudgeon.pipeline.report.timing import Prepared, prepared
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
@@ -80,16 +78,12 @@ def _report(job: Job, how: Effort, progress: Progress) -> Document:
     found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
     counting = {one.name for one in found if one.counts}
     runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
-    document = Document(
-        scene=job.name,
-        command=command_text(job.path, job.overrides, how),
+    document = replace(
+        new_document(job, how),
         reference={"kind": reference.kind, "source": reference.source},
-        machine=machine(),
-        version=version("gudgeon"),
         quantities=found,
         runs=runs,
         left_out=left_out,
-        changes=[],
         choice=choose(runs, how.tolerance),
         tables=[_table(found, meshes, reference)],
         timing=TIMING.format(repeat=how.repeat),
@@ -102,14 +96,8 @@ def _report(job: Job, how: Effort, progress: Progress) -> Document:
 
 def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], list[dict[str, str]]]:
     """Return the settings that have modes, coarse to fine, and those that have none, with the reason."""
-    meshes, left_out, able = [], [], []
-    for setting in sizes_of(job):
-        if (why := contradiction(job, setting)) is None:
-            able.append(setting)
-        else:
-            left_out.append({"name": setting.name, "why": why})
-    if not able:
-        raise InputError(f"{job.path}: report: no setting can be; {left_out[0]['name']}: {left_out[0]['why']}")
+    able, left_out = able_settings(job, sizes_of(job))
+    meshes = []
     for number, setting in enumerate(able):
         progress(f"setting {number + 1} of {len(able)}", number / len(able))
         try:
@@ -117,8 +105,7 @@ def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], li
         except (InputError, StageError) as error:
             if setting.named and isinstance(error, InputError):
                 raise
-            why = str(error).splitlines()[0].removeprefix(f"{job.path}: ")
-            left_out.append({"name": setting.name, "why": why})
+            left_out.append({"name": setting.name, "why": reason(job, error)})
     if not meshes:
         raise StageError(f"{job.path}: report: no mesh has modes: {'; '.join(one['why'] for one in left_out)}")
     return sorted(meshes, key=lambda one: one.dofs), left_out
@@ -164,7 +151,7 @@ def _meshed(job: Job, setting: Setting, repeat: int) -> Meshed:
             frequencies[f"{name}.frequency{i + 1}"] = float(omega) / (2 * math.pi)
             if errors is not None and np.isfinite(errors[i]):
                 estimates[f"{name}.frequency{i + 1}"] = float(errors[i])
-    return Meshed(setting, taken, dofs, edges, frequencies, estimates, ", ".join(kinds))
+    return Meshed(setting, taken, dofs, edges, frequencies, estimates=estimates, cells=", ".join(kinds))
 
 
 def mean_edge(mesh: MeshRecord) -> float:
@@ -203,7 +190,7 @@ def _quantity(job: Job, name: str, meshes: Sequence[Meshed], reference: Referenc
     interest = job.scene.report.interest
     counts = exact is not None and (not interest or name in interest)
     counts = counts and not (reference.kind == "finest" and settles is False)
-    return Quantity(name, "Hz", "relative", exact, counts, settles, why, chains)
+    return Quantity(name, "Hz", "relative", exact, counts=counts, converges=settles, why=why, chains=chains)
 
 
 def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
@@ -211,13 +198,13 @@ def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
     worst, size = largest(errors, counting)
     cold = [stage.cold for name, stage in one.taken.stages.items() if name in ("mesh", "modes") and stage.cold]
     return Run(
-        name=one.setting.name, kind="reduced", scheme=one.cells, settings=one.setting.changes, coordinates=one.dofs,
-        result="FINISHED", errors=errors, largest_error=size, largest_of=worst, truncation=None,
-        truncation_against="as many modes on every mesh", time=None, time_against="modes have no time step",
-        energy_drift=None, momentum_residual=None, step=None, steps=None, factorisations=one.taken.factorisations,
-        iterations=None, cpu_seconds=sum(taken.cpu for taken in cold), wall_seconds=sum(taken.wall for taken in cold),
+        one.setting.name, "reduced", one.cells, one.setting.changes, one.dofs, "FINISHED",
+        errors=errors, largest_error=size, largest_of=worst, truncation_against="as many modes on every mesh",
+        time_against="modes have no time step",
+        factorisations=one.taken.factorisations, cpu_seconds=sum(taken.cpu for taken in cold),
+        wall_seconds=sum(taken.wall for taken in cold),
         stages={name: stage for name, stage in one.taken.stages.items() if name in ("mesh", "modes")},
-        peak_mib=one.taken.peak_mib, front=False,
+        peak_mib=one.taken.peak_mib,
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ def chain(
     verdict = converges(apart)
     steps = [1.0 / size for size in sizes] if axis == "basis" else sizes
     order = order_of(steps, apart) if verdict else None
-    return Chain(axis, list(runs), list(sizes), list(values), list(apart), verdict, order)
+    return Chain(axis, list(runs), list(sizes), list(values), list(apart), converges=verdict, order=order)
 
 
 def settling(name: str, chains: Sequence[Chain]) -> tuple[bool | None, str]:

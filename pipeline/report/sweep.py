@@ -8,7 +8,7 @@ import copy
 import itertools
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -194,16 +194,27 @@ def _default(job: Job) -> Iterator[Setting]:
             yield Setting(f"accuracy {accuracy:g}", {"run": {"accuracy": accuracy}}, named=False)
 
 
-def contradiction(job: Job, setting: Setting) -> str | None:
-    """Return why a setting cannot be, or None.
+def able_settings(job: Job, settings: Sequence[Setting]) -> tuple[list[Setting], list[dict[str, str]]]:
+    """Return the settings that can be, and the others: `name` and `why`.
 
     Raises:
-        InputError: it cannot, and the scene names it, or a key is misspelt.
+        InputError: none can be, or one that the scene names, or a key is misspelt.
     """
-    try:
-        variant(job, setting.changes)
-    except InputError as error:
-        if setting.named or "unknown key" in str(error):
-            raise
-        return str(error).splitlines()[0].removeprefix(f"{job.path}: ")
-    return None
+    able, left_out = [], []
+    for setting in settings:
+        try:
+            variant(job, setting.changes)
+        except InputError as error:
+            if setting.named or "unknown key" in str(error):
+                raise
+            left_out.append({"name": setting.name, "why": reason(job, error)})
+        else:
+            able.append(setting)
+    if not able:
+        raise InputError(f"{job.path}: report: no setting can be; {left_out[0]['name']}: {left_out[0]['why']}")
+    return able, left_out
+
+
+def reason(job: Job, error: Exception) -> str:
+    """Return the first line of an error without the scene's path."""
+    return str(error).splitlines()[0].removeprefix(f"{job.path}: ")

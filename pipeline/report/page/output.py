@@ -8,11 +8,8 @@ from pathlib import Path
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.report.document import Document, csv_text
-from gudgeon.pipeline.report.page.page import page
 from gudgeon.pipeline.report.page.words import (
     NOTHING,
-    change_columns,
-    change_text,
     count_text,
     error_text,
     flagged,
@@ -20,6 +17,7 @@ from gudgeon.pipeline.report.page.words import (
     seconds_text,
     size_text,
     small_text,
+    tables_of,
     verdict,
 )
 
@@ -71,9 +69,11 @@ def write_report(document: Document, folder: Path, *, picture: bytes | None = No
     """
     write_text(folder / "report.json", document.as_text())
     write_text(folder / "report.csv", csv_text(document))
-    write_text(folder / "report.html", page(document, picture))
+    # Imported late: matplotlib would count into the memory of timed runs.
+    from gudgeon.pipeline.report.page.page import page
     from gudgeon.pipeline.report.page.picture import draw
 
+    write_text(folder / "report.html", page(document, picture))
     draw(document, folder / "report.png")
 
 
@@ -88,11 +88,7 @@ def report_text(document: Document) -> str:
         "",
         *_runs(document),
     ]
-    if document.changes:
-        columns = change_columns(document)
-        rows = [[change_text(key, row.get(key)) for key in columns] for row in document.changes]
-        lines += ["", *_table([key.replace("_", " ") for key in columns], rows)]
-    for table in document.tables:
+    for table in tables_of(document):
         lines += ["", f"{table.title}{': ' if table.note else ''}{table.note}", ""]
         lines += _table(table.columns, table.rows)
     if document.left_out:

@@ -5,18 +5,35 @@ Everything that comes from a scene is escaped; a policy in the page itself forbi
 
 import base64
 import json
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any
 
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Table
-from gudgeon.pipeline.report.page.chart import axes_of, chain_chart, error_chart, mark_path
-from gudgeon.pipeline.report.page.looks import LEAST, Look, looks
-from gudgeon.pipeline.report.page.tables import changes_table, errors_table, kind_table, quantities_table, runs_table
-from gudgeon.pipeline.report.page.words import SETTLES, flagged, machine_text, verdict
+from gudgeon.pipeline.report.page.picture import LEAST, Look, chain_chart, error_chart, looks
+from gudgeon.pipeline.report.page.tables import errors_table, kind_table, quantities_table, runs_table
+from gudgeon.pipeline.report.page.words import (
+    SETTLES,
+    count_text,
+    edge_text,
+    flagged,
+    machine_text,
+    step_text,
+    tables_of,
+    verdict,
+)
 
+SIZES: dict[str, Callable[[float], str]] = {
+    "coordinates": count_text,
+    "edge length": edge_text,
+    "step": step_text,
+    "accuracy": "{:.1g}".format,
+}
+"""Writes the size of a run, by what the sizes of a chain are."""
+WHAT = {"basis": "coordinates", "mesh": "edge length"}
+SIGNS = {"o": "●", "s": "■", "^": "▲", "D": "◆"}
+"""Of marks, in the legend."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 
 
@@ -29,7 +46,6 @@ def page(document: Document, picture: bytes | None = None) -> str:
     folder = files("gudgeon.pipeline.report.page")
     style, script = ((folder / name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
     title = escape(f"{document.scene}: error against run time")
-    data = {"looks": {scheme: asdict(look) for scheme, look in looks(document).items()}, "least": LEAST}
     return "\n".join(
         [
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
@@ -38,7 +54,7 @@ def page(document: Document, picture: bytes | None = None) -> str:
             f"<title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>",
             _head(document, title),
             *(part for part in _sections(document, picture) if part),
-            f"</main>\n{_embedded('report-data', document.as_json())}\n{_embedded('report-looks', data)}",
+            f"</main>\n{_embedded('report-data', document.as_json())}",
             f"<script>\n{script}</script>\n</body>\n</html>\n",
         ]
     )
@@ -76,8 +92,7 @@ def _sections(document: Document, picture: bytes | None) -> list[str]:
         _section("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if document.quantities else "",
         _section("Quantities", quantities_table(document)) if document.quantities else "",
         _convergence(document),
-        _section("Design changes: reuse against recompute", changes_table(document)) if document.changes else "",
-        *(_kind_section(table) for table in document.tables),
+        *(_kind_section(table) for table in tables_of(document)),
         _picture(document, picture),
         _listed("Settings left out", [f"{one['name']}: {one['why']}" for one in document.left_out]),
         _listed("Notes", document.notes),
@@ -101,10 +116,13 @@ def _section(title: str, body: str) -> str:
 
 
 def _chart(document: Document) -> str:
-    options = ["", *(one.name for one in document.quantities)]
-    names = ["largest error of a run, its basis or step", *options[1:]]
-    chosen = "".join(
-        f'<option value="{escape(value)}">{escape(name)}</option>' for value, name in zip(options, names, strict=True)
+    """Return the chart of the sound errors and, hidden, that of each quantity, which the script shows instead."""
+    names = {"": "largest error of a run, its basis or step"} | {one.name: one.name for one in document.quantities}
+    options = "".join(f'<option value="{escape(value)}">{escape(name)}</option>' for value, name in names.items())
+    charts = "".join(
+        f'<div class="chart" data-quantity="{escape(name)}"{" hidden" if name else ""}>'
+        f"{error_chart(document, name)}</div>"
+        for name in names
     )
     legend = "".join(_legend(scheme, look) for scheme, look in looks(document).items())
     lacking = ""
@@ -112,24 +130,22 @@ def _chart(document: Document) -> str:
         lacking = " A largest basis, which is the reference, too, is taken to lack what the next smaller one does."
     notes = (
         "Shown is the largest error of a run, or what its basis or step adds where that is larger: errors that cancel"
-        f" are luck.{lacking} The line is the Pareto front: what"
+        f" are luck.{lacking} The line is the Pareto front of all runs: what"
         " lies above it costs more or errs more than a run on it. Grey squares are all nodal degrees of freedom;"
-        f" numbers are those of the table. A hollow mark on the lower edge has an error below {LEAST:.0e}; a dotted"
-        " line stands at the time of the reference."
+        " numbers are those of the table, a ring marks the run that is chosen. A hollow mark on the lower edge has an"
+        f" error below {LEAST:.0e}; a dotted line stands at the time of the reference."
     )
     return (
-        f'<figure><div class="controls"><label for="quantity">Error of</label><select id="quantity">{chosen}</select>'
+        f'<figure><div class="controls"><label for="quantity">Error of</label><select id="quantity">{options}</select>'
         f'<span class="faint">a mark shows its run, a scheme below turns on and off</span></div>'
-        f'<div id="chart">{error_chart(document)}</div><ul class="legend">{legend}</ul>'
-        f"<figcaption>{notes}</figcaption></figure>"
+        f'<div id="charts">{charts}</div><ul class="legend">{legend}</ul><figcaption>{notes}</figcaption></figure>'
     )
 
 
 def _legend(scheme: str, look: Look) -> str:
-    path = f'<path d="{mark_path(look.mark, 8, 8)}" fill="{look.colour}"/>'
-    mark = f'<svg viewBox="0 0 16 16" aria-hidden="true">{path}</svg>'
+    mark = f'<span class="mark" style="color:{look.colour}" aria-hidden="true">{SIGNS[look.mark]}</span>'
     return (
-        f'<li><button type="button" disabled aria-pressed="true" data-scheme="{escape(scheme)}">{mark}'
+        f'<li><button type="button" disabled aria-pressed="true" data-hides="{escape(scheme)}">{mark}'
         f"{escape(scheme)}</button></li>"
     )
 
@@ -147,7 +163,9 @@ def _convergence(document: Document) -> str:
 
 def _card(document: Document, quantity: Quantity) -> str:
     axes = axes_of(document, quantity)
-    plots = "".join(chain_chart(quantity, what, chains) for what, chains in axes.items())
+    plots = "".join(
+        chain_chart(quantity, what, chains, SIZES.get(what, "{:.3g}".format)) for what, chains in axes.items()
+    )
     orders = [
         f"order in {escape(what)}: {' to '.join(f'{order:.1f}' for order in found)}"
         for what, chains in axes.items()
@@ -158,6 +176,18 @@ def _card(document: Document, quantity: Quantity) -> str:
         f'<div class="card"><h3>{escape(quantity.name)}</h3><p{flag}>{SETTLES[quantity.converges]}'
         f"{'; ' + '; '.join(orders) if orders else ''}</p>{plots}</div>"
     )
+
+
+def axes_of(document: Document, quantity: Quantity) -> dict[str, list[Chain]]:
+    """Return the chains of a quantity by what their sizes are: coordinates, edge length, step or accuracy."""
+    runs, found = {run.name: run for run in document.runs}, {}
+    for one in quantity.chains:
+        what = WHAT.get(one.axis, one.axis)
+        if one.axis == "step":
+            steps = [runs[name].step for name in one.runs if name in runs]
+            what = "step" if any(size in steps for size in one.sizes) else "accuracy"
+        found.setdefault(what, []).append(one)
+    return found
 
 
 def _orders(chains: Sequence[Chain]) -> list[float]:

@@ -1,201 +1,344 @@
-"""Error against run time: one point a run, the front of those that nothing beats in both, schemes by colour."""
+"""Pictures of a report: error of each run against its CPU time, and the convergence of each quantity over the sweep.
 
+The chart of errors is drawn once, by `_draw_runs`: `draw` saves it as PNG with title and legend, `error_chart` as SVG
+whose points carry the numbers of their runs, so that the page's script can mark them.
+"""
+
+import io
+import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from gudgeon.pipeline.plots.base.style import FAINT, GREY, INK, RED, new_figure, save, styled
-from gudgeon.pipeline.report.document import Document, Run
-from gudgeon.pipeline.report.page.looks import LEAST, Look, drawn, floor_of, looks, places, references
-from gudgeon.pipeline.report.page.words import flagged, seconds_text, size_text, tick_text, verdict
+from gudgeon.pipeline.plots.base.style import FAINT, INK, RED, new_figure, save, styled
+from gudgeon.pipeline.report.document import Chain, Document, Quantity, Run
+from gudgeon.pipeline.report.front import pareto_front
+from gudgeon.pipeline.report.page.words import flagged, run_lines, seconds_text, size_text, tick_text, verdict
 
-MARKS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D"}
-SHOWN = 16
-"""Runs that the legend names; of more, those on the front."""
-SCHEMES, CLOSE = 14, 0.0185
-"""Schemes that the legend names, and the least distance of its lines, in the figure."""
-BOX = (0.098, 0.15, 0.522, 0.705)
-"""Of the axes, in the figure."""
-LEGEND = (0.65, 0.335)
-"""Left edge and width of the legend, in the figure."""
-PIXEL = 200 / 72 / 2
-"""Pixels of `looks` in points of the figure, inverted: a number is 8 points high there, 11 px on the page."""
+COLOURS = ("#1f5fa8", "#d9690b", "#2b8a57", "#a5287c", "#0e8090", "#8a5a2b", "#5b4bb0", "#b32d2a")
+MARKS = ("o", "^", "D")
+"""The next one, once all colours are taken."""
+GREY, SETTLED = "#7b8690", "#1f5fa8"
+LEAST = 1e-12
+"""Errors below it stand on the lower edge, hollow: round-off, and the reference against itself."""
+BOX = (5.4, 8.5)
+"""Width of a digit and height of a number beside a point [pt]."""
+TICKS = 9
+"""Labels of an axis at most; a small plot has half as many."""
+SCHEMES, RUNS = 12, 22
+"""Schemes and runs that the legend of the PNG names; of more runs, those on the front."""
+LINE = 0.0215
+"""Distance of the legend's lines, in the figure."""
+SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
+
+
+class Look(NamedTuple):
+    """Of the points of a scheme."""
+
+    colour: str
+    mark: str
+
+
+class Spot(NamedTuple):
+    """A run that has an error to draw."""
+
+    number: int
+    """From 0, in the order of the document."""
+    run: Run
+    error: float
+    """Its size, relative."""
+
+
+def looks(document: Document) -> dict[str, Look]:
+    """Return the look of each scheme, in the order of its first run; those of nodal runs are grey squares."""
+    found: dict[str, Look] = {}
+    for run in document.runs:
+        if run.kind == "nodal":
+            found.setdefault(run.scheme, Look(GREY, "s"))
+        else:
+            coloured = sum(look.colour != GREY for look in found.values())
+            mark = MARKS[coloured // len(COLOURS) % len(MARKS)]
+            found.setdefault(run.scheme, Look(COLOURS[coloured % len(COLOURS)], mark))
+    return found
+
+
+def drawn(runs: Sequence[Run], quantity: str = "") -> list[Spot]:
+    """Return the runs that have a finite error: the sound error, or that of one quantity."""
+    errors = [run.errors.get(quantity) if quantity else run.sound_error for run in runs]
+    return [
+        Spot(i, runs[i], abs(error)) for i, error in enumerate(errors) if error is not None and math.isfinite(error)
+    ]
+
+
+def front_of(spots: Sequence[Spot], quantity: str = "") -> set[int]:
+    """Return the numbers of the runs on the front: that of the document, or that of one quantity."""
+    if not quantity:
+        return {spot.number for spot in spots if spot.run.front}
+    return {spots[i].number for i in pareto_front([(spot.run.cpu_seconds, spot.error) for spot in spots])}
+
+
+def floor_of(errors: Sequence[float]) -> float:
+    """Return the error that the lower edge stands for: below the least that is above round-off."""
+    seen = [error for error in errors if error >= LEAST]
+    return min(seen) / 3 if seen else LEAST
+
+
+def places(
+    points: Sequence[tuple[float, float]], texts: Sequence[str], important: Sequence[bool]
+) -> list[tuple[float, float] | None]:
+    """Return where the lower left corner of each point's number stands beside it, None where there is no room.
+
+    Args:
+        points: To the right and upwards [pt].
+        important: Whose number is shown even where another lies below it.
+    """
+    taken = [(x - 3, y - 3, x + 3, y + 3) for x, y in points]
+    found: list[tuple[float, float] | None] = [None] * len(points)
+    for i in sorted(range(len(points)), key=lambda i: not important[i]):
+        (x, y), width, height = points[i], BOX[0] * len(texts[i]), BOX[1]
+        corners = ((4.5, 3), (-4.5 - width, 3), (4.5, -3 - height), (-4.5 - width, -3 - height))
+        boxes = [(x + dx, y + dy, x + dx + width, y + dy + height) for dx, dy in corners]
+        free = [k for k, box in enumerate(boxes) if not any(_meet(box, other) for other in taken)]
+        if free or important[i]:
+            k = free[0] if free else 0
+            found[i] = corners[k]
+            taken.append(boxes[k])
+    return found
+
+
+def _meet(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
 def draw(document: Document, path: Path) -> None:
-    """Draw the sound error of each run over its CPU seconds.
+    """Draw the sound error of each run against its CPU seconds, with title and legend.
 
     Args:
         path: The PNG file, written in one step.
     """
     with styled():
-        subtitle = f"reference: {document.reference['source']}"
         figure = new_figure("", "")
-        title = f"{document.scene}: error against run time"
-        _line(figure, 0.035, 1 - 50 / 1200, title, 0.93, fontsize=14, fontweight="bold", va="center")
-        _line(figure, 0.035, 1 - 100 / 1200, subtitle, 0.93, fontsize=9.5, color=FAINT, va="center")
-        points = drawn(document.runs)
-        axes = figure.add_axes(BOX)
-        if points:
-            _points(axes, document, points)
-        else:
-            axes.text(0.5, 0.5, "no run has an error: there is no reference", ha="center", transform=axes.transAxes)
-        _legend(figure, document, points)
-        _foot(figure, document)
+        _line(figure, (0.035, 0.958), f"{document.scene}: error against run time", 70, fontsize=14, fontweight="bold")
+        _line(figure, (0.035, 0.917), f"reference: {document.reference['source']}", 118, color=FAINT)
+        _draw_runs(figure.add_axes((0.098, 0.15, 0.522, 0.705)), document)
+        _legend(figure, document)
+        flags = ", ".join(one.name for one in flagged(document))
+        if flags:
+            text = f"does not converge over this sweep, not fitted: {flags}"
+            _line(figure, (0.035, 0.045), text, 125, fontsize=8, color=RED)
+        if document.choice is not None:
+            _line(figure, (0.035, 0.02), verdict(document), 125, fontsize=8, color=FAINT)
         scratch = path.with_name(f".{path.name}.part")
         path.parent.mkdir(parents=True, exist_ok=True)
         save(figure, scratch)
         scratch.replace(path)
 
 
-def _points(axes: Axes, document: Document, points: list[tuple[int, Run, float]]) -> None:
-    floor = floor_of([error for *_, error in points])
-    found = looks(document)
-    at = [(max(run.cpu_seconds, 1e-9), max(error, floor)) for _, run, error in points]
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    beside = references(document.runs)
-    _limits(axes, np.array(at), [max(run.cpu_seconds, 1e-9) for _, run in beside], floor)
-    for number, run in beside:
-        axes.axvline(run.cpu_seconds, color=GREY, linewidth=1.1, linestyle=(0, (2, 3)), zorder=1)
-        left = axes.transData.transform((run.cpu_seconds, floor))[0] > axes.bbox.x0 + axes.bbox.width / 2
+def error_chart(document: Document, quantity: str = "") -> str:
+    """Return the chart of errors as SVG for the page; a point and its number have the run's number as `data-run`.
+
+    Args:
+        quantity: Whose errors are drawn; the sound errors where it is empty.
+    """
+    with styled():
+        figure = Figure(figsize=(12.6, 5.6))
+        _draw_runs(figure.add_axes((0.062, 0.105, 0.925, 0.865)), document, quantity)
+        spots, chosen = drawn(document.runs, quantity), document.choice.run if document.choice is not None else None
+        front = front_of(spots, quantity)
+        root = _svg(figure, f"Error of {len(spots)} runs against their CPU time; the table of runs has the numbers")
+    nodes = {node.attrib.pop("id"): node for node in root.iter() if "id" in node.attrib}
+    for number, run, error in spots:
+        text = f"{number + 1}: {run.name}, error {size_text(error)}, {seconds_text(run.cpu_seconds)}"
+        kind = f"point{' chosen' if run.name == chosen else ''}"
+        data = {"data-run": str(number), "data-scheme": run.scheme}
+        data |= {"data-front": "true"} if number in front else {}
+        nodes[f"run-{number}"].attrib |= {"class": kind, "tabindex": "0", "role": "img", "aria-label": text, **data}
+        title = ElementTree.SubElement(nodes[f"run-{number}"], f"{{{SVG}}}title")
+        title.text = "\n".join(run_lines(number, run, error, quantity))
+        if f"number-{number}" in nodes:
+            nodes[f"number-{number}"].attrib |= {"class": "number", "data-run": str(number), "data-scheme": run.scheme}
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain], text: Callable[[float], str]) -> str:
+    """Return the distance of a quantity from its finest value along one axis of the sweep as SVG, one line a chain.
+
+    Args:
+        what: The sizes of the chains are.
+        text: Writes a size.
+    """
+    lines = [(_chain_points(chain), chain.converges) for chain in chains]
+    points = np.array([point for line, _ in lines for point in line])
+    if not len(points):
+        return ""
+    with styled():
+        figure = Figure(figsize=(4.0, 2.3))
+        axes = figure.add_axes((0.17, 0.2, 0.78, 0.75))
+        _log_axes(axes, points, (text, tick_text), TICKS // 2)
+        for line, converges in lines:
+            colour = RED if converges is False else GREY if converges is None else SETTLED
+            axes.plot(*np.array(line).reshape(-1, 2).T, color=colour, linewidth=1.2)
+            axes.scatter(*np.array(line).reshape(-1, 2).T, s=14, color=colour, clip_on=False, zorder=3)
+        axes.set_xlabel(what, parse_math=False)
+        root = _svg(figure, f"{quantity.name}: distance from the finest value by {what}")
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _draw_runs(axes: Axes, document: Document, quantity: str = "") -> None:
+    """Draw the error of each run against its CPU seconds: references, tolerance, front, points and their numbers."""
+    spots = drawn(document.runs, quantity)
+    if not spots:
+        text = "no run has an error of it" if quantity else "no run has an error: there is no reference"
+        axes.text(0.5, 0.5, text, ha="center", transform=axes.transAxes)
+        axes.set_axis_off()
+        return
+    floor, found, front = floor_of([spot.error for spot in spots]), looks(document), front_of(spots, quantity)
+    at = np.array([(max(spot.run.cpu_seconds, 1e-9), max(spot.error, floor)) for spot in spots])
+    beside = [
+        (number + 1, run) for number, run in enumerate(document.runs)
+        if run.kind == "nodal" and run.largest_error is None and run.result == "FINISHED"
+    ]  # fmt: skip
+    lines = np.array([(max(run.cpu_seconds, 1e-9), at[0, 1]) for _, run in beside]).reshape(-1, 2)
+    _log_axes(axes, np.vstack([at, lines]), (seconds_text, tick_text), TICKS, floor)
+    for (x, _), (number, run) in zip(lines, beside, strict=True):
+        axes.axvline(x, color=GREY, linewidth=1.1, linestyle=(0, (2, 3)), zorder=1)
+        left = axes.transData.transform((x, floor))[0] > axes.bbox.x0 + axes.bbox.width / 2
         axes.annotate(
-            f"{number + 1}: reference, {seconds_text(run.cpu_seconds)}", (run.cpu_seconds, 1.0),
-            xycoords=("data", "axes fraction"), xytext=(-4 if left else 4, -8), textcoords="offset points",
-            ha="right" if left else "left", fontsize=8, color=FAINT,
+            f"{number}: reference, {seconds_text(run.cpu_seconds)}", (x, 1.0), xycoords=("data", "axes fraction"),
+            xytext=(-4 if left else 4, -8), textcoords="offset points", ha="right" if left else "left", fontsize=8,
+            color=FAINT,
         )  # fmt: skip
-    front = sorted(spot for spot, (_, run, _) in zip(at, points, strict=True) if run.front)
-    axes.plot(*np.array(front).T, color=INK, alpha=0.55, linewidth=1.1, zorder=2)
-    chosen = document.choice.run if document.choice is not None else None
-    for spot, (_, run, error) in zip(at, points, strict=True):
-        look = found[run.scheme]
-        if run.name == chosen:
-            axes.plot(*spot, "o", markersize=12, fillstyle="none", color=INK, zorder=3)
-        axes.plot(
-            *spot, MARKS[look.mark], color=look.colour, markersize=5.5, zorder=4, clip_on=False,
-            fillstyle="none" if error < LEAST else "full",
-        )  # fmt: skip
-    if document.choice is not None:
-        _tolerance(axes, document.choice.tolerance)
-    _numbers(axes, at, points, found)
-    axes.set_xlabel("CPU time of a run")
-    axes.set_ylabel("largest error of a run, its basis or step")
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: seconds_text(value)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: tick_text(value)))
-
-
-def _limits(axes: Axes, at: np.ndarray, beside: list[float], floor: float) -> None:
-    """Set both ranges, at least half a decade each, and ticks at 1, 2, 5 where there are few decades."""
-    for number, axis in enumerate((axes.xaxis, axes.yaxis)):
-        values = np.append(at[:, number], [] if number else beside)
-        low, high = np.log10(values.min()), np.log10(values.max())
-        room = max(0.08 * (high - low), 0.1, 0.5 * (0.5 - high + low))
-        low, high = (np.log10(floor) if number else low - room), high + room
-        (axes.set_ylim if number else axes.set_xlim)(10**low, 10**high)
-        axis.set_major_locator(LogLocator(subs=(1.0,) if high - low > 2.5 else (1.0, 2.0, 5.0), numticks=12))
-        axis.set_minor_formatter(NullFormatter())
-
-
-def _tolerance(axes: Axes, tolerance: float) -> None:
     low, high = axes.get_ylim()
-    if low < tolerance < high:
+    if document.choice is not None and low < (tolerance := document.choice.tolerance) < high:
         axes.axhline(tolerance, color=RED, linewidth=0.9, linestyle=(0, (5, 4)), zorder=1)
         axes.annotate(
             f"tolerance {tick_text(tolerance)}", (1.0, tolerance), xycoords=("axes fraction", "data"), xytext=(-2, 3),
             textcoords="offset points", ha="right", fontsize=8, color=RED,
         )  # fmt: skip
+    best = np.array(sorted(at[i].tolist() for i, spot in enumerate(spots) if spot.number in front)).reshape(-1, 2)
+    axes.plot(*best.T, color=INK, alpha=0.55, linewidth=1.1, zorder=2)
+    for place, (number, run, error) in zip(at, spots, strict=True):
+        colour, mark = found[run.scheme].colour, found[run.scheme].mark
+        if document.choice is not None and run.name == document.choice.run:
+            axes.scatter(*place, s=120, facecolor="none", edgecolor=INK, linewidth=1.2, zorder=3, clip_on=False)
+        axes.scatter(
+            *place, s=32, marker=mark, facecolor="white" if error < LEAST else colour, edgecolor=colour, zorder=4,
+            clip_on=False, gid=f"run-{number}",
+        )  # fmt: skip
+    _numbers(axes, at, spots, front)
+    axes.set_xlabel("CPU time of a run")
+    axes.set_ylabel(f"error: {quantity}" if quantity else "largest error of a run, its basis or step", parse_math=False)
 
 
-def _numbers(
-    axes: Axes, at: list[tuple[float, float]], points: list[tuple[int, Run, float]], found: dict[str, Look]
-) -> None:
+def _numbers(axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int]) -> None:
     """Write the number of each run beside its point where there is room; those on the front always."""
-    texts = [str(number + 1) for number, *_ in points]
-    pixels = axes.transData.transform(at) / PIXEL / 2
-    shifts = places([(x, y) for x, y in pixels], texts, [run.front for _, run, _ in points])
-    for spot, (_, run, _), text, shift in zip(at, points, texts, shifts, strict=True):
+    figure = axes.get_figure()
+    assert figure is not None
+    texts, important = [str(spot.number + 1) for spot in spots], [spot.number in front for spot in spots]
+    shifts = places([(x, y) for x, y in axes.transData.transform(at) * 72 / figure.dpi], texts, important)
+    for place, spot, text, best, shift in zip(at, spots, texts, important, shifts, strict=True):
         if shift is not None:
             axes.annotate(
-                text, spot, textcoords="offset points", xytext=(shift[0] * 0.72, shift[1] * 0.72), fontsize=7.5,
-                color=found[run.scheme].colour, fontweight="bold" if run.front else "normal", zorder=5,
+                text, place, textcoords="offset points", xytext=shift, fontsize=7.5, color=INK, zorder=5,
+                fontweight="bold" if best else "normal", gid=f"number-{spot.number}",
             )  # fmt: skip
 
 
-def _legend(figure: Figure, document: Document, points: list[tuple[int, Run, float]]) -> None:
-    """Name the schemes, and the runs as far as there is room: else those on the front."""
-    left, width = LEGEND
-    found = looks(document)
-    height = 0.845
-    step = min(0.028, 0.3 / max(min(len(found), SCHEMES), 1))
-    for scheme, look in list(found.items())[:SCHEMES]:
-        mark = Line2D([left + 0.008], [height], marker=MARKS[look.mark], color=look.colour, markersize=5.5)
-        mark.set_transform(figure.transFigure)
-        figure.add_artist(mark)
-        _line(figure, left + 0.025, height, scheme, width - 0.025, fontsize=8.5, va="center")
-        height -= step
-    few = len(points) <= SHOWN
-    figure.add_artist(Line2D([left, left + 0.017], [height] * 2, color=INK, alpha=0.55, linewidth=1.1))
-    _line(figure, left + 0.025, height, "Pareto front: nothing is faster and better", width - 0.025, fontsize=8.5,
-          va="center")  # fmt: skip
-    height -= step
-    named = points if few else [point for point in points if point[1].front]
-    height -= 0.02
-    title = "runs" if few else f"on the front, of {len(points)} runs"
-    figure.text(left, height, f"{title}: error, CPU time", fontsize=8, color=FAINT, va="center")
-    height -= 0.032
-    room = int((height - 0.06) / CLOSE)
-    step = min(0.043, (height - 0.06) / max(min(len(named), room), 1))
-    for number, run, error in _some(sorted(named, key=lambda point: point[1].cpu_seconds), room):
-        _entry(figure, (left, height, width, step), f"{number + 1}", run, error, found[run.scheme].colour)
-        height -= step
-    hidden = [f"{count} more {what}" for count, what in
-              ((len(named) - room, "runs"), (len(found) - SCHEMES, "schemes")) if count > 0]  # fmt: skip
-    if hidden:
-        figure.text(left, height, f"and {', '.join(hidden)}", fontsize=7.5, color=FAINT, va="center")
-
-
-def _some(points: list[tuple[int, Run, float]], room: int) -> list[tuple[int, Run, float]]:
-    """Return as many points as there is room for, evenly from the first to the last."""
-    if len(points) <= room:
-        return points
-    return [points[round(i * (len(points) - 1) / (room - 1))] for i in range(room)]
-
-
-def _entry(
-    figure: Figure, box: tuple[float, float, float, float], number: str, run: Run, error: float, colour: str
+def _log_axes(
+    axes: Axes, points: np.ndarray, texts: Sequence[Callable[[float], str]], most: int, floor: float | None = None
 ) -> None:
-    left, height, width, step = box
-    weight = "bold" if run.front else "normal"
-    figure.text(left + 0.02, height, number, fontsize=8, color=colour, fontweight=weight, ha="right", va="center")
-    after = f"{'the reference' if error == 0 else size_text(error)}, {seconds_text(run.cpu_seconds)}"
-    if step > 0.035:
-        _line(figure, left + 0.028, height, run.name, width - 0.028, fontsize=8, va="center")
-        _line(figure, left + 0.028, height - 0.017, after, width - 0.028, fontsize=7, color=FAINT, va="center")
-        return
-    room = _line(figure, left + width, height, after, 0.13, fontsize=7, color=FAINT, ha="right", va="center")
-    _line(figure, left + 0.028, height, run.name, width - 0.036 - room, fontsize=7.5, va="center")
+    """Set logarithmic axes with room around points, half a decade long at least; label 1, 2, 5 times powers of ten.
+
+    Args:
+        points: (k, 2)
+        texts: Write a value of the horizontal and of the vertical axis.
+        most: Labels of an axis.
+        floor: Where the vertical axis begins.
+    """
+    axes.set(xscale="log", yscale="log")
+    axes.tick_params(which="both", left=False, bottom=False)
+    for axis, values, text, start in zip((axes.xaxis, axes.yaxis), points.T, texts, (None, floor), strict=True):
+        low, high = np.log10(values.min()), np.log10(values.max())
+        room = max(0.08 * (high - low), 0.1, 0.5 * (0.5 - high + low))
+        low, high, able = low - room if start is None else np.log10(start), high + room, []
+        for steps in ((1, 2, 5), (1, 3), (1,)):
+            values = [step * 10.0**power for power in range(math.floor(low), math.ceil(high) + 1) for step in steps]
+            able = [value for value in values if low - 1e-9 <= math.log10(value) <= high + 1e-9]
+            if len(able) <= most:
+                break
+        able = able[:: math.ceil(len(able) / most)]
+        axis.set_ticks(able, [text(value) for value in able])
+        axis.set_ticks([], minor=True)
+        (axes.set_xlim if axis is axes.xaxis else axes.set_ylim)(10**low, 10**high)
 
 
-def _foot(figure: Figure, document: Document) -> None:
-    """Write what the tolerance chooses, and which quantities do not converge."""
-    flags = flagged(document)
-    if flags:
-        text = f"does not converge over this sweep, not fitted: {', '.join(one.name for one in flags)}"
-        _line(figure, 0.035, 0.045, text, 0.95, fontsize=8.5, color=RED, va="center")
-    if document.choice is not None:
-        _line(figure, 0.035, 0.02, verdict(document), 0.95, fontsize=8.5, color=FAINT, va="center")
+def _legend(figure: Figure, document: Document) -> None:
+    """Name the schemes, and the runs as far as there is room: else those on the front."""
+    left, height, found, spots = 0.65, 0.845, looks(document), drawn(document.runs)
+    for scheme, look in list(found.items())[:SCHEMES]:
+        mark = Line2D([left + 0.008], [height], marker=look.mark, color=look.colour, markersize=5.5)
+        figure.add_artist(mark)
+        _line(figure, (left + 0.025, height), scheme, 40, fontsize=8)
+        height -= 1.2 * LINE
+    figure.add_artist(Line2D([left, left + 0.017], [height] * 2, color=INK, alpha=0.55, linewidth=1.1))
+    _line(figure, (left + 0.025, height), "Pareto front: nothing is faster and better", 42, fontsize=8)
+    named = spots if len(spots) <= RUNS - len(found) else [spot for spot in spots if spot.run.front]
+    title = "runs" if len(named) == len(spots) else f"on the front, of {len(spots)} runs"
+    height -= 2.1 * LINE
+    _line(figure, (left, height), f"{title}: error, CPU time", 45, fontsize=8, color=FAINT)
+    room = int((height - 0.08) / LINE)
+    for number, run, error in sorted(named, key=lambda spot: spot.run.cpu_seconds)[:room]:
+        height -= LINE
+        weight = "bold" if run.front else "normal"
+        _line(figure, (left + 0.02, height), str(number + 1), 5, fontsize=7.5, fontweight=weight, ha="right")
+        taken = f"{'the reference' if error == 0 else size_text(error)}, {seconds_text(run.cpu_seconds)}"
+        _line(figure, (left + 0.335, height), taken, 30, fontsize=7, color=FAINT, ha="right")
+        _line(figure, (left + 0.028, height), run.name, 44 - len(taken), fontsize=7.5)
+    more = ((len(named) - room, "runs"), (len(found) - SCHEMES, "schemes"))
+    hidden = [f"{count} more {what}" for count, what in more if count > 0]
+    if hidden:
+        _line(figure, (left, height - LINE), f"and {', '.join(hidden)}", 45, fontsize=7.5, color=FAINT)
 
 
-def _line(figure: Figure, x: float, y: float, text: str, width: float, **look: object) -> float:
-    """Write one line, shortened to a share of the figure's width; returns the width it takes."""
-    artist = figure.text(x, y, text, parse_math=False, **look)  # pyright: ignore[reportArgumentType]
-    full = figure.bbox.width
-    while (taken := artist.get_window_extent().width / full) > width and len(text) > 4:
-        text = text[: max(4, int(len(text) * min(0.98, width / taken)) - 1)].rstrip(" …")
-        artist.set_text(f"{text}…")
-        text += "…"
-    return taken
+def _line(figure: Figure, at: tuple[float, float], text: str, most: int, **look: object) -> None:
+    """Write one line, shortened to so many characters."""
+    short = text if len(text) <= most else f"{text[: most - 1].rstrip()}…"
+    figure.text(*at, short, parse_math=False, va="center", **look)  # pyright: ignore[reportArgumentType]
+
+
+def _chain_points(chain: Chain) -> list[tuple[float, float]]:
+    """Return the points of a chain, but for its last one, which is what the others are compared with."""
+    return [
+        (size, max(abs(difference), LEAST))
+        for size, difference in zip(chain.sizes[:-1], chain.differences[:-1], strict=True)
+        if size > 0
+    ]
+
+
+def _svg(figure: Figure, label: str) -> ElementTree.Element:
+    """Return a figure as SVG that stands in a page: text as text, no identifiers but ours, nothing that is loaded."""
+    text = io.StringIO()
+    with matplotlib.rc_context({"svg.fonttype": "none"}):
+        figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+    ElementTree.register_namespace("", SVG)
+    root = ElementTree.fromstring(text.getvalue())
+    drawings = {node.get("id"): node for node in root.iter(f"{{{SVG}}}path") if node.get("id")}
+    for node in list(root.iter()):
+        if node.tag == f"{{{SVG}}}use":
+            mark = drawings[node.attrib.pop(f"{{{XLINK}}}href").removeprefix("#")]
+            node.tag, node.attrib["d"] = mark.tag, mark.attrib["d"]
+            node.attrib["transform"] = f"translate({node.attrib.pop('x')} {node.attrib.pop('y')})"
+        if not node.get("id", "").startswith(("run-", "number-")):
+            node.attrib.pop("id", None)
+        node.attrib.pop("clip-path", None)
+        for child in [child for child in node if child.tag in (f"{{{SVG}}}metadata", f"{{{SVG}}}defs")]:
+            node.remove(child)
+    root.attrib = {"viewBox": root.attrib["viewBox"], "role": "group", "aria-label": label}
+    return root

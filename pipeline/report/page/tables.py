@@ -9,8 +9,6 @@ from gudgeon.pipeline.report.document import Document, Quantity, Run, StageSecon
 from gudgeon.pipeline.report.page.words import (
     NOTHING,
     SETTLES,
-    change_columns,
-    change_text,
     count_text,
     error_text,
     seconds_text,
@@ -19,6 +17,9 @@ from gudgeon.pipeline.report.page.words import (
     small_text,
     step_text,
 )
+
+LONG = 30
+"""Characters of a cell that is text."""
 
 
 @dataclass(frozen=True)
@@ -89,31 +90,12 @@ def quantities_table(document: Document) -> str:
     return _wrapped("quantities", _header(heads, kinds), rows)
 
 
-def changes_table(document: Document) -> str:
-    """Return one row a design change."""
-    keys = change_columns(document)
-    heads = [key.replace("_", " ") for key in keys]
-    rows = [
-        "<tr>"
-        + "".join(
-            f'<th scope="row">{escape(change_text(key, row.get(key)))}</th>'
-            if number == 0
-            else f"<td{' class=text' if isinstance(row.get(key), str | dict) else ''}>"
-            f"{escape(change_text(key, row.get(key)))}</td>"
-            for number, key in enumerate(keys)
-        )
-        + "</tr>"
-        for row in document.changes
-    ]
-    return _wrapped("changes", _header(heads, [""] * len(heads)), rows)
-
-
 def kind_table(table: Table) -> str:
-    """Return a table that a kind of scene reports beside its runs."""
-    rows = [
-        f'<tr><th scope="row">{escape(row[0])}</th>{"".join(f"<td>{escape(cell)}</td>" for cell in row[1:])}</tr>'
-        for row in table.rows
-    ]
+    """Return a table beside the runs; long cells are text that wraps."""
+    rows = []
+    for first, *others in table.rows:
+        cells = (f"<td{_class('text' if len(cell) > LONG else '')}>{escape(cell)}</td>" for cell in others)
+        rows.append(f'<tr><th scope="row">{escape(first)}</th>{"".join(cells)}</tr>')
     return _wrapped("", _header(table.columns, [""] * len(table.columns)), rows)
 
 

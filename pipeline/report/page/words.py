@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from gudgeon.pipeline.report.document import Document, Quantity, Run
+from gudgeon.pipeline.report.document import Document, Quantity, Run, Table
 
 NOTHING = "–"
 PERCENT = 1e-3
@@ -62,6 +62,31 @@ def tick_text(value: float) -> str:
     return f"{value * 100:g}%" if value >= 0.99e-4 else f"{value:.0e}"
 
 
+def edge_text(value: float) -> str:
+    """Return an edge length."""
+    return f"{value * 1e3:.3g} mm"
+
+
+def run_lines(number: int, run: Run, error: float, quantity: str) -> list[str]:
+    """Return what a point of the chart says of its run, its number and name first.
+
+    Args:
+        number: From 0.
+        error: That is drawn.
+        quantity: Whose error it is; empty for the largest one.
+    """
+    largest = f"{size_text(run.largest_error)} largest error, of {run.largest_of}"
+    lines = [f"{number + 1}  {run.name}", f"{size_text(error)} {quantity}" if quantity else largest]
+    if not quantity and run.largest_error is not None and error > run.largest_error:
+        lines.append(f"{size_text(error)} by its basis or step alone")
+    for part, errors in (("basis", run.truncation), ("step", run.time)):
+        if errors and (found := errors.get(quantity or run.largest_of or "")) is not None:
+            lines.append(f"of that, {part}: {size_text(found)}")
+    lines.append(f"CPU {seconds_text(run.cpu_seconds)}, wall {seconds_text(run.wall_seconds)}")
+    steps = "" if run.steps is None else f", {count_text(run.steps)} steps"
+    return [*lines, f"{count_text(run.coordinates)} coordinates{steps}", run.scheme]
+
+
 def setting_texts(run: Run) -> list[str]:
     """Return what a run changes of the scene, as `--set` takes it."""
     return [f"{path}={_toml(value)}" for path, value in _paths(run.settings)]
@@ -95,9 +120,12 @@ def verdict(document: Document) -> str:
     )
 
 
-def change_columns(document: Document) -> list[str]:
-    """Return the keys of the rows of design changes, in order."""
-    return list(dict.fromkeys(key for row in document.changes for key in row))
+def tables_of(document: Document) -> list[Table]:
+    """Return the tables beside the runs: design changes, and what the kind of the scene reports."""
+    columns = list(dict.fromkeys(key for row in document.changes for key in row))
+    rows = [[change_text(key, row.get(key)) for key in columns] for row in document.changes]
+    changes = Table("Design changes: reuse against recompute", [key.replace("_", " ") for key in columns], rows)
+    return [*([changes] if rows else []), *document.tables]
 
 
 def change_text(key: str, value: Any) -> str:

@@ -31,8 +31,13 @@ class Problem:
     force: Any
     """The moving force of the scene."""
     component: Component
-    where: str
-    """The component's key in the scene."""
+    name: str
+    """Of the component."""
+
+    @property
+    def where(self) -> str:
+        """The component's key in the scene."""
+        return f"component.{self.name}"
 
     def travel(self, mesh: MeshRecord) -> Travel:
         """Return the force on its way over a mesh.
@@ -54,8 +59,7 @@ class Problem:
     def finer(self, size: float) -> Travel:
         """Return the same on a mesh of another edge length [m]."""
         mesh = self.component.mesh.model_copy(update={"size": size})
-        name = self.where.partition(".")[2]
-        return self.travel(build_mesh(self.component.model_copy(update={"mesh": mesh}), self.job.folder, name))
+        return self.travel(build_mesh(self.component.model_copy(update={"mesh": mesh}), self.job.folder, self.name))
 
     def root(self, mesh: MeshRecord) -> Root:
         """Return the cells whose middle is near the supports.
@@ -90,4 +94,4 @@ def problem_of(job: Job) -> Problem:
     name = job.scene.component_of(forces[settings.force].body)
     if job.components()[name]["morph"].inputs["profile"]:
         raise InputError(f"report.vectors: knows no design change, leave component.{name}.change out")
-    return Problem(job, settings, forces[settings.force], job.scene.component[name], f"component.{name}")
+    return Problem(job, settings, forces[settings.force], job.scene.component[name], name)

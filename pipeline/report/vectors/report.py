@@ -1,22 +1,46 @@
-"""`gudgeon report` of a scene with `report.vectors`: its runs are the bases under the force that travels; the standing
-force and the price of vectors for another place are tables beside them."""
+"""`gudgeon report` of a scene with `report.vectors`: how many vectors, and of which kind, a force that moves needs.
 
-from collections.abc import Sequence
-from importlib.metadata import version
+Its runs are bases at each number of vectors. The ordinary sweep knows neither vectors that are made again along the way
+nor full FE under a moving force: here both take the same time steps, so that they differ by what the vectors lack and
+by nothing else.
+"""
 
-from gudgeon.pipeline.measuring.clock import Seconds
-from gudgeon.pipeline.measuring.machine import machine
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.measuring.clock import Seconds, fastest
+from gudgeon.pipeline.measuring.memory import peak_memory
+from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.report.choice import choose
 from gudgeon.pipeline.report.document import Document, Errors, Quantity, Run, StageSeconds, Table
-from gudgeon.pipeline.report.effort import Effort, command_text
+from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
+from gudgeon.pipeline.report.reference import largest
 from gudgeon.pipeline.report.series import chain, settling
-from gudgeon.pipeline.report.vectors.comparison import ROOT, TITLES, UNDER, Comparison, VectorRow, compare
+from gudgeon.pipeline.report.vectors.bases import Source, bases_of
+from gudgeon.pipeline.report.vectors.cost import Price, price_table, prices
+from gudgeon.pipeline.report.vectors.problem import problem_of
+from gudgeon.pipeline.report.vectors.travelling import (
+    History,
+    Root,
+    Travel,
+    difference,
+    nodal_history,
+    reduced_history,
+)
+from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.scenes.report import Vectors
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 
-PICTURE = "vectors.png"
+SAMPLES = 20
+"""Of the stress, in the time of one place."""
+UNDER, ROOT = "displacement under the force", "stress at the root"
 TIMING = (
     "CPU seconds from the assembled matrices to the last time step: factorisation of the stiffness and normal modes"
     " where a basis needs them, each taken once; its vectors and the time steps, least of {repeat} runs of each, one"
@@ -24,8 +48,25 @@ TIMING = (
 )
 
 
+class Comparison(NamedTuple):
+    """Every basis at each number of vectors, and the price of vectors for another place."""
+
+    nodal: Run
+    """All nodal dofs; `time` is what half the step changes."""
+    runs: list[Run]
+    """`scheme` is the basis, `coordinates` the number of vectors."""
+    apart: dict[str, Errors]
+    """By the name of a run, its distance from the largest number of vectors of its basis."""
+    prices: list[Price]
+
+    def errors(self, basis: str, count: int) -> Errors | None:
+        """Return the errors of so many vectors of a basis, None where it needs more."""
+        found = [run.errors for run in self.runs if (run.scheme, run.coordinates) == (basis, count)]
+        return found[0] if found else None
+
+
 def vectors_report(job: Job, how: Effort, progress: Progress) -> Document:
-    """Compare the bases and write `report.{json,csv,png,html}` and `vectors.png` into the job's folder.
+    """Compare the bases and write `report.{json,csv,png,html}` into the job's folder.
 
     Args:
         how: Its timed runs are those of each price and of each basis.
@@ -33,121 +74,131 @@ def vectors_report(job: Job, how: Effort, progress: Progress) -> Document:
     Raises:
         InputError: the scene names no such force, or its body is not held.
     """
-    with report_folder(job.out, job.name, PICTURE):
-        return _report(job, how, progress)
-
-
-def _report(job: Job, how: Effort, progress: Progress) -> Document:
-    found = compare(job, how.repeat, progress)
-    runs = with_front([_nodal_run(found), *(_run(found, row) for row in _moving(found))])
-    document = Document(
-        scene=job.name,
-        command=command_text(job.path, job.overrides, how),
-        reference={"kind": "nodal", "source": f"all {found.dofs:,} nodal dofs, the same {found.steps:,} time steps"},
-        machine=machine(),
-        version=version("gudgeon"),
-        quantities=[_quantity(name, unit, found) for name, unit in ((UNDER, "m"), (ROOT, "Pa"))],
-        runs=runs,
-        left_out=[],
-        changes=[],
-        choice=choose(runs, how.tolerance),
-        notes=[f"{found.settings.places} places, {found.steps:,} steps in {found.duration * 1e3:g} ms."],
-        tables=[*(_case_table(found, case) for case in TITLES), _price_table(found)],
-        timing=TIMING.format(repeat=how.repeat),
-    )
-    from gudgeon.pipeline.report.vectors.picture import draw
-
-    draw(found, job.out / PICTURE)
-    write_report(document, job.out, picture=(job.out / PICTURE).read_bytes())
+    settings, duration = job.scene.report.vectors, job.scene.run.duration
+    assert settings is not None
+    with report_folder(job.out, job.name):
+        found = compare(job, how.repeat, progress)
+        runs, steps = with_front([found.nodal, *found.runs]), steps_of(settings)
+        source = f"all {found.nodal.coordinates:,} nodal dofs, the same {steps:,} time steps"
+        document = replace(
+            new_document(job, how),
+            reference={"kind": "nodal", "source": source},
+            quantities=[_quantity(name, unit, found) for name, unit in ((UNDER, "m"), (ROOT, "Pa"))],
+            runs=runs,
+            choice=choose(runs, how.tolerance),
+            notes=[f"{settings.places} places, {steps:,} steps in {duration * 1e3:g} ms."],
+            tables=[_table(found, settings.counts), price_table(found.prices)],
+            timing=TIMING.format(repeat=how.repeat),
+        )
+        write_report(document, job.out)
     progress("report", 1.0)
     return document
 
 
-def _moving(found: Comparison) -> list[VectorRow]:
-    return [row for row in found.rows if row.case == "moving"]
+def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
+    """Compare the bases with all nodal dofs at the same time steps.
+
+    Args:
+        repeat: Timed runs of each price and of each basis.
+
+    Raises:
+        InputError: the scene names no such force, or its body is not held.
+    """
+    with named(job.path, InputError):
+        problem = problem_of(job)
+        run_job(job, "mesh", progress)
+        mesh = job.store.get(job.components()[problem.name]["mesh"].key, "mesh")
+        travel, root, settings = problem.travel(mesh), problem.root(mesh), problem.settings
+    if settings.counts[-1] > (most := largest_count(travel.model)):
+        raise InputError(f"{job.path}: report.vectors.counts: {settings.counts[-1]} given, the mesh has {most} at most")
+    nodal, reference = _nodal(travel, root, settings, lambda share: progress("all nodal dofs", share))
+    runs, answers = _runs(travel, root, settings, reference, repeat, progress)
+    last = {run.scheme: answer for run, answer in zip(runs, answers, strict=True)}
+    apart = {run.name: _apart(root, answer, last[run.scheme]) for run, answer in zip(runs, answers, strict=True)}
+    cost = prices(travel, settings, repeat)
+    for number, size in enumerate(settings.meshes):
+        progress(f"price at {size:g} m", number / len(settings.meshes))
+        cost += prices(problem.finer(size), settings, repeat)
+    return Comparison(nodal, runs, apart, cost)
 
 
-def _name(row: VectorRow) -> str:
-    return f"{row.basis}, {row.vectors} vectors"
+def steps_of(settings: Vectors) -> int:
+    """Return the number of time steps of a run, a multiple of the places and the samples."""
+    return SAMPLES * settings.places * math.ceil(settings.steps / (SAMPLES * settings.places))
 
 
-def _nodal_run(found: Comparison) -> Run:
-    finer = f"all nodal dofs, {2 * found.steps:,} steps"
-    return _blank(
-        f"all nodal dofs, {found.steps:,} steps", "nodal", "all nodal dofs", found, found.dofs, {},
-        (None, "all nodal dofs"), (found.time_error["moving"], finer), {"solve": StageSeconds(found.nodal, None)},
-        found.nodal_mib,
+def _nodal(travel: Travel, root: Root, settings: Vectors, tell: Callable[[float], None]) -> tuple[Run, History]:
+    """Return all nodal dofs as a run, with what half the step changes, and what the bases are compared with."""
+    steps, samples = steps_of(settings), SAMPLES * settings.places
+    with peak_memory() as peak:
+        found, taken = fastest(lambda: nodal_history(travel, root, steps, samples, lambda x: tell(0.3 * x)), 1)
+    finer = nodal_history(travel, root, 2 * steps, samples, lambda x: tell(0.3 + 0.6 * x))
+    finer = History(finer.under[1::2], finer.root)
+    run = Run(
+        f"all nodal dofs, {steps:,} steps", "nodal", "all nodal dofs", {}, len(travel.model.free), "FINISHED",
+        errors={}, truncation_against="all nodal dofs", time=_apart(root, found, finer),
+        time_against=f"all nodal dofs, {2 * steps:,} steps", step=travel.duration / steps, steps=steps,
+        cpu_seconds=taken.cpu, wall_seconds=taken.wall, stages={"solve": StageSeconds(taken, None)}, peak_mib=peak.mib,
     )  # fmt: skip
+    return run, found
 
 
-def _run(found: Comparison, row: VectorRow) -> Run:
-    taken = row.taken
-    assert taken is not None
-    cold = Seconds(taken.before.wall + taken.generation.wall, taken.before.cpu + taken.generation.cpu)
-    return _blank(
-        _name(row), "reduced", row.basis, found, row.vectors, row.errors,
-        (row.errors, "all nodal dofs at the same steps"), (None, "the reference has the same steps"),
-        {"modes": StageSeconds(cold, taken.generation), "solve": StageSeconds(taken.solution, taken.solution)},
-        taken.peak_mib,
-    )  # fmt: skip
+def _runs(
+    travel: Travel, root: Root, settings: Vectors, reference: History, repeat: int, progress: Progress
+) -> tuple[list[Run], list[History]]:
+    """Return each basis at each number of vectors that it can have as a run, and what is compared of it."""
+    runs, answers, steps, samples = [], [], steps_of(settings), SAMPLES * settings.places
+    source, bases = Source.of(travel, settings.counts[-1]), bases_of(travel, settings.places)
+    able = [(basis, count) for basis in bases for count in settings.counts if count >= basis.least]
+    for number, (basis, count) in enumerate(able):
+        progress("bases", number / len(able))
+        with peak_memory() as peak:
+            sets, made = fastest(lambda basis=basis, count=count: source.make(basis, count), repeat)
+            ours, solved = fastest(lambda sets=sets: reduced_history(travel, root, sets, steps, samples), repeat)
+        before, errors = source.before(basis, count), _apart(root, ours, reference)
+        cold = Seconds(before.wall + made.wall, before.cpu + made.cpu)
+        worst, size = largest(errors, set(errors))
+        run = Run(
+            f"{basis.name}, {count} vectors", "reduced", basis.name, {}, count, "FINISHED", errors=errors,
+            largest_error=size, largest_of=worst, truncation=errors,
+            truncation_against="all nodal dofs at the same steps",
+            time_against="the reference has the same steps", step=travel.duration / steps, steps=steps,
+            cpu_seconds=cold.cpu + solved.cpu, wall_seconds=cold.wall + solved.wall,
+            stages={"modes": StageSeconds(cold, made), "solve": StageSeconds(solved, solved)}, peak_mib=peak.mib,
+        )  # fmt: skip
+        runs.append(run)
+        answers.append(ours)
+    source.ritz.free()
+    return runs, answers
 
 
-def _blank(
-    name: str, kind: str, scheme: str, found: Comparison, coordinates: int, errors: Errors,
-    truncation: tuple[Errors | None, str], time: tuple[Errors | None, str], stages: dict[str, StageSeconds],
-    peak_mib: float,
-) -> Run:  # fmt: skip
-    worst = max(errors, key=lambda key: errors[key], default=None)
-    cold = [one.cold for one in stages.values() if one.cold is not None]
-    return Run(
-        name=name, kind=kind, scheme=scheme, settings={}, coordinates=coordinates, result="FINISHED", errors=errors,
-        largest_error=None if worst is None else errors[worst], largest_of=worst, truncation=truncation[0],
-        truncation_against=truncation[1], time=time[0], time_against=time[1], energy_drift=None,
-        momentum_residual=None, step=found.duration / found.steps, steps=found.steps, factorisations=None,
-        iterations=None, cpu_seconds=sum(one.cpu for one in cold), wall_seconds=sum(one.wall for one in cold),
-        stages=stages, peak_mib=peak_mib, front=False,
-    )  # fmt: skip
+def _apart(root: Root, one: History, other: History) -> Errors:
+    return {UNDER: difference(one.under, other.under), ROOT: root.difference(one.root, other.root)}
 
 
 def _quantity(name: str, unit: str, found: Comparison) -> Quantity:
     chains = []
-    for basis in dict.fromkeys(row.basis for row in _moving(found)):
-        rows = [row for row in _moving(found) if row.basis == basis]
-        if len(rows) > 1:
-            values, apart = [row.errors[name] for row in rows], [row.apart[name] for row in rows]
-            chains.append(chain("basis", [_name(row) for row in rows], [row.vectors for row in rows], values, apart))
+    for basis in dict.fromkeys(run.scheme for run in found.runs):
+        runs = [run for run in found.runs if run.scheme == basis]
+        if len(runs) > 1:
+            values, apart = [run.errors[name] for run in runs], [found.apart[run.name][name] for run in runs]
+            chains.append(chain("basis", [run.name for run in runs], [run.coordinates for run in runs], values, apart))
     settles, why = settling(name, chains)
-    return Quantity(name, unit, "L2", None, True, settles, why, chains)
+    return Quantity(name, unit, "L2", None, counts=True, converges=settles, why=why, chains=chains)
 
 
-def _case_table(found: Comparison, case: str) -> Table:
+def _table(found: Comparison, counts: Sequence[int]) -> Table:
     """Return the errors of each basis by number of vectors: under the force / at the root."""
-    half, counts = found.time_error[case], found.settings.counts
-    twice = "" if half is None else f"; half the step changes the reference by {_cell(half)}"
-    rows = []
-    for basis in dict.fromkeys(row.basis for row in found.rows if row.case == case):
-        cells = [found.row(case, basis, count) for count in counts]
-        rows.append([basis, *("–" if cell is None else _cell(cell.errors) for cell in cells)])
-    title = TITLES[case][0].upper() + TITLES[case][1:]
-    note = f"Relative L2 error of the {UNDER} / of the {ROOT}, by number of vectors{twice}."
-    return Table(title, ["basis", *map(str, counts)], rows, note)
-
-
-def _cell(errors: Errors) -> str:
-    return f"{errors[UNDER]:.1e} / {errors[ROOT]:.1e}"
-
-
-def _price_table(found: Comparison) -> Table:
-    columns = [
-        "dofs", "vectors", "factorisation", "again, one place", "again, places together", "from scratch", "share",
-        "normal modes",
-    ]  # fmt: skip
     rows = [
-        [f"{row['dofs']:,}", f"{row['vectors']}", *(f"{row[name]:.3g} s" for name in _PRICES),
-         f"{row['again_share']:.2f}, {row['together_share']:.2f}", f"{row['normal_modes']:.3g} s"]
-        for row in found.cost
-    ]  # fmt: skip
-    return Table("Price of vectors for one more place", columns, rows, "CPU time, assembly aside.")
+        [basis, *(_cell(found.errors(basis, count)) for count in counts)]
+        for basis in dict.fromkeys(run.scheme for run in found.runs)
+    ]
+    note = (
+        f"Relative L2 error of the {UNDER} / of the {ROOT}, by number of vectors; half the step changes the reference"
+        f" by {_cell(found.nodal.time)}."
+    )
+    return Table("Travelling", ["basis", *map(str, counts)], rows, note)
 
 
-_PRICES: Sequence[str] = ("factorisation", "again", "together", "scratch")
+def _cell(errors: Errors | None) -> str:
+    return "–" if errors is None else f"{errors[UNDER]:.1e} / {errors[ROOT]:.1e}"

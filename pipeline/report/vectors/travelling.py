@@ -7,7 +7,7 @@ q̇⁺ = Φ⁺ᵀ M Φ q̇, the least kinetic energy. What is left behind is los
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
@@ -35,15 +35,6 @@ class Travel:
     """Coordinates across and along at given times, (t,) → (t, 2)."""
     duration: float
     """[s]"""
-
-    def standing(self, share: float) -> "Travel":
-        """Return the force at the end of its way as it stands at a share of it, applied suddenly."""
-        place, full = self.path(np.array([share * self.duration])), self.size(np.array([self.duration]))
-        return replace(
-            self,
-            path=lambda time: np.repeat(place, len(time), axis=0),
-            size=lambda time: np.repeat(full, len(time)),
-        )
 
     def weights(self, time: np.ndarray) -> sparse.csr_matrix:
         """Return the share of the force that each function carries at given times, (t, F)."""
@@ -142,13 +133,6 @@ def reduced_history(travel: Travel, root: Root, sets: Sequence[NormalModes], ste
             if (n + 1) % stride == 0:
                 fields[n // stride] = at_root @ q
     return History(under, fields)
-
-
-def static_field(travel: Travel, vectors: NormalModes) -> tuple[float, np.ndarray]:
-    """Return the static displacement under a unit force at the end of its way [m], and of all dofs [m], (dofs,)."""
-    load = travel.loads([1.0])[:, 0]
-    field = vectors.Phi @ ((vectors.Phi.T @ load) / vectors.angular_frequencies**2)
-    return float(load @ field), field
 
 
 def difference(one: np.ndarray, other: np.ndarray) -> float:

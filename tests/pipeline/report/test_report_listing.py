@@ -1,16 +1,19 @@
 """The list of reports, and the table of the README: nothing stands in them but what reports hold."""
 
+import json
+import re
+import tomllib
 from pathlib import Path
 
 import pytest
 
-from docs.tools.report_listing import listing_text
-from docs.tools.seeds import seeds_table
+from docs.tools.report_listing import REPORTS, Scenes, listing_text, main_figures, scenes_text, with_table
+from docs.tools.seeds import read_seeds, seeds_table
 from gudgeon.pipeline.report.document import Choice, Document
 from tests.pipeline.documents import document, quantity, run
 
 ROOT = Path(__file__).resolve().parents[3]
-SEEDS = """
+SEEDS = tomllib.loads("""
 tolerance = 0.01
 [[system]]
 name = "One"
@@ -23,7 +26,7 @@ name = "Three"
 report = "three"
 [[system]]
 name = "Four"
-"""
+""")
 
 
 def nodal(step: int, error: float | None, seconds: float) -> Document:
@@ -50,14 +53,13 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "one" / "stress.json").write_text(
         '{"counts": {"right": 2, "refused": 1, "wrong": 0, "does not apply": 4}}'
     )
-    (tmp_path / "seeds.toml").write_text(SEEDS)
     (tmp_path / "seconds.csv").write_text("one,report,30\none,stress,12\ntwo,report,18\n")
     return tmp_path
 
 
 def test_table_of_systems(folder: Path) -> None:
-    lines = seeds_table(folder, "there/").splitlines()
-    start = "| One | [`one`](there/one/report.html) | d'Alembert's solution |"
+    lines = seeds_table(main_figures(folder), SEEDS, "there/").splitlines()
+    start = "| One | [`one`](there/data/one/scene.toml) | d'Alembert's solution |"
     # The cheapest runs that meet the tolerance, not the best ones: 4 s over 10 ms.
     assert lines[2] == f"{start} cheap | 0.80% | impulse | 0.01 s | nodal, 1 µs | 0.20% | 4 s | 400 |"
     assert "| best | 5.00% (missed) | impulse | 0.5 s | – | – | – | – |" in lines[3]
@@ -68,19 +70,49 @@ def test_table_of_systems(folder: Path) -> None:
 
 def test_nodal_reference_has_no_error_of_its_own(folder: Path) -> None:
     (folder / "one" / "report.json").write_text(nodal(1, None, 4.0).as_text(), encoding="utf-8")
-    assert "| nodal, 1 µs | reference | 4 s | 400 |" in seeds_table(folder)
+    assert "| nodal, 1 µs | reference | 4 s | 400 |" in seeds_table(main_figures(folder), SEEDS)
 
 
 def test_list_of_reports(folder: Path) -> None:
-    text = listing_text(folder)
+    text = listing_text(main_figures(folder), SEEDS)
     assert "written by `make reports`, which took 1 min on a processor, 2 cores." in text
-    assert (
-        "| [one](one/report.html) | d'Alembert's solution | cheap | 8.0e-03 | 0.01 s | 1 – 4 s | 2 | 1 | 0 | 42 s |"
-        in text
-    )
-    assert "| [two](two/report.html) |" in text
+    one, two = (f"| [`{name}`](../../data/{name}/scene.toml) | d'Alembert's solution |" for name in ("one", "two"))
+    assert f"{one} cheap | 8.0e-03 | 0.01 s | 1 – 4 s | 2 | 1 | 0 | 42 s |" in text
+    assert two in text
     assert "| Two |" in text
 
 
-def test_readme_quotes_the_reports() -> None:
-    assert seeds_table(ROOT / "docs/reports", "docs/reports/") in (ROOT / "README.md").read_text(encoding="utf-8")
+def test_main_figures_are_those_of_the_reports(folder: Path) -> None:
+    """They come back from their file; what is kept of a run is what its report says."""
+    scenes = main_figures(folder)
+    assert json.loads(scenes_text(scenes)) == scenes
+    report = json.loads((folder / "one" / "report.json").read_text(encoding="utf-8"))
+    for kept, told in zip(scenes["one"]["runs"], report["runs"], strict=True):
+        assert kept == {key: told[key] for key in kept}
+        assert {"name", "largest_error", "cpu_seconds", "front"} < kept.keys()
+    assert scenes["one"]["stress"]["right"] == 2
+    assert scenes["one"]["seconds"] == {"report": 30.0, "stress": 12.0}
+
+
+def test_table_in_a_text_is_replaced() -> None:
+    text = "before\n\n| system | a |\n|---|---|\n| x | y |\n\nafter | b |\n"
+    assert with_table(text, "| system | new |\n|---|---|") == ("before\n\n| system | new |\n|---|---|\n\nafter | b |\n")
+
+
+@pytest.fixture(scope="module")
+def scenes() -> Scenes:
+    return json.loads((REPORTS / "report.json").read_text(encoding="utf-8"))
+
+
+def test_readme_quotes_the_reports(scenes: Scenes) -> None:
+    assert seeds_table(scenes, read_seeds()) in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_list_is_that_of_the_main_figures(scenes: Scenes) -> None:
+    assert listing_text(scenes, read_seeds()) == (REPORTS / "README.md").read_text(encoding="utf-8")
+
+
+def test_links_of_the_list_lead_somewhere() -> None:
+    for path in (ROOT / "README.md", REPORTS / "README.md"):
+        for target in re.findall(r"\]\(([^)#:]+)\)", path.read_text(encoding="utf-8")):
+            assert (path.parent / target).exists(), f"{path.name}: {target}"

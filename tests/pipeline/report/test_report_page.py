@@ -33,18 +33,26 @@ class Elements(HTMLParser):
         super().__init__()
         self.found: list[tuple[str, dict[str, str]]] = []
         self.texts: list[str] = []
+        self._drawn: list[dict[str, str]] = []
+        self._shown = True
         self.feed(text)
         self.close()
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.found.append((tag, {key: value or "" for key, value in attrs}))
+        attributes = {key: value or "" for key, value in attrs}
+        self.found.append((tag, attributes))
+        kinds = attributes.get("class", "").split()
+        if "chart" in kinds:
+            self._shown = "hidden" not in attributes
+        if "point" in kinds and "off" not in kinds and self._shown:
+            self._drawn.append(attributes)
 
     def handle_data(self, data: str) -> None:
         self.texts.append(data)
 
     def points(self) -> list[dict[str, str]]:
-        """Return the attributes of the runs that are drawn."""
-        return [attributes for _, attributes in self.found if "point" in attributes.get("class", "").split()]
+        """Return the attributes of the runs that the chart shows."""
+        return self._drawn
 
 
 @pytest.fixture(scope="module")
@@ -105,9 +113,12 @@ def test_quantity_is_picked_by_the_address(browser: str, tmp_path: Path) -> None
     plane = [(document.runs[i].cpu_seconds, abs(document.runs[i].errors["chatter"])) for i in chosen]
     best = {chosen[i] for i in pareto_front(plane)}
     assert {int(point["data-run"]) for point in points if "data-front" in point} == best
-    paths = re.findall(r'<g class="point[^>]*>\s*<path d="M\S+ ([\d.]+)', shown)
+    chart = shown[
+        shown.index('data-quantity="chatter"') : shown.index("</svg>", shown.index('data-quantity="chatter"'))
+    ]
+    places = re.findall(r'<g[^>]*class="point.*?translate\(\S+ ([\d.]+)\)', chart, re.DOTALL)
     order = sorted(range(len(chosen)), key=lambda i: plane[i][1])
-    assert [float(paths[i]) for i in order] == sorted(map(float, paths), reverse=True)
+    assert [float(places[i]) for i in order] == sorted(map(float, places), reverse=True)
 
 
 def test_address_that_names_nothing(browser: str, tmp_path: Path) -> None:
@@ -119,9 +130,9 @@ def test_address_that_names_nothing(browser: str, tmp_path: Path) -> None:
 
 
 CLICKS = """<script>
-document.querySelector('ul.legend button[data-scheme="nodal synthesis"]').click();
+document.querySelector('ul.legend button[data-hides="nodal synthesis"]').click();
 document.querySelector('#runs thead th:nth-child(3) [role=button]').click();
-document.querySelector('.point').dispatchEvent(new PointerEvent("pointerenter"));
+document.querySelector('.point:not(.off)').dispatchEvent(new PointerEvent("pointerenter"));
 </script></body>"""
 
 
@@ -140,6 +151,8 @@ def test_schemes_turn_off_and_columns_sort(browser: str, tmp_path: Path) -> None
     assert sizes[:-failed] == sorted(size for size in sizes if size is not None)
     tip = re.search(r'<div id="tip"[^>]*>.*?</div>', shown)
     assert tip
+    marked = re.findall(r'<tr data-run="(\d+)" class="[^"]*marked', shown)
+    assert marked == [str(left[0])]
     assert f"<strong>{left[0] + 1}  {document.runs[left[0]].name}</strong>" in tip[0]
     assert "hidden" not in tip[0]
 
@@ -149,7 +162,7 @@ def test_schemes_turn_off_and_columns_sort(browser: str, tmp_path: Path) -> None
     [
         ('"use strict";', '"use strict"; nowhere();', "nowhere is not defined"),
         ("</main>", '</main><img src="https://example.org/a.png">', "Content Security Policy"),
-        ('"runs":', '"walks":', "Uncaught TypeError"),
+        ('id="runs"', 'id="walks"', "Uncaught TypeError"),
     ],
 )
 def test_errors_of_a_page_are_noticed(old: str, new: str, complaint: str, browser: str, tmp_path: Path) -> None:
@@ -190,7 +203,7 @@ def test_texts_of_a_scene_stay_texts() -> None:
     found = Elements(text)
     count = Counter(tag for tag, _ in found.found)
     plain = Counter(tag for tag, _ in Elements(page(documents.small())).found)
-    assert count["script"] == plain["script"] == 3
+    assert count["script"] == plain["script"] == 2
     assert count["b"] == 0
     assert not [attributes for _, attributes in found.found if any(key.startswith("on") for key in attributes)]
     assert "".join(found.texts).count(BITING) > 10
@@ -240,3 +253,19 @@ def test_labels_of_what_is_used_by_hand() -> None:
             assert attributes["scope"] in ("row", "col")
         if tag == "img":
             assert attributes["alt"]
+
+
+ROW = """<script>
+document.querySelector('#runs tr[data-run="1"]').dispatchEvent(new PointerEvent("pointerenter"));
+</script></body>"""
+
+
+def test_row_of_the_table_shows_its_point(browser: str, tmp_path: Path) -> None:
+    """The point, its number and the row are marked, nothing else is; the tip says what the run is."""
+    shown, console = browse(browser, page(documents.small()).replace("</body>", ROW), tmp_path, "#q=impulse")
+    assert console == []
+    marked = [attributes for _, attributes in Elements(shown).found if "marked" in attributes.get("class", "").split()]
+    assert [attributes["data-run"] for attributes in marked] == ["1"] * 3
+    tip = re.search(r'<div id="tip"[^>]*>.*?</div>', shown)
+    assert tip
+    assert "<strong>2  60 modes</strong><span>0.31% impulse</span>" in tip[0]

@@ -15,7 +15,7 @@ from gudgeon.pipeline.report.choice import choose, doubtful
 from gudgeon.pipeline.report.convergence import converges, order_of, said
 from gudgeon.pipeline.report.document import Chain, Choice, Quantity, Run
 from gudgeon.pipeline.report.front import with_front
-from gudgeon.pipeline.report.sweep import Setting, basis_of, contradiction, finer, scheme_of, settings_of
+from gudgeon.pipeline.report.sweep import Setting, able_settings, basis_of, finer, scheme_of, settings_of
 from gudgeon.pipeline.stages.job import Job, variant
 
 DATA = Path(__file__).resolve().parents[3] / "data"
@@ -66,10 +66,15 @@ def test_default_sweep() -> None:
 def test_what_contradicts_itself_is_left_out_with_its_reason() -> None:
     scene = job("hertz")
     bad = Setting("integrator kick", {"run": {"integrator": "kick"}}, named=False)
-    assert "'kick' cannot carry" in (contradiction(scene, bad) or "")
+    fine = Setting("", {})
+    able, left_out = able_settings(scene, [bad, fine])
+    assert able == [fine]
+    assert [one["name"] for one in left_out] == [bad.name]
+    assert "'kick' cannot carry" in left_out[0]["why"]
+    with pytest.raises(InputError, match="no setting can be"):
+        able_settings(scene, [bad])
     with pytest.raises(InputError, match="'kick' cannot carry"):
-        contradiction(scene, Setting("kick", {"run": {"integrator": "kick"}}))
-    assert contradiction(scene, Setting("", {})) is None
+        able_settings(scene, [Setting("kick", {"run": {"integrator": "kick"}})])
 
 
 def test_schemes_hold_all_but_basis_and_step() -> None:

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from gudgeon.pipeline.report.document import Chain, Choice
-from gudgeon.pipeline.report.page.chart import axes_of
 from gudgeon.pipeline.report.page.output import report_text
+from gudgeon.pipeline.report.page.page import axes_of
 from gudgeon.pipeline.report.page.words import (
     change_text,
     error_text,

@@ -14,15 +14,18 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.modes.normal import NormalModes
+from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
+from gudgeon.pipeline.reduction.recipes.reduction import lowest
 from gudgeon.pipeline.reduction.recipes.ritz_vectors import RitzVectors
 from gudgeon.pipeline.report.bodies import report_scene
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.page.output import report_text
 from gudgeon.pipeline.report.vectors import report as report_module
-from gudgeon.pipeline.report.vectors.comparison import OF_ALL, ROOT, UNDER, Comparison, compare
+from gudgeon.pipeline.report.vectors.bases import OF_ALL
+from gudgeon.pipeline.report.vectors.cost import price_table
 from gudgeon.pipeline.report.vectors.problem import Problem, problem_of
+from gudgeon.pipeline.report.vectors.report import ROOT, UNDER, Comparison, compare
 from gudgeon.pipeline.report.vectors.travelling import Root, Travel, difference, nodal_history, reduced_history
 from gudgeon.pipeline.stages.run import run_job
 from tests.pipeline.small import write_scene
@@ -116,18 +119,28 @@ def compared(folder: Path) -> Comparison:
     return compare(open_job(folder, db=folder / "db", out=folder / "out"), 1, silent)
 
 
-def errors(compared: Comparison, case: str, basis: str, count: int) -> tuple[float, float]:
+def errors(compared: Comparison, basis: str, count: int) -> tuple[float, float]:
     """Return the errors under the force and at the root."""
-    row = compared.row(case, basis, count)
-    assert row is not None
-    return row.errors[UNDER], row.errors[ROOT]
+    found = compared.errors(basis, count)
+    assert found is not None
+    return found[UNDER], found[ROOT]
+
+
+def suddenly(travel: Travel) -> Travel:
+    """Return the force as it stands at the end of its way, applied suddenly."""
+    place, full = travel.path(np.array([travel.duration])), travel.size(np.array([travel.duration]))
+    return replace(
+        travel,
+        path=lambda time: np.repeat(place, len(time), axis=0),
+        size=lambda time: np.repeat(full, len(time)),
+    )
 
 
 @pytest.mark.parametrize("standing", [False, True])
 def test_all_modes_are_all_nodal_dofs(way: tuple[Travel, Root], everything: NormalModes, standing: bool) -> None:
     """Two ways to the same answer, one by modes and one by a factorised step; changes of vectors change nothing."""
     travel, root = way
-    travel = travel.standing(1.0) if standing else travel
+    travel = suddenly(travel) if standing else travel
     nodal = nodal_history(travel, root, 320, 160)
     turned = NormalModes(everything.angular_frequencies, -everything.Phi, {})
     ours = reduced_history(travel, root, [everything, turned, everything, everything], 320, 160)
@@ -173,46 +186,66 @@ def test_energy_norm_is_the_stress_of_the_root(way: tuple[Travel, Root], problem
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_static_answer_is_exact_with_the_load_in_the_basis(compared: Comparison, count: int) -> None:
-    for basis in ("normal + static", "Ritz", "normal + Ritz, half each"):
-        assert max(errors(compared, "static", basis, count)) < 1e-9, basis
-    assert min(errors(compared, "static", "normal", count)) > 1e-4
-    assert errors(compared, "static", "Ritz of half the way, kept", count)[0] > 1e-4
+def test_static_answer_is_exact_with_the_load_in_the_basis(way: tuple[Travel, Root], count: int) -> None:
+    """The force stands at the end of its way; vectors of half the way, and normal modes, lack part of its shape."""
+    travel, root = way
+    source, end, half = RitzVectors(travel.model), travel.loads([1.0]), travel.loads([0.5])
+    normal = normal_modes(travel.model, count)
+    exact = source.flexibility.solve(end).T
+
+    def apart(vectors: NormalModes) -> tuple[float, float]:
+        ours = (vectors.Phi @ ((vectors.Phi.T @ end) / vectors.angular_frequencies[:, None] ** 2)).T
+        return difference(ours @ end, exact @ end), root.difference(ours[:, root.dofs], exact[:, root.dofs])
+
+    for kept in (count - 1, 0, count // 2):
+        assert max(apart(source.generate(end, count, lowest(normal, kept)))) < 1e-9, kept
+    assert min(apart(normal)) > 1e-4
+    assert apart(source.generate(half, count))[0] > 1e-4
 
 
-def test_ritz_vectors_beat_as_many_normal_modes(compared: Comparison) -> None:
-    for case, basis in (("sudden", "Ritz"), ("moving", "Ritz, again at each place")):
-        for count in COUNTS:
-            ours, normal = errors(compared, case, basis, count), errors(compared, case, "normal", count)
-            assert ours[0] < 0.9 * normal[0], (case, count)
-        assert errors(compared, case, basis, 8)[0] < 0.5 * errors(compared, case, basis, 2)[0]
+def test_ritz_vectors_beat_as_many_normal_modes(compared: Comparison, way: tuple[Travel, Root]) -> None:
+    """Of the force that travels, made again at each place, and of the force that is applied suddenly at its end."""
+    travel, root = suddenly(way[0]), way[1]
+    source, nodal = RitzVectors(travel.model), nodal_history(travel, root, 800, 160)
+    sudden = {}
+    for count in COUNTS:
+        bases = source.generate(travel.loads([1.0]), count), normal_modes(travel.model, count)
+        histories = [reduced_history(travel, root, [vectors], 800, 160) for vectors in bases]
+        sudden[count] = [difference(one.under, nodal.under) for one in histories]
+    moving = {
+        count: [errors(compared, basis, count)[0] for basis in ("Ritz, again at each place", "normal")]
+        for count in COUNTS
+    }
+    for found in (sudden, moving):
+        for ours, normal in found.values():
+            assert ours < 0.9 * normal
+        assert found[8][0] < 0.5 * found[2][0]
 
 
 def test_vectors_made_again_beat_vectors_that_are_kept(compared: Comparison) -> None:
     for count in COUNTS:
-        again = errors(compared, "moving", "Ritz, again at each place", count)
-        kept = errors(compared, "moving", "Ritz of half the way, kept", count)
+        again = errors(compared, "Ritz, again at each place", count)
+        kept = errors(compared, "Ritz of half the way, kept", count)
         assert again[0] < kept[0]
         assert again[1] < 0.7 * kept[1]
 
 
 def test_bases_that_need_more_vectors_are_left_out(compared: Comparison) -> None:
     """Eight places: eight static shapes leave no normal mode beside them."""
-    assert not [row for row in compared.rows if row.basis == OF_ALL]
+    assert not [run for run in compared.runs if run.scheme == OF_ALL]
 
 
 def test_reference_says_its_own_error(compared: Comparison) -> None:
-    assert compared.time_error["static"] is None
-    assert compared.time_error["moving"] is not None
-    assert compared.time_error["moving"][UNDER] < 1e-4
-    assert compared.steps == 800
+    assert compared.nodal.time is not None
+    assert compared.nodal.time[UNDER] < 1e-4
+    assert compared.nodal.steps == 800
 
 
 def test_price(compared: Comparison) -> None:
-    assert [row["vectors"] for row in compared.cost] == [8]
-    row = compared.cost[0]
-    assert row["again"] == pytest.approx(row["again_share"] * row["scratch"])
-    assert 0 < row["again"] < row["scratch"]
+    (price,) = compared.prices
+    assert price.vectors == 8
+    assert 0 < price.again < price.scratch
+    assert f"{price.again / price.scratch:.2f}, {price.together / price.scratch:.2f}" in price_table([price]).rows[0]
 
 
 def test_number_of_solves(way: tuple[Travel, Root]) -> None:
@@ -222,19 +255,17 @@ def test_number_of_solves(way: tuple[Travel, Root]) -> None:
 
 
 def test_files_and_table(folder: Path, compared: Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs are the bases under the force that travels, the nodal dofs the first of them; all cases stand in tables."""
+    """Runs are the bases at each number of vectors, the nodal dofs the first of them; a table has all errors."""
     monkeypatch.setattr(report_module, "compare", lambda *_: compared)
     out = folder / "out"
     document = report_scene(open_job(folder, db=folder / "db", out=out), Effort(repeat=1), silent)
     assert json.loads((out / "report.json").read_text()) == document.as_json()
     with (out / "report.csv").open() as file:
         assert len(list(csv.DictReader(file))) == len(document.runs)
-    assert all((out / name).read_bytes().startswith(b"\x89PNG") for name in ("report.png", "vectors.png"))
+    assert (out / "report.png").read_bytes().startswith(b"\x89PNG")
     nodal, *runs = document.runs
-    assert (nodal.kind, nodal.errors, nodal.time) == ("nodal", {}, compared.time_error["moving"])
-    assert {run.name for run in runs} == {
-        f"{r.basis}, {r.vectors} vectors" for r in compared.rows if r.case == "moving"
-    }
+    assert (nodal.kind, nodal.errors, nodal.time) == ("nodal", {}, compared.nodal.time)
+    assert [run.name for run in runs] == [f"{one.scheme}, {one.coordinates} vectors" for one in compared.runs]
     for run in runs:
         assert run.largest_error == max(run.errors.values()) == run.errors[run.largest_of or ""]
         modes, solve = (run.stages[stage] for stage in ("modes", "solve"))
@@ -252,7 +283,7 @@ def test_files_and_table(folder: Path, compared: Comparison, monkeypatch: pytest
     text = report_text(document)
     assert "| Ritz, again at each place |" in text
     assert "half the step changes the reference by" in text
-    under, root = errors(compared, "static", "normal", 8)
+    under, root = errors(compared, "normal", 8)
     assert f"| {under:.1e} / {root:.1e} |" in text
 
 

@@ -2,14 +2,25 @@
 
 from itertools import combinations
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from matplotlib import image
 
 from gudgeon.pipeline.report.front import pareto_front, with_front
-from gudgeon.pipeline.report.page.looks import BOX, GREY, LEAST, floor_of, looks, places
-from gudgeon.pipeline.report.page.picture import draw
+from gudgeon.pipeline.report.page.picture import (
+    BOX,
+    GREY,
+    LEAST,
+    draw,
+    drawn,
+    error_chart,
+    floor_of,
+    front_of,
+    looks,
+    places,
+)
 from tests.pipeline import documents
 
 NAMES = ("small", "large", "crowd", "infinite", "biting", "unmatched")
@@ -21,7 +32,7 @@ def test_picture_is_drawn(name: str, tmp_path: Path) -> None:
     draw(getattr(documents, name)(), tmp_path / "new" / "report.png")
     picture = image.imread(tmp_path / "new" / "report.png")
     assert picture.shape[:2] == (1200, 1600)
-    coloured = np.ptp(picture[180:1000, 150:980, :3], axis=-1) > 0.3
+    coloured = np.ptp(picture[180:1030, 150:980, :3], axis=-1) > 0.3
     assert coloured.any() == (name != "unmatched")
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["report.png"]
 
@@ -71,3 +82,20 @@ def test_numbers_do_not_cover_each_other() -> None:
     for a, b in combinations(boxes, 2):
         assert not (a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3])
     assert all(shift is not None for shift in places([(0.0, 0.0), (90.0, 0.0)], ["1", "2"], [False, False]))
+
+
+def test_points_of_the_chart_carry_their_runs() -> None:
+    """Each point has the number, the scheme and the lines of its run; one on the front says so, for each quantity."""
+    document = documents.large()
+    for quantity in ("", "chatter"):
+        chart = ElementTree.fromstring(error_chart(document, quantity))
+        points = [node for node in chart.iter() if node.get("class", "").startswith("point")]
+        spots = drawn(document.runs, quantity)
+        assert [int(node.attrib["data-run"]) for node in points] == [spot.number for spot in spots]
+        assert {int(node.attrib["data-run"]) for node in points if node.get("data-front")} == front_of(spots, quantity)
+        for node, spot in zip(points, spots, strict=True):
+            assert node.attrib["data-scheme"] == spot.run.scheme
+            lines = (node.findtext("{http://www.w3.org/2000/svg}title") or "").splitlines()
+            assert lines[0] == f"{spot.number + 1}  {spot.run.name}"
+            assert lines[-1] == spot.run.scheme
+        assert not [node for node in chart.iter() if "id" in node.attrib]
