@@ -31,7 +31,8 @@ ROOT_CAP = 7
 
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("modaldb",),
-    ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.vectors", "solver.compiled"),
+    ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.vectors", "solver.capabilities",
+     "solver.compiled"),
     ("pipeline.files", "pipeline.geometry", "pipeline.linalg", "pipeline.measuring", "solver.forces", "solver.joints",
      "solver.laws", "solver.methods", "solver.obstacles"),
     ("solver.scene",),
@@ -72,11 +73,10 @@ HOMES: dict[str, tuple[str, ...]] = {
     "gmsh": ("pipeline/geometry/*",),
     "skfem": ("pipeline/fem/*", "pipeline/interfaces/*"),
     "meshio": ("pipeline/geometry/mesh_file.py", "pipeline/exporters/*"),
-    "pyvista": ("pipeline/plots/*", "pipeline/*/picture.py", "pipeline/wheel/pictures/*"),
-    "vtk": ("pipeline/plots/*",),
+    "pyvista": ("pipeline/plots/*", "pipeline/wheel/pictures/*"),
+    "PIL": ("pipeline/plots/*", "pipeline/wheel/pictures/*"),
     "matplotlib": ("pipeline/plots/*", "pipeline/*/picture.py", "pipeline/wheel/pictures/*"),
     "imageio": ("pipeline/plots/*",),
-    "imageio_ffmpeg": ("pipeline/plots/*",),
 }
 """Where a library may be imported, as patterns of paths."""
 
@@ -356,7 +356,7 @@ def test_floors_and_homes_are_in_use() -> None:
     rooms = {room_of(module_of(path)) for path in sources()}
     assert rooms == {room for floor in FLOORS for room in floor}
     found = {one.module.partition(".")[0] for one in imports(sources())}
-    assert {library for library in HOMES if library not in ("vtk", "imageio")} <= found
+    assert {library for library in HOMES} <= found
 
 
 LOADED = """

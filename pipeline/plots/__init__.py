@@ -13,11 +13,14 @@ import uuid
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Literal
 
 from gudgeon.pipeline.errors import InputError
 
-PLOTS: dict[str, dict[str, str]] = {
+Pictures = dict[str, dict[str, str]]
+"""By group, name → drawing function; each group has a child process of its own, so that a crash in one spares the
+other."""
+
+PLOTS: Pictures = {
     "flat": {
         "force": "gudgeon.pipeline.plots.contact.curves:draw_force",
         "energy": "gudgeon.pipeline.plots.contact.curves:draw_energy",
@@ -33,9 +36,9 @@ PLOTS: dict[str, dict[str, str]] = {
         "movie": "gudgeon.pipeline.plots.deformation.movie:draw_movie",
     },
 }
-"""Name → drawing function; each group has a child process of its own, so that a crash in one spares the other."""
+"""Pictures of a scene of bodies."""
 
-DRIVEN: dict[str, dict[str, str]] = {
+DRIVEN: Pictures = {
     "flat": {
         "force": "gudgeon.pipeline.plots.contact.curves:draw_force",
         "energy": "gudgeon.pipeline.plots.contact.curves:draw_energy",
@@ -49,15 +52,6 @@ DRIVEN: dict[str, dict[str, str]] = {
     },
 }
 """The same for a scene that a joint drives."""
-
-WHEEL: dict[str, dict[str, str]] = {
-    "flat": {
-        "nodal diameters": "gudgeon.pipeline.wheel.pictures.curves:draw_nodal_diameters",
-        "blades": "gudgeon.pipeline.wheel.pictures.curves:draw_blades",
-    },
-    "rendered": {"wheel": "gudgeon.pipeline.wheel.pictures.shape:draw_wheel"},
-}
-"""The same for a wheel."""
 
 FILES = (
     "force.png", "energy.png", "blows.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png", "stress.png",
@@ -77,7 +71,7 @@ def render(
     scene_name: str,
     compare: Mapping[str, str] = ALONE,
     *,
-    family: Literal["contact", "wheel"] = "contact",
+    pictures: Pictures | None = None,
 ) -> tuple[list[Path], list[str]]:
     """Draw all pictures of a trajectory, or of a wheel, into a folder.
 
@@ -85,6 +79,7 @@ def render(
         key: Of the trajectory, or of the wheel's response.
         compare: Keys of other runs of the same scene, by their labels in `cycle.png`; the trajectory's own key may be
             among them, with the label that it gets.
+        pictures: Those of another kind of scene; of bodies, `PLOTS` or `DRIVEN`, where left out.
 
     Returns:
         The files that were drawn, and a note for each picture that could not be.
@@ -105,7 +100,7 @@ def render(
             job = {
                 "store": str(store_root.resolve()),
                 "key": key,
-                "family": family,
+                "pictures": pictures,
                 "scene": scene_name,
                 "compare": dict(compare),
                 "out": str(out.resolve()),
@@ -153,9 +148,6 @@ def _run_child(job: Path, hidden: Collection[str]) -> tuple[int, str, str]:
     """Return the child's exit code (−n: killed by signal n), stdout and stderr; it never outlives this call."""
     environment = {name: value for name, value in os.environ.items() if name not in hidden}
     environment["MPLBACKEND"] = "Agg"
-    package = str(Path(__file__).resolve().parents[2])
-    paths = [package, environment["PYTHONPATH"]] if environment.get("PYTHONPATH") else [package]
-    environment["PYTHONPATH"] = os.pathsep.join(paths)
     command = [sys.executable, "-m", CHILD, str(job)]
     child = subprocess.run(
         command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace"

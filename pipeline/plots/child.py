@@ -10,7 +10,7 @@ import traceback
 from pathlib import Path
 
 from gudgeon import modaldb
-from gudgeon.pipeline.plots import DRIVEN, PLOTS, WHEEL
+from gudgeon.pipeline.plots import DRIVEN, PLOTS
 from gudgeon.pipeline.plots.base.run import Drawing
 
 
@@ -26,8 +26,8 @@ def main(job_path: str) -> None:
         tell=lambda name: _tell("drawn", name),
         compare=job["compare"],
     )
-    wheel = job["family"] == "wheel"
-    for name, function in (WHEEL if wheel else DRIVEN if drawing.driven else PLOTS)[job["group"]].items():
+    foreign = job["pictures"]
+    for name, function in (foreign or (DRIVEN if drawing.driven else PLOTS))[job["group"]].items():
         module, _, attribute = function.partition(":")
         try:
             getattr(importlib.import_module(module), attribute)(drawing)
@@ -38,7 +38,7 @@ def main(job_path: str) -> None:
             traceback.print_exc()
             reason = (str(error).splitlines() or [""])[0]
             _tell("note", f"{name} was left out: {type(error).__name__}: {reason}")
-    for name in [] if wheel else drawing.unseen():
+    for name in [] if foreign else drawing.unseen():
         _tell("note", f"contact {name} was closed between two frames only: raise run.frames to see it in pictures")
 
 

@@ -93,9 +93,10 @@ def _finish(job: WheelJob, until: str) -> RunReport:
 
 def _draw(job: WheelJob, tell: Progress) -> tuple[list[Path], list[str]]:
     from gudgeon.pipeline.plots import render
+    from gudgeon.pipeline.wheel.pictures import WHEEL
 
     tell("plot", 0.0)
-    return render(job.store.root, job.response(job.wheel.interface).key, job.out, job.name, family="wheel")
+    return render(job.store.root, job.response(job.wheel.interface).key, job.out, job.name, pictures=WHEEL)
 
 
 def _response_table(record: WheelRecord) -> str:
