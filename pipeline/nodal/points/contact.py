@@ -20,7 +20,7 @@ from numba import njit
 
 from gudgeon.pipeline.nodal.problem import PointContact
 from gudgeon.solver.contact.compliance import Compliance, fixed
-from gudgeon.solver.contact.lcp import solve_lcp
+from gudgeon.solver.contact.lcp import ActiveSet, empty_set, solve_lcp
 from gudgeon.solver.contact.pairing import facing
 from gudgeon.solver.integrators.discrete_gradient.kernel import State, Step, find_forces, quotient
 from gudgeon.solver.integrators.uncoupled import SLOWEST
@@ -42,12 +42,8 @@ class Press(NamedTuple):
     state: State
     """`force` is λ̄ [N], (c,)."""
     matrix: Compliance
-    active: np.ndarray
-    """Closed points, the first `closed` entries, (c,)."""
-    closed: np.ndarray
-    """(1,)"""
-    factor: np.ndarray
-    """Cholesky factor of W on the closed points, (c, c)."""
+    active: ActiveSet
+    """The closed points, with W's factor on them."""
     books: np.ndarray
     """What contact took so far, what its laws store now [J], iterations, (3,)."""
 
@@ -72,8 +68,7 @@ def new_press(contacts: list[PointContact], W: np.ndarray, gap: np.ndarray, step
     books = np.zeros(3)
     books[1] = sum(law_energy(law[i], -gap[i]) for i in range(c))
     return Press(
-        not laws, constants, state, fixed(W.copy()), np.zeros(c, np.int64), np.zeros(1, np.int64), np.zeros((c, c)),
-        books,
+        not laws, constants, state, fixed(W.copy()), empty_set(c), books,
     )  # fmt: skip
 
 
@@ -117,8 +112,8 @@ def _close(now, gap, rate, free):  # type: ignore[no-untyped-def]
         floor[i] = gap[i] + 0.5 * h * min(rate[i], 0.0)
         if gap[i] + free[i] <= 0.0:
             near[i] = free[i] - floor[i]
-    for a in range(now.closed[0]):
-        i = now.active[a]
+    for a in range(now.active.count[0]):
+        i = now.active.rows[a]
         near[i] = free[i] - floor[i]
     for i in range(c):
         if near[i] < np.inf:
@@ -126,8 +121,7 @@ def _close(now, gap, rate, free):  # type: ignore[no-untyped-def]
     force[:] = 0.0
     if largest == 0.0:
         return True
-    count, pivots = solve_lcp(now.matrix, near, now.active, now.closed[0], now.factor, force, gaps, TOLERANCE * largest)
-    now.closed[0] = count
+    pivots = solve_lcp(now.matrix, near, now.active, force, gaps, TOLERANCE * largest)
     now.books[2] += abs(pivots)
     for i in range(c):
         force[i] = max(force[i], 0.0)

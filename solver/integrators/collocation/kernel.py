@@ -9,9 +9,8 @@ on h is tabulated once.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from gudgeon.solver.compiled import FAST
+from gudgeon.solver.compiled import entry, inner
 from gudgeon.solver.integrators.collocation.estimate import MONOMIALS, POINTS, WEIGHTS, cubic, missed, unbalanced
 from gudgeon.solver.laws.force import law_energy, law_force
 
@@ -95,7 +94,7 @@ class Track(NamedTuple):
     """Gap and its rate at the end, (b, 2, c)."""
 
 
-@njit(cache=True, fastmath=FAST)
+@entry
 def march(tables, contacts, motion, track, stiffness, constant, start, end, tolerance, fixed, floor):  # type: ignore[no-untyped-def]
     """Advance until contact is over, time is up, the track is full or a level's table is missing.
 
@@ -158,7 +157,7 @@ def march(tables, contacts, motion, track, stiffness, constant, start, end, tole
             return OVER, count
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _predict(motion, h, guess):  # type: ignore[no-untyped-def]
     """Carry the cubics of the step before on."""
     before, last = motion.before, motion.clock[1]
@@ -174,7 +173,7 @@ def _predict(motion, h, guess):  # type: ignore[no-untyped-def]
                 guess[i, j] = motion.force[i]
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _error(contacts, motion, h, values, depth, rate):  # type: ignore[no-untyped-def]
     """Error of the step [N], of forces or of what their energy amounts to; fills in indentations at its start."""
     for i in range(len(values)):
@@ -190,7 +189,7 @@ def _error(contacts, motion, h, values, depth, rate):  # type: ignore[no-untyped
     return max(forces, unbalanced(contacts.law, motion.clock[2], h, values, depth, rate))
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _round_off(contacts, motion, depth):  # type: ignore[no-untyped-def]
     """Largest change of an elastic force in the step by the round-off of its gap."""
     worst = 0.0
@@ -208,7 +207,7 @@ def _round_off(contacts, motion, depth):  # type: ignore[no-untyped-def]
     return worst
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _solve(tables, contacts, motion, level, guess, values, depth, rate, floor):  # type: ignore[no-untyped-def]
     """Newton for the forces at the last three points of all contacts; False where it does not converge."""
     c = len(contacts.rows)
@@ -237,7 +236,7 @@ def _solve(tables, contacts, motion, level, guess, values, depth, rate, floor): 
     return False
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _let_go(tables, contacts, motion, level, guess, loose, loose_rate):  # type: ignore[no-untyped-def]
     """Gaps and their rates at the last three points if forces stood at the first one alone."""
     c, n = contacts.rows.shape
@@ -255,7 +254,7 @@ def _let_go(tables, contacts, motion, level, guess, loose, loose_rate):  # type:
             loose[i, j], loose_rate[i, j] = place, speed
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _note_approach(tables, contacts, motion, level, guess, loose, loose_rate, floor):  # type: ignore[no-untyped-def]
     """Note the approach speed of contacts that close in the step, where the motion that is guessed reaches them."""
     for i in range(len(loose)):
@@ -278,7 +277,7 @@ def _note_approach(tables, contacts, motion, level, guess, loose, loose_rate, fl
             gap, rate = later, later_rate
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _pressed(tables, contacts, level, values, i, j):  # type: ignore[no-untyped-def]
     """What forces at the last three points add to indentation and rate of a contact at one of them."""
     h, reach, series = tables.length[level], tables.reach[level], contacts.series[i]
@@ -292,7 +291,7 @@ def _pressed(tables, contacts, level, values, i, j):  # type: ignore[no-untyped-
     return deep, fast
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _linearise(tables, contacts, motion, level, values, depth, rate, matrix, wrong):  # type: ignore[no-untyped-def]
     """How far values miss the laws, (3 c,), and its derivative by the values."""
     h, reach = tables.length[level], tables.reach[level]
@@ -312,7 +311,7 @@ def _linearise(tables, contacts, motion, level, values, depth, rate, matrix, wro
             matrix[row, row] += 1.0 + by_depth * series
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _eliminate(matrix, right):  # type: ignore[no-untyped-def]
     """Solve in place by Gauss with pivots."""
     size = len(right)
@@ -341,7 +340,7 @@ def _eliminate(matrix, right):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _accept(tables, contacts, motion, track, count, level, values, depth, rate):  # type: ignore[no-untyped-def]
     c, n = contacts.rows.shape
     y, v, h = motion.y, motion.v, tables.length[level]
@@ -369,7 +368,7 @@ def _accept(tables, contacts, motion, track, count, level, values, depth, rate):
     motion.tally[0] += 1
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _balance(contacts, motion, values, depth, rate, h, stiffness, constant, start):  # type: ignore[no-untyped-def]
     """Keep the energy balance: what laws lose is integrated from forces and rates, not from states."""
     stored, total = 0.0, 0.0

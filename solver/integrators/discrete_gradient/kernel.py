@@ -7,9 +7,8 @@ quotient (V(d₁) − V(d₀)) / (d₁ − d₀) of the contact's potential, ene
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from gudgeon.solver.compiled import FAST
+from gudgeon.solver.compiled import entry, inner
 from gudgeon.solver.laws.force import law_energy, law_force
 
 CLOSE = 1e-3
@@ -58,7 +57,7 @@ class State(NamedTuple):
     impulses: np.ndarray
 
 
-@njit(cache=True, fastmath=FAST)
+@entry
 def march(step, state, stiffness, start, first, stride, forces, energies, y_out, v_out):  # type: ignore[no-untyped-def]
     """Advance `len(forces)` samples of `stride` steps; False where a force could not be found.
 
@@ -75,8 +74,8 @@ def march(step, state, stiffness, start, first, stride, forces, energies, y_out,
     depth = np.empty(c)
     for sample in range(len(forces)):
         forces[sample] = 0.0
-        for inner in range(stride):
-            time = (first + sample * stride + inner) * step.dt
+        for part in range(stride):
+            time = (first + sample * stride + part) * step.dt
             for k in range(n):
                 place = step.free[0, k] * state.y[k] + step.free[1, k] * state.v[k]
                 next_y[k] = place + step.push[0, k] * step.constant[k]
@@ -102,7 +101,7 @@ def march(step, state, stiffness, start, first, stride, forces, energies, y_out,
     return True
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
     """Find all forces of a step, contact by contact until none changes."""
     c, least = len(loose), 0.0
@@ -135,13 +134,13 @@ def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _least(law, before, loose):  # type: ignore[no-untyped-def]
     """Round-off of what the spring would bear at the depths of a step: below it a force is as good as any."""
     return 1e-15 * law_force(law, max(abs(before), abs(loose)), 0.0, 1.0)[0]
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
     """Find the force of one contact that would be `loose` deep without it; negative where it cannot be found."""
     before, reach, law = state.depth[i], step.reach[i, i], step.law[i]
@@ -175,7 +174,7 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
     return force if high - low <= 1e-6 * high or abs(wrong) <= 1e-6 * high else -1.0
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _mean(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
     """Return the mean force between two depths, what is lost included."""
     elastic = quotient(law, before, after)
@@ -185,7 +184,7 @@ def _mean(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
     return max(0.0, elastic * (1.0 + per_rate * rate) + damped)
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def quotient(law, before, after):  # type: ignore[no-untyped-def]
     """Return the difference quotient of the potential."""
     width = after - before
@@ -200,7 +199,7 @@ def quotient(law, before, after):  # type: ignore[no-untyped-def]
     return (law_energy(law, after) - law_energy(law, before)) / width
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _book(step, state, depth, stiffness, start, time, energies):  # type: ignore[no-untyped-def]
     stored, touching = 0.0, False
     for i in range(len(depth)):
@@ -229,7 +228,7 @@ def _book(step, state, depth, stiffness, start, time, energies):  # type: ignore
     state.books[2] = max(state.books[2], stored)
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _blow(step, state, i, depth, time):  # type: ignore[no-untyped-def]
     """Follow the blow of one contact; its ends lie where the depth, linear in the step, crosses zero."""
     before, force, entry = state.depth[i], state.force[i], state.running[i]
