@@ -60,7 +60,7 @@ def new_press(contacts: list[PointContact], W: np.ndarray, gap: np.ndarray, step
     laws = [contact.law for contact in contacts if contact.law is not None]
     law = np.concatenate([np.zeros((0, 4)), *laws]) if laws else np.zeros((c, 4))
     running, energies = np.full((c, 7), -1.0), np.zeros(5)
-    constants = Step(step, np.zeros((4, 0)), np.zeros((2, 0)), none, np.zeros((c, 0)), gap, W, law, SLOWEST)
+    constants = Step(step, np.zeros((4, 0)), np.zeros((2, 0)), none, np.zeros((c, 0)), gap, W, law, SLOWEST, none, none)
     state = State(
         none, none, -gap, np.zeros(c), np.zeros(c), energies, np.zeros(3, np.int64), running, np.zeros((0, 8)),
         np.zeros(c),

@@ -57,7 +57,8 @@ def march(arrays, drive, out, first, stride):  # type: ignore[no-untyped-def]
         out: The Samples; all but the gauges are filled.
         first: Number of the first step.
     """
-    dt, modes, points, masters, matrix, loads, bounds, energy = arrays
+    dt, modes, points, masters = arrays.dt, arrays.modes, arrays.points, arrays.masters
+    matrix, loads, bounds, energy = arrays.matrix, arrays.loads, arrays.bounds, arrays.energy
     slides = len(masters.residual_force) > 0
     for number in range(len(out.forces)):
         for step in range(number * stride, (number + 1) * stride):
@@ -128,7 +129,8 @@ def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
 @inner
 def _free_gaps_of_candidates(arrays, slides):  # type: ignore[no-untyped-def]
     """Tell which contacts may touch, and find the gaps [m] of their points without the forces of its end."""
-    _, modes, points, masters, matrix, loads, bounds, energy = arrays
+    modes, points, masters = arrays.modes, arrays.points, arrays.masters
+    matrix, loads, bounds, energy = arrays.matrix, arrays.loads, arrays.bounds, arrays.energy
     candidate = matrix.candidate
     modes.end_force[:] = 0.0
     stale = slides and update_sliding_distance(modes, masters, matrix)
@@ -168,7 +170,8 @@ def _free_gaps(modes, points, masters, matrix, loads, k):  # type: ignore[no-unt
 @inner
 def _solve_contact(arrays, slides):  # type: ignore[no-untyped-def]
     """Find the contact forces [N] of the end of the step; False where the rows are dependent."""
-    _, modes, points, masters, matrix, loads, bounds, energy = arrays
+    modes, points, masters = arrays.modes, arrays.points, arrays.masters
+    matrix, loads, bounds, energy = arrays.matrix, arrays.loads, arrays.bounds, arrays.energy
     counts, iterate, guess = energy.counts, slides or len(loads.lengths) > 0, 0
     while True:
         for trial in range(PASSES):
