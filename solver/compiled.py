@@ -19,6 +19,10 @@ inner = njit(cache=True, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrappe
 """For functions that only compiled ones call."""
 
 
+embedded = njit(cache=True, fastmath=FAST, inline="always")  # type: ignore[call-overload]
+"""For a function of many tuples that is called once: it becomes part of its caller, which need not hand them over."""
+
+
 ordered = njit(  # type: ignore[call-overload]
     cache=True, fastmath=FAST | {"nnan", "nsz"}, no_cpython_wrapper=True, no_cfunc_wrapper=True
 )

@@ -49,7 +49,7 @@ class Listed(NamedTuple):
 
     numbers: np.ndarray
     amounts: np.ndarray
-    count: int
+    size: int
     """Only the first so many of both stand for anything."""
 
 
@@ -149,7 +149,7 @@ def gather(matrix, k, corner, along, field, out):  # type: ignore[no-untyped-def
 def scatter(matrix, corner, along, listed, share, out):  # type: ignore[no-untyped-def]
     """Add share · Nᵀ λ to `out`, (F,), with λ `Listed`; returns the first and last + 1 function that got some."""
     low, high = len(out), 0
-    for n in range(listed.count):
+    for n in range(listed.size):
         i = listed.numbers[n]
         if corner[i] >= 0:
             k = 0

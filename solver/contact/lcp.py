@@ -23,8 +23,8 @@ class ActiveSet(NamedTuple):
     """The closed rows of a contact problem, kept from solve to solve."""
 
     rows: np.ndarray
-    """Their numbers, in the first `count` entries, (c,)."""
-    count: np.ndarray
+    """Their numbers, in the first `size` entries, (c,)."""
+    size: np.ndarray
     """How many, (1,)."""
     factor: np.ndarray
     """Lower Cholesky factor of C[rows, rows], (c, c)."""
@@ -59,7 +59,7 @@ def solve_lcp(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[
 @inner
 def _fits(matrix, active, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
     """Whether no gap is closed too far, active ones included, and no active multiplier pulls."""
-    for a in range(active.count[0]):
+    for a in range(active.size[0]):
         i = active.rows[a]
         if multipliers[i] < -tolerance / matrix.values[i, i]:
             return False
@@ -77,7 +77,7 @@ def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-
     """Change the active set until it fits."""
     c, C = len(g), matrix.values
     is_active, is_candidate = np.zeros(c, np.bool_), np.zeros(c, np.bool_)
-    for a in range(active.count[0]):
+    for a in range(active.size[0]):
         is_active[active.rows[a]] = True
     for k in range(len(matrix.block)):
         is_candidate[matrix.block[k, 0] : matrix.block[k, 1]] = matrix.candidate[k]
@@ -115,7 +115,7 @@ def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-
 @inner
 def _evaluate(matrix, g, active, multipliers, gaps):  # type: ignore[no-untyped-def]
     """Set λ on the active set from L Lᵀ λ = −g, then all gaps of candidate contacts."""
-    rows, count, L = active.rows, active.count[0], active.factor
+    rows, count, L = active.rows, active.size[0], active.factor
     multipliers[:] = 0.0
     y = np.empty(count)
     for a in range(count):
@@ -139,7 +139,7 @@ def _evaluate(matrix, g, active, multipliers, gaps):  # type: ignore[no-untyped-
 def append(matrix, active, row):  # type: ignore[no-untyped-def]
     """Add a row to the active set and to its Cholesky factor; False where it depends on the others."""
     prepare(matrix, row)
-    C, rows, count, L = matrix.values, active.rows, active.count[0], active.factor
+    C, rows, count, L = matrix.values, active.rows, active.size[0], active.factor
     pivot = C[row, row]
     for a in range(count):
         total = C[row, rows[a]]
@@ -151,14 +151,14 @@ def append(matrix, active, row):  # type: ignore[no-untyped-def]
         return False
     L[count, count] = np.sqrt(pivot)
     rows[count] = row
-    active.count[0] = count + 1
+    active.size[0] = count + 1
     return True
 
 
 @inner
 def _remove(active, row):  # type: ignore[no-untyped-def]
     """Take a row out of the active set and update its factor by Givens rotations."""
-    rows, count, L, place = active.rows, active.count[0], active.factor, 0
+    rows, count, L, place = active.rows, active.size[0], active.factor, 0
     while rows[place] != row:
         place += 1
     for a in range(place, count - 1):
@@ -174,4 +174,4 @@ def _remove(active, row):  # type: ignore[no-untyped-def]
             L[b, a] = cos * left + sin * right
             L[b, a + 1] = cos * right - sin * left
         L[a, a + 1] = 0.0
-    active.count[0] = count
+    active.size[0] = count

@@ -112,7 +112,7 @@ def _close(now, gap, rate, free):  # type: ignore[no-untyped-def]
         floor[i] = gap[i] + 0.5 * h * min(rate[i], 0.0)
         if gap[i] + free[i] <= 0.0:
             near[i] = free[i] - floor[i]
-    for a in range(now.active.count[0]):
+    for a in range(now.active.size[0]):
         i = now.active.rows[a]
         near[i] = free[i] - floor[i]
     for i in range(c):

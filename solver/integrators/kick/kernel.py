@@ -127,7 +127,7 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
                             forces[sample, contact[i], axis] += share * normals[i, axis]
             elif clear < 0:
                 multipliers[:] = 0.0
-                state.counts[0] = state.active.count[0] = 0
+                state.counts[0] = state.active.size[0] = 0
                 state.energy[CONTACT] = 0.0
                 clear = clear_steps(constants, state, lowest)
             if step == stride - 1:
@@ -179,7 +179,7 @@ def _coupled_forces(constants, state, gap, tolerance):  # type: ignore[no-untype
     """Find multipliers [N] and gaps [m] of coupled points; False where their compliance is singular."""
     multipliers, counts = state.multipliers, state.counts
     pivots = solve_lcp(constants.matrix, gap, state.active, multipliers, state.gaps, tolerance)
-    counts[0] = state.active.count[0]
+    counts[0] = state.active.size[0]
     if pivots < 0:
         return False
     counts[2] += pivots

@@ -15,7 +15,7 @@ violation back within one step. The trapezoidal rule keeps the energy of contact
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, entry, inner, ordered
+from gudgeon.solver.compiled import copy, embedded, entry, inner, ordered
 from gudgeon.solver.contact.compliance import Listed, combine
 from gudgeon.solver.contact.lcp import solve_lcp
 from gudgeon.solver.integrators.trapezoid.energy import (
@@ -126,7 +126,7 @@ def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
         displacement[i] = memory[0, i] * displacement[i] + memory[1, i] * response[i]
 
 
-@inner
+@embedded
 def _free_gaps_of_candidates(arrays, slides):  # type: ignore[no-untyped-def]
     """Tell which contacts may touch, and find the gaps [m] of their points without the forces of its end."""
     modes, points, masters = arrays.modes, arrays.points, arrays.masters
@@ -167,7 +167,7 @@ def _free_gaps(modes, points, masters, matrix, loads, k):  # type: ignore[no-unt
                 free[i] = FAR
 
 
-@inner
+@embedded
 def _solve_contact(arrays, slides):  # type: ignore[no-untyped-def]
     """Find the contact forces [N] of the end of the step; False where the rows are dependent."""
     modes, points, masters = arrays.modes, arrays.points, arrays.masters
@@ -219,7 +219,7 @@ def _solve_lcp(points, matrix, counts):  # type: ignore[no-untyped-def]
         if matrix.candidate[k]:
             scale = max(scale, _largest(shifted[matrix.block[k, 0] : matrix.block[k, 1]]))
     pivots = solve_lcp(matrix, shifted, active, multipliers, points.gaps, GAP_TOLERANCE * scale)
-    counts[0] = active.count[0]
+    counts[0] = active.size[0]
     counts[2] += pivots
     count = 0
     for a in range(counts[0]):

@@ -101,8 +101,8 @@ def rebuild_matrix(masters, matrix, active):  # type: ignore[no-untyped-def]
     for b in range(4):
         copy(masters.along[0, b], matrix.along[b])
     copy(masters.sigma[0], masters.sigma[2])
-    rows = active.rows[: active.count[0]].copy()
-    active.count[0] = 0
+    rows = active.rows[: active.size[0]].copy()
+    active.size[0] = 0
     for row in rows:
         append(matrix, active, row)
 

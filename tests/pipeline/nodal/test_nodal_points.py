@@ -307,7 +307,7 @@ def test_rigid_contact_never_gives_energy() -> None:
             speed = 2 * (end - gap) / 0.5 - rate
             assert force.min() >= 0
             assert (force * (end - gap)).max() < 1e-12
-            near = np.isin(np.arange(4), now.active.rows[: now.active.count[0]])
+            near = np.isin(np.arange(4), now.active.rows[: now.active.size[0]])
             assert np.abs((speed + np.maximum(rate, 0))[near]).max(initial=0.0) < 1e-11
             pressed, parting = pressed + int((force > 0).sum()), parting + int(((force > 0) & (rate > 0)).sum())
     assert pressed > 500
