@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import copy, inner
 
 ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
@@ -28,7 +28,7 @@ class Compliance(NamedTuple):
     """M, compliance of the functions [m/N], (F, F)."""
     block: np.ndarray
     """First and last + 1 row of each contact, (k, 2)."""
-    near: np.ndarray
+    candidate: np.ndarray
     """Whether points of each contact may touch in this step, (k,); gaps of others are left alone."""
     space: np.ndarray
     """Of each contact: first function, functions across, functions along; no functions where nothing slides, (k, 3)."""
@@ -44,6 +44,15 @@ class Compliance(NamedTuple):
     """(F,)"""
 
 
+class Listed(NamedTuple):
+    """A vector by its entries that are not zero."""
+
+    numbers: np.ndarray
+    amounts: np.ndarray
+    size: int
+    """Only the first so many of both stand for anything."""
+
+
 def fixed(matrix: np.ndarray) -> Compliance:
     """Return a matrix that does not move, of one contact."""
     c = len(matrix)
@@ -55,8 +64,9 @@ def fixed(matrix: np.ndarray) -> Compliance:
 
 
 @inner
-def combine(matrix, numbers, amounts, count, share, first, last, out):  # type: ignore[no-untyped-def]
+def combine(matrix, listed, share, first, last, out):  # type: ignore[no-untyped-def]
     """Add share · Σₙ amounts[n] · matrix[numbers[n]] to `out`, in columns first to last − 1."""
+    numbers, amounts, count = listed
     # Slices, since an index from a range that does not begin at 0 could be negative, which no vector unit tells.
     target = out[first:last]
     size, n = len(target), 0
@@ -98,12 +108,12 @@ def prepare(matrix, i):  # type: ignore[no-untyped-def]
     if matrix.stamp[i] == matrix.era[0]:
         return
     row, base, space, corner = matrix.values[i], matrix.base[i], matrix.space, matrix.corner
-    row[:] = base
+    copy(base, row)
     matrix.stamp[i] = matrix.era[0]
     if corner[i] < 0:
         return
-    image, along, across = matrix.scratch, matrix.along, matrix.across
-    image[:] = 0.0
+    response, along, across = matrix.scratch, matrix.along, matrix.across
+    response[:] = 0.0
     numbers, weights, own = np.empty(16, np.int64), np.empty(16), 0
     while matrix.block[own, 1] <= i:
         own += 1
@@ -113,8 +123,8 @@ def prepare(matrix, i):  # type: ignore[no-untyped-def]
             weights[4 * b + a] = along[b, i] * across[i, a]
     for k in range(len(space)):
         first, last = window(matrix, k)
-        combine(matrix.master, numbers, weights, 16, 1.0, first, last, image)
-        gather(matrix, k, corner, along, image, row)
+        combine(matrix.master, Listed(numbers, weights, 16), 1.0, first, last, response)
+        gather(matrix, k, corner, along, response, row)
 
 
 @inner
@@ -136,21 +146,17 @@ def gather(matrix, k, corner, along, field, out):  # type: ignore[no-untyped-def
 
 
 @inner
-def scatter(matrix, corner, along, numbers, amounts, count, share, out):  # type: ignore[no-untyped-def]
-    """Add share · Nᵀ λ to `out`, (F,); returns the first and last + 1 function that got some.
-
-    Args:
-        numbers, amounts: Rows whose λ is not zero, and λ, the first `count`.
-    """
+def scatter(matrix, corner, along, listed, share, out):  # type: ignore[no-untyped-def]
+    """Add share · Nᵀ λ to `out`, (F,), with λ `Listed`; returns the first and last + 1 function that got some."""
     low, high = len(out), 0
-    for n in range(count):
-        i = numbers[n]
+    for n in range(listed.size):
+        i = listed.numbers[n]
         if corner[i] >= 0:
             k = 0
             while matrix.block[k, 1] <= i:
                 k += 1
             for b in range(4):
-                f, part = corner[i] + b * matrix.space[k, 1], share * amounts[n] * along[b, i]
+                f, part = corner[i] + b * matrix.space[k, 1], share * listed.amounts[n] * along[b, i]
                 for a in range(4):
                     out[f + a] += part * matrix.across[i, a]
             low, high = min(low, corner[i]), max(high, corner[i] + 3 * matrix.space[k, 1] + 4)

@@ -6,11 +6,12 @@ triangular solves. R couples points with either sign: pressing one can close its
 checked at every solve, but for those of contacts that are proved to stay open.
 """
 
-import numpy as np
-from numba import njit
+from typing import NamedTuple
 
-from gudgeon.solver.compiled import FAST, inner
-from gudgeon.solver.contact.compliance import combine, prepare
+import numpy as np
+
+from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.contact.compliance import Listed, combine, prepare
 
 PATIENCE = 3
 """Block pivots without fewer infeasible rows before single pivots take over."""
@@ -18,39 +19,53 @@ SINGULAR = 1e-14
 """A new pivot below this share of its diagonal means dependent contact rows."""
 
 
-@njit(cache=True, fastmath=FAST)
-def solve_lcp(matrix, g, active, count, L, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
-    """Solve in place, over the rows of contacts that are near.
+class ActiveSet(NamedTuple):
+    """The closed rows of a contact problem, kept from solve to solve."""
+
+    rows: np.ndarray
+    """Their numbers, in the first `size` entries, (c,)."""
+    size: np.ndarray
+    """How many, (1,)."""
+    factor: np.ndarray
+    """Lower Cholesky factor of C[rows, rows], (c, c)."""
+
+
+def empty_set(c: int) -> ActiveSet:
+    """Return the active set of c rows that are all open."""
+    return ActiveSet(np.zeros(c, np.int64), np.zeros(1, np.int64), np.zeros((c, c)))
+
+
+@entry
+def solve_lcp(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
+    """Find the contact forces [N] that close no gap too far and pull nowhere, over the rows of candidate contacts.
 
     Args:
         matrix: The Compliance C [m/N], (c, c).
         g: Free gaps [m], (c,).
-        active: Rows of the active set, its first `count` entries; changed in place, (c,).
-        count: Size of the active set on entry.
-        L: Lower Cholesky factor of C[active, active] on entry and exit, (c, c).
+        active: The ActiveSet to start from; changed in place.
         multipliers: λ [N] on exit, (c,).
         gaps: g + C λ [m] on exit, (c,).
         tolerance: Violation of a gap that counts as none [m].
 
     Returns:
-        (size of the active set, pivots made); pivots is -1 where C proved singular.
+        How many rows were opened and closed; −1 where C proved singular.
     """
-    _evaluate(matrix, g, active, count, L, multipliers, gaps)
-    if _fits(matrix, active, count, multipliers, gaps, tolerance):
-        return count, 0
-    return _pivot(matrix, g, active, count, L, multipliers, gaps, tolerance)
+    _evaluate(matrix, g, active, multipliers, gaps)
+    if _fits(matrix, active, multipliers, gaps, tolerance):
+        return 0
+    return _pivot(matrix, g, active, multipliers, gaps, tolerance)
 
 
 @inner
-def _fits(matrix, active, count, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
+def _fits(matrix, active, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
     """Whether no gap is closed too far, active ones included, and no active multiplier pulls."""
-    for a in range(count):
-        i = active[a]
+    for a in range(active.size[0]):
+        i = active.rows[a]
         if multipliers[i] < -tolerance / matrix.values[i, i]:
             return False
     closed = 0
     for k in range(len(matrix.block)):
-        if matrix.near[k]:
+        if matrix.candidate[k]:
             own = gaps[matrix.block[k, 0] : matrix.block[k, 1]]
             for i in range(len(own)):
                 closed += own[i] < -tolerance
@@ -58,27 +73,27 @@ def _fits(matrix, active, count, multipliers, gaps, tolerance):  # type: ignore[
 
 
 @inner
-def _pivot(matrix, g, active, count, L, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
+def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
     """Change the active set until it fits."""
     c, C = len(g), matrix.values
-    is_active, is_near = np.zeros(c, np.bool_), np.zeros(c, np.bool_)
-    for a in range(count):
-        is_active[active[a]] = True
+    is_active, is_candidate = np.zeros(c, np.bool_), np.zeros(c, np.bool_)
+    for a in range(active.size[0]):
+        is_active[active.rows[a]] = True
     for k in range(len(matrix.block)):
-        is_near[matrix.block[k, 0] : matrix.block[k, 1]] = matrix.near[k]
+        is_candidate[matrix.block[k, 0] : matrix.block[k, 1]] = matrix.candidate[k]
     fewest, patience, pivots = c + 1, PATIENCE, 0
     while True:
-        worst, last = 0, -1
+        violated, last = 0, -1
         for i in range(c):
             # Rows that are not active may not have been made yet; only active ones need their diagonal.
-            wrong = multipliers[i] < -tolerance / C[i, i] if is_active[i] else is_near[i] and gaps[i] < -tolerance
+            wrong = multipliers[i] < -tolerance / C[i, i] if is_active[i] else is_candidate[i] and gaps[i] < -tolerance
             if wrong:
-                worst += 1
+                violated += 1
                 last = i
-        if worst == 0:
-            return count, pivots
-        if worst < fewest:
-            fewest, patience, single = worst, PATIENCE, False
+        if violated == 0:
+            return pivots
+        if violated < fewest:
+            fewest, patience, single = violated, PATIENCE, False
         elif patience > 0:
             patience, single = patience - 1, False
         else:
@@ -86,25 +101,25 @@ def _pivot(matrix, g, active, count, L, multipliers, gaps, tolerance):  # type: 
         for i in range(last if single else 0, last + 1):
             if is_active[i]:
                 if multipliers[i] < -tolerance / C[i, i]:
-                    count = _remove(active, count, L, i)
+                    _remove(active, i)
                     is_active[i] = False
                     pivots += 1
-            elif is_near[i] and gaps[i] < -tolerance:
-                if not append(matrix, active, count, L, i):
-                    return count, -1
-                count += 1
+            elif is_candidate[i] and gaps[i] < -tolerance:
+                if not append(matrix, active, i):
+                    return -1
                 is_active[i] = True
                 pivots += 1
-        _evaluate(matrix, g, active, count, L, multipliers, gaps)
+        _evaluate(matrix, g, active, multipliers, gaps)
 
 
 @inner
-def _evaluate(matrix, g, active, count, L, multipliers, gaps):  # type: ignore[no-untyped-def]
-    """λ on the active set from L Lᵀ λ = −g, then all gaps of contacts that are near."""
+def _evaluate(matrix, g, active, multipliers, gaps):  # type: ignore[no-untyped-def]
+    """Set λ on the active set from L Lᵀ λ = −g, then all gaps of candidate contacts."""
+    rows, count, L = active.rows, active.size[0], active.factor
     multipliers[:] = 0.0
     y = np.empty(count)
     for a in range(count):
-        total = -g[active[a]]
+        total = -g[rows[a]]
         for b in range(a):
             total -= L[a, b] * y[b]
         y[a] = total / L[a, a]
@@ -112,22 +127,22 @@ def _evaluate(matrix, g, active, count, L, multipliers, gaps):  # type: ignore[n
         y[a] /= L[a, a]
         for b in range(a):
             y[b] -= L[a, b] * y[a]
-        multipliers[active[a]] = y[a]
+        multipliers[rows[a]] = y[a]
     for k in range(len(matrix.block)):
-        if matrix.near[k]:
+        if matrix.candidate[k]:
             first, last = matrix.block[k, 0], matrix.block[k, 1]
-            gaps[first:last] = g[first:last]
-            combine(matrix.values, active, y, count, 1.0, first, last, gaps)
+            copy(g[first:last], gaps[first:last])
+            combine(matrix.values, Listed(rows, y, count), 1.0, first, last, gaps)
 
 
 @inner
-def append(matrix, active, count, L, row):  # type: ignore[no-untyped-def]
+def append(matrix, active, row):  # type: ignore[no-untyped-def]
     """Add a row to the active set and to its Cholesky factor; False where it depends on the others."""
     prepare(matrix, row)
-    C = matrix.values
+    C, rows, count, L = matrix.values, active.rows, active.size[0], active.factor
     pivot = C[row, row]
     for a in range(count):
-        total = C[row, active[a]]
+        total = C[row, rows[a]]
         for b in range(a):
             total -= L[a, b] * L[count, b]
         L[count, a] = total / L[a, a]
@@ -135,18 +150,19 @@ def append(matrix, active, count, L, row):  # type: ignore[no-untyped-def]
     if pivot <= SINGULAR * C[row, row]:
         return False
     L[count, count] = np.sqrt(pivot)
-    active[count] = row
+    rows[count] = row
+    active.size[0] = count + 1
     return True
 
 
 @inner
-def _remove(active, count, L, row):  # type: ignore[no-untyped-def]
-    """Take a row out of the active set and mend the factor with Givens rotations; returns the new size."""
-    place = 0
-    while active[place] != row:
+def _remove(active, row):  # type: ignore[no-untyped-def]
+    """Take a row out of the active set and update its factor by Givens rotations."""
+    rows, count, L, place = active.rows, active.size[0], active.factor, 0
+    while rows[place] != row:
         place += 1
     for a in range(place, count - 1):
-        active[a] = active[a + 1]
+        rows[a] = rows[a + 1]
         for b in range(a + 2):
             L[a, b] = L[a + 1, b]
     count -= 1
@@ -158,4 +174,4 @@ def _remove(active, count, L, row):  # type: ignore[no-untyped-def]
             L[b, a] = cos * left + sin * right
             L[b, a + 1] = cos * right - sin * left
         L[a, a + 1] = 0.0
-    return count
+    active.size[0] = count

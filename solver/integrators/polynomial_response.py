@@ -15,6 +15,10 @@ TERMS = 9
 """Of the series: the first one left out is below 1e-19 of the first."""
 
 
+_inner = njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+"""As `compiled.inner`, but sums keep their order: the series is summed to the last digit."""
+
+
 def responses(omega: np.ndarray, degree: int, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return displacement and velocity under forces τ^m, m = 0 … degree, each (degree + 1, t, n).
 
@@ -40,8 +44,9 @@ def _coefficients(degree: int) -> tuple[np.ndarray, np.ndarray]:
     return place, rate
 
 
-@njit(cache=True)
+@njit(cache=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
 def _respond(omega, time, place, rate, y, v):  # type: ignore[no-untyped-def]
+    """Fill displacement and velocity under each unit force, `y` and `v` of `responses`."""
     for i in range(len(time)):
         tau = time[i]
         for k in range(len(omega)):
@@ -51,8 +56,9 @@ def _respond(omega, time, place, rate, y, v):  # type: ignore[no-untyped-def]
                 _forward(omega[k], tau, y[:, i, k], v[:, i, k])
 
 
-@njit(cache=True)
+@_inner
 def _series(x, tau, place, rate, y, v):  # type: ignore[no-untyped-def]
+    """Sum the power series of both in x = ωτ from its smallest term up."""
     power = tau
     for m in range(len(y)):
         here, fast = 0.0, 0.0
@@ -64,7 +70,7 @@ def _series(x, tau, place, rate, y, v):  # type: ignore[no-untyped-def]
         y[m] = here * power
 
 
-@njit(cache=True)
+@_inner
 def _forward(omega, tau, y, v):  # type: ignore[no-untyped-def]
     """Integrate by parts from m = 0 up: y_m = (τ^m − m (m−1) y_{m−2}) / ω², v_m = m y_{m−1}."""
     sine, half, power = np.sin(omega * tau), np.sin(0.5 * omega * tau), 1.0

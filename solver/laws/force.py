@@ -1,12 +1,11 @@
 """The force of every law, compiled."""
 
 import numpy as np
-from numba import njit
 
-from gudgeon.solver.compiled import FAST
+from gudgeon.solver.compiled import entry, inner
 
 
-@njit(cache=True, fastmath=FAST)
+@entry
 def law_force(coefficients, d, rate, approach):  # type: ignore[no-untyped-def]
     """Return F = max(0, K dⁿ (1 + χ ḋ/v⁻) + c ḋ) [N] with dF/dd [N/m] and dF/dḋ [N s/m]; zeros where nothing presses.
 
@@ -28,7 +27,7 @@ def law_force(coefficients, d, rate, approach):  # type: ignore[no-untyped-def]
     return force, exponent * elastic / d * swell, elastic * per_rate + damping
 
 
-@njit(cache=True, fastmath=FAST)
+@entry
 def law_energy(coefficients, d):  # type: ignore[no-untyped-def]
     """Return what the elastic part stores [J] at an indentation d [m], K dⁿ⁺¹/(n+1)."""
     if d <= 0:
@@ -36,8 +35,9 @@ def law_energy(coefficients, d):  # type: ignore[no-untyped-def]
     return coefficients[0] * _power(d, coefficients[1]) * d / (coefficients[1] + 1)
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _power(d, exponent):  # type: ignore[no-untyped-def]
+    """Return dⁿ, by a root or nothing where n is 1.5 or 1."""
     if exponent == 1.5:
         return d * np.sqrt(d)
     if exponent == 1.0:

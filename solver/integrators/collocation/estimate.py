@@ -1,9 +1,8 @@
 """How far a step of collocation may be wrong, compiled."""
 
 import numpy as np
-from numba import njit
 
-from gudgeon.solver.compiled import FAST
+from gudgeon.solver.compiled import inner
 from gudgeon.solver.laws.force import law_energy
 
 POINTS = np.array([0.0, 0.5 * (1 - 5**-0.5), 0.5 * (1 + 5**-0.5), 1.0])
@@ -14,13 +13,13 @@ SPAN = 0.0131
 """Largest |Π (x − x_j)| of the four points within a step."""
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def cubic(k, x):  # type: ignore[no-untyped-def]
     """Return at x the cubic that is 1 at point k."""
     return MONOMIALS[k, 0] + x * (MONOMIALS[k, 1] + x * (MONOMIALS[k, 2] + x * MONOMIALS[k, 3]))
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def missed(before, last, h, values):  # type: ignore[no-untyped-def]
     """Error of the cubics within the step [N]: how far they miss a value of the step before, as their remainder grows.
 
@@ -41,7 +40,7 @@ def missed(before, last, h, values):  # type: ignore[no-untyped-def]
     return worst * SPAN / remainder
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def unbalanced(laws, reference, h, values, depth, rate):  # type: ignore[no-untyped-def]
     """Energy that the quadrature misses of elastic forces, per energy that a reference force stores, times it [N].
 

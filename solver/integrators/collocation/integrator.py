@@ -7,9 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from gudgeon.solver import capabilities
+from gudgeon.solver.integrators.collocation import arrays
 from gudgeon.solver.integrators.collocation import kernel as steps
 from gudgeon.solver.integrators.event.motion import Motion
-from gudgeon.solver.integrators.event.record import NODES, WEIGHTS, Books
+from gudgeon.solver.integrators.event.record import NODES, WEIGHTS, Record
 from gudgeon.solver.integrators.event.regimes import Equations, starting
 from gudgeon.solver.integrators.event.search import first_crossing
 from gudgeon.solver.integrators.event.segment import Segment
@@ -37,22 +38,23 @@ class Collocation(capabilities.Collocation):
         self._system, self._dt = system, dt
         self._equations, self._open = Equations(system), starting(system, {})
         place = uncoupled(system)
-        self._basis, self._modes, self._omega, self._constant = place.solved, place.modes, place.omega, place.constant
-        series = np.ascontiguousarray(system.residual.diagonal())
-        self._contacts = steps.Contacts(np.ascontiguousarray(place.rows), system.gap, series, system.law)
-        self._books, self._last = Books(system), run.duration
+        self._basis, self._modes, self._omega = place.solved, place.modes, place.omega
+        self._record, self._last = Record(system), run.duration
         self._tolerance = run.accuracy or ACCURACY
         self._fixed = fixed_step is not None
         self._tables = _empty(fixed_step or run.duration / 16, c, n)
         self._motion = self._rest(c, n)
-        self._start = self._motion.y.copy()
+        self._constants = arrays.Constants(
+            np.ascontiguousarray(place.rows), system.gap, np.ascontiguousarray(system.residual.diagonal()), system.law,
+            place.omega**2, place.constant, self._motion.y.copy(), self._tolerance, 0 if self._fixed else -1, SLOWEST,
+        )  # fmt: skip
         self._track = _track(CHUNK, c, n)
         self._blows = 0
         self._closed: set[int] = set()
         self._gaps, self._pressed = (np.zeros(c), np.zeros(c)), np.zeros(c)
         self._p, self._v = system.position.copy(), system.velocity.copy()
         self._pending: _Steps | None = None
-        self._recorded = 0.0
+        self._kept_until = 0.0
         self._flight: Segment | None = self._fly(0.0)
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
@@ -64,20 +66,20 @@ class Collocation(capabilities.Collocation):
         """
         ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
         last = float(ends[-1])
-        self._books.open(ends, stride * self._dt, out)
+        self._record.open_samples(ends, stride * self._dt, out)
         if self._pending is not None:
-            self._record(self._pending, last)
+            self._keep(self._pending, last)
         while self._reached() < last:
             if self._flight is None:
                 if not self._press(last):
                     return False
                 continue
-            self._books.record(self._flight, min(self._flight.end, last))
+            self._record.add_segment(self._flight, min(self._flight.end, last))
             if self._flight.end >= last or self._flight.event is None:
                 break
             self._touch(self._flight)
         if self._flight is not None and self._flight.start <= last:
-            self._books.record(self._flight, min(self._flight.end, last))
+            self._record.add_segment(self._flight, min(self._flight.end, last))
             self._p, self._v = self._flight.motion.state(last - self._flight.start)
         return bool(np.isfinite(out.energies).all())
 
@@ -88,16 +90,16 @@ class Collocation(capabilities.Collocation):
     def outcome(self) -> Outcome:
         """Return where the run stands."""
         pressed = self._pressed if self._flight is None else np.zeros(len(self._system.gap))
-        tally = np.array([0, self._motion.tally[0], self._motion.tally[2], -1])
-        found = self._books.outcome(self._p, self._v, pressed, tally)
-        work = {"steps": int(self._motion.tally[0]), "steps_rejected": int(self._motion.tally[1])}
-        return replace(found, work=work | {"newton_iterations": int(self._motion.tally[2]), "blows": self._blows})
+        tally = np.array([0, self._motion.counts[0], self._motion.counts[2], -1])
+        found = self._record.outcome(self._p, self._v, pressed, tally)
+        work = {"steps": int(self._motion.counts[0]), "steps_rejected": int(self._motion.counts[1])}
+        return replace(found, work=work | {"newton_iterations": int(self._motion.counts[2]), "blows": self._blows})
 
-    def _rest(self, c: int, n: int) -> steps.Motion:
+    def _rest(self, c: int, n: int) -> arrays.Motion:
         """Return the state at the start."""
         y, v = self._modes.T @ self._system.position, self._modes.T @ self._system.velocity
         begun = 0.5 * float(v @ v + (self._omega * y) @ (self._omega * y))
-        return steps.Motion(
+        return arrays.Motion(
             y, v, np.zeros(c), np.zeros((c, 4)), np.zeros(c), np.zeros(4), np.zeros(1, np.int64),
             np.array([0.0, 0.0, 0.0, begun]), np.zeros(3, np.int64),
         )  # fmt: skip
@@ -128,7 +130,7 @@ class Collocation(capabilities.Collocation):
         stiffness, exponent, _, damping = system.law[row]
         mass = 1.0 / float(system.rows[row] @ system.rows[row])
         # What presses at rest falls by its static indentation: the least speed that means anything.
-        pull = abs(float(self._contacts.rows[row] @ (self._constant - self._omega**2 * motion.y)))
+        pull = abs(float(self._constants.rows[row] @ (self._constants.constant - self._omega**2 * motion.y)))
         settling = float(np.sqrt(pull * (mass * pull / stiffness) ** (1 / exponent)))
         motion.clock[3] = max(motion.clock[3], speed, settling)
         motion.approach[:] = 0.0
@@ -142,9 +144,9 @@ class Collocation(capabilities.Collocation):
         begin = min(shallow / motion.approach[row], float(np.sqrt(2 * shallow / pull)) if pull > 0 else np.inf)
         longest = self._tables.length[0]
         motion.level[0] = 0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / begin)), 0, steps.LEVELS - 1))
-        motion.books[0] = self._books.lost
+        motion.energy[0] = self._record.lost
         self._blows += 1
-        self._books.touches(row, flight.end, speed)
+        self._record.touches(row, flight.end, speed)
         self._closed = {row}
         self._gaps = (system.gap + system.rows @ p, system.rows @ v)
         self._gaps[0][row] = 0.0
@@ -154,29 +156,25 @@ class Collocation(capabilities.Collocation):
 
     def _press(self, end: float) -> bool:
         """Advance a contact until it is over or `end` is passed; False where a force could not be found."""
-        fixed = 0 if self._fixed else -1
-        code, count = steps.march(
-            self._tables, self._contacts, self._motion, self._track, self._omega**2, self._constant, self._start,
-            end, self._tolerance, fixed, SLOWEST,
-        )  # fmt: skip
+        code, count = steps.march(self._tables, self._constants, self._motion, self._track, end)
         if count:
             track = self._track
             done = _Steps(
                 *(part[:count] for part in (track.start, track.length, track.values, track.y, track.v, track.lost))
             )
             self._follow(done, track.opening[:count])
-            self._record(done, end)
+            self._keep(done, end)
         if code == steps.MISSING:
             self._tabulate(int(self._motion.level[0]))
         elif code == steps.OVER:
             self._flight = self._fly(float(self._motion.clock[0]))
             for row in list(self._closed):
-                self._books.parted(row)
+                self._record.parted(row)
         return code != steps.FAILED
 
     def _tabulate(self, level: int) -> None:
         """Fill in a level's table."""
-        tables, rows = self._tables, self._contacts.rows
+        tables, rows = self._tables, self._constants.rows
         h, n = float(tables.length[level]), len(self._omega)
         times = h * steps.POINTS[1:]
         moved = free(self._omega, times)
@@ -184,40 +182,40 @@ class Collocation(capabilities.Collocation):
         scale = h ** -np.arange(4.0)
         place = np.einsum("jm,m,mtn->tjn", steps.MONOMIALS, scale, y)
         speed = np.einsum("jm,m,mtn->tjn", steps.MONOMIALS, scale, v)
-        tables.free[level], tables.drift[level, 0] = moved[:, -1], self._constant * y[0, -1]
-        tables.drift[level, 1] = self._constant * v[0, -1]
+        tables.free[level], tables.drift[level, 0] = moved[:, -1], self._constants.constant * y[0, -1]
+        tables.drift[level, 1] = self._constants.constant * v[0, -1]
         tables.push[level] = place[-1], speed[-1]
         for part in range(2):
             tables.gap[level, part, :, :, :n] = moved[2 * part][:, None] * rows
             tables.gap[level, part, :, :, n:] = moved[2 * part + 1][:, None] * rows
-            tables.gap_drift[level, part] = (self._constant * (y, v)[part][0]) @ rows.T
+            tables.gap_drift[level, part] = (self._constants.constant * (y, v)[part][0]) @ rows.T
             tables.reach[level, part] = np.einsum("an,bn,tjn->abtj", rows, rows, (place, speed)[part], optimize=True)
         tables.known[level] = 1
 
-    def _record(self, done: "_Steps", end: float) -> None:
+    def _keep(self, done: "_Steps", end: float) -> None:
         """Put accepted steps into the histories, up to `end`; a step that passes it is kept for the next frame."""
-        books, begin = self._books, max(self._recorded, float(done.start[0]))
+        record, begin = self._record, max(self._kept_until, float(done.start[0]))
         until = min(done.end, end)
-        waiting = books.waiting()
+        waiting = record.waiting()
         inside = waiting[waiting <= until]
         edges = np.unique(
             np.concatenate([[begin], done.start[(done.start > begin) & (done.start < until)], inside, [until]])
         )
         if until > begin:
             nothing = np.zeros((len(edges) - 1, done.values.shape[1]))
-            books.push(edges, np.diff(done.impulses(edges), axis=0), nothing, to_blows=False)
+            record.add_impulses(edges, np.diff(done.impulses(edges), axis=0), nothing, to_blows=False)
             self._pull(done, edges)
         if len(inside):
             self._fill(done, inside)
         motion = self._motion
-        books.reached(until, float(motion.books[1]), float(motion.books[2]), float(motion.books[0]))
-        self._recorded = until
+        record.reached(until, float(motion.energy[1]), float(motion.energy[2]), float(motion.energy[0]))
+        self._kept_until = until
         self._pending = done.last() if done.end > end else None
         p, v, self._pressed = self._states(done, np.array([until]))
         self._p, self._v, self._pressed = p[0] @ self._modes.T, v[0] @ self._modes.T, self._pressed[0]
 
     def _pull(self, done: "_Steps", edges: np.ndarray) -> None:
-        """Book the impulses of springs between edges, none of which has a step's end between them, (t + 1,)."""
+        """Add the impulses of springs between edges, none of which has a step's end between them, (t + 1,)."""
         springs, widths = self._system.springs, np.diff(edges)
         if not len(springs.stiffness):
             return
@@ -225,7 +223,7 @@ class Collocation(capabilities.Collocation):
         y = self._states(done, times.ravel())[0]
         stretch = springs.stretch + (y @ self._modes.T) @ springs.rows.T
         share = (0.5 * widths[:, None] * WEIGHTS).ravel()
-        self._books.pull(springs.stiffness * (share @ stretch))
+        self._record.add_spring_impulses(springs.stiffness * (share @ stretch))
 
     def _states(self, done: "_Steps", times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return y, ẏ, (t, n) each, and contact forces, (t, c), at times within the steps."""
@@ -233,19 +231,29 @@ class Collocation(capabilities.Collocation):
         tau = times - done.start[number]
         moved, (y, v) = free(self._omega, tau), responses(self._omega, 3, tau)
         scaled = done.cubics[number] / done.length[number][:, None, None] ** np.arange(4)
-        load = np.einsum("tcm,cn->mtn", scaled, self._contacts.rows)
-        place = moved[0] * done.y[number] + moved[1] * done.v[number] + self._constant * y[0] + (load * y).sum(axis=0)
-        speed = moved[2] * done.y[number] + moved[3] * done.v[number] + self._constant * v[0] + (load * v).sum(axis=0)
+        load = np.einsum("tcm,cn->mtn", scaled, self._constants.rows)
+        place = (
+            moved[0] * done.y[number]
+            + moved[1] * done.v[number]
+            + self._constants.constant * y[0]
+            + (load * y).sum(axis=0)
+        )
+        speed = (
+            moved[2] * done.y[number]
+            + moved[3] * done.v[number]
+            + self._constants.constant * v[0]
+            + (load * v).sum(axis=0)
+        )
         return place, speed, np.einsum("tcm,tm->tc", scaled, tau[:, None] ** np.arange(4))
 
     def _fill(self, done: "_Steps", inside: np.ndarray) -> None:
         """Fill the samples that end within the steps."""
         place, speed, pressed = self._states(done, inside)
-        series, law = self._contacts.series, self._system.law
-        depth = np.maximum(-(self._system.gap + place @ self._contacts.rows.T) - series * pressed, 0.0)
+        series, law = self._constants.series, self._system.law
+        depth = np.maximum(-(self._system.gap + place @ self._constants.rows.T) - series * pressed, 0.0)
         stored = (law[:, 0] * depth ** (law[:, 1] + 1) / (law[:, 1] + 1)).sum(axis=1) + 0.5 * (pressed**2) @ series
         lost = done.lost_at(inside)
-        self._books.states(place @ self._modes.T, speed @ self._modes.T, stored, lost, pressed, balanced=True)
+        self._record.states(place @ self._modes.T, speed @ self._modes.T, stored, lost, pressed, balanced=True)
 
     def _follow(self, done: "_Steps", opening: np.ndarray) -> None:
         """Keep account of blows that begin and end within the steps, of their impulses and largest forces.
@@ -253,7 +261,7 @@ class Collocation(capabilities.Collocation):
         Args:
             opening: Gap and its rate at the end of each step, (b, 2, c).
         """
-        books = self._books
+        record = self._record
         pressed = done.values.max(axis=2) > 0
         given = np.diff(done.impulses(np.minimum([*done.start, done.end], self._last)), axis=0)
         for row in range(pressed.shape[1]):
@@ -265,16 +273,16 @@ class Collocation(capabilities.Collocation):
                 if row not in self._closed:
                     self._closed.add(row)
                     time, speed = _touching(*ends)
-                    books.touches(row, start + time, -speed)
+                    record.touches(row, start + time, -speed)
                     self._blows += 1
-                books.gives(row, float(given[k, row]))
+                record.gives(row, float(given[k, row]))
                 force, local = _highest(done.cubics[k, row])
-                books.peak(row, force, start + local * h)
+                record.peak(row, force, start + local * h)
                 if done.values[k, row, 3] == 0:
                     time, speed = _parting(*ends)
-                    books.leaves(row, start + time, speed)
+                    record.leaves(row, start + time, speed)
                     if gap > 0:
-                        books.parted(row)
+                        record.parted(row)
                         self._closed.discard(row)
         self._gaps = (opening[-1, 0].copy(), opening[-1, 1].copy())
 
@@ -364,17 +372,17 @@ def _crossings(gap: float, rate: float, later: float, later_rate: float, h: floa
     return [root.real for root in np.roots(cubic) if abs(root.imag) < 1e-9 and 0 <= root.real <= 1], cubic
 
 
-def _empty(longest: float, c: int, n: int) -> steps.Tables:
+def _empty(longest: float, c: int, n: int) -> arrays.Tables:
     levels = steps.LEVELS
-    return steps.Tables(
+    return arrays.Tables(
         np.zeros(levels, np.int64), longest * 0.5 ** np.arange(levels), np.zeros((levels, 4, n)),
         np.zeros((levels, 2, n)), np.zeros((levels, 2, 4, n)), np.zeros((levels, 2, 3, c, 2 * n)),
         np.zeros((levels, 2, 3, c)), np.zeros((levels, 2, c, c, 3, 4)),
     )  # fmt: skip
 
 
-def _track(count: int, c: int, n: int) -> steps.Track:
-    return steps.Track(
+def _track(count: int, c: int, n: int) -> arrays.Track:
+    return arrays.Track(
         np.zeros(count), np.zeros(count), np.zeros((count, c, 4)), np.zeros((count, n)), np.zeros((count, n)),
         np.zeros((count, 2)), np.zeros((count, 2, c)),
     )  # fmt: skip

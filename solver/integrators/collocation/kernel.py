@@ -6,12 +6,10 @@ values, and the law at the points gives as many equations as unknowns. Step leng
 on h is tabulated once.
 """
 
-from typing import NamedTuple
-
 import numpy as np
-from numba import njit
 
-from gudgeon.solver.compiled import FAST
+from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.integrators.collocation.arrays import Table, Trial
 from gudgeon.solver.integrators.collocation.estimate import MONOMIALS, POINTS, WEIGHTS, cubic, missed, unbalanced
 from gudgeon.solver.laws.force import law_energy, law_force
 
@@ -23,98 +21,19 @@ EPS = float(np.finfo(float).eps)
 GOING, FULL, OVER, MISSING, FAILED = 0, 1, 2, 3, 4
 
 
-class Tables(NamedTuple):
-    """What depends on the step. Shapes: L levels, c contacts, n coordinates."""
-
-    known: np.ndarray
-    """(L,)"""
-    length: np.ndarray
-    """h [s], (L,)."""
-    free: np.ndarray
-    """y←y, y←ẏ, ẏ←y, ẏ←ẏ, (L, 4, n)."""
-    drift: np.ndarray
-    """What constant forces add to y and ẏ, (L, 2, n)."""
-    push: np.ndarray
-    """y and ẏ per unit force value at each point, (L, 2, 4, n)."""
-    gap: np.ndarray
-    """Rate of g and g itself over y and ẏ at the last three points: (L, 2, 3, c, 2 n)."""
-    gap_drift: np.ndarray
-    """(L, 2, 3, c)"""
-    reach: np.ndarray
-    """Change of g and of its rate at the last three points per force value, (L, 2, c, c, 3, 4)."""
-
-
-class Contacts(NamedTuple):
-    """Shapes: c contacts, n coordinates."""
-
-    rows: np.ndarray
-    """∂g/∂y, (c, n)."""
-    gap: np.ndarray
-    """(c,)"""
-    series: np.ndarray
-    """R in series with each law [m/N], (c,)."""
-    law: np.ndarray
-    """(c, 4)"""
-
-
-class Motion(NamedTuple):
-    """What changes; arrays are updated in place."""
-
-    y: np.ndarray
-    v: np.ndarray
-    force: np.ndarray
-    """At the start of the step, (c,)."""
-    before: np.ndarray
-    """Values of the step before, (c, 4)."""
-    approach: np.ndarray
-    """v⁻ of each contact [m/s], 0 where it is open, (c,)."""
-    clock: np.ndarray
-    """Time, length of the step before or 0, reference force, largest approach speed, (4,)."""
-    level: np.ndarray
-    """Level of the next step, (1,)."""
-    books: np.ndarray
-    """Energy lost to laws, largest energy error, largest exchange, E₀, (4,)."""
-    tally: np.ndarray
-    """Steps, rejected steps, iterations, (3,)."""
-
-
-class Track(NamedTuple):
-    """Accepted steps, b of them at most."""
-
-    start: np.ndarray
-    """(b,)"""
-    length: np.ndarray
-    values: np.ndarray
-    """(b, c, 4)"""
-    y: np.ndarray
-    """At the start, (b, n)."""
-    v: np.ndarray
-    lost: np.ndarray
-    """Energy that laws have lost by its start and end, (b, 2)."""
-    opening: np.ndarray
-    """Gap and its rate at the end, (b, 2, c)."""
-
-
-@njit(cache=True, fastmath=FAST)
-def march(tables, contacts, motion, track, stiffness, constant, start, end, tolerance, fixed, floor):  # type: ignore[no-untyped-def]
-    """Advance until contact is over, time is up, the track is full or a level's table is missing.
-
-    Args:
-        stiffness: ω² (n,).
-        constant: Constant forces, (n,).
-        start: y at the start of the run, from which constant forces do work, (n,).
-        end: [s]
-        tolerance: Error of forces and energy over those of the reference force; round-off of gaps is allowed for.
-        fixed: Level that every step has, or −1.
-        floor: Least approach speed, relative to the largest.
+@entry
+def march(tables, constants, motion, track, end):  # type: ignore[no-untyped-def]
+    """Advance until contact is over, `end` [s] is passed, the track is full or a level's table is missing.
 
     Returns:
         Code and number of accepted steps.
     """
-    c = len(contacts.rows)
-    values, guess = np.zeros((c, 4)), np.zeros((c, 4))
-    depth, rate = np.zeros((c, 4)), np.zeros((c, 4))
-    known, count = np.zeros(c), 0
+    c, fixed = len(constants.rows), constants.fixed
+    trial = Trial(
+        np.zeros((c, 4)), np.zeros((c, 4)), np.zeros((c, 4)), np.zeros((c, 4)), np.empty((c, 3)), np.empty((c, 3)),
+        np.empty((3 * c, 3 * c)), np.empty(3 * c),
+    )  # fmt: skip
+    values, depth, known, count = trial.values, trial.depth, np.zeros(c), 0
     while True:
         if motion.clock[0] >= end:
             return GOING, count
@@ -123,17 +42,22 @@ def march(tables, contacts, motion, track, stiffness, constant, start, end, tole
         level = motion.level[0]
         if not tables.known[level]:
             return MISSING, count
-        h = tables.length[level]
-        _predict(motion, h, guess)
-        known[:], top = motion.approach, motion.clock[3]
-        good = _solve(tables, contacts, motion, level, guess, values, depth, rate, floor)
-        error = _error(contacts, motion, h, values, depth, rate) if good else np.inf
-        allowed = tolerance * motion.clock[2]
+        table = Table(
+            tables.length[level], tables.free[level], tables.drift[level], tables.push[level], tables.gap[level],
+            tables.gap_drift[level], tables.reach[level],
+        )  # fmt: skip
+        _predict(motion, table.length, trial.guess)
+        copy(motion.approach, known)
+        top = motion.clock[3]
+        good = _solve(table, constants, motion, trial)
+        error = _error(constants, motion, trial, table.length) if good else np.inf
+        allowed = constants.tolerance * motion.clock[2]
         # What round-off adds to the error does not shrink with the step.
-        small = error * 25 < allowed or (good and error <= _round_off(contacts, motion, depth))
+        small = error * 25 < allowed or (good and error <= _round_off(constants, motion, depth))
         if fixed < 0 and not small and error > allowed:
-            motion.tally[1] += 1
-            motion.approach[:], motion.clock[3] = known, top
+            motion.counts[1] += 1
+            copy(known, motion.approach)
+            motion.clock[3] = top
             if level + 1 >= LEVELS:
                 return FAILED, count
             drop = int(np.ceil(np.log2(error / allowed) / 4)) if error < np.inf else 1
@@ -141,10 +65,10 @@ def march(tables, contacts, motion, track, stiffness, constant, start, end, tole
             continue
         if not good:
             return FAILED, count
-        track.lost[count, 0] = motion.books[0]
-        _accept(tables, contacts, motion, track, count, level, values, depth, rate)
-        _balance(contacts, motion, values, depth, rate, h, stiffness, constant, start)
-        track.lost[count, 1] = motion.books[0]
+        track.lost[count, 0] = motion.energy[0]
+        _accept(table, constants, motion, track, trial, count)
+        _balance(constants, motion, trial, table.length)
+        track.lost[count, 1] = motion.energy[0]
         count += 1
         if fixed < 0 and level > 0 and small:
             motion.level[0] = level - 1
@@ -158,9 +82,9 @@ def march(tables, contacts, motion, track, stiffness, constant, start, end, tole
             return OVER, count
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _predict(motion, h, guess):  # type: ignore[no-untyped-def]
-    """Carry the cubics of the step before on."""
+    """Set the forces [N] that the cubics of the step before make expect."""
     before, last = motion.before, motion.clock[1]
     for i in range(len(guess)):
         guess[i, 0] = motion.force[i]
@@ -174,56 +98,57 @@ def _predict(motion, h, guess):  # type: ignore[no-untyped-def]
                 guess[i, j] = motion.force[i]
 
 
-@njit(cache=True, fastmath=FAST)
-def _error(contacts, motion, h, values, depth, rate):  # type: ignore[no-untyped-def]
+@inner
+def _error(constants, motion, trial, h):  # type: ignore[no-untyped-def]
     """Error of the step [N], of forces or of what their energy amounts to; fills in indentations at its start."""
+    values, depth, rate = trial.values, trial.depth, trial.rate
     for i in range(len(values)):
-        deep, fast = -contacts.gap[i], 0.0
+        deep, fast = -constants.gap[i], 0.0
         for k in range(len(motion.y)):
-            deep -= contacts.rows[i, k] * motion.y[k]
-            fast -= contacts.rows[i, k] * motion.v[k]
-        depth[i, 0] = deep - contacts.series[i] * values[i, 0]
+            deep -= constants.rows[i, k] * motion.y[k]
+            fast -= constants.rows[i, k] * motion.v[k]
+        depth[i, 0] = deep - constants.series[i] * values[i, 0]
         rate[i, 0] = fast
         for k in range(4):
-            rate[i, 0] -= contacts.series[i] * RATES[0, k] * values[i, k] / h
+            rate[i, 0] -= constants.series[i] * RATES[0, k] * values[i, k] / h
     forces = missed(motion.before, motion.clock[1], h, values)
-    return max(forces, unbalanced(contacts.law, motion.clock[2], h, values, depth, rate))
+    return max(forces, unbalanced(constants.law, motion.clock[2], h, values, depth, rate))
 
 
-@njit(cache=True, fastmath=FAST)
-def _round_off(contacts, motion, depth):  # type: ignore[no-untyped-def]
-    """Largest change of an elastic force in the step by the round-off of its gap."""
+@inner
+def _round_off(constants, motion, depth):  # type: ignore[no-untyped-def]
+    """Return the largest change [N] of an elastic force in the step by the round-off of its gap."""
     worst = 0.0
     for i in range(len(depth)):
-        blur = abs(contacts.gap[i])
+        blur = abs(constants.gap[i])
         for k in range(len(motion.y)):
-            blur += abs(contacts.rows[i, k] * motion.y[k])
+            blur += abs(constants.rows[i, k] * motion.y[k])
         blur *= EPS
         deepest = max(depth[i, 1], depth[i, 2], depth[i, 3])
         if blur == 0.0 or deepest < -blur:
             continue
-        low, _, _ = law_force(contacts.law[i], deepest, 0.0, 1.0)
-        high, _, _ = law_force(contacts.law[i], max(deepest, 0.0) + blur, 0.0, 1.0)
-        worst = max(worst, blur * (high - low) / (blur + (high - low) * contacts.series[i]))
+        low, _, _ = law_force(constants.law[i], deepest, 0.0, 1.0)
+        high, _, _ = law_force(constants.law[i], max(deepest, 0.0) + blur, 0.0, 1.0)
+        worst = max(worst, blur * (high - low) / (blur + (high - low) * constants.series[i]))
     return worst
 
 
-@njit(cache=True, fastmath=FAST)
-def _solve(tables, contacts, motion, level, guess, values, depth, rate, floor):  # type: ignore[no-untyped-def]
-    """Newton for the forces at the last three points of all contacts; False where it does not converge."""
-    c = len(contacts.rows)
-    loose, loose_rate = np.empty((c, 3)), np.empty((c, 3))
-    _let_go(tables, contacts, motion, level, guess, loose, loose_rate)
-    _note_approach(tables, contacts, motion, level, guess, loose, loose_rate, floor)
-    values[:] = guess
-    matrix, wrong = np.empty((3 * c, 3 * c)), np.empty(3 * c)
+@inner
+def _solve(table, constants, motion, trial):  # type: ignore[no-untyped-def]
+    """Find the forces [N] at the last three points of all contacts by Newton; False where it does not converge."""
+    guess, values, depth, rate, loose, loose_rate, matrix, wrong = trial
+    c = len(values)
+    _free_gaps(table, constants, motion, trial)
+    _note_approach(table, constants, motion, trial)
+    for i in range(c):
+        copy(guess[i], values[i])
     for _iteration in range(ITERATIONS):
-        motion.tally[2] += 1
+        motion.counts[2] += 1
         for i in range(c):
             for j in range(3):
-                deep, fast = _pressed(tables, contacts, level, values, i, j)
+                deep, fast = _pressed(table, constants, values, i, j)
                 depth[i, j + 1], rate[i, j + 1] = deep - loose[i, j], fast - loose_rate[i, j]
-        _linearise(tables, contacts, motion, level, values, depth, rate, matrix, wrong)
+        _linearise(table, constants, motion, trial)
         if not _eliminate(matrix, wrong):
             return False
         largest, step = 0.0, 0.0
@@ -237,15 +162,15 @@ def _solve(tables, contacts, motion, level, guess, values, depth, rate, floor): 
     return False
 
 
-@njit(cache=True, fastmath=FAST)
-def _let_go(tables, contacts, motion, level, guess, loose, loose_rate):  # type: ignore[no-untyped-def]
-    """Gaps and their rates at the last three points if forces stood at the first one alone."""
-    c, n = contacts.rows.shape
-    y, v = motion.y, motion.v
-    gap, drift, reach = tables.gap[level], tables.gap_drift[level], tables.reach[level]
+@inner
+def _free_gaps(table, constants, motion, trial):  # type: ignore[no-untyped-def]
+    """Find gaps [m] and their rates [m/s] at the last three points if forces stood at the first one alone."""
+    c, n = constants.rows.shape
+    y, v, guess, loose, loose_rate = motion.y, motion.v, trial.guess, trial.loose, trial.loose_rate
+    gap, drift, reach = table.gap, table.gap_drift, table.reach
     for i in range(c):
         for j in range(3):
-            place, speed = contacts.gap[i] + drift[0, j, i], drift[1, j, i]
+            place, speed = constants.gap[i] + drift[0, j, i], drift[1, j, i]
             for k in range(n):
                 place += gap[0, j, i, k] * y[k] + gap[0, j, i, n + k] * v[k]
                 speed += gap[1, j, i, k] * y[k] + gap[1, j, i, n + k] * v[k]
@@ -255,33 +180,34 @@ def _let_go(tables, contacts, motion, level, guess, loose, loose_rate):  # type:
             loose[i, j], loose_rate[i, j] = place, speed
 
 
-@njit(cache=True, fastmath=FAST)
-def _note_approach(tables, contacts, motion, level, guess, loose, loose_rate, floor):  # type: ignore[no-untyped-def]
-    """Note the approach speed of contacts that close in the step, where the motion that is guessed reaches them."""
+@inner
+def _note_approach(table, constants, motion, trial):  # type: ignore[no-untyped-def]
+    """Note the approach speed [m/s] of contacts that close in the step, where the expected motion reaches them."""
+    guess, loose, loose_rate = trial.guess, trial.loose, trial.loose_rate
     for i in range(len(loose)):
         if motion.approach[i] > 0.0:
             continue
-        gap, rate = contacts.gap[i], 0.0
+        gap, rate = constants.gap[i], 0.0
         for k in range(len(motion.y)):
-            gap += contacts.rows[i, k] * motion.y[k]
-            rate += contacts.rows[i, k] * motion.v[k]
+            gap += constants.rows[i, k] * motion.y[k]
+            rate += constants.rows[i, k] * motion.v[k]
         for j in range(3):
-            deep, fast = _pressed(tables, contacts, level, guess, i, j)
+            deep, fast = _pressed(table, constants, guess, i, j)
             later, later_rate = loose[i, j] - deep, loose_rate[i, j] - fast
             if later < 0.0:
                 # Under constant forces the square of the speed is linear over the way.
                 share = gap / (gap - later) if gap > 0.0 else 0.0
                 speed = np.sqrt(max(rate**2 + share * (later_rate**2 - rate**2), 0.0))
                 motion.clock[3] = max(motion.clock[3], speed)
-                motion.approach[i] = max(speed, floor * motion.clock[3])
+                motion.approach[i] = max(speed, constants.floor * motion.clock[3])
                 break
             gap, rate = later, later_rate
 
 
-@njit(cache=True, fastmath=FAST)
-def _pressed(tables, contacts, level, values, i, j):  # type: ignore[no-untyped-def]
-    """What forces at the last three points add to indentation and rate of a contact at one of them."""
-    h, reach, series = tables.length[level], tables.reach[level], contacts.series[i]
+@inner
+def _pressed(table, constants, values, i, j):  # type: ignore[no-untyped-def]
+    """Return what forces at the last three points add to indentation [m] and rate [m/s] of a contact at one of them."""
+    h, reach, series = table.length, table.reach, constants.series[i]
     deep, fast = -series * values[i, j + 1], 0.0
     for other in range(len(values)):
         for k in range(1, 4):
@@ -292,14 +218,15 @@ def _pressed(tables, contacts, level, values, i, j):  # type: ignore[no-untyped-
     return deep, fast
 
 
-@njit(cache=True, fastmath=FAST)
-def _linearise(tables, contacts, motion, level, values, depth, rate, matrix, wrong):  # type: ignore[no-untyped-def]
-    """How far values miss the laws, (3 c,), and its derivative by the values."""
-    h, reach = tables.length[level], tables.reach[level]
+@inner
+def _linearise(table, constants, motion, trial):  # type: ignore[no-untyped-def]
+    """Find how far values miss the laws [N], (3 c,), and its derivative by the values."""
+    h, reach = table.length, table.reach
+    _, values, depth, rate, _, _, matrix, wrong = trial
     for i in range(len(values)):
-        series = contacts.series[i]
+        series = constants.series[i]
         for j in range(3):
-            force, by_depth, by_rate = law_force(contacts.law[i], depth[i, j + 1], rate[i, j + 1], motion.approach[i])
+            force, by_depth, by_rate = law_force(constants.law[i], depth[i, j + 1], rate[i, j + 1], motion.approach[i])
             row = 3 * i + j
             wrong[row] = values[i, j + 1] - force
             for other in range(len(values)):
@@ -312,7 +239,7 @@ def _linearise(tables, contacts, motion, level, values, depth, rate, matrix, wro
             matrix[row, row] += 1.0 + by_depth * series
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _eliminate(matrix, right):  # type: ignore[no-untyped-def]
     """Solve in place by Gauss with pivots."""
     size = len(right)
@@ -341,13 +268,15 @@ def _eliminate(matrix, right):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, fastmath=FAST)
-def _accept(tables, contacts, motion, track, count, level, values, depth, rate):  # type: ignore[no-untyped-def]
-    c, n = contacts.rows.shape
-    y, v, h = motion.y, motion.v, tables.length[level]
-    free, drift, push = tables.free[level], tables.drift[level], tables.push[level]
+@inner
+def _accept(table, constants, motion, track, trial, count):  # type: ignore[no-untyped-def]
+    """Put a step into the track, and bring y [m kg^½] and ẏ to its end."""
+    c, n = constants.rows.shape
+    y, v, h, values, depth, rate = motion.y, motion.v, table.length, trial.values, trial.depth, trial.rate
+    free, drift, push = table.free, table.drift, table.push
     track.start[count], track.length[count] = motion.clock[0], h
-    track.values[count], track.y[count], track.v[count] = values, y, v
+    copy(y, track.y[count])
+    copy(v, track.v[count])
     for k in range(n):
         place = free[0, k] * y[k] + free[1, k] * v[k] + drift[0, k]
         speed = free[2, k] * y[k] + free[3, k] * v[k] + drift[1, k]
@@ -356,39 +285,41 @@ def _accept(tables, contacts, motion, track, count, level, values, depth, rate):
             for j in range(4):
                 given += push[0, j, k] * values[i, j]
                 kick += push[1, j, k] * values[i, j]
-            place += contacts.rows[i, k] * given
-            speed += contacts.rows[i, k] * kick
+            place += constants.rows[i, k] * given
+            speed += constants.rows[i, k] * kick
         y[k], v[k] = place, speed
     for i in range(c):
+        copy(values[i], track.values[count, i])
+        copy(values[i], motion.before[i])
         motion.force[i] = values[i, 3]
         motion.clock[2] = max(motion.clock[2], values[i, 3])
         track.opening[count, 0, i], track.opening[count, 1, i] = -depth[i, 3], -rate[i, 3]
-    motion.before[:] = values
     motion.clock[0] += h
     motion.clock[1] = h
-    motion.tally[0] += 1
+    motion.counts[0] += 1
 
 
-@njit(cache=True, fastmath=FAST)
-def _balance(contacts, motion, values, depth, rate, h, stiffness, constant, start):  # type: ignore[no-untyped-def]
-    """Keep the energy balance: what laws lose is integrated from forces and rates, not from states."""
-    stored, total = 0.0, 0.0
+@inner
+def _balance(constants, motion, trial, h):  # type: ignore[no-untyped-def]
+    """Note the error of the energy balance [J]: what laws lose is integrated from forces and rates, not from states."""
+    values, depth, rate, stored, total = trial.values, trial.depth, trial.rate, 0.0, 0.0
+    stiffness, constant, start = constants.stiffness, constants.constant, constants.start
     for i in range(len(values)):
-        law, given = contacts.law[i], 0.0
+        law, given = constants.law[i], 0.0
         for j in range(4):
             given = max(given, values[i, j])
         if given == 0.0:
             # A surface that recovers by itself gives all that it stored away, however long the step.
-            motion.books[0] += law_energy(law, depth[i, 0]) - law_energy(law, depth[i, 3])
+            motion.energy[0] += law_energy(law, depth[i, 0]) - law_energy(law, depth[i, 3])
         else:
             for j in range(4):
                 deep, fast = depth[i, j], rate[i, j]
                 elastic = law[0] * deep ** law[1] if deep > 0.0 else 0.0
-                motion.books[0] += h * WEIGHTS[j] * (values[i, j] - elastic) * fast
-        stored += law_energy(law, depth[i, 3]) + 0.5 * contacts.series[i] * values[i, 3] ** 2
+                motion.energy[0] += h * WEIGHTS[j] * (values[i, j] - elastic) * fast
+        stored += law_energy(law, depth[i, 3]) + 0.5 * constants.series[i] * values[i, 3] ** 2
     for k in range(len(motion.y)):
         y, v = motion.y[k], motion.v[k]
         total += 0.5 * (v * v + stiffness[k] * y * y) - constant[k] * (y - start[k])
-    error = total + stored + motion.books[0] - motion.books[3]
-    motion.books[1] = max(motion.books[1], abs(error))
-    motion.books[2] = max(motion.books[2], stored)
+    error = total + stored + motion.energy[0] - motion.energy[3]
+    motion.energy[1] = max(motion.energy[1], abs(error))
+    motion.energy[2] = max(motion.energy[2], stored)

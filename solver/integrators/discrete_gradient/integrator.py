@@ -28,10 +28,9 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         push = np.array([y[0, 0], v[0, 0]])
         self._step = gradient_steps.Step(
             dt, free(omega, times)[:, 0].copy(), push, self._place.constant, np.ascontiguousarray(rows), system.gap,
-            (rows * push[0]) @ rows.T, _laws(system), SLOWEST,
+            (rows * push[0]) @ rows.T, _laws(system), SLOWEST, omega**2, self._place.modes.T @ system.position,
         )  # fmt: skip
         start, speed = self._place.modes.T @ system.position, self._place.modes.T @ system.velocity
-        self._start = start.copy()
         begun = 0.5 * float(speed @ speed) + 0.5 * float((omega * start) @ (omega * start))
         running = np.zeros((c, 7))
         running[:, 0] = -1.0
@@ -50,9 +49,8 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         """
         system, modes, n = self._system, self._place.modes, len(self._state.y)
         pressed, y, v = np.zeros((len(out.forces), len(system.gap))), *np.zeros((2, len(out.forces), n))
-        sound = gradient_steps.march(
-            self._step, self._state, self._place.omega**2, self._start, first, stride, pressed, out.energies, y, v
-        )
+        found = gradient_steps.Samples(pressed, out.energies, y, v)
+        sound = gradient_steps.march(self._step, self._state, first, stride, found)
         for number, item in enumerate(system.contacts):
             out.forces[:, number] = pressed[:, item.rows] @ item.directions
         p, speed, r = y @ modes.T, v @ modes.T, len(system.rigid)

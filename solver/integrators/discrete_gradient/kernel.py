@@ -7,9 +7,8 @@ quotient (V(d₁) − V(d₀)) / (d₁ − d₀) of the contact's potential, ene
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from gudgeon.solver.compiled import FAST
+from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.laws.force import law_energy, law_force
 
 CLOSE = 1e-3
@@ -36,6 +35,10 @@ class Step(NamedTuple):
     """(c, 4)"""
     floor: float
     """Least approach speed, relative to the largest."""
+    stiffness: np.ndarray
+    """ω² [rad²/s²], (n,)."""
+    start: np.ndarray
+    """y at the start of the run, from which constant forces do work, (n,)."""
 
 
 class State(NamedTuple):
@@ -58,25 +61,29 @@ class State(NamedTuple):
     impulses: np.ndarray
 
 
-@njit(cache=True, fastmath=FAST)
-def march(step, state, stiffness, start, first, stride, forces, energies, y_out, v_out):  # type: ignore[no-untyped-def]
-    """Advance `len(forces)` samples of `stride` steps; False where a force could not be found.
+class Samples(NamedTuple):
+    """What `march` fills, one row a sample."""
 
-    Args:
-        stiffness: ω², (n,).
-        start: y at the start of the run, (n,).
-        first: Number of the first step.
-        forces: Out: mean force of each contact, (samples, c).
-        energies: Out, (samples, 5).
-        y_out, v_out: Out: states at the samples' ends, (samples, n).
-    """
+    forces: np.ndarray
+    """Mean force of each contact [N], (samples, c)."""
+    energies: np.ndarray
+    """(samples, 5)"""
+    y: np.ndarray
+    v: np.ndarray
+    """At the samples' ends, (samples, n)."""
+
+
+@entry
+def march(step, state, first, stride, out):  # type: ignore[no-untyped-def]
+    """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where no force is found."""
     c, n = step.rows.shape
+    forces = out.forces
     loose, next_y, next_v = np.empty(c), np.empty(n), np.empty(n)
     depth = np.empty(c)
     for sample in range(len(forces)):
         forces[sample] = 0.0
-        for inner in range(stride):
-            time = (first + sample * stride + inner) * step.dt
+        for part in range(stride):
+            time = (first + sample * stride + part) * step.dt
             for k in range(n):
                 place = step.free[0, k] * state.y[k] + step.free[1, k] * state.v[k]
                 next_y[k] = place + step.push[0, k] * step.constant[k]
@@ -96,15 +103,22 @@ def march(step, state, stiffness, start, first, stride, forces, energies, y_out,
                     for k in range(n):
                         next_y[k] += step.push[0, k] * step.rows[i, k] * amount
                         next_v[k] += step.push[1, k] * step.rows[i, k] * amount
-            state.y[:], state.v[:] = next_y, next_v
-            _book(step, state, depth, stiffness, start, time, energies[sample])
-        y_out[sample], v_out[sample] = state.y, state.v
+            copy(next_y, state.y)
+            copy(next_v, state.v)
+            _balance(step, state, depth, time, out.energies[sample])
+        copy(state.y, out.y[sample])
+        copy(state.v, out.v[sample])
     return True
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
-    """Find all forces of a step, contact by contact until none changes."""
+    """Find all forces [N] of a step, contact by contact until none changes; False where one is not found.
+
+    Args:
+        loose: Gaps at the end of the step without these forces [m], (c,).
+        depth: Out: indentations at its end [m], (c,).
+    """
     c, least = len(loose), 0.0
     for i in range(c):
         if loose[i] < 0.0 or state.depth[i] > 0.0:
@@ -135,13 +149,13 @@ def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _least(law, before, loose):  # type: ignore[no-untyped-def]
     """Round-off of what the spring would bear at the depths of a step: below it a force is as good as any."""
     return 1e-15 * law_force(law, max(abs(before), abs(loose)), 0.0, 1.0)[0]
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
     """Find the force of one contact that would be `loose` deep without it; negative where it cannot be found."""
     before, reach, law = state.depth[i], step.reach[i, i], step.law[i]
@@ -175,9 +189,9 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
     return force if high - low <= 1e-6 * high or abs(wrong) <= 1e-6 * high else -1.0
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _mean(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
-    """Return the mean force between two depths, what is lost included."""
+    """Return the mean force [N] between two depths [m], what is lost included."""
     elastic = quotient(law, before, after)
     rate = (after - before) / dt
     per_rate = law[2] / approach if approach > 0.0 else 0.0
@@ -185,9 +199,9 @@ def _mean(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
     return max(0.0, elastic * (1.0 + per_rate * rate) + damped)
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def quotient(law, before, after):  # type: ignore[no-untyped-def]
-    """Return the difference quotient of the potential."""
+    """Return the mean elastic force [N] between two depths [m], the difference quotient of the potential."""
     width = after - before
     if before <= 0.0 and after <= 0.0:
         return 0.0
@@ -200,8 +214,9 @@ def quotient(law, before, after):  # type: ignore[no-untyped-def]
     return (law_energy(law, after) - law_energy(law, before)) / width
 
 
-@njit(cache=True, fastmath=FAST)
-def _book(step, state, depth, stiffness, start, time, energies):  # type: ignore[no-untyped-def]
+@inner
+def _balance(step, state, depth, time, energies):  # type: ignore[no-untyped-def]
+    """Set the energies [J] at the end of the step, and note the largest error of their balance."""
     stored, touching = 0.0, False
     for i in range(len(depth)):
         force = state.force[i]
@@ -221,15 +236,15 @@ def _book(step, state, depth, stiffness, start, time, energies):  # type: ignore
     kinetic, strain, work = 0.0, 0.0, 0.0
     for k in range(len(state.y)):
         kinetic += 0.5 * state.v[k] * state.v[k]
-        strain += 0.5 * stiffness[k] * state.y[k] * state.y[k]
-        work += step.constant[k] * (state.y[k] - start[k])
+        strain += 0.5 * step.stiffness[k] * state.y[k] * state.y[k]
+        work += step.constant[k] * (state.y[k] - step.start[k])
     energies[0], energies[1], energies[2], energies[3], energies[4] = kinetic, strain, stored, state.books[0], work
     error = kinetic + strain + stored + state.books[0] - work - state.books[3]
     state.books[1] = max(state.books[1], abs(error))
     state.books[2] = max(state.books[2], stored)
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _blow(step, state, i, depth, time):  # type: ignore[no-untyped-def]
     """Follow the blow of one contact; its ends lie where the depth, linear in the step, crosses zero."""
     before, force, entry = state.depth[i], state.force[i], state.running[i]

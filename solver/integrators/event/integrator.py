@@ -7,7 +7,7 @@ from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.event import basis
 from gudgeon.solver.integrators.event.jumps import RESTING, collide, force_scale, settle, settle_slip, struck
 from gudgeon.solver.integrators.event.motion import Motion
-from gudgeon.solver.integrators.event.record import Books
+from gudgeon.solver.integrators.event.record import Record
 from gudgeon.solver.integrators.event.regimes import Equations, Regime, Status, Watch, acceleration, starting
 from gudgeon.solver.integrators.event.search import first_crossing
 from gudgeon.solver.integrators.event.segment import Segment
@@ -46,7 +46,7 @@ class Event(capabilities.Event):
         self._struck: set[int] = set()
         self._gained = False
         self._events = self._stall = self._regimes = 0
-        self._books = Books(system)
+        self._record = Record(system)
         self.failure = Result.DIVERGED
         self._now = starting(system, {})
         try:
@@ -62,11 +62,11 @@ class Event(capabilities.Event):
             out: Filled, but for what this integrator has none of.
         """
         ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
-        self._books.open(ends, stride * self._dt, out)
+        self._record.open_samples(ends, stride * self._dt, out)
         while True:
             segment = self._segment
             until = min(segment.end, float(ends[-1]))
-            self._books.record(segment, until)
+            self._record.add_segment(segment, until)
             if segment.end > ends[-1]:
                 break
             if segment.event is None and segment.end >= self._last:
@@ -81,7 +81,7 @@ class Event(capabilities.Event):
         """Return where the run stands."""
         segment = self._segment
         multipliers = segment.regime.forces(self._p - segment.motion.start, self._v)
-        return self._books.outcome(self._p, self._v, multipliers, np.array([0, self._events, self._regimes, -1]))
+        return self._record.outcome(self._p, self._v, multipliers, np.array([0, self._events, self._regimes, -1]))
 
     def _pass(self, segment: Segment) -> bool:
         """Go through the event at the end of a segment."""
@@ -105,15 +105,15 @@ class Event(capabilities.Event):
 
     def _react(self, kind: Watch, row: int, time: float) -> None:
         """Change conditions, and velocities where rigid contact closes."""
-        now, system, books = self._now, self._system, self._books
+        now, system, record = self._now, self._system, self._record
         if kind is Watch.CLOSES and system.rigid_contact[row]:
             rows = struck(self._equations, now, row, self._p, self._v)
             for one in rows:
-                books.touches(int(one), time, -float(system.rows[one] @ self._v))
+                record.touches(int(one), time, -float(system.rows[one] @ self._v))
             self._reclosed = False
             blow = collide(self._equations, now, rows, self._v, self._fastest)
             settle(self._equations, now, self._p, self._v)
-            books.blow(blow, time, self._v, now)
+            record.blow(blow, time, self._v, now)
             self._gained = self._gained or blow.lost < -GAIN * (abs(blow.lost) + blow.compressed)
             self._struck = {int(one) for one in rows}
             if system.resolution > 0 and now.status[row] == Status.CLOSED:
@@ -121,13 +121,13 @@ class Event(capabilities.Event):
         elif kind is Watch.CLOSES:
             self._reclosed = bool(now.status[row] == Status.SLACK)
             if self._reclosed:
-                books.returned(row, self._p)
+                record.returned(row, self._p)
             else:
-                books.touches(row, time, -float(system.rows[row] @ self._v))
+                record.touches(row, time, -float(system.rows[row] @ self._v))
             now.status[row] = Status.CLOSED
         elif kind is Watch.LEAVES:
             now.status[row] = Status.OPEN
-            books.parted(row)
+            record.parted(row)
         elif kind is Watch.OPENS and (kind, row) in self._patient:
             # Its mean has come to zero; from here on the force itself decides.
             self._patient.discard((kind, row))
@@ -136,13 +136,13 @@ class Event(capabilities.Event):
             now.status[row] = Status.SLACK if slack else Status.OPEN
             now.slip[row] = 0
             if slack:
-                books.let_go(row, time, self._p, self._v)
+                record.let_go(row, time, self._p, self._v)
             else:
-                books.parts(row, time, self._v)
+                record.parts(row, time, self._v)
             settle(self._equations, now, self._p, self._v)
         else:
             self._slide(kind, row)
-            books.slides(row, time, bool(now.slip[row]))
+            record.slides(row, time, bool(now.slip[row]))
 
     def _slide(self, kind: Watch, row: int) -> None:
         if kind is Watch.STICKS:
@@ -185,7 +185,7 @@ class Event(capabilities.Event):
 
     def _zero(self, after: tuple[Watch, int] | None) -> tuple[frozenset[int], frozenset[tuple[Watch, int]]]:
         """Return what stands at zero after an event, whatever round-off says: gaps by row, and watched functions."""
-        gaps, functions = set(self._books.at_zero) | self._struck, set[tuple[Watch, int]]()
+        gaps, functions = set(self._record.at_zero) | self._struck, set[tuple[Watch, int]]()
         self._struck = set()
         if after is not None:
             kind, row = after
@@ -222,8 +222,8 @@ class Event(capabilities.Event):
         settle(self._equations, now, self._p, self._v)
         for row in resting:
             if now.status[row] == Status.CLOSED:
-                self._books.touches(row, 0.0, -float(speeds[row]))
-        self._books.at_zero = {int(row) for row in touching}
+                self._record.touches(row, 0.0, -float(speeds[row]))
+        self._record.at_zero = {int(row) for row in touching}
 
 
 def _reason(error: np.linalg.LinAlgError) -> Result:

@@ -20,7 +20,7 @@ PANELS = 2000
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
-class Books:
+class Record:
     """Everything is added up from courses of the motion, independently of the states that the motion leads to."""
 
     def __init__(self, system: System) -> None:
@@ -58,7 +58,7 @@ class Books:
 
     # Histories
 
-    def open(self, ends: np.ndarray, interval: float, out: Samples) -> None:
+    def open_samples(self, ends: np.ndarray, interval: float, out: Samples) -> None:
         """Take the arrays that the samples of a frame go to."""
         self._ends, self._interval, self._out = ends, interval, out
         out.forces[:] = 0.0
@@ -67,7 +67,7 @@ class Books:
         self._pending = []
         self._done, self._from = 0, float(ends[0]) - interval
 
-    def record(self, segment: Segment, until: float) -> None:
+    def add_segment(self, segment: Segment, until: float) -> None:
         """Add the motion between what was recorded last and `until` to the histories."""
         begin = max(self._from, segment.start)
         if until < begin:
@@ -79,13 +79,13 @@ class Books:
         if np.any(course.a) or np.any(course.A) or np.any(course.b) or np.any(course.c):
             drag = np.diff(segment.motion.course(segment.regime.tangential).integral(edges), axis=0)
             driven[1:] = np.cumsum(drag @ self._system.belt)
-            self.push(edges + segment.start, np.diff(course.integral(edges), axis=0), drag)
+            self.add_impulses(edges + segment.start, np.diff(course.integral(edges), axis=0), drag)
             for row in list(self._running):
                 self._peak(row, course[row], edges, segment.start)
         if len(self._pulls) and edges[-1] > edges[0]:
             stretch = self._tension(segment.motion.start, np.zeros_like(segment.motion.v))
             tension = segment.motion.course(replace(self._tension, constant=stretch))
-            self.pull(np.diff(tension.integral(edges[[0, -1]]), axis=0)[0])
+            self.add_spring_impulses(np.diff(tension.integral(edges[[0, -1]]), axis=0)[0])
         lost = np.concatenate([[0.0], np.cumsum(self._dissipate(segment, edges))])
         at = np.searchsorted(edges, inside - segment.start)
         self._samples(segment, inside, self._lost + lost[at], self._driven + driven[at])
@@ -93,7 +93,7 @@ class Books:
         self._driven += float(driven[-1])
         self._from = until
 
-    def push(self, edges: np.ndarray, given: np.ndarray, drag: np.ndarray, *, to_blows: bool = True) -> None:
+    def add_impulses(self, edges: np.ndarray, given: np.ndarray, drag: np.ndarray, *, to_blows: bool = True) -> None:
         """Add impulses of each row to the histories.
 
         Args:
@@ -243,7 +243,7 @@ class Books:
             self._extreme[4] = time
         self._extreme[5] = time
 
-    def pull(self, impulses: np.ndarray) -> None:
+    def add_spring_impulses(self, impulses: np.ndarray) -> None:
         """Add impulses of springs [N s], (b,)."""
         self._pulls += impulses
 
@@ -261,7 +261,7 @@ class Books:
         self._extreme[5] = time
 
     def blow(self, blow: Blow, time: float, v: np.ndarray, now: Conditions) -> None:
-        """Book an impulsive contact; a row that does not stay closed has had its whole blow."""
+        """Add an impulsive contact; a row that does not stay closed has had its whole blow."""
         self._impulses += blow.impulses
         self._drags += blow.tangential
         self._lost += blow.lost

@@ -4,6 +4,7 @@ import numpy as np
 
 from gudgeon.solver import capabilities
 from gudgeon.solver.contact.compliance import fixed
+from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.integrators.flight import undamped
 from gudgeon.solver.integrators.kick import kernel
 from gudgeon.solver.integrators.kick.one_point import march_one
@@ -19,7 +20,7 @@ class Kick(capabilities.Kick):
 
     def __init__(self, system: System, dt: float) -> None:
         self._system = system
-        self._law = _law(system, dt)
+        self._constants = _constants(system, dt)
         self._state = _state(system, dt)
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
@@ -36,7 +37,7 @@ class Kick(capabilities.Kick):
         pieces, sound = len(out.forces) if out.gauges.shape[1] else 1, True
         for here in np.array_split(np.arange(len(out.forces)), pieces):
             own, start = slice(here[0], here[-1] + 1), first + int(here[0]) * stride
-            sound = march(self._law, self._state, self._system.rigid, start, out.forces[own], found[own], stride)
+            sound = march(self._constants, self._state, start, out.forces[own], found[own], stride)
             if not sound:
                 break
             if out.gauges.shape[1]:
@@ -46,19 +47,19 @@ class Kick(capabilities.Kick):
 
     def _gauges(self) -> np.ndarray:
         """Return what gauges read at the last kick, (G,): coordinates have flown on since, multipliers have not."""
-        state, (_, qv, _, vv) = self._state, self._law.flight
+        state, (_, qv, _, vv) = self._state, self._constants.flight
         return self._system.gauge_rows @ (vv * state.q - qv * state.v) + self._system.gauge_residual @ state.multipliers
 
     def outcome(self) -> Outcome:
         """Return where the run stands."""
         state, none = self._state, np.empty(0)
         return Outcome(
-            state.q, state.v, state.multipliers, state.impulses, state.extreme, state.tally, none, none,
+            state.q, state.v, state.multipliers, state.impulses, state.extreme, state.counts, none, none,
             np.zeros(len(self._system.contacts)),
         )  # fmt: skip
 
 
-def _law(system: System, dt: float) -> kernel.Law:
+def _constants(system: System, dt: float) -> kernel.Constants:
     contact = np.zeros(len(system.gap), np.int64)
     normals = np.zeros((len(system.gap), 3))
     for number, item in enumerate(system.contacts):
@@ -66,10 +67,10 @@ def _law(system: System, dt: float) -> kernel.Law:
         normals[item.rows] = item.directions
     reach = np.abs(system.rows).max(axis=0) if len(system.gap) else np.zeros(len(system.velocity))
     compliance = system.compliance
-    return kernel.Law(
+    return kernel.Constants(
         dt, undamped(system.stiffness, dt), system.stiffness, np.ascontiguousarray(system.rows),
         np.ascontiguousarray(system.rows.T), reach, system.gap,
-        compliance, fixed(compliance), system.coupled, system.dashpot, normals, contact,
+        compliance, fixed(compliance), system.coupled, system.dashpot, normals, contact, system.rigid,
     )  # fmt: skip
 
 
@@ -79,7 +80,7 @@ def _state(system: System, dt: float) -> kernel.State:
     v0 = system.velocity
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)
     return kernel.State(
-        half[1] * v0, half[3] * v0, np.zeros(c, np.int64), np.zeros((c, c)), np.zeros(c), np.zeros(c), np.zeros(c),
+        half[1] * v0, half[3] * v0, empty_set(c), np.zeros(c), np.zeros(c), np.zeros(c),
         np.zeros(len(system.rigid) + 1), np.array([energy, 0.0, 0.0, 0.0]), np.zeros(4, np.int64),
         np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0]),
     )  # fmt: skip

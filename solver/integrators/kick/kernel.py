@@ -13,11 +13,10 @@ spring, λ = ⟨−g/C − d ġ⟩, with an optional dashpot d taken implicitly 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from gudgeon.solver.compiled import FAST
+from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.contact.compliance import Compliance
-from gudgeon.solver.contact.lcp import solve_lcp
+from gudgeon.solver.contact.lcp import ActiveSet, solve_lcp
 
 GAP_TOLERANCE = 1e-12
 """Violation of a gap that counts as none, relative to the largest gap: four digits above round-off of rows·q."""
@@ -27,7 +26,7 @@ WIDE = 16
 KINETIC, STRAIN, CONTACT, DISSIPATED = 0, 1, 2, 3
 
 
-class Law(NamedTuple):
+class Constants(NamedTuple):
     """What stays constant in a run. Shapes: m coordinates, c contact rows, k contacts."""
 
     dt: float
@@ -54,6 +53,8 @@ class Law(NamedTuple):
     """Direction of each row's force on its body, (c, 3)."""
     contact: np.ndarray
     """Contact number of each row, (c,)."""
+    rigid: np.ndarray
+    """Numbers of the rigid coordinates, (r,)."""
 
 
 class State(NamedTuple):
@@ -61,10 +62,8 @@ class State(NamedTuple):
 
     q: np.ndarray
     v: np.ndarray
-    active: np.ndarray
-    """Active rows, (c,), warm start of the next solve."""
-    factor: np.ndarray
-    """Cholesky factor of the active block, (c, c)."""
+    active: ActiveSet
+    """Of the last solve, where the next one starts."""
     multipliers: np.ndarray
     """λ [N] of the last kick, (c,)."""
     gaps: np.ndarray
@@ -75,19 +74,18 @@ class State(NamedTuple):
     """Work done by contacts on each rigid coordinate, then on all coordinates together [J], (r + 1,)."""
     energy: np.ndarray
     """Kinetic, strain, contact, dissipated at the last kick [J], (4,)."""
-    tally: np.ndarray
+    counts: np.ndarray
     """Size of active set, kicks in contact, pivots, last kick number with a singular C or −1, (4,)."""
     extreme: np.ndarray
     """E₀, largest |E − E₀ + D|, largest energy exchanged, largest penetration, first and last contact time, (6,)."""
 
 
-@njit(cache=True, fastmath=FAST)
-def march(law: Law, state: State, rigid, first, forces, energies, stride):  # type: ignore[no-untyped-def]
+@entry
+def march(constants, state, first, forces, energies, stride):  # type: ignore[no-untyped-def]
     """Advance `len(forces)` samples of `stride` steps each.
 
     Args:
-        law, state: See there; on entry q and q̇ stand at the first kick.
-        rigid: Numbers of the rigid coordinates, (r,).
+        constants, state: The Constants and the State; on entry q and q̇ stand at the first kick.
         first: Number of the first kick since the start of the run.
         forces: Out: mean resultant on the body of each contact over each sample [N], (samples, k, 3).
         energies: Out: `state.energy` at the last kick of each sample, (samples, 4).
@@ -96,11 +94,11 @@ def march(law: Law, state: State, rigid, first, forces, energies, stride):  # ty
     Returns:
         True unless the contact rows proved linearly dependent.
     """
-    dt, m, c = law.dt, len(state.q), len(law.gap)
+    dt, m, c = constants.dt, len(state.q), len(constants.gap)
     q, v = state.q, state.v
-    qq, qv, vq, vv = law.flight[0], law.flight[1], law.flight[2], law.flight[3]
-    gap0, rows, columns, coupled = law.gap, law.rows, law.columns, law.coupled
-    normals, contact, multipliers = law.normals, law.contact, state.multipliers
+    qq, qv, vq, vv = constants.flight[0], constants.flight[1], constants.flight[2], constants.flight[3]
+    gap0, rows, columns, coupled = constants.gap, constants.rows, constants.columns, constants.coupled
+    normals, contact, multipliers = constants.normals, constants.contact, state.multipliers
     kick = np.zeros(m)
     gap = np.empty(c)
     number = first
@@ -117,11 +115,11 @@ def march(law: Law, state: State, rigid, first, forces, energies, stride):  # ty
                     scale = max(scale, abs(gap[i]))
             if lowest < 0.0:
                 if not coupled:
-                    _springs(law, state, gap)
-                elif not _press(law, state, gap, GAP_TOLERANCE * scale):
-                    state.tally[3] = number
+                    _springs(constants, state, gap)
+                elif not _coupled_forces(constants, state, gap, GAP_TOLERANCE * scale):
+                    state.counts[3] = number
                     return False
-                _kick(law, state, rigid, kick, (number + 0.5) * dt)
+                _kick(constants, state, kick, (number + 0.5) * dt)
                 for i in range(c):
                     share = multipliers[i] / stride
                     if share != 0.0:
@@ -129,11 +127,13 @@ def march(law: Law, state: State, rigid, first, forces, energies, stride):  # ty
                             forces[sample, contact[i], axis] += share * normals[i, axis]
             elif clear < 0:
                 multipliers[:] = 0.0
-                state.tally[0] = 0
+                state.counts[0] = state.active.size[0] = 0
                 state.energy[CONTACT] = 0.0
-                clear = _clear_kicks(law, state, lowest)
+                clear = clear_steps(constants, state, lowest)
             if step == stride - 1:
-                _sample(law, state, energies[sample])
+                if state.counts[0] == 0:
+                    flight_energies(constants, state)
+                copy(state.energy, energies[sample])
             for k in range(m):
                 position, velocity = q[k], v[k]
                 q[k] = qq[k] * position + qv[k] * velocity
@@ -142,9 +142,9 @@ def march(law: Law, state: State, rigid, first, forces, energies, stride):  # ty
     return True
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def _free_gaps(gap0, rows, columns, q, gap):  # type: ignore[no-untyped-def]
-    """g = g₀ + rows q, along the longer of its two sides."""
+    """Set the gaps g = g₀ + rows q [m], summed along the longer of the two sides of `rows`."""
     c, m = len(gap), len(q)
     if c < WIDE:
         for i in range(c):
@@ -153,33 +153,36 @@ def _free_gaps(gap0, rows, columns, q, gap):  # type: ignore[no-untyped-def]
                 total += rows[i, k] * q[k]
             gap[i] = gap0[i] + total
         return
-    gap[:] = gap0
+    copy(gap0, gap)
     for k in range(m):
         amount = q[k]
         for i in range(c):
             gap[i] += columns[k, i] * amount
 
 
-@njit(cache=True, fastmath=FAST)
-def _clear_kicks(law, state, lowest):  # type: ignore[no-untyped-def]
-    """Kicks for which no gap can close: in flight a coordinate's speed stays below (q̇² + ω²q²)^½."""
-    speed = 0.0
-    for k in range(len(state.q)):
-        speed += law.reach[k] * np.sqrt(state.v[k] * state.v[k] + law.stiffness[k] * state.q[k] * state.q[k])
-    if speed * law.dt * 1e9 <= lowest:
+@inner
+def clear_steps(constants, state, lowest):  # type: ignore[no-untyped-def]
+    """Return for how many steps no gap can close, the lowest being `lowest` [m].
+
+    In flight a coordinate's speed stays below (q̇² + ω²q²)^½.
+    """
+    q, v, reach, stiffness, speed = state.q, state.v, constants.reach, constants.stiffness, 0.0
+    for k in range(len(q)):
+        speed += reach[k] * np.sqrt(v[k] * v[k] + stiffness[k] * q[k] * q[k])
+    if speed * constants.dt * 1e9 <= lowest:
         return 1_000_000_000
-    return int(lowest / (speed * law.dt))
+    return int(lowest / (speed * constants.dt))
 
 
-@njit(cache=True, fastmath=FAST)
-def _press(law, state, gap, tolerance):  # type: ignore[no-untyped-def]
-    """Multipliers and gaps of coupled points; False where their compliance is singular."""
-    multipliers, tally = state.multipliers, state.tally
-    count, pivots = solve_lcp(law.matrix, gap, state.active, tally[0], state.factor, multipliers, state.gaps, tolerance)
-    tally[0] = count
+@inner
+def _coupled_forces(constants, state, gap, tolerance):  # type: ignore[no-untyped-def]
+    """Find multipliers [N] and gaps [m] of coupled points; False where their compliance is singular."""
+    multipliers, counts = state.multipliers, state.counts
+    pivots = solve_lcp(constants.matrix, gap, state.active, multipliers, state.gaps, tolerance)
+    counts[0] = state.active.size[0]
     if pivots < 0:
         return False
-    tally[2] += pivots
+    counts[2] += pivots
     stored = 0.0
     for i in range(len(gap)):
         # ½ λᵀCλ = ½ λᵀ(−g) on the active set
@@ -188,10 +191,10 @@ def _press(law, state, gap, tolerance):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, fastmath=FAST)
-def _springs(law, state, gap):  # type: ignore[no-untyped-def]
-    """Multipliers of points that do not couple: λ = ⟨−g/C − d ġ⟩, ġ in the middle of the kick."""
-    dt, rows, compliance, dashpot = law.dt, law.rows, law.compliance, law.dashpot
+@inner
+def _springs(constants, state, gap):  # type: ignore[no-untyped-def]
+    """Find the multipliers [N] of points that do not couple: λ = ⟨−g/C − d ġ⟩, ġ in the middle of the kick."""
+    dt, rows, compliance, dashpot = constants.dt, constants.rows, constants.compliance, constants.dashpot
     multipliers, gaps, v = state.multipliers, state.gaps, state.v
     stored, lost, closed = 0.0, 0.0, 0
     for i in range(len(gap)):
@@ -209,16 +212,16 @@ def _springs(law, state, gap):  # type: ignore[no-untyped-def]
                 lost -= dt * (force - spring) * (rate + 0.5 * dt * mobility * force)
             multipliers[i] = force
             stored += 0.5 * spring * -gap[i]
-    state.tally[0] = closed
+    state.counts[0] = closed
     state.energy[CONTACT] = stored
     state.energy[DISSIPATED] += lost
 
 
-@njit(cache=True, fastmath=FAST)
-def _kick(law, state, rigid, kick, time):  # type: ignore[no-untyped-def]
-    """Apply the multipliers to the velocities and keep the balances."""
+@inner
+def _kick(constants, state, kick, time):  # type: ignore[no-untyped-def]
+    """Apply the multipliers [N] to the velocities, with energies and work in the middle of the kick [J]."""
     # Every use of a tuple's array counts a reference; taken out once, the loops run five times as fast.
-    dt, m, rows, stiffness = law.dt, len(state.q), law.rows, law.stiffness
+    dt, m, rows, stiffness, rigid = constants.dt, len(state.q), constants.rows, constants.stiffness, constants.rigid
     q, v, work, energy, extreme = state.q, state.v, state.work, state.energy, state.extreme
     multipliers, impulses, gaps = state.multipliers, state.impulses, state.gaps
     kick[:] = 0.0
@@ -231,12 +234,9 @@ def _kick(law, state, rigid, kick, time):  # type: ignore[no-untyped-def]
                 kick[k] += rows[i, k] * impulse
         deepest = max(deepest, -gaps[i])
     extreme[3] = deepest
-    swing, all_rigid = 0.0, 0.0
     for number in range(len(rigid)):
         k = rigid[number]
         work[number] += kick[k] * (v[k] + 0.5 * kick[k])
-        swing += abs(work[number])
-        all_rigid += work[number]
     total, strain, kinetic = 0.0, 0.0, 0.0
     for k in range(m):
         middle = v[k] + 0.5 * kick[k]
@@ -245,28 +245,35 @@ def _kick(law, state, rigid, kick, time):  # type: ignore[no-untyped-def]
         strain += stiffness[k] * q[k] * q[k]
         v[k] = middle + 0.5 * kick[k]
     work[len(rigid)] += total
-    elastic = work[len(rigid)] - all_rigid
-    energy[KINETIC] = 0.5 * kinetic
-    energy[STRAIN] = 0.5 * strain
-    extreme[2] = max(extreme[2], 0.5 * (swing + abs(elastic) + energy[CONTACT]))
-    error = 0.5 * (kinetic + strain) + energy[CONTACT] + energy[DISSIPATED] - extreme[0]
-    extreme[1] = max(extreme[1], abs(error))
-    state.tally[1] += 1
+    energy[KINETIC], energy[STRAIN] = 0.5 * kinetic, 0.5 * strain
+    keep_balance(state, time)
+
+
+@inner
+def keep_balance(state, time):  # type: ignore[no-untyped-def]
+    """Note the largest error of the energy balance [J], the largest exchange [J] and the times [s] of contact."""
+    work, energy, extreme = state.work, state.energy, state.extreme
+    count = len(work) - 1
+    swing, all_rigid = 0.0, 0.0
+    for number in range(count):
+        swing += abs(work[number])
+        all_rigid += work[number]
+    extreme[2] = max(extreme[2], 0.5 * (swing + abs(work[count] - all_rigid) + energy[CONTACT]))
+    total = energy[KINETIC] + energy[STRAIN] + energy[CONTACT] + energy[DISSIPATED]
+    extreme[1] = max(extreme[1], abs(total - extreme[0]))
+    state.counts[1] += 1
     if extreme[4] < 0.0:
         extreme[4] = time
     extreme[5] = time
 
 
-@njit(cache=True, fastmath=FAST)
-def _sample(law, state, energies):  # type: ignore[no-untyped-def]
-    """Energies at this kick; in flight they are evaluated here, in contact they stand already."""
-    if state.tally[0] == 0:
-        kinetic, strain = 0.0, 0.0
-        for k in range(len(state.q)):
-            kinetic += state.v[k] ** 2
-            strain += law.stiffness[k] * state.q[k] ** 2
-        state.energy[KINETIC] = 0.5 * kinetic
-        state.energy[STRAIN] = 0.5 * strain
-        error = state.energy[KINETIC] + state.energy[STRAIN] + state.energy[DISSIPATED] - state.extreme[0]
-        state.extreme[1] = max(state.extreme[1], abs(error))
-    energies[:] = state.energy
+@inner
+def flight_energies(constants, state):  # type: ignore[no-untyped-def]
+    """Set kinetic and strain energy [J] of q and q̇ in flight, and note the largest error of the balance."""
+    q, v, stiffness, energy, kinetic, strain = state.q, state.v, constants.stiffness, state.energy, 0.0, 0.0
+    for k in range(len(q)):
+        kinetic += v[k] ** 2
+        strain += stiffness[k] * q[k] ** 2
+    energy[KINETIC], energy[STRAIN] = 0.5 * kinetic, 0.5 * strain
+    total = energy[KINETIC] + energy[STRAIN] + energy[DISSIPATED]
+    state.extreme[1] = max(state.extreme[1], abs(total - state.extreme[0]))

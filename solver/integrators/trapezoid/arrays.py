@@ -1,10 +1,17 @@
-"""The arrays of the implicit time loop, constants and state together, in groups: a compiled function takes the groups
-that it needs. Shapes: m coordinates, c contact rows, k contacts, F functions of traction spaces, L load rows, j joints.
+"""The arrays of the implicit time loop, constants and state together.
+
+A compiled function takes the tuples that it needs and no more: each array of an argument is unpacked into seven values
+or more, which is half of what the compiler works on. Shapes: m coordinates, c contact rows, k contacts, F functions of
+traction spaces, L load rows, j joints.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+
+from gudgeon.solver.contact.compliance import Compliance
+from gudgeon.solver.contact.lcp import ActiveSet
+from gudgeon.solver.integrators.trapezoid.open_contacts import Bounds
 
 
 class Modes(NamedTuple):
@@ -16,8 +23,8 @@ class Modes(NamedTuple):
     """q and q̇ at the start of the step, (2, m)."""
     force: np.ndarray
     """Generalised force of the step, (m,)."""
-    more: np.ndarray
-    """Its part that is found last, (m,)."""
+    end_force: np.ndarray
+    """Its part by contact forces of the end of the step and corrections of the joints, (m,)."""
     moved: np.ndarray
     """How far each coordinate went in the step, (m,)."""
     motion: np.ndarray
@@ -55,24 +62,25 @@ class Points(NamedTuple):
     amounts: np.ndarray
     counts: np.ndarray
     """Rows whose λ is not zero, their λ [N], and how many, at the start and at the end of the step, (2, c) and (2,)."""
-    image: np.ndarray
+    response: np.ndarray
     """R λ [m], (c,)."""
-    stress: np.ndarray
+    residual_force: np.ndarray
     """r = R⁻¹ w [N], (c,)."""
-    strain: np.ndarray
+    residual_displacement: np.ndarray
     """w under contact forces [m], (c,)."""
-    whole: np.ndarray
+    total_displacement: np.ndarray
     """w under all forces [m], (c,)."""
-    after: np.ndarray
-    place: np.ndarray
-    """r and w under all forces at the end of the step, (c,)."""
+    end_residual_force: np.ndarray
+    end_total_displacement: np.ndarray
+    """Both at the end of the step, (c,)."""
     free: np.ndarray
     shifted: np.ndarray
     gaps: np.ndarray
-    """g⁺ without masters and contact forces of the end, with what a pass adds, and as found [m], (c,); of contacts that
-    are near."""
-    active: np.ndarray
-    factor: np.ndarray
+    """g⁺ without masters and contact forces of the end, with what a pass adds, and as found [m], (c,); of candidate
+    contacts."""
+    active: ActiveSet
+    directions: np.ndarray
+    """Of each row's force on its body, (c, 3)."""
     impulses: np.ndarray
     """[N s], (c,)."""
 
@@ -98,32 +106,32 @@ class Masters(NamedTuple):
     """Function that each row touches first across, in the first line along; negative beside the space, (c,)."""
     slide: np.ndarray
     """∂σ/∂q of each contact, (k, m)."""
-    stress: np.ndarray
-    strain: np.ndarray
+    residual_force: np.ndarray
+    residual_displacement: np.ndarray
     """r [N] and w [m], (F,)."""
-    whole: np.ndarray
+    last_displacement: np.ndarray
     """w at the end of the last step [m], (F,)."""
-    after: np.ndarray
+    end_residual_force: np.ndarray
     """r at the end of the step [N], (F,)."""
-    image: np.ndarray
+    response: np.ndarray
     """R times half the forces of the end of the step [m], (F,)."""
     inward: np.ndarray
-    """e of the functions near contact [m], (F,)."""
+    """e of the functions in the windows of candidate contacts [m], (F,)."""
     filled: np.ndarray
     """Range along in which w of each contact's space is kept, (k, 2)."""
     corner: np.ndarray
     along: np.ndarray
     """Weights at the end and the start of the step, as in `Compliance`, (2, c) and (2, 4, c)."""
-    stand: np.ndarray
+    weights_at: np.ndarray
     """Sliding distance at which these weights are [m], (2, k)."""
     sigma: np.ndarray
     """Sliding distance of each contact now, at the start of the step, and when the matrix was made [m], (3, k)."""
-    way: np.ndarray
+    slid: np.ndarray
     """How far each contact slid in the step [m], (k,)."""
     drag: np.ndarray
-    """Force along the way of each contact [N], (k,)."""
+    """Force along the line of sliding of each contact [N], (k,)."""
     drag_impulse: np.ndarray
-    onto: np.ndarray
+    function_forces: np.ndarray
     """Half the forces on the functions at the start and at the end of the step, and others [N], (3, F)."""
     force: np.ndarray
     """Generalised force of those of the end, (m,)."""
@@ -162,38 +170,61 @@ class Loads(NamedTuple):
     """P at q = 0 [m], (j, 2)."""
     lengths: np.ndarray
     """[m], (j,)"""
-    stress: np.ndarray
-    before: np.ndarray
+    residual_force: np.ndarray
+    last_residual_force: np.ndarray
     """Force in the residual flexibility now and a step ago, (L,)."""
-    whole: np.ndarray
-    """Residual displacement, (L,)."""
-    place: np.ndarray
-    """Whole displacement, (L,)."""
+    residual_displacement: np.ndarray
+    """By the residual flexibility, (L,)."""
+    displacement: np.ndarray
+    """By residual flexibility and coordinates, (L,)."""
     amount: np.ndarray
     """Mean force of the step, (L,)."""
     rod: np.ndarray
     """Force of each joint, positive when it pushes its body away from the crank pin [N], (j,)."""
     pin: np.ndarray
     """Crank pin at the end of the last step: lateral, along, rates, (j, 4)."""
-    middle: np.ndarray
-    """Direction of each rod in the middle of the step, (j, 2)."""
+    direction: np.ndarray
+    """Of each rod in the middle of the step, (j, 2)."""
     correction: np.ndarray
-    base: np.ndarray
+    correction_before: np.ndarray
     """Correction of each rod's force, and the same before contact changed [N], (j,)."""
     slopes: np.ndarray
     """−∂correction/∂λ⁺, (j, c)."""
 
 
-class Books(NamedTuple):
-    """What is counted."""
+class Energy(NamedTuple):
+    """The energy balance, and what is counted beside it."""
 
     rigid: np.ndarray
     """Numbers of the rigid coordinates, (r,)."""
     work: np.ndarray
     """Of contacts on each rigid coordinate, then on all [J], (r + 1,)."""
-    energy: np.ndarray
+    parts: np.ndarray
     """Kinetic, strain, contact, dissipated, work of loads and joints [J], (5,)."""
-    tally: np.ndarray
-    """Active rows, steps in contact, pivots, matrices made, further passes, contacts brought near by forces, (6,)."""
+    counts: np.ndarray
+    """Active rows, steps in contact, pivots, matrices made, further passes, contacts that forces brought near, (6,)."""
     extreme: np.ndarray
     """E₀, largest |E − E₀ − W + D|, largest exchange, deepest penetration, first and last contact, (6,)."""
+
+
+class Arrays(NamedTuple):
+    """All of them."""
+
+    dt: float
+    """[s]"""
+    modes: Modes
+    points: Points
+    masters: Masters
+    matrix: Compliance
+    loads: Loads
+    bounds: Bounds
+    energy: Energy
+
+
+class Drive(NamedTuple):
+    """What is given at each of some steps."""
+
+    loads: np.ndarray
+    """Mean of each load row over the step, zero for joints', (steps, L)."""
+    crank: np.ndarray
+    """Crank pins at the end of the step: lateral, along, rates, (steps, j, 4)."""

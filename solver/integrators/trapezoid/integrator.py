@@ -6,10 +6,11 @@ import numpy as np
 
 from gudgeon.solver import capabilities
 from gudgeon.solver.contact.compliance import Compliance
+from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.outcome import Outcome, Samples
-from gudgeon.solver.integrators.trapezoid import kernel as trapezoid
-from gudgeon.solver.integrators.trapezoid.arrays import Books, Loads, Masters, Modes, Points
+from gudgeon.solver.integrators.trapezoid.arrays import Arrays, Drive, Energy, Loads, Masters, Modes, Points
+from gudgeon.solver.integrators.trapezoid.kernel import march
 from gudgeon.solver.integrators.trapezoid.open_contacts import bounds
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
@@ -28,13 +29,16 @@ class Trapezoid(capabilities.Trapezoid):
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._dt = system, dt
         self.modes = _modes(system, dt)
-        self.points, self._directions = _points(system, dt)
+        self.points = _points(system, dt)
         self.masters = _masters(system, dt, self.modes)
         self.loads = _loads(system, dt, self.modes, self.points)
         self.matrix = _matrix(system, self.modes, self.points, self.masters)
         self.bounds = bounds(system, self.points.memory, self.masters.memory)
-        self.books = _books(system, self.modes, self.loads)
-        self._ahead = 0, np.empty((0, 0)), np.empty((0, 0, 0))
+        self.energy = _energy(system, self.modes, self.loads)
+        self._arrays = Arrays(
+            dt, self.modes, self.points, self.masters, self.matrix, self.loads, self.bounds, self.energy
+        )
+        self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Advance `len(out.forces)` samples of `stride` steps; False where contact rows are dependent.
@@ -43,33 +47,28 @@ class Trapezoid(capabilities.Trapezoid):
             first: Number of the first step.
             out: Filled, but for the gauges.
         """
-        given, crank = self._drive(first, len(out.forces) * stride)
-        return trapezoid.march(
-            self._dt, self.modes, self.points, self.masters, self.matrix, self.loads, self.bounds,
-            self.books, first, given, crank,
-            self._directions, out.forces, out.loads, out.energies, out.snapshots, stride,
-        )  # fmt: skip
+        return march(self._arrays, self._drive(first, len(out.forces) * stride), out, first, stride)
 
-    def _drive(self, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    def _drive(self, first: int, count: int) -> Drive:
         """Return the given loads and the crank pins of some steps; found for many at once, which costs little more."""
-        begin, given, crank = self._ahead
-        if not begin <= first <= first + count <= begin + len(given):
+        begin, drive = self._ahead
+        if not begin <= first <= first + count <= begin + len(drive.loads):
             begin = first
             left = math.ceil(self._system.scene.run.duration / self._dt * (1 - 1e-12)) - first
             start = self._dt * np.arange(first, first + max(count, min(left, AHEAD)))
             driving = self._system.driving
-            given, crank = driving.loads(start, self._dt), driving.crank(start + self._dt)
-            self._ahead = begin, given, crank
+            drive = Drive(driving.loads(start, self._dt), driving.crank(start + self._dt))
+            self._ahead = begin, drive
         here = slice(first - begin, first - begin + count)
-        return given[here], crank[here]
+        return Drive(drive.loads[here], drive.crank[here])
 
     def outcome(self) -> Outcome:
         """Return where the run stands."""
-        points, masters, books = self.points, self.masters, self.books
-        held = np.flatnonzero(masters.stress)
-        outward = -(masters.stress[held] @ masters.residual[held] + masters.functions @ self.modes.q)
+        points, masters, energy = self.points, self.masters, self.energy
+        held = np.flatnonzero(masters.residual_force)
+        outward = -(masters.residual_force[held] @ masters.residual[held] + masters.functions @ self.modes.q)
         return Outcome(
-            self.modes.q, self.modes.v, points.multipliers, points.impulses, books.extreme, books.tally, outward,
+            self.modes.q, self.modes.v, points.multipliers, points.impulses, energy.extreme, energy.counts, outward,
             masters.impulses, masters.drag_impulse,
         )  # fmt: skip
 
@@ -103,28 +102,26 @@ def _modes(system: System, dt: float) -> Modes:
     )  # fmt: skip
 
 
-def _points(system: System, dt: float) -> tuple[Points, np.ndarray]:
-    """Return the contact rows and the directions of their forces, (c, 3)."""
+def _points(system: System, dt: float) -> Points:
     rows, c = np.ascontiguousarray(system.rows), len(system.rows)
     counts = [len(item.points) for item in system.contacts]
     beta = np.array([system.bodies[item.body].stiffness_factor for item in system.contacts])
     directions = np.concatenate([np.empty((0, 3)), *(item.directions for item in system.contacts)])
     zeros = {name: np.zeros(c) for name in _PER_ROW}
-    zeros["whole"] = system.driving.to_gap @ system.loads
-    points = Points(
+    zeros["total_displacement"] = system.driving.to_gap @ system.loads
+    return Points(
         rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), coordinates=np.arange(*_span(rows)),
         gap=system.gap, layer=system.layer,
         residual=system.residual, memory=_memory(np.repeat(beta, counts), dt),
-        contact=np.repeat(np.arange(len(counts)), counts), active=np.zeros(c, np.int64), factor=np.zeros((c, c)),
+        contact=np.repeat(np.arange(len(counts)), counts), active=empty_set(c), directions=directions,
         pressed=np.zeros((2, c), np.int64), amounts=np.zeros((2, c)), counts=np.zeros(2, np.int64),
         **zeros,
     )  # fmt: skip
-    return points, directions
 
 
 _PER_ROW = (
-    "multipliers", "last", "guess", "image", "stress", "strain", "whole", "after", "place", "free", "shifted", "gaps",
-    "impulses",
+    "multipliers", "last", "guess", "response", "residual_force", "residual_displacement", "total_displacement",
+    "end_residual_force", "end_total_displacement", "free", "shifted", "gaps", "impulses",
 )  # fmt: skip
 
 
@@ -148,15 +145,18 @@ def _masters(system: System, dt: float, modes: Modes) -> Masters:
     return Masters(
         functions=functions, columns=np.ascontiguousarray(functions.T), span=_span(functions),
         coordinates=np.arange(*_span(functions)),
-                residual=system.function_residual, memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
+        residual=system.function_residual, memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
         start=start, filled=np.zeros((k, 2), np.int64), corner=np.full((2, c), -1), along=np.zeros((2, 4, c)),
-        stand=np.full((2, k), np.nan), sigma=sigma, way=np.zeros(k), drag=np.zeros(k), drag_impulse=np.zeros(k),
-        onto=np.zeros((3, count)), force=np.zeros(m), numbers=np.zeros(count, np.int64), size=np.zeros(1, np.int64),
-        refresh=np.array([REFRESH]), **zeros,
+        weights_at=np.full((2, k), np.nan), sigma=sigma, slid=np.zeros(k), drag=np.zeros(k), drag_impulse=np.zeros(k),
+        function_forces=np.zeros((3, count)), force=np.zeros(m), numbers=np.zeros(count, np.int64),
+        size=np.zeros(1, np.int64), refresh=np.array([REFRESH]), **zeros,
     )  # fmt: skip
 
 
-_PER_FUNCTION = ("stress", "strain", "whole", "after", "image", "inward", "amounts", "work", "impulses")
+_PER_FUNCTION = (
+    "residual_force", "residual_displacement", "last_displacement", "end_residual_force", "response", "inward",
+    "amounts", "work", "impulses",
+)  # fmt: skip
 
 
 def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
@@ -178,9 +178,11 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
         joint_response=np.array([own[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in range(joints)]).reshape(-1, 2, 2),
         joint_per_row=per_row[: 2 * joints],
         anchor=np.array([item.anchor for item in driving.joints]).reshape(joints, 2),
-        lengths=np.array([item.joint.rod_length for item in driving.joints]), stress=system.loads.copy(),
-        before=system.loads.copy(), whole=held, place=driving.rows @ modes.q + held, amount=np.zeros(count), rod=rod,
-        pin=start, middle=np.zeros((joints, 2)), correction=np.zeros(joints), base=np.zeros(joints),
+        lengths=np.array([item.joint.rod_length for item in driving.joints]), residual_force=system.loads.copy(),
+        last_residual_force=system.loads.copy(), residual_displacement=held,
+        displacement=driving.rows @ modes.q + held, amount=np.zeros(count), rod=rod,
+        pin=start, direction=np.zeros((joints, 2)), correction=np.zeros(joints),
+        correction_before=np.zeros(joints),
         slopes=np.zeros((joints, c)),
     )  # fmt: skip
 
@@ -205,9 +207,9 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
     )  # fmt: skip
 
 
-def _books(system: System, modes: Modes, loads: Loads) -> Books:
+def _energy(system: System, modes: Modes, loads: Loads) -> Energy:
     q, v = modes.q, modes.v
-    strain = 0.5 * (system.stiffness @ q**2 + loads.stress @ loads.whole)
-    energy = np.array([0.5 * float(v @ v), float(strain), 0.0, 0.0, 0.0])
-    extreme = np.array([energy.sum(), 0.0, 0.0, 0.0, -1.0, -1.0])
-    return Books(system.rigid, np.zeros(len(system.rigid) + 1), energy, np.zeros(6, np.int64), extreme)
+    strain = 0.5 * (system.stiffness @ q**2 + loads.residual_force @ loads.residual_displacement)
+    parts = np.array([0.5 * float(v @ v), float(strain), 0.0, 0.0, 0.0])
+    extreme = np.array([parts.sum(), 0.0, 0.0, 0.0, -1.0, -1.0])
+    return Energy(system.rigid, np.zeros(len(system.rigid) + 1), parts, np.zeros(6, np.int64), extreme)

@@ -8,99 +8,100 @@ mean is ½ (λₙ + λ⁺), and 0 ≤ λ⁺ ⊥ g⁺ ≥ 0 at the end of the ste
 the residual flexibility R as a Kelvin-Voigt element of the body's damping β (r = λ without it), and e the inward
 displacement of another body's traction space with weights N that follow the sliding pair. What contact forces do to
 gaps within the step makes the matrix base + N M Nᵀ of the complementarity problem. The mean force on the master is
-½ (Nₙᵀλₙ + N⁺ᵀλ⁺); what is left of λ̄ᵀΔ(N e) is the drag of a deformed surface, λ̄ᵀΔN ē, and acts along the way of
-sliding. A joint's force holds the length |P − C| = L in g + ½ dt ġ = 0, which brings a
+½ (Nₙᵀλₙ + N⁺ᵀλ⁺); what is left of λ̄ᵀΔ(N e) is the drag of a deformed surface, λ̄ᵀΔN ē, and acts along the line
+of sliding. A joint's force holds the length |P − C| = L in g + ½ dt ġ = 0, which brings a
 violation back within one step. The trapezoidal rule keeps the energy of contact where no point opens or closes.
 """
 
 import numpy as np
-from numba import njit
 
-from gudgeon.solver.compiled import FAST, inner, ordered
-from gudgeon.solver.contact.compliance import combine
+from gudgeon.solver.compiled import copy, embedded, entry, inner, ordered
+from gudgeon.solver.contact.compliance import Listed, combine
 from gudgeon.solver.contact.lcp import solve_lcp
-from gudgeon.solver.integrators.trapezoid.energy import balance, exchange, load_work, relax, relax_masters
-from gudgeon.solver.integrators.trapezoid.open_contacts import add_up, may_touch, settle
-from gudgeon.solver.integrators.trapezoid.rods import adjust, aim, hold
+from gudgeon.solver.integrators.trapezoid.energy import (
+    balance,
+    exchange,
+    load_work,
+    note_contact,
+    relax,
+    relax_masters,
+)
+from gudgeon.solver.integrators.trapezoid.open_contacts import may_touch, next_step, sum_multipliers
+from gudgeon.solver.integrators.trapezoid.rods import direction, follow_contact_forces, force_without_contact
 from gudgeon.solver.integrators.trapezoid.sliding import (
     FAR,
-    carry,
-    catch_up,
+    correct_stale_matrix,
+    displace_masters,
     drag_along,
-    follow,
-    keep_up,
     press_masters,
-    renew,
+    rebuild_matrix,
     start_masters,
-    strain_masters,
+    surface_displacement,
+    update_sliding_distance,
+    update_weights,
 )
 
 GAP_TOLERANCE = 1e-12
 """Violation of a gap that counts as none, relative to the largest gap."""
 PASSES = 4
+"""Solutions of contact that may follow each other in a step, as rods and sliding surfaces follow the forces."""
 
 
-@njit(cache=True, fastmath=FAST)
-def march(  # type: ignore[no-untyped-def]
-    dt, modes, points, masters, matrix, loads, bounds, books, first, given, crank, directions, forces, amounts,
-    energies, snapshots, stride,
-):  # fmt: skip
-    """Advance `len(forces)` samples of `stride` steps each; the groups change in place.
+@entry
+def march(arrays, drive, out, first, stride):  # type: ignore[no-untyped-def]
+    """Advance `len(out.forces)` samples of `stride` steps each; False where contact rows are linearly dependent.
 
     Args:
+        arrays: The Arrays, changed in place.
+        drive: The Drive of these steps.
+        out: The Samples; all but the gauges are filled.
         first: Number of the first step.
-        given: Mean of each load row over each step, zero for joints', (steps, L).
-        crank: Crank pins at the end of each step, (steps, j, 4).
-        directions: Of each row's force on its body, (c, 3).
-        forces: Out: mean resultant of each contact, (samples, k, 3).
-        amounts: Out: mean of each load row, (samples, L).
-        energies: Out: (samples, 5).
-        snapshots: Out: rigid coordinates and rates at the end of each sample, then each joint's length error,
-            (samples, 2 r + j).
-
-    Returns:
-        False where the contact rows proved linearly dependent.
     """
-    slides = len(masters.stress) > 0
-    for number in range(len(forces)):
-        for step in range(stride):
-            here = number * stride + step
-            aim(dt, modes, loads, given[here], crank[here])
+    dt, modes, points, masters = arrays.dt, arrays.modes, arrays.points, arrays.masters
+    matrix, loads, bounds, energy = arrays.matrix, arrays.loads, arrays.bounds, arrays.energy
+    slides = len(masters.residual_force) > 0
+    for number in range(len(out.forces)):
+        for step in range(number * stride, (number + 1) * stride):
+            direction(modes, loads, drive, step, dt)
             _fly(modes, points, loads, masters, dt)
-            _look(modes, points, masters, matrix, loads, bounds, books.tally, slides)
-            hold(dt, modes, points, loads, crank[here])
-            if not _press(modes, points, masters, matrix, loads, bounds, books.tally, slides):
+            _free_gaps_of_candidates(arrays, slides)
+            force_without_contact(modes, points, loads, drive.crank[step], dt)
+            if not _solve_contact(arrays, slides):
                 return False
-            _finish(modes, points, loads)
+            _apply(modes, loads)
             if slides:
-                strain_masters(masters, matrix)
+                displace_masters(masters, matrix)
                 drag_along(modes, points, masters, matrix)
-                relax_masters(masters, books, dt)
-            settle(bounds)
-            loads.pin[:] = crank[here]
-            relax(points, loads, books, dt)
-            held = load_work(modes, points, loads, books)
-            balance(modes, points, masters, matrix, books, held, (first + here + 1) * dt)
-            exchange(modes, points, books)
-            _sample(points, loads, directions, forces[number], amounts[number], stride)
-        energies[number] = books.energy
-        _snapshot(modes, loads, books, snapshots[number])
+                relax_masters(masters, energy, dt)
+            next_step(bounds)
+            for j in range(len(loads.pin)):
+                copy(drive.crank[step, j], loads.pin[j])
+            relax(points, loads, energy, dt)
+            held = load_work(modes, points, loads, energy)
+            balance(modes, points, masters, matrix, energy, held)
+            exchange(modes, points, energy)
+            note_contact(energy, (first + step + 1) * dt)
+            _sample(points, loads, out.forces[number], out.loads[number], stride)
+        copy(energy.parts, out.energies[number])
+        _snapshot(modes, loads, energy.rigid, out.snapshots[number])
     return True
 
 
 @inner
 def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
-    """Move everything under the loads and the first half of the contact forces."""
+    """Find q [m kg^½] and q̇ at the end of the step under the loads and the first half of the contact forces."""
     q, v, before, force, motion, push = modes.q, modes.v, modes.before, modes.force, modes.motion, modes.push
-    amount, held, count = loads.amount, loads.stress, points.counts
-    points.last[:] = points.multipliers
-    points.guess[:] = points.multipliers
+    amount, held, count = loads.amount, loads.residual_force, points.counts
+    copy(points.multipliers, points.last)
+    copy(points.multipliers, points.guess)
     count[0] = count[1]
-    points.pressed[0, : count[0]] = points.pressed[1, : count[0]]
-    points.amounts[0, : count[0]] = points.amounts[1, : count[0]]
-    before[0], before[1] = q, v
-    force[:] = modes.gravity
-    combine(points.rows, points.pressed[0], points.amounts[0], count[0], 0.5, points.span[0], points.span[1], force)
+    for n in range(count[0]):
+        points.pressed[0, n], points.amounts[0, n] = points.pressed[1, n], points.amounts[1, n]
+    copy(q, before[0])
+    copy(v, before[1])
+    copy(modes.gravity, force)
+    listed = Listed(points.pressed[0], points.amounts[0], count[0])
+    combine(points.rows, listed, 0.5, points.span[0], points.span[1], force)
     for i in range(len(amount)):
         row = loads.rows[i]
         for k in range(len(force)):
@@ -120,111 +121,119 @@ def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
         q[k] = motion[0, k] * q0[k] + motion[1, k] * v0[k] + push[0, k] * force[k]
     for k in range(len(v)):
         v[k] = motion[2, k] * q0[k] + motion[3, k] * v0[k] + push[1, k] * force[k]
-    strain, image, memory = points.strain, points.image, points.memory
-    for i in range(len(strain)):
-        strain[i] = memory[0, i] * strain[i] + memory[1, i] * image[i]
+    displacement, response, memory = points.residual_displacement, points.response, points.memory
+    for i in range(len(displacement)):
+        displacement[i] = memory[0, i] * displacement[i] + memory[1, i] * response[i]
 
 
-@inner
-def _look(modes, points, masters, matrix, loads, bounds, tally, slides):  # type: ignore[no-untyped-def]
-    """Tell which contacts are near, and find the gaps of their points without the forces of the end of the step."""
-    modes.more[:] = 0.0
-    stale = slides and follow(modes, masters, matrix)
-    for k in range(len(matrix.near)):
-        matrix.near[k] = bounds.pressed[0, k] > 0.0 or may_touch(modes, points, matrix, loads, bounds, k)
-        if matrix.near[k] and slides:
-            keep_up(masters, matrix, k)
+@embedded
+def _free_gaps_of_candidates(arrays, slides):  # type: ignore[no-untyped-def]
+    """Tell which contacts may touch, and find the gaps [m] of their points without the forces of its end."""
+    modes, points, masters = arrays.modes, arrays.points, arrays.masters
+    matrix, loads, bounds, energy = arrays.matrix, arrays.loads, arrays.bounds, arrays.energy
+    candidate = matrix.candidate
+    modes.end_force[:] = 0.0
+    stale = slides and update_sliding_distance(modes, masters, matrix)
+    for k in range(len(candidate)):
+        candidate[k] = bounds.pressed[0, k] > 0.0 or may_touch(modes, points, matrix, loads, bounds, k)
+        if candidate[k] and slides:
+            update_weights(masters, matrix, k)
     if stale:
-        renew(points, masters, matrix, tally)
+        rebuild_matrix(masters, matrix, points.active)
+        energy.counts[3] += 1
     if slides:
         start_masters(masters)
-    for k in range(len(matrix.near)):
-        if matrix.near[k]:
-            _free_gaps(modes, points, masters, matrix, loads, k, slides)
+    for k in range(len(candidate)):
+        if candidate[k]:
+            _free_gaps(modes, points, masters, matrix, loads, k)
 
 
 @inner
-def _free_gaps(modes, points, masters, matrix, loads, k, slides):  # type: ignore[no-untyped-def]
-    """Gaps of a contact's points, less what masters do, at the end of the step without the forces of its end."""
+def _free_gaps(modes, points, masters, matrix, loads, k):  # type: ignore[no-untyped-def]
+    """Find gaps [m] of contact k, less what masters do, at the end of the step without the forces of its end."""
     first, last = matrix.block[k, 0], matrix.block[k, 1]
     own, q = points.coordinates, modes.q[points.span[0] : points.span[1]]
-    free, gap, strain = points.free[first:last], points.gap[first:last], points.strain[first:last]
+    free, gap, displacement = points.free[first:last], points.gap[first:last], points.residual_displacement[first:last]
     for i in range(len(free)):
-        free[i] = gap[i] + strain[i]
-    combine(loads.to_gap, loads.numbers, loads.stress, len(loads.stress), 1.0, first, last, points.free)
-    combine(points.columns, own, q, len(own), 1.0, first, last, points.free)
-    if slides and matrix.space[k, 2] > 0:
-        carry(modes, masters, matrix, k)
+        free[i] = gap[i] + displacement[i]
+    given = Listed(loads.numbers, loads.residual_force, len(loads.residual_force))
+    combine(loads.to_gap, given, 1.0, first, last, points.free)
+    combine(points.columns, Listed(own, q, len(own)), 1.0, first, last, points.free)
+    if matrix.space[k, 2] > 0:
+        surface_displacement(modes, masters, matrix, k)
         corner = masters.corner[0, first:last]
         for i in range(len(free)):
             if corner[i] < 0:
                 free[i] = FAR
 
 
-@inner
-def _press(modes, points, masters, matrix, loads, bounds, tally, slides):  # type: ignore[no-untyped-def]
-    """Find the forces of the end of the step; False where the rows are dependent."""
-    iterate, guess = slides or len(loads.lengths) > 0, 0
+@embedded
+def _solve_contact(arrays, slides):  # type: ignore[no-untyped-def]
+    """Find the contact forces [N] of the end of the step; False where the rows are dependent."""
+    modes, points, masters = arrays.modes, arrays.points, arrays.masters
+    matrix, loads, bounds, energy = arrays.matrix, arrays.loads, arrays.bounds, arrays.energy
+    counts, iterate, guess = energy.counts, slides or len(loads.lengths) > 0, 0
     while True:
         for trial in range(PASSES):
             _shift(points, matrix, loads)
             if slides:
-                catch_up(points, masters, matrix, points.pressed[guess], points.amounts[guess], points.counts[guess])
-            if not _close(points, matrix, tally):
+                expected = Listed(points.pressed[guess], points.amounts[guess], points.counts[guess])
+                correct_stale_matrix(points, masters, matrix, expected)
+            if not _solve_lcp(points, matrix, counts):
                 return False
-            tally[4] += trial > 0
+            counts[4] += trial > 0
             guess = 1
-            if not adjust(points, loads, iterate):
+            if not follow_contact_forces(points, loads, iterate):
                 break
-        _answer(modes, points, masters, matrix, loads, slides)
-        add_up(bounds, points, matrix)
+        _contact_forces(modes, points, masters, matrix, loads)
+        sum_multipliers(bounds, points, matrix)
         overlooked = False
-        for k in range(len(matrix.near)):
-            if not matrix.near[k] and may_touch(modes, points, matrix, loads, bounds, k):
-                overlooked = matrix.near[k] = True
-                tally[5] += 1
+        for k in range(len(matrix.candidate)):
+            if not matrix.candidate[k] and may_touch(modes, points, matrix, loads, bounds, k):
+                overlooked = matrix.candidate[k] = True
+                counts[5] += 1
                 if slides:
-                    keep_up(masters, matrix, k)
-                _free_gaps(modes, points, masters, matrix, loads, k, slides)
+                    update_weights(masters, matrix, k)
+                _free_gaps(modes, points, masters, matrix, loads, k)
         if not overlooked:
             return True
 
 
 @inner
 def _shift(points, matrix, loads):  # type: ignore[no-untyped-def]
-    """Add the corrections of the joints to the free gaps."""
-    for k in range(len(matrix.near)):
-        if matrix.near[k]:
+    """Add what the corrections of the joints do to the free gaps [m]."""
+    for k in range(len(matrix.candidate)):
+        if matrix.candidate[k]:
             first, last = matrix.block[k, 0], matrix.block[k, 1]
-            points.shifted[first:last] = points.free[first:last]
+            copy(points.free[first:last], points.shifted[first:last])
             for j in range(len(loads.correction)):
-                per_load, numbers = loads.gap_per_load, loads.numbers[2 * j :]
-                combine(per_load, numbers, loads.middle[j], 2, loads.correction[j], first, last, points.shifted)
+                rod = Listed(loads.numbers[2 * j :], loads.direction[j], 2)
+                combine(loads.gap_per_load, rod, loads.correction[j], first, last, points.shifted)
 
 
 @inner
-def _close(points, matrix, tally):  # type: ignore[no-untyped-def]
-    """Multipliers at the end of the step; False where the rows are dependent."""
+def _solve_lcp(points, matrix, counts):  # type: ignore[no-untyped-def]
+    """Find the multipliers [N] at the end of the step for the shifted gaps; False where the rows are dependent."""
     shifted, scale, multipliers, active = points.shifted, 0.0, points.multipliers, points.active
-    for k in range(len(matrix.near)):
-        if matrix.near[k]:
-            scale = max(scale, _size(shifted[matrix.block[k, 0] : matrix.block[k, 1]]))
-    tally[0], pivots = solve_lcp(
-        matrix, shifted, active, tally[0], points.factor, multipliers, points.gaps, GAP_TOLERANCE * scale
-    )
-    tally[2] += pivots
+    for k in range(len(matrix.candidate)):
+        if matrix.candidate[k]:
+            scale = max(scale, _largest(shifted[matrix.block[k, 0] : matrix.block[k, 1]]))
+    pivots = solve_lcp(matrix, shifted, active, multipliers, points.gaps, GAP_TOLERANCE * scale)
+    counts[0] = active.size[0]
+    counts[2] += pivots
     count = 0
-    for a in range(tally[0]):
-        if multipliers[active[a]] != 0.0:
-            points.pressed[1, count], points.amounts[1, count] = active[a], multipliers[active[a]]
+    for a in range(counts[0]):
+        row = active.rows[a]
+        if multipliers[row] != 0.0:
+            points.pressed[1, count], points.amounts[1, count] = row, multipliers[row]
             count += 1
     points.counts[1] = count
     return pivots >= 0
 
 
 @ordered
-def _size(gaps):  # type: ignore[no-untyped-def]
-    """Return the largest gap, but for points beyond their traction space."""
+def _largest(gaps):  # type: ignore[no-untyped-def]
+    """Return the largest gap [m], but for points beyond their traction space."""
     largest = 0.0
     for i in range(len(gaps)):
         largest = max(largest, abs(gaps[i]) if gaps[i] < 0.5 * FAR else 0.0)
@@ -232,54 +241,57 @@ def _size(gaps):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _answer(modes, points, masters, matrix, loads, slides):  # type: ignore[no-untyped-def]
+def _contact_forces(modes, points, masters, matrix, loads):  # type: ignore[no-untyped-def]
     """Find the generalised forces of the second half of the contact forces and of the joints' corrections."""
-    more, rows, count = modes.more, points.pressed[1], points.counts[1]
-    more[:] = 0.0
-    combine(points.rows, rows, points.amounts[1], count, 0.5, points.span[0], points.span[1], more)
+    force, listed = modes.end_force, Listed(points.pressed[1], points.amounts[1], points.counts[1])
+    force[:] = 0.0
+    combine(points.rows, listed, 0.5, points.span[0], points.span[1], force)
     for j in range(len(loads.correction)):
-        combine(loads.rows, loads.numbers[2 * j :], loads.middle[j], 2, loads.correction[j], 0, len(more), more)
-    if slides:
-        press_masters(masters, matrix, rows, points.amounts[1], count)
-        for k in range(len(more)):
-            more[k] += masters.force[k]
+        rod = Listed(loads.numbers[2 * j :], loads.direction[j], 2)
+        combine(loads.rows, rod, loads.correction[j], 0, len(force), force)
+    if len(masters.force):
+        press_masters(masters, matrix, listed)
+        for k in range(len(force)):
+            force[k] += masters.force[k]
 
 
 @inner
-def _finish(modes, points, loads):  # type: ignore[no-untyped-def]
-    """Add them to the motion."""
-    q, v, more, force, push = modes.q, modes.v, modes.more, modes.force, modes.push
+def _apply(modes, loads):  # type: ignore[no-untyped-def]
+    """Add what these forces do to q, q̇ and the forces of the step."""
+    q, v, end_force, force, push = modes.q, modes.v, modes.end_force, modes.force, modes.push
     for j in range(len(loads.correction)):
         loads.rod[j] += loads.correction[j]
         for axis in range(2):
-            number, amount = 2 * j + axis, loads.middle[j, axis] * loads.correction[j]
+            number, amount = 2 * j + axis, loads.direction[j, axis] * loads.correction[j]
             loads.amount[number] += amount
-            loads.stress[number] += loads.memory[1, number] * amount
+            loads.residual_force[number] += loads.memory[1, number] * amount
     for k in range(len(q)):
-        q[k] += push[0, k] * more[k]
+        q[k] += push[0, k] * end_force[k]
     for k in range(len(v)):
-        v[k] += push[1, k] * more[k]
+        v[k] += push[1, k] * end_force[k]
     for k in range(len(force)):
-        force[k] += more[k]
+        force[k] += end_force[k]
 
 
 @inner
-def _sample(points, loads, directions, forces, amounts, stride):  # type: ignore[no-untyped-def]
+def _sample(points, loads, forces, amounts, stride):  # type: ignore[no-untyped-def]
+    """Add the mean forces [N] of a step to those of its sample."""
     for moment in range(2):
         for n in range(points.counts[moment]):
             i, share = points.pressed[moment, n], 0.5 * points.amounts[moment, n] / stride
             for axis in range(3):
-                forces[points.contact[i], axis] += share * directions[i, axis]
+                forces[points.contact[i], axis] += share * points.directions[i, axis]
     for i in range(len(amounts)):
         amounts[i] += loads.amount[i] / stride
 
 
 @inner
-def _snapshot(modes, loads, books, out):  # type: ignore[no-untyped-def]
-    r, rigid = len(books.rigid), books.rigid
+def _snapshot(modes, loads, rigid, out):  # type: ignore[no-untyped-def]
+    """Put rigid coordinates, their rates, and the length error [m] of each joint into a sample."""
+    r = len(rigid)
     for a in range(r):
         out[a], out[r + a] = modes.q[rigid[a]], modes.v[rigid[a]]
     for j in range(len(loads.lengths)):
-        lateral = loads.anchor[j, 0] + loads.place[2 * j] - loads.pin[j, 0]
-        along = loads.anchor[j, 1] + loads.place[2 * j + 1] - loads.pin[j, 1]
+        lateral = loads.anchor[j, 0] + loads.displacement[2 * j] - loads.pin[j, 0]
+        along = loads.anchor[j, 1] + loads.displacement[2 * j + 1] - loads.pin[j, 1]
         out[2 * r + j] = np.hypot(lateral, along) - loads.lengths[j]

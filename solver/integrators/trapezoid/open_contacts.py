@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner, ordered
+from gudgeon.solver.compiled import copy, inner, ordered
 from gudgeon.solver.system.system import System
 
 
@@ -72,33 +72,34 @@ def _largest(residual: np.ndarray, blocks: list[slice]) -> np.ndarray:
 
 @inner
 def may_touch(modes, points, matrix, loads, bounds, k):  # type: ignore[no-untyped-def]
-    """Whether a point of a contact may touch at the end of the step, with the forces that are known by now."""
+    """Whether a point of contact k may touch at the end of the step, with the forces that are known by now."""
     first, last = matrix.block[k, 0], matrix.block[k, 1]
-    q, push, more, gaps = modes.q, modes.push[0], modes.more, points.gaps[first:last]
-    gaps[:] = points.gap[first:last]
+    q, push, end_force, gaps = modes.q, modes.push[0], modes.end_force, points.gaps[first:last]
+    copy(points.gap[first:last], gaps)
     for a in range(len(bounds.rigid)):
         n = bounds.rigid[a]
-        column, amount = points.columns[n, first:last], q[n] + push[n] * more[n]
+        column, amount = points.columns[n, first:last], q[n] + push[n] * end_force[n]
         for i in range(len(gaps)):
             gaps[i] += column[i] * amount
     closed, elastic = 0.0, bounds.elastic[k]
     for i in range(len(q)):
-        closed += elastic[i] * abs(q[i] + push[i] * more[i])
+        closed += elastic[i] * abs(q[i] + push[i] * end_force[i])
     for other in range(len(matrix.block)):
         for part in range(2):
             compliance = bounds.residual[k, other] if part == 0 else bounds.master[k, other]
-            closed += compliance * _after(bounds, part, other)
-    for i in range(len(loads.stress)):
-        closed += bounds.loads[k, i] * abs(loads.stress[i])
+            closed += compliance * _end_sum(bounds, part, other)
+    for i in range(len(loads.residual_force)):
+        closed += bounds.loads[k, i] * abs(loads.residual_force[i])
     for j in range(len(loads.correction)):
         for axis in range(2):
             i = 2 * j + axis
-            closed += bounds.loads[k, i] * abs(loads.memory[1, i] * loads.middle[j, axis] * loads.correction[j])
+            closed += bounds.loads[k, i] * abs(loads.memory[1, i] * loads.direction[j, axis] * loads.correction[j])
     return not _least(gaps) > closed
 
 
 @ordered
 def _least(values):  # type: ignore[no-untyped-def]
+    """Return the least of some values."""
     least = np.inf
     for i in range(len(values)):
         least = min(least, values[i])
@@ -106,15 +107,15 @@ def _least(values):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _after(bounds, part, k):  # type: ignore[no-untyped-def]
-    """Return the sum of r at the end of the step."""
+def _end_sum(bounds, part, k):  # type: ignore[no-untyped-def]
+    """Return the sum of r [N] at the end of the step, of a contact's points (part 0) or functions (1)."""
     memory, pressed = bounds.memory[part], bounds.pressed
     return memory[0, k] * bounds.held[part, k] + memory[1, k] * pressed[0, k] + memory[2, k] * pressed[1, k]
 
 
 @inner
-def add_up(bounds, points, matrix):  # type: ignore[no-untyped-def]
-    """Set how hard each contact presses at the end of the step."""
+def sum_multipliers(bounds, points, matrix):  # type: ignore[no-untyped-def]
+    """Set the sum of each contact's multipliers [N] at the end of the step."""
     pressed = bounds.pressed[1]
     pressed[:] = 0.0
     for n in range(points.counts[1]):
@@ -125,8 +126,8 @@ def add_up(bounds, points, matrix):  # type: ignore[no-untyped-def]
 
 
 @inner
-def settle(bounds):  # type: ignore[no-untyped-def]
-    """Go on to the next step."""
+def next_step(bounds):  # type: ignore[no-untyped-def]
+    """Take the sums of forces [N] at the end of this step for those at the start of the next."""
     for k in range(bounds.pressed.shape[1]):
-        bounds.held[0, k], bounds.held[1, k] = _after(bounds, 0, k), _after(bounds, 1, k)
+        bounds.held[0, k], bounds.held[1, k] = _end_sum(bounds, 0, k), _end_sum(bounds, 1, k)
         bounds.pressed[0, k] = bounds.pressed[1, k]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner, ordered
+from gudgeon.solver.compiled import copy, inner, ordered
 
 SETTLED = 1e-3
 """Change of the multipliers in a pass, relative to the largest, up to which it was the last. At 2e-2 the energy drift
@@ -10,17 +10,17 @@ of an elastic piston did not fall with the step; below 1e-3 nothing changes any 
 
 
 @inner
-def aim(dt, modes, loads, given, crank):  # type: ignore[no-untyped-def]
-    """Set the loads of a step: what is given, and each rod's last force in its direction of mid-step."""
-    amount, middle, v = loads.amount, loads.middle, modes.v
-    amount[:] = given
+def direction(modes, loads, drive, step, dt):  # type: ignore[no-untyped-def]
+    """Set the loads of a step [N]: what is given, and each rod's last force in its direction of mid-step."""
+    amount, middle, v, crank = loads.amount, loads.direction, modes.v, drive.crank[step]
+    copy(drive.loads[step], amount)
     for j in range(len(middle)):
         norm = 0.0
         for axis in range(2):
             row, rate = loads.rows[2 * j + axis], 0.0
             for k in range(len(v)):
                 rate += row[k] * v[k]
-            here = loads.anchor[j, axis] + loads.place[2 * j + axis]
+            here = loads.anchor[j, axis] + loads.displacement[2 * j + axis]
             middle[j, axis] = 2 * here + dt * rate - loads.pin[j, axis] - crank[j, axis]
             norm += middle[j, axis] ** 2
         for axis in range(2):
@@ -29,9 +29,9 @@ def aim(dt, modes, loads, given, crank):  # type: ignore[no-untyped-def]
 
 
 @inner
-def hold(dt, modes, points, loads, crank):  # type: ignore[no-untyped-def]
-    """Find each rod's correction so that g + ½ dt ġ = 0 at the end of the step, λ⁺ = λ, and its slopes over λ⁺."""
-    q, v, last, stress, memory = modes.q, modes.v, points.last, points.stress, points.memory
+def force_without_contact(modes, points, loads, crank, dt):  # type: ignore[no-untyped-def]
+    """Find each rod's correction [N] so that g + ½ dt ġ = 0 at the end of the step, λ⁺ = λ, and its slopes over λ⁺."""
+    q, v, last, force, memory = modes.q, modes.v, points.last, points.residual_force, points.memory
     slopes = loads.slopes
     for j in range(len(loads.lengths)):
         arm, speed = np.empty(2), np.empty(2)
@@ -41,20 +41,20 @@ def hold(dt, modes, points, loads, crank):  # type: ignore[no-untyped-def]
             for k in range(len(q)):
                 place += row[k] * q[k]
                 rate += row[k] * v[k]
-            for i in range(len(loads.stress)):
-                place += loads.residual[number, i] * loads.stress[i]
+            for i in range(len(loads.residual_force)):
+                place += loads.residual[number, i] * loads.residual_force[i]
             per_row, to_gap = loads.joint_per_row[number], loads.to_gap[number]
             for i in range(len(last)):
-                place += to_gap[i] * (memory[0, i] * stress[i] + memory[1, i] * last[i]) + per_row[i] * last[i]
+                place += to_gap[i] * (memory[0, i] * force[i] + memory[1, i] * last[i]) + per_row[i] * last[i]
             arm[axis] = place - crank[j, axis]
             speed[axis] = rate - crank[j, 2 + axis]
         length = np.hypot(arm[0], arm[1])
         n0, n1 = arm[0] / length, arm[1] / length
         error = length - loads.lengths[j] + 0.5 * dt * (n0 * speed[0] + n1 * speed[1])
-        T, m0, m1 = loads.joint_response[j], loads.middle[j, 0], loads.middle[j, 1]
+        T, m0, m1 = loads.joint_response[j], loads.direction[j, 0], loads.direction[j, 1]
         give = n0 * (T[0, 0] * m0 + T[0, 1] * m1) + n1 * (T[1, 0] * m0 + T[1, 1] * m1)
-        loads.base[j] = -error / give
-        loads.correction[j] = loads.base[j]
+        loads.correction_before[j] = -error / give
+        loads.correction[j] = loads.correction_before[j]
         along, up, slope = loads.joint_per_row[2 * j], loads.joint_per_row[2 * j + 1], slopes[j]
         n0, n1 = n0 / give, n1 / give
         for i in range(len(slope)):
@@ -62,13 +62,13 @@ def hold(dt, modes, points, loads, crank):  # type: ignore[no-untyped-def]
 
 
 @inner
-def adjust(points, loads, iterate):  # type: ignore[no-untyped-def]
-    """Let the rods follow the multipliers that were found; returns whether another pass is needed."""
+def follow_contact_forces(points, loads, iterate):  # type: ignore[no-untyped-def]
+    """Correct the rods' forces [N] by the multipliers that were found; returns whether another pass is needed."""
     now, last, guess = points.multipliers, points.last, points.guess
     change, top = _change(now, guess)
-    guess[:] = now
+    copy(now, guess)
     for j in range(len(loads.lengths)):
-        total, slope = loads.base[j], loads.slopes[j]
+        total, slope = loads.correction_before[j], loads.slopes[j]
         for i in range(len(now)):
             total -= slope[i] * (now[i] - last[i])
         loads.correction[j] = total

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import inner
-from gudgeon.solver.contact.compliance import combine, gather, pack, scatter, window
+from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.contact.compliance import Listed, combine, gather, pack, scatter, window
 from gudgeon.solver.contact.lcp import append
 
 MARGIN = 1
@@ -13,15 +13,15 @@ FAR = 1e30
 
 
 @inner
-def follow(modes, masters, matrix):  # type: ignore[no-untyped-def]
-    """Move the sliding pairs; returns whether the matrix is out of date."""
+def update_sliding_distance(modes, masters, matrix):  # type: ignore[no-untyped-def]
+    """Find how far [m] each pair has slid; returns whether the matrix is out of date."""
     q, sigma, stale = modes.q, masters.sigma, False
     for k in range(len(matrix.space)):
         if matrix.space[k, 2] > 0:
             row, total = masters.slide[k], 0.0
             for i in range(len(q)):
                 total += row[i] * q[i]
-            masters.way[k] = total - sigma[0, k]
+            masters.slid[k] = total - sigma[0, k]
             sigma[1, k] = sigma[0, k]
             sigma[0, k] = total
             stale |= abs(total - sigma[2, k]) > masters.refresh[0] * masters.chart[k, 1]
@@ -29,22 +29,23 @@ def follow(modes, masters, matrix):  # type: ignore[no-untyped-def]
 
 
 @inner
-def keep_up(masters, matrix, k):  # type: ignore[no-untyped-def]
+def update_weights(masters, matrix, k):  # type: ignore[no-untyped-def]
     """Bring the weights of a contact's points up to date, those of the end and those of the start of the step."""
-    sigma, stand = masters.sigma, masters.stand
+    sigma, weights_at = masters.sigma, masters.weights_at
     if matrix.space[k, 2] == 0:
         return
-    if stand[1, k] != sigma[1, k]:
-        if stand[0, k] == sigma[1, k]:
+    if weights_at[1, k] != sigma[1, k]:
+        if weights_at[0, k] == sigma[1, k]:
             first, last = matrix.block[k, 0], matrix.block[k, 1]
-            masters.corner[1, first:last] = masters.corner[0, first:last]
-            masters.along[1, :, first:last] = masters.along[0, :, first:last]
+            copy(masters.corner[0, first:last], masters.corner[1, first:last])
+            for b in range(4):
+                copy(masters.along[0, b, first:last], masters.along[1, b, first:last])
         else:
             _weigh(masters, matrix, k, 1)
-        stand[1, k] = sigma[1, k]
-    if stand[0, k] != sigma[0, k]:
+        weights_at[1, k] = sigma[1, k]
+    if weights_at[0, k] != sigma[0, k]:
         _weigh(masters, matrix, k, 0)
-        stand[0, k] = sigma[0, k]
+        weights_at[0, k] = sigma[0, k]
 
 
 @inner
@@ -76,12 +77,12 @@ def _weigh(masters, matrix, k, moment):  # type: ignore[no-untyped-def]
 
 
 @inner
-def renew(points, masters, matrix, tally):  # type: ignore[no-untyped-def]
-    """Let the matrix follow the weights, and factorise the active rows anew."""
-    corner, space, block, filled, active = masters.corner[0], matrix.space, matrix.block, masters.filled, points.active
+def rebuild_matrix(masters, matrix, active):  # type: ignore[no-untyped-def]
+    """Build the contact matrix [m/N] with the weights of the end of the step, and factorise its active rows."""
+    corner, space, block, filled = masters.corner[0], matrix.space, matrix.block, masters.filled
     matrix.era[0] += 1
     for k in range(len(space)):
-        keep_up(masters, matrix, k)
+        update_weights(masters, matrix, k)
         low, high = space[k, 2], 0
         for i in range(block[k, 0], block[k, 1]):
             if corner[i] >= 0:
@@ -96,96 +97,105 @@ def renew(points, masters, matrix, tally):  # type: ignore[no-untyped-def]
             if line < filled[k, 0] or line >= filled[k, 1]:
                 _fill(masters, space[k, 0] + line * space[k, 1], space[k, 0] + (line + 1) * space[k, 1])
         filled[k, 0], filled[k, 1] = low, high
-    matrix.corner[:] = corner
-    matrix.along[:] = masters.along[0]
-    masters.sigma[2] = masters.sigma[0]
-    rows = active[: tally[0]].copy()
-    tally[0] = 0
+    copy(corner, matrix.corner)
+    for b in range(4):
+        copy(masters.along[0, b], matrix.along[b])
+    copy(masters.sigma[0], masters.sigma[2])
+    rows = active.rows[: active.size[0]].copy()
+    active.size[0] = 0
     for row in rows:
-        if append(matrix, active, tally[0], points.factor, row):
-            tally[0] += 1
-    tally[3] += 1
+        append(matrix, active, row)
 
 
 @inner
 def _fill(masters, first, last):  # type: ignore[no-untyped-def]
-    """Set the residual displacement of functions that it was not kept of."""
+    """Set the residual displacement [m] of functions that it was not kept of."""
     for f in range(first, last):
-        row, strain, image = masters.residual[f], 0.0, 0.0
+        row, displacement, response = masters.residual[f], 0.0, 0.0
         for g in range(len(row)):
-            strain += row[g] * masters.stress[g]
-            image += row[g] * masters.onto[1, g]
-        masters.strain[f], masters.image[f] = strain, image
+            displacement += row[g] * masters.residual_force[g]
+            response += row[g] * masters.function_forces[1, g]
+        masters.residual_displacement[f], masters.response[f] = displacement, response
 
 
 @inner
 def start_masters(masters):  # type: ignore[no-untyped-def]
-    """Let the residual displacement of the traction spaces relax under the forces of the start of the step."""
-    masters.onto[0] = masters.onto[1]
-    strain, memory, image = masters.strain, masters.memory, masters.image
-    for f in range(len(strain)):
-        strain[f] = memory[0, f] * strain[f] + 2 * memory[1, f] * image[f]
+    """Let the residual displacement [m] of the traction spaces relax under the forces of the start of the step."""
+    copy(masters.function_forces[1], masters.function_forces[0])
+    displacement, memory, response = masters.residual_displacement, masters.memory, masters.response
+    for f in range(len(displacement)):
+        displacement[f] = memory[0, f] * displacement[f] + 2 * memory[1, f] * response[f]
 
 
 @inner
-def carry(modes, masters, matrix, k):  # type: ignore[no-untyped-def]
-    """Set the inward displacement of the functions in a contact's window."""
+def surface_displacement(modes, masters, matrix, k):  # type: ignore[no-untyped-def]
+    """Set the inward displacement [m] of the functions in a contact's window."""
     first, last = window(matrix, k)
-    masters.inward[first:last] = masters.strain[first:last]
+    copy(masters.residual_displacement[first:last], masters.inward[first:last])
     own, q = masters.coordinates, modes.q[masters.span[0] : masters.span[1]]
-    combine(masters.columns, own, q, len(own), 1.0, first, last, masters.inward)
+    combine(masters.columns, Listed(own, q, len(own)), 1.0, first, last, masters.inward)
 
 
 @inner
-def press_masters(masters, matrix, numbers, amounts, count):  # type: ignore[no-untyped-def]
-    """Put half the forces of the end of the step onto the traction spaces and onto their bodies' coordinates."""
-    onto, force = masters.onto[1], masters.force
+def press_masters(masters, matrix, listed):  # type: ignore[no-untyped-def]
+    """Put half the multipliers [N] of the end of the step onto traction spaces and their bodies' coordinates."""
+    onto, force = masters.function_forces[1], masters.force
     onto[:] = 0.0
     force[:] = 0.0
-    low, high = scatter(matrix, masters.corner[0], masters.along[0], numbers, amounts, count, 0.5, onto)
+    low, high = scatter(matrix, masters.corner[0], masters.along[0], listed, 0.5, onto)
     size = pack(onto, low, high, masters.numbers, masters.amounts)
-    combine(masters.functions, masters.numbers, masters.amounts, size, 1.0, masters.span[0], masters.span[1], force)
+    found = Listed(masters.numbers, masters.amounts, size)
+    combine(masters.functions, found, 1.0, masters.span[0], masters.span[1], force)
     masters.size[0] = size
 
 
 @inner
-def strain_masters(masters, matrix):  # type: ignore[no-untyped-def]
-    """Add to the residual displacement of the traction spaces what the forces of the end of the step do."""
-    space, filled, strain, image, memory = matrix.space, masters.filled, masters.strain, masters.image, masters.memory
-    image[:] = 0.0
+def displace_masters(masters, matrix):  # type: ignore[no-untyped-def]
+    """Add to the residual displacement [m] of the traction spaces what the forces of the end of the step do."""
+    space, filled, displacement, memory = matrix.space, masters.filled, masters.residual_displacement, masters.memory
+    response, listed = masters.response, Listed(masters.numbers, masters.amounts, masters.size[0])
+    response[:] = 0.0
     for k in range(len(filled)):
         first, last = space[k, 0] + filled[k, 0] * space[k, 1], space[k, 0] + filled[k, 1] * space[k, 1]
-        combine(masters.residual, masters.numbers, masters.amounts, masters.size[0], 1.0, first, last, image)
-    for f in range(len(strain)):
-        strain[f] += 2 * memory[2, f] * image[f]
+        combine(masters.residual, listed, 1.0, first, last, response)
+    for f in range(len(displacement)):
+        displacement[f] += 2 * memory[2, f] * response[f]
 
 
 @inner
-def catch_up(points, masters, matrix, numbers, amounts, count):  # type: ignore[no-untyped-def]
-    """Add to the gaps the masters' displacement, with what the matrix, as it was made, misses of their response.
+def correct_stale_matrix(points, masters, matrix, expected):  # type: ignore[no-untyped-def]
+    """Add to the gaps [m] the masters' displacement, with what the matrix, as it was made, misses of their response.
 
     Args:
-        numbers, amounts: Rows that are expected to press, and their multipliers, the first `count`.
+        expected: Multipliers of the end of the step as they are expected [N], `Listed`.
     """
-    onto, work, shifted, corner, along = masters.onto[2], masters.work, points.shifted, masters.corner, masters.along
+    onto, work, shifted, corner, along = (
+        masters.function_forces[2],
+        masters.work,
+        points.shifted,
+        masters.corner,
+        masters.along,
+    )
     onto[:] = 0.0
-    low, high = scatter(matrix, corner[0], along[0], numbers, amounts, count, 1.0, onto)
+    low, high = scatter(matrix, corner[0], along[0], expected, 1.0, onto)
     size = pack(onto, low, high, masters.numbers, masters.amounts)
+    found = Listed(masters.numbers, masters.amounts, size)
     for k in range(len(matrix.block)):
-        if matrix.near[k]:
+        if matrix.candidate[k]:
             first, last = window(matrix, k)
-            work[first:last] = masters.inward[first:last]
-            combine(matrix.master, masters.numbers, masters.amounts, size, 1.0, first, last, work)
+            copy(masters.inward[first:last], work[first:last])
+            combine(matrix.master, found, 1.0, first, last, work)
             gather(matrix, k, corner[0], along[0], work, shifted)
             first, last = matrix.block[k, 0], matrix.block[k, 1]
-            combine(matrix.values, numbers, amounts, count, -1.0, first, last, shifted)
-            combine(matrix.base, numbers, amounts, count, 1.0, first, last, shifted)
+            combine(matrix.values, expected, -1.0, first, last, shifted)
+            combine(matrix.base, expected, 1.0, first, last, shifted)
 
 
 @inner
 def drag_along(modes, points, masters, matrix):  # type: ignore[no-untyped-def]
-    """Force of each deformed master along the way of sliding, λ̄ᵀ ΔN e / Δσ; it acts in the next step."""
-    drag, way, corner, along, slip = masters.drag, masters.way, masters.corner, masters.along, masters.onto[2]
+    """Find the force [N] of each deformed master along the line of sliding, λ̄ᵀ ΔN e / Δσ; it acts in the next step."""
+    drag, slid, corner, along = masters.drag, masters.slid, masters.corner, masters.along
+    slip = masters.function_forces[2]
     slip[:] = 0.0
     first, last = len(slip), 0
     for n in range(points.counts[1]):
@@ -193,8 +203,8 @@ def drag_along(modes, points, masters, matrix):  # type: ignore[no-untyped-def]
         while matrix.block[k, 1] <= i:
             k += 1
         now, then, width = corner[0, i], corner[1, i], matrix.space[k, 1]
-        if way[k] != 0.0 and now >= 0 and then >= 0:
-            amount = points.amounts[1, n] / way[k]
+        if slid[k] != 0.0 and now >= 0 and then >= 0:
+            amount = points.amounts[1, n] / slid[k]
             for b in range(4):
                 here, there = amount * along[0, b, i], amount * along[1, b, i]
                 for a in range(4):
@@ -206,7 +216,7 @@ def drag_along(modes, points, masters, matrix):  # type: ignore[no-untyped-def]
     q, k = modes.q[low:high], 0
     for f in range(first, last):
         if slip[f] != 0.0:
-            row, inward = masters.functions[f, low:high], masters.strain[f]
+            row, inward = masters.functions[f, low:high], masters.residual_displacement[f]
             for i in range(len(q)):
                 inward += row[i] * q[i]
             while matrix.space[k, 0] + matrix.space[k, 1] * matrix.space[k, 2] <= f:

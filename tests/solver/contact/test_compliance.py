@@ -5,7 +5,7 @@ import pytest
 
 from gudgeon.modaldb.traction import cubic_weights
 from gudgeon.solver.contact.compliance import Compliance, fixed
-from gudgeon.solver.contact.lcp import solve_lcp
+from gudgeon.solver.contact.lcp import empty_set, solve_lcp
 
 ROUND_OFF = 1e-12
 SIZES = np.array([[6, 9], [5, 12], [0, 0]])
@@ -64,7 +64,7 @@ def solve(matrix: Compliance, g: np.ndarray) -> tuple[np.ndarray, np.ndarray, in
     """Solve from nothing; return multipliers, gaps, pivots."""
     c = len(g)
     multipliers, gaps = np.zeros(c), np.zeros(c)
-    _, pivots = solve_lcp(matrix, g, np.zeros(c, np.int64), 0, np.zeros((c, c)), multipliers, gaps, 1e-13)
+    pivots = solve_lcp(matrix, g, empty_set(c), multipliers, gaps, 1e-13)
     return multipliers, gaps, pivots
 
 

@@ -42,7 +42,7 @@ def steps(system: System, dt: float, count: int, near: bool) -> tuple[np.ndarray
         loads, snapshots = (np.zeros((1, width)) for width in widths)
         out = Samples(np.zeros((1, len(system.contacts), 3)), np.zeros((1, 5)), loads, snapshots, np.zeros((1, 0)))
         assert run.advance(number, 1, out)
-        q[number], flags[number] = run.modes.q, run.matrix.near
+        q[number], flags[number] = run.modes.q, run.matrix.candidate
         if not near:
             check_open(run, system)
     return q, flags, run
@@ -50,11 +50,12 @@ def steps(system: System, dt: float, count: int, near: bool) -> tuple[np.ndarray
 
 def check_open(run: Trapezoid, system: System) -> None:
     """Find the gaps of contacts that were left out from the state itself."""
-    points, masters, held = run.points, run.masters, run.loads.stress
-    gaps = system.gap + system.rows @ run.modes.q + system.residual @ points.stress + system.driving.to_gap @ held
-    inward = system.functions @ run.modes.q + system.function_residual @ masters.stress
+    points, masters, held = run.points, run.masters, run.loads.residual_force
+    deformed = system.residual @ points.residual_force + system.driving.to_gap @ held
+    gaps = system.gap + system.rows @ run.modes.q + deformed
+    inward = system.functions @ run.modes.q + system.function_residual @ masters.residual_force
     for number, contact in enumerate(system.contacts):
-        if run.matrix.near[number]:
+        if run.matrix.candidate[number]:
             continue
         least = gaps[contact.rows].min()
         if contact.master is not None:
@@ -78,5 +79,5 @@ def test_what_is_left_out_changes_nothing(tmp_path: Path, case: Any, damping: An
     (found, flags, run), (expected, all_near, _) = (steps(system, dt, count, near) for near in (False, True))
     assert all_near.all()
     assert 0.1 < flags.mean() < 0.95
-    assert run.books.tally[1] > 10
+    assert run.energy.counts[1] > 10
     np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF * np.abs(expected).max())
