@@ -8,7 +8,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 # An interpreter with the extra `peers`: they may stand in an environment of their own.
 PEERS_PYTHON ?= $(BIN)/python
-# The piston stands for itself on coarse meshes and over one stroke, where nodal dofs finish in minutes.
+# The piston stands for itself on coarse meshes and over one stroke, where full-FE dofs finish in minutes.
 SCENES := $(filter-out data/piston/scene.toml data/piston/coarse.toml,$(sort $(wildcard data/*/*.toml)))
 # gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
 SYSTEM_LIBRARIES := libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1
@@ -69,7 +69,7 @@ bench: setup ## time what the tests only count
 bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow it by `ARGS="--sizes 27k"`
 	$(BIN)/python -m tests.benchmarks.modes --peers-python $(PEERS_PYTHON) $(ARGS)
 
-reports: setup ## write error against run time and extremes of every scene to out/reports, timed ones first, and list them in docs/reports; what is done is kept
+reports: setup ## write error against run time and robustness cases of every scene to out/reports, timed ones first, and list them in docs/reports; what is done is kept
 	@mkdir -p out/reports; rm -f out/reports/seconds.csv; failed=; \
 	for command in report stress; do \
 	    for file in $(SCENES); do \

@@ -18,7 +18,7 @@ from urllib.parse import quote, unquote
 
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
-from gudgeon.modaldb.records.types import Json
+from gudgeon.modaldb.records.types import FORMER, Json
 
 MAGIC = b"GUDGEON-RECORD 1\n"
 USERBLOCK = 512
@@ -144,9 +144,12 @@ def _write_group(group: Any, record: Any) -> None:
 def _read_group(group: Any, cls: type, prefix: str, only: Collection[str] | None) -> Any:
     hints, values = typing.get_type_hints(cls), {}
     for entry in fields(cls):
-        if hints[entry.name] == Json and entry.name not in group.attrs and entry.default_factory is not MISSING:
+        name = entry.metadata.get(FORMER, entry.name)
+        if name not in group and name not in group.attrs:
+            name = entry.name
+        if hints[entry.name] == Json and name not in group.attrs and entry.default_factory is not MISSING:
             continue  # Written before the field was there.
-        values[entry.name] = _read_field(group, entry.name, hints[entry.name], prefix + entry.name, only)
+        values[entry.name] = _read_field(group, name, hints[entry.name], prefix + entry.name, only)
     return cls(**values)
 
 

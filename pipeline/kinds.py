@@ -43,9 +43,9 @@ class Kind:
     """Returns `terms`, what is read and what is left out and why, and `bytes`, those that will be read."""
     report: Callable[[Any, "Effort", Progress], "Document"]
     """Runs every setting of the scene's sweep, writes the report's files and keeps it in the database."""
-    stress: Callable[[Any, Path | None, tuple[str, ...], Progress], tuple[dict[str, Any], str]]
-    """Puts a scene to its extremes: a file of further cases, and names of cases or groups, all where empty. Returns
-    the document of docs/stress.md, and its table as text."""
+    robustness: Callable[[Any, Path | None, tuple[str, ...], Progress], tuple[dict[str, Any], str]]
+    """Puts a scene to its robustness cases: a file of further cases, and names of cases or groups, all where empty. Returns
+    the document of docs/robustness.md, and its table as text."""
     export: Callable[[Any, str, int], list[Path]]
     """Writes files for other programs and returns them."""
 
@@ -79,7 +79,7 @@ KINDS: dict[str, Kind] = {
         run=_late("gudgeon.pipeline.stages.run:run_job"),
         plan=_late("gudgeon.pipeline.stages.plan:plan"),
         report=_late("gudgeon.pipeline.report.bodies:report_scene"),
-        stress=_late("gudgeon.pipeline.robustness.run:stress_job"),
+        robustness=_late("gudgeon.pipeline.robustness.run:robustness_job"),
         export=_late("gudgeon.pipeline.exporters.export:export"),
     ),
     "wheel": Kind(
@@ -88,7 +88,7 @@ KINDS: dict[str, Kind] = {
         run=_late("gudgeon.pipeline.wheel.stages:run_wheel"),
         plan=_late("gudgeon.pipeline.wheel.plan:plan_wheel"),
         report=_late("gudgeon.pipeline.wheel.report:report_wheel"),
-        stress=_late("gudgeon.pipeline.wheel.robustness:stress_wheel"),
+        robustness=_late("gudgeon.pipeline.wheel.robustness:robustness_wheel"),
         export=_no_export,
     ),
 }

@@ -15,7 +15,7 @@ class Feature(Enum):
     COMPLIANT_CONTACT = "contact over residual flexibility or a surface layer, without a law"
     LINEAR_LAW = "contact with a linear law"
     SMOOTH_LAW = "contact with a nonlinear law"
-    RIGID_CONTACT = "contact by multipliers and blows"
+    RIGID_CONTACT = "contact by multipliers and impacts"
     SLIDING_PAIR = "points that slide over the traction space of another body"
     DASHPOT = "dashpots beside residual flexibility"
     DAMPING = "damping of modes"
@@ -40,20 +40,20 @@ class Integrator:
     step_factor: ClassVar[float] = 0.2
     """dt·ω_c of the step that it takes where none is given."""
     largest: ClassVar[float] = math.inf
-    """dt·ω_c of a given step above which it is divided, because it would step over blows or gain energy."""
+    """dt·ω_c of a given step above which it is divided, because it would step over impacts or gain energy."""
     stiffest: ClassVar[float] = math.inf
     """ω_c over the highest kept frequency above which steps follow the latter."""
     conserves_energy: ClassVar[bool] = False
     """Whether energy is kept to round-off at any step, so that impulses tell its accuracy and the drift does not."""
-    counts_blows: ClassVar[bool] = True
-    """Whether blows in its force history and the velocities with which bodies leave are quantities of its runs."""
+    counts_impacts: ClassVar[bool] = True
+    """Whether impacts in its force history and the velocities with which bodies leave are quantities of its runs."""
     staggered: ClassVar[bool] = False
     """Whether frames end half a step after their contact forces."""
     records_motion: ClassVar[bool] = True
     """Whether it samples the rigid coordinates."""
 
 
-class Kick(Integrator):
+class Explicit(Integrator):
     """At dt·ω_c = 0.2 the skirt's energy drift is 1e-4, at 2 energy grows without bound."""
 
     carries = frozenset({Feature.COMPLIANT_CONTACT, Feature.DASHPOT, Feature.GAUGES})
@@ -64,7 +64,7 @@ class Kick(Integrator):
     records_motion = False
 
 
-class Trapezoid(Integrator):
+class Implicit(Integrator):
     """For driven and damped scenes; stiff surfaces do not shorten its step."""
 
     carries = frozenset(
@@ -78,7 +78,7 @@ class Trapezoid(Integrator):
     step_factor = 4.0
     largest = 40.0
     stiffest = 30.0
-    counts_blows = False
+    counts_impacts = False
 
 
 class Event(Integrator):
@@ -108,7 +108,7 @@ class Collocation(Integrator):
 
 
 class DiscreteGradient(Integrator):
-    """At dt·ω_c = 0.05 it resolves a blow in about sixty steps."""
+    """At dt·ω_c = 0.05 it resolves an impact in about sixty steps."""
 
     carries = frozenset(
         {
@@ -124,8 +124,8 @@ class DiscreteGradient(Integrator):
 
 
 INTEGRATORS: dict[str, type[Integrator]] = {
-    "kick": Kick,
-    "trapezoid": Trapezoid,
+    "explicit": Explicit,
+    "implicit": Implicit,
     "event": Event,
     "collocation": Collocation,
     "discrete-gradient": DiscreteGradient,

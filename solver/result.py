@@ -16,14 +16,16 @@ class Result(Enum):
         "the motion between two events is no sum of drifts and oscillations: dashpots at critical damping, or beside"
         " slip, or slip that feeds motion; leave one of them out, or take another run.integrator"
     )
-    CHATTER = "contacts close and open for ever without time passing; use method 'residual', which needs no blow"
+    CHATTER = "contacts close and open for ever without time passing; use method 'residual', which needs no impact"
     NOT_CONVERGED = (
         "the contact force could not be found within a step; take a smaller step where the scene gives one, or a law"
         " whose stiffness and exponent are in range"
     )
     INACCURATE = "the energy drift stays above run.accuracy at any step tried; state a larger accuracy, or leave it out"
     ENERGY = "contact made energy from nothing; take a smaller step where the integrator has one, or state run.accuracy"
-    RESTITUTION = "a blow would make energy: Newton's restitution with so much friction; lower contact.NAME.restitution"
+    RESTITUTION = (
+        "an impact would make energy: Newton's restitution with so much friction; lower contact.NAME.restitution"
+    )
 
     @property
     def ok(self) -> bool:

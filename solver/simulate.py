@@ -9,9 +9,9 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.integrators.choice import choose
+from gudgeon.solver.integrators.implicit.energy import WORK
 from gudgeon.solver.integrators.outcome import Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
-from gudgeon.solver.integrators.trapezoid.energy import WORK
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.trajectory import Histories, trajectory_of
 from gudgeon.solver.system.system import System
@@ -26,7 +26,7 @@ Progress = Callable[[float], None]
 
 
 def suggested(system: System) -> float:
-    """Return the step that a system's integrator takes by itself [s]; of one that chooses its steps, one for a blow.
+    """Return the step that a system's integrator takes by itself [s]; of one that chooses its steps, one for an impact.
 
     Raises:
         SolverError: the contact's compliance is singular.

@@ -27,7 +27,7 @@ P_INTAKE, P_EXHAUST, PEAK = 0.9e5, 1.1e5, 70e5
 """[Pa]"""
 BURN_START, BURN_DURATION, WIEBE_A, WIEBE_M = -26.0, 50.0, 5.0, 2.0
 """[deg], [deg], and Wiebe's two numbers; the start puts the peak at 10° after dead centre."""
-BLOWDOWN, EXCHANGE = (130.0, 200.0), (345.0, 385.0)
+IMPACTDOWN, EXCHANGE = (130.0, 200.0), (345.0, 385.0)
 """Crank angles over which the pressure falls to exhaust, and from exhaust to intake [deg]."""
 
 SKIRT_HEIGHT, BARREL_MIDDLE = 0.034, 0.014
@@ -57,7 +57,7 @@ def pressure(angle: np.ndarray) -> np.ndarray:
     burnt = 1 - np.exp(-WIEBE_A * np.clip((cycle - BURN_START) / BURN_DURATION, 0, None) ** (WIEBE_M + 1))
     expansion = _expansion_scale() * volume(cycle) ** -N_EXPANSION
     fired = (1 - burnt) * compression + burnt * expansion
-    emptied = _blend(cycle, *BLOWDOWN, fired, P_EXHAUST)
+    emptied = _blend(cycle, *IMPACTDOWN, fired, P_EXHAUST)
     return _blend(cycle, *EXCHANGE, emptied, P_INTAKE)
 
 

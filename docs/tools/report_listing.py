@@ -1,6 +1,6 @@
 """`python -m docs.tools.report_listing FOLDER`: the lists of all reports below a folder, as `make reports` writes them.
 
-Puts the main figures of every `report.json` and `stress.json`, and the seconds of `seconds.csv` (scene, command,
+Puts the main figures of every `report.json` and `robustness.json`, and the seconds of `seconds.csv` (scene, command,
 seconds), into `docs/reports/report.json`; scenes that the folder lacks keep theirs. Writes `docs/reports/README.md` and
 the table of the README from that file, and copies the pictures that the README shows.
 """
@@ -22,12 +22,12 @@ REPORTS = ROOT / "docs" / "reports"
 SHOWN = ("piston/stroke/report.png", "beam-sphere/stress.png")
 """Pictures of reports that the README shows."""
 KEPT = (
-    "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "sound_error", "cpu_seconds",
+    "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "conservative_error", "cpu_seconds",
     "wall_seconds", "front",
 )  # fmt: skip
 """Of a run; its errors by quantity, stages and chains stand in the report of the scene alone."""
 HEAD = (
-    "scene", "reference", "cheapest run within the tolerance", "largest error", "CPU time", "nodal FE", "stress: right",
+    "scene", "reference", "cheapest run within the tolerance", "largest error", "CPU time", "full FE", "stress: right",
     "refused", "wrong", "took",
 )  # fmt: skip
 
@@ -40,7 +40,7 @@ def main_figures(folder: Path) -> Scenes:
         entry = found.setdefault(path.parent.relative_to(folder).as_posix(), {})
         entry |= {key: report[key] for key in ("reference", "machine", "choice")}
         entry["runs"] = [{key: run[key] for key in KEPT} for run in report["runs"]]
-    for path in sorted(folder.rglob("stress.json")):
+    for path in sorted(folder.rglob("robustness.json")):
         entry = found.setdefault(path.parent.relative_to(folder).as_posix(), {})
         entry["stress"] = json.loads(path.read_text(encoding="utf-8"))["counts"]
     if (folder / "seconds.csv").is_file():
@@ -64,10 +64,10 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
     lines = [
         "# Reports",
         "",
-        "Error against run time and extremes of every scene, written by `make reports`"
+        "Error against run time and robustness cases of every scene, written by `make reports`"
         + (f", which took {total / 60:.0f} min on {where}." if total else "."),
-        "`gudgeon report SCENE` makes the page, the picture and the tables of one scene, `gudgeon stress SCENE` its"
-        " extremes; [report.json](report.json) has the main figures of all of them.",
+        "`gudgeon report SCENE` makes the page, the picture and the tables of one scene, `gudgeon robustness SCENE` its"
+        " robustness cases; [report.json](report.json) has the main figures of all of them.",
         "",
         f"| {' | '.join(HEAD)} |",
         "|---" * len(HEAD) + "|",

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 COLUMNS = (
-    "system", "scene", "reference", "run", "error", "of", "CPU time", "nodal FE", "its error", "CPU time", "ratio",
+    "system", "scene", "reference", "run", "error", "of", "CPU time", "full FE", "its error", "CPU time", "ratio",
 )  # fmt: skip
 NOTHING = "–"
 
@@ -20,7 +20,7 @@ def seeds_table(scenes: Mapping[str, Mapping[str, Any]], seeds: Mapping[str, Any
     """Return the table as Markdown.
 
     Of each scene: the run that its report chose for the tolerance, or the best, marked as missed; and the cheapest
-    nodal run within the tolerance, or the finest, marked as missed. A nodal run that is the reference has no error of
+    full-FE run within the tolerance, or the finest, marked as missed. A full-FE run that is the reference has no error of
     its own.
 
     Args:

@@ -12,9 +12,9 @@ from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 
-SCHEMA_VERSION = 5
-READABLE_VERSIONS = (1, 2, 3, 4, 5)
-"""A field that an older version lacks takes its default."""
+SCHEMA_VERSION = 6
+READABLE_VERSIONS = (1, 2, 3, 4, 5, 6)
+"""A field that an older version lacks takes its default; one that it names otherwise says so in its metadata."""
 
 KINDS: dict[str, type] = {
     "mesh": MeshRecord,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from gudgeon.modaldb.records.types import Array, Json
+from gudgeon.modaldb.records.types import FORMER, Array, Json
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class GaugeModes:
     """Value per unit of each elastic coordinate, (k, m)."""
     residual: Array
     """Quasi-static value per unit force of each row of R, what the kept coordinates lack, (k, C); (k, 0) of a surface
-    where the recipe makes no R."""
+    where the reduction makes no R."""
     unit: str
     """Of the value, `Pa` or `1`."""
     nodes: Array | None = None
@@ -96,7 +96,7 @@ class ModalRecord:
     """Elastic coordinates of one component: Φᵀ M Φ = I, Φᵀ K Φ = diag(ω²)."""
 
     mesh_key: str
-    recipe: str
+    reduction: str = field(metadata={FORMER: "recipe"})
     normal_count: int
     static_count: int
     angular_frequencies: Array
@@ -114,7 +114,7 @@ class ModalRecord:
     """First and last + 1 row of each interface, traction space and load in the residual flexibility."""
     residual_flexibility: Array | None
     """R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ [m/N] over the rows of all interfaces, (C, C), symmetric positive semidefinite; None
-    where the recipe makes none."""
+    where the reduction makes none."""
     shapes: Array | None
     """Φ, nodal displacement per unit of each elastic coordinate, (n, 3, m)."""
     inertia_couplings: InertiaCouplings | None
@@ -144,7 +144,7 @@ class MorphRecord:
 
     mesh_key: str
     modes_key: str
-    rung: str
+    update: str = field(metadata={FORMER: "rung"})
     """`none`, `reuse` or `recompute`."""
     points: dict[str, Array]
     """Contact points of each interface in this design [m], (c, 3)."""

@@ -7,7 +7,7 @@ from gudgeon.modaldb.records.types import Array, Json
 
 @dataclass(frozen=True)
 class NodalRecord:
-    """A run of the nodal synthesis. s: steps."""
+    """A run of the full-FE run. s: steps."""
 
     step: float
     """[s]"""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from gudgeon.modaldb.records.types import Array, Json
+from gudgeon.modaldb.records.types import FORMER, Array, Json
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ class Trajectory:
     motion: dict[str, Array] = field(default_factory=dict)
     """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass
     since the start [m, rad], their rates [m/s, rad/s], (s, 12)."""
-    episodes: dict[str, Array] = field(default_factory=dict)
-    """Contact by contact, each blow: first and last time [s], impulse [N s], largest force [N], its time [s], closing
+    impacts: dict[str, Array] = field(default_factory=dict, metadata={FORMER: "episodes"})
+    """Contact by contact, each impact: first and last time [s], impulse [N s], largest force [N], its time [s], closing
     speed at the first time and opening speed at the last [m/s], (b, 7); empty where the integrator locates none."""
     gauges: dict[str, Array] = field(default_factory=dict)
     """`body.gauge` → value at the end of each sample interval, (s, k)."""

@@ -5,4 +5,6 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray
+FORMER = "former"
+"""Key of a field's metadata: its name in files of older versions."""
 Json = dict[str, Any]

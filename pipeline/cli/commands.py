@@ -9,8 +9,8 @@ from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
 
-PER_BLOW = re.compile(r"\.blow\d+\.")
-"""Quantities of single blows: all stand in summary.json, those with a reference are printed."""
+PER_IMPACT = re.compile(r"\.impact\d+\.")
+"""Quantities of single impacts: all stand in summary.json, those with a reference are printed."""
 
 
 def run_command(options: argparse.Namespace) -> int:
@@ -61,7 +61,7 @@ def _print_run(report: Any) -> None:
 def _print_quantities(report: Any) -> None:
     print()
     for name, entry in report.quantities.items():
-        if entry["reference"] is None and PER_BLOW.search(name):
+        if entry["reference"] is None and PER_IMPACT.search(name):
             continue
         print(_quantity_line(name, entry))
     for name, value in (("energy drift", report.energy_drift), ("momentum residual", report.momentum_residual)):
@@ -118,10 +118,10 @@ def report_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def stress_command(options: argparse.Namespace) -> int:
-    """Put a scene to its extremes."""
+def robustness_command(options: argparse.Namespace) -> int:
+    """Put a scene to its robustness cases."""
     kind, job = _opened(options)
-    document, table = kind.stress(job, options.cases, options.only, Console(options.json).progress)
+    document, table = kind.robustness(job, options.cases, options.only, Console(options.json).progress)
     print(json.dumps(document, indent=1) if options.json else table)
     return 0 if document["passed"] else 1
 

@@ -33,10 +33,10 @@ STAGE_HELP = {
 
 
 REPORT_HELP = """\
-Sweep what the scene names under [report] (models, sweep, nodal, reference, changes), or modes, recipes, methods and
+Sweep what the scene names under [report] (models, sweep, nodal, reference, changes), or modes, reductions, methods and
 integrators where it names nothing, and write report.csv, report.json, report.png and report.html: each run's error,
 split into modal truncation and time error, beside what it took. What is finished is kept in the database, so an
-interrupted report goes on where it was. Timed runs go one after another, on one thread (nodal dofs of
+interrupted report goes on where it was. Timed runs go one after another, on one thread (full-FE dofs of
 a driven pair on two, CPU seconds are of both); --jobs spreads the others.
 """
 
@@ -72,10 +72,15 @@ def build_parser() -> argparse.ArgumentParser:
     )
     report.set_defaults(threads=1)
     stress = _command(
-        names, "stress", "put the scene to its extremes and judge what comes out", commands.stress_command
+        names,
+        "robustness",
+        "run the scene under extreme parameters and check each result against its rule",
+        commands.robustness_command,
     )
     stress.add_argument("--only", type=_names, default=(), metavar="NAME,...", help="these cases or groups alone")
-    stress.add_argument("--cases", type=Path, metavar="FILE", help="TOML file of further cases, as docs/stress.md says")
+    stress.add_argument(
+        "--cases", type=Path, metavar="FILE", help="TOML file of further cases, as docs/robustness.md says"
+    )
     export = _command(
         names, "export", "write mode shapes or results as .vtu files for ParaView", commands.export_command
     )

@@ -24,8 +24,8 @@ from gudgeon.pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
 from gudgeon.pipeline.cyclic.sector import Sector
 from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, changes, shift, wheel_rigid
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.reduction.recipes.craig_bampton import RIGID_SHARE, condensed
-from gudgeon.pipeline.reduction.recipes.partial_interface import interface_basis
+from gudgeon.pipeline.reduction.methods.craig_bampton import RIGID_SHARE, condensed
+from gudgeon.pipeline.reduction.methods.partial_interface import interface_basis
 
 LARGEST_FACE = 1500
 """Dofs of a face: a pair of harmonics is a dense eigenproblem of twice the size, which takes about a minute."""

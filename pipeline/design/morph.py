@@ -1,4 +1,4 @@
-"""A design change moves nodal positions by interpolation; how far the modes follow is the rung.
+"""A design change moves nodal positions by interpolation; how far the modes follow is the update.
 
 A profile, a table or an offset, gives radial deviations δ over height and angle. Nodes of the named surface move by δ
 along the radius; inner nodes follow the nearest surface nodes, faded out by d_fixed / (d_fixed + d_moved) towards the
@@ -78,10 +78,10 @@ def _followed(surface: np.ndarray, inner: np.ndarray) -> tuple[sparse.csr_matrix
     return sparse.csr_matrix((weights, (rows, columns)), (len(inner), len(surface))), far[:, 0]
 
 
-def own_modes(mesh_key: str, modes_key: str, modal: ModalRecord, rung: str) -> MorphRecord:
-    """Return the design that the modes were made of; `rung` is `none` or `recompute`."""
+def own_modes(mesh_key: str, modes_key: str, modal: ModalRecord, update: str) -> MorphRecord:
+    """Return the design that the modes were made of; `update` is `none` or `recompute`."""
     return MorphRecord(
-        mesh_key, modes_key, rung, {name: item.points for name, item in modal.interfaces.items()},
+        mesh_key, modes_key, update, {name: item.points for name, item in modal.interfaces.items()},
         modal.mass, modal.centre, modal.inertia, modal.rigid_twists, None, {},
     )  # fmt: skip
 
@@ -102,7 +102,7 @@ def reuse(
         rho: Density [kg/m^3].
     """
     if 0 < len(modal.rigid_twists) < 6:
-        raise InputError(f"{movement.source}: the supports leave a part of the rigid motions, take rung 'recompute'")
+        raise InputError(f"{movement.source}: the supports leave a part of the rigid motions, take update 'recompute'")
     nodes = move_nodes(mesh, movement)
     shape = mesh.surfaces[movement.surface].shape
     points = {}

@@ -5,7 +5,7 @@ In a notebook:
     import gudgeon
 
     found = gudgeon.run("data/skirt", until="solve")        # mesh, modes, design, trajectory; fresh stages are kept
-    found.quantities["knock.impulse"]                       # {"value": …, "unit": "N s", …}
+    found.quantities["bore.impulse"]                       # {"value": …, "unit": "N s", …}
     gudgeon.status("data/skirt")                            # what is fresh, what is stale, and why
 
     store = gudgeon.open(".gudgeon")                        # the modal database

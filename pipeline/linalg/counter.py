@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 
 @dataclass
-class Tally:
+class Counts:
     """Counted by every backend."""
 
     factorisations: int = 0
 
 
-TALLY = Tally()
+COUNTS = Counts()

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.linalg.counter import TALLY
+from gudgeon.pipeline.linalg.counter import COUNTS
 
 SYMMETRIC_INDEFINITE, POSITIVE_DEFINITE = -2, 2
 ANALYSE_AND_FACTORISE, FACTORISE, SOLVE, RELEASE = 12, 22, 33, -1
@@ -57,7 +57,7 @@ class PardisoFactor:
         self._iparm[SINGLE_PRECISION] = single
         self._iparm[BLOCK_SIZE] = self._block if self._block > 1 else 0
         self._held, self._narrowed = True, False
-        TALLY.factorisations += 1
+        COUNTS.factorisations += 1
         self._call(ANALYSE_AND_FACTORISE, self._nothing())
 
     def refactorise(self, matrix: sparse.csr_matrix) -> None:
@@ -69,7 +69,7 @@ class PardisoFactor:
         Raises:
             StageError: PARDISO refused the matrix.
         """
-        TALLY.factorisations += 1
+        COUNTS.factorisations += 1
         values, starts, columns = self._upper(matrix)
         same = np.array_equal(starts, self._starts) and np.array_equal(columns, self._columns)
         if same and not self._narrowed:

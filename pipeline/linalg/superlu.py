@@ -5,7 +5,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.linalg.counter import TALLY
+from gudgeon.pipeline.linalg.counter import COUNTS
 
 
 class SuperLUFactor:
@@ -27,7 +27,7 @@ class SuperLUFactor:
 
     def refactorise(self, matrix: sparse.csr_matrix) -> None:
         """Factorise another matrix; nothing of the one before is used."""
-        TALLY.factorisations += 1
+        COUNTS.factorisations += 1
         try:
             self._lu = splu(
                 sparse.csc_matrix(matrix),

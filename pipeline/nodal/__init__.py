@@ -1,4 +1,4 @@
-"""The nodal synthesis: all nodal dofs, implicit, contact at the same points. The reference where no exact answer is.
+"""The full FE: full FE, implicit, contact at the same points. The reference where no exact answer is.
 
 Midpoint rule for the elastic bodies, discrete gradient of the contact potential V(g) = ½ κ ⟨−g⟩², point by point:
 

@@ -1,4 +1,4 @@
-"""One body in the nodal synthesis: the midpoint rule, its rigid motion apart, and its response at a few ports.
+"""One body in the full-FE run: the midpoint rule, its rigid motion apart, and its response at a few ports.
 
     S v̄ = M v − ½ h K u + ½ h f,   u⁺ = u + h v̄,   v⁺ = 2 v̄ − v,   S = M + α K,   α = ¼ h² + ½ h β
 

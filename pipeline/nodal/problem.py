@@ -1,4 +1,4 @@
-"""What the nodal synthesis integrates: one or two bodies, contacts, loads and a rod. Plain arrays and callables."""
+"""What the full-FE run integrates: one or two bodies, contacts, loads and a rod. Plain arrays and callables."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

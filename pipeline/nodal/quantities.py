@@ -1,4 +1,4 @@
-"""Quantities of a nodal run, named and defined as the solver's: from mean forces of steps and gaps at their ends."""
+"""Quantities of a full-FE run, named and defined as the solver's: from mean forces of steps and gaps at their ends."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.nodal.problem import PointContact
-from gudgeon.solver.results.contact_events import Quantity, blow_quantities, departure, merged, rebound, smoothed_peak
+from gudgeon.solver.results.contact_events import Quantity, departure, impact_quantities, merged, rebound, smoothed_peak
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ def resolved(times: np.ndarray) -> float:
 
 
 def located(history: History, rigid: bool) -> np.ndarray:
-    """Return the blows of a contact, (b, 7) as `Trajectory.episodes`; its gap is that of its nearest point.
+    """Return the impacts of a contact, (b, 7) as `Trajectory.impacts`; its gap is that of its nearest point.
 
-    With a law a blow begins and ends where the gap, linear in the step, passes zero. A rigid contact closes as the gap
+    With a law an impact begins and ends where the gap, linear in the step, passes zero. A rigid contact closes as the gap
     of the step before leads on, and ends with its last step.
     """
     times, force, gap = history.times, history.forces.sum(axis=1), history.gaps.min(axis=1)
@@ -47,19 +47,19 @@ def located(history: History, rigid: bool) -> np.ndarray:
     firsts, ends = np.flatnonzero(np.diff(pressed) == 1), np.flatnonzero(np.diff(pressed) == -1)
     # Speeds at which the gap closes, in each step; before the first one as at the start.
     speeds = np.concatenate([[-history.rates.min()], -np.diff(gap) / h, [0.0]])
-    blows = np.zeros((len(firsts), 7))
-    for blow, first, end in zip(blows, firsts, ends, strict=True):
+    impacts = np.zeros((len(firsts), 7))
+    for impact, first, end in zip(impacts, firsts, ends, strict=True):
         last = end - 1
         closing = speeds[first] if rigid else speeds[first + 1]
         opening = -speeds[end + 1] if rigid else -speeds[end]
         most = first + int(force[first:end].argmax())
         late = gap[first] / closing if gap[first] > 0 and closing > 0 else 0.0
         over = gap[end] / opening if not rigid and gap[last] < 0 < gap[end] and opening > 0 else 0.0
-        blow[:] = (
+        impact[:] = (
             times[first] + min(late, h), times[end] - over, h * force[first:end].sum(), force[most],
             0.5 * (times[most] + times[most + 1]), max(closing, 0.0), max(opening, 0.0),
         )  # fmt: skip
-    return blows
+    return impacts
 
 
 def contact_quantities(
@@ -85,13 +85,13 @@ def contact_quantities(
         return values
     along = impulse / size
     rigid = contact.law is None
-    # A law's force has its own bandwidth; a rigid one has all that steps carry, and its blows part within it.
+    # A law's force has its own bandwidth; a rigid one has all that steps carry, and its impacts part within it.
     resolution = resolved(history.times) if rigid else 2 * step
-    blows = located(history, rigid)
+    impacts = located(history, rigid)
     if elastic:
-        values |= blow_quantities(merged(blows, resolution)) | smoothed_peak(forces @ along, step, resolution)
+        values |= impact_quantities(merged(impacts, resolution)) | smoothed_peak(forces @ along, step, resolution)
     else:
-        values |= blow_quantities(blows)
+        values |= impact_quantities(impacts)
     own, other = (None if motion is None else motion[[2, 0], :3] for motion in motions)
     assert own is not None
     return values | rebound(along, own, other, alone)

@@ -1,4 +1,4 @@
-"""Bodies and starts for the nodal synthesis: rigid motions, gravity, and a start that does not ring."""
+"""Bodies and starts for the full-FE run: rigid motions, gravity, and a start that does not ring."""
 
 from dataclasses import replace
 

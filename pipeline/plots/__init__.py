@@ -24,7 +24,7 @@ PLOTS: Pictures = {
     "flat": {
         "force": "gudgeon.pipeline.plots.contact.curves:draw_force",
         "energy": "gudgeon.pipeline.plots.contact.curves:draw_energy",
-        "blows": "gudgeon.pipeline.plots.contact.contact_events:draw_blows",
+        "impacts": "gudgeon.pipeline.plots.contact.contact_events:draw_impacts",
         "gauges": "gudgeon.pipeline.plots.contact.gauges:draw_gauges",
         "pressure": "gudgeon.pipeline.plots.contact.pressure:draw_pressure",
         "waves": "gudgeon.pipeline.plots.deformation.line:draw_waves",
@@ -54,7 +54,7 @@ DRIVEN: Pictures = {
 """The same for a scene that a joint drives."""
 
 FILES = (
-    "force.png", "energy.png", "blows.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png", "stress.png",
+    "force.png", "energy.png", "impacts.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png", "stress.png",
     "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
 )  # fmt: skip
 """Names that belong to the pictures; with more than one body or map, its name stands before the dot. A driven scene

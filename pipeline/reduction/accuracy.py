@@ -10,7 +10,7 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.bounds import ProvenCount, algebraic_errors, residuals
 from gudgeon.pipeline.modes.estimate import discretisation_errors
-from gudgeon.pipeline.reduction.recipes import Reduction
+from gudgeon.pipeline.reduction.methods import Reduction
 from gudgeon.pipeline.scenes.component import Component
 
 INCOMPRESSIBLE = 0.48

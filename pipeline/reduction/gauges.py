@@ -7,7 +7,7 @@ from gudgeon.modaldb.records.modes import GaugeModes
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.gauges import gauge_nodes
 from gudgeon.pipeline.modes.static import BLOCK, Flexibility
-from gudgeon.pipeline.reduction.recipes.reduction import Reduction
+from gudgeon.pipeline.reduction.methods.reduction import Reduction
 from gudgeon.pipeline.scenes.component import Component
 
 
@@ -16,7 +16,7 @@ def gauge_modes(
 ) -> dict[str, GaugeModes]:
     """Return what the gauges of a component read of its reduced body.
 
-    The residual is zero, and of a surface left out, where the recipe makes none: what the coordinates lack is dropped.
+    The residual is zero, and of a surface left out, where the reduction makes none: what the coordinates lack is dropped.
 
     Args:
         gauges: Rows S of each over the model's dofs, (k, dofs).

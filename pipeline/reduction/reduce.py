@@ -21,8 +21,8 @@ from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
 from gudgeon.pipeline.reduction.gauges import gauge_modes
-from gudgeon.pipeline.reduction.recipes import RECIPES, ContactRows, Reduction
-from gudgeon.pipeline.reduction.recipes.reduction import reference_reaction
+from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
 from gudgeon.pipeline.scenes.component import Component
 
 
@@ -51,7 +51,7 @@ class _Touched:
 
 
 def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name: str) -> ModalRecord:
-    """Assemble a component and reduce it by its recipe.
+    """Assemble a component and reduce it by its reduction.
 
     Args:
         name: The component's name in the scene, for messages.
@@ -80,7 +80,7 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     )  # fmt: skip
     return ModalRecord(
         mesh_key=mesh_key,
-        recipe=component.modes.recipe,
+        reduction=component.modes.reduction,
         normal_count=reduction.normal_count,
         static_count=len(reduction.angular_frequencies) - reduction.normal_count,
         angular_frequencies=reduction.angular_frequencies,
@@ -113,9 +113,9 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
 
 
 def _reduced(model: FEModel, contact: ContactRows, component: Component, where: str) -> Reduction:
-    """Run the recipe; measure the reaction at the reference where one is named."""
+    """Run the reduction; measure the reaction at the reference where one is named."""
     settings = component.modes
-    if settings.recipe != "rigid" and settings.normal_count > (most := largest_count(model)):
+    if settings.reduction != "rigid" and settings.normal_count > (most := largest_count(model)):
         raise InputError(
             f"{where}.modes.normal_count: {settings.normal_count} given, its mesh has {most} at most;"
             " refine it or ask for fewer"
@@ -124,7 +124,7 @@ def _reduced(model: FEModel, contact: ContactRows, component: Component, where: 
     if settings.reference is not None:
         reference = surface_nodes(model.mesh, settings.reference, f"{where}.modes.reference")
     try:
-        reduction = RECIPES[settings.recipe](model, contact, settings)
+        reduction = REDUCTIONS[settings.reduction](model, contact, settings)
     except InputError as error:
         raise InputError(f"{where}.{error}") from None
     except StageError as error:

@@ -34,7 +34,7 @@ TIMING = (
     "CPU seconds of the solution alone, one thread, least of {repeat} runs after one that loads and compiles and is cut"
     " off after {warm_up:.0f} CPU s; after {long:.0f} s none is repeated but the first. Timed runs never go beside each"
     " other or beside anything else of the report: what --jobs spreads over processes are the finer runs that serve as"
-    " references only, afterwards. Cold: the stage in an empty database; warm: with everything at hand. Nodal runs: CPU"
+    " references only, afterwards. Cold: the stage in an empty database; warm: with everything at hand. full-FE runs: CPU"
     " seconds of all their threads, least of {nodal} where the first takes {short:.0f} s at most, else its own."
 )
 
@@ -105,7 +105,7 @@ def _report(
 
 
 def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
-    """Return what runs, and what contradicts itself; misspelt changes shall not come out after the nodal runs."""
+    """Return what runs, and what contradicts itself; misspelt changes shall not come out after the full-FE runs."""
     for changes in job.scene.report.changes.values():
         variant(job, changes)
     able, left_out = able_settings(job, settings_of(job))
@@ -142,7 +142,7 @@ def _points(
 
 
 def _telling(points: list[Point], reference: Reference | None, left_out: list[dict[str, str]]) -> list[Point]:
-    """Leave out what was thought up and ran, but does not know what a blow is while the reference asks for blows."""
+    """Leave out what was thought up and ran, but does not know what an impact is while the reference asks for impacts."""
     found = []
     for one in points:
         asked = reference.expected.keys() if reference is not None and one.ran else set()
@@ -227,7 +227,7 @@ def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], ki
         until = reproducible(job, list(nodal))
         if until < job.scene.run.duration * (1 - 1e-3):
             notes.append(
-                f"The two finest nodal runs agree to 5 % in force up to {until * 1e3:.3g} ms; what comes later depends"
+                f"The two finest full-FE runs agree to 5 % in force up to {until * 1e3:.3g} ms; what comes later depends"
                 " on the last digits of any model."
             )
     uncounted = [one.name for one in found if not one.counts and one.converges is False]

@@ -26,14 +26,14 @@ def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[s
         return []
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        base = replace(_on_rung(design, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
+        base = replace(_on_update(design, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
         progress("first run", 0.0)
         cold = run_job(base, "solve")
         for name, tables in changes.items():
             progress(f"change {name}", 0.0)
             changed = variant(base, tables)
             reused = run_job(changed, "solve")
-            recomputed = run_job(_on_rung(changed, "recompute"), "solve")
+            recomputed = run_job(_on_update(changed, "recompute"), "solve")
             rows.append(_row(base, name, (cold, reused, recomputed)))
     return rows
 
@@ -52,8 +52,8 @@ def _own_change(job: Job) -> tuple[Job, dict[str, dict[str, Any]]]:
     return variant(job, {"component": bare}), {"the scene's own": {"component": given}}
 
 
-def _on_rung(job: Job, rung: str) -> Job:
-    return variant(job, {"component": {name: {"change": {"rung": rung}} for name in job.scene.component}})
+def _on_update(job: Job, update: str) -> Job:
+    return variant(job, {"component": {name: {"change": {"update": update}} for name in job.scene.component}})
 
 
 def _row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -> dict[str, Any]:

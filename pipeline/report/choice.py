@@ -29,14 +29,14 @@ def doubtful(quantities: Sequence[Quantity], tolerance: float) -> set[str]:
 
 
 def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ()) -> Choice:
-    """Return the cheapest reduced run whose sound error is within a tolerance.
+    """Return the cheapest reduced run whose conservative error is within a tolerance.
 
     Args:
-        runs: With their sound errors.
+        runs: With their conservative errors.
         avoided: Names of runs that are not to be trusted.
     """
     able = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED" and run.name not in avoided]
-    known = [(run.sound_error, run) for run in able if run.errors and run.sound_error is not None]
+    known = [(run.conservative_error, run) for run in able if run.errors and run.conservative_error is not None]
     meeting = [run for error, run in known if error <= tolerance]
     if meeting:
         best = min(meeting, key=lambda run: run.cpu_seconds)

@@ -34,7 +34,7 @@ class Run:
 
     name: str
     kind: str
-    """`reduced`, or `nodal`: all nodal degrees of freedom."""
+    """`reduced`, or `nodal`: full FE."""
     scheme: str
     """What it has in common with runs that differ in basis or step only."""
     settings: dict[str, Any]
@@ -63,7 +63,7 @@ class Run:
     factorisations: int | None = None
     """Of sparse matrices: for the bases of a reduced run, for the steps of a nodal one."""
     iterations: int | None = None
-    """Pivots of the contact problem, Newton iterations of the nodal synthesis."""
+    """Pivots of the contact problem, Newton iterations of the full-FE run."""
     cpu_seconds: float = 0.0
     """Of the solution alone, least of the repeats: what the picture and the front show."""
     wall_seconds: float = 0.0
@@ -72,8 +72,8 @@ class Run:
     peak_mib: float | None = None
     """Largest resident memory of the process during the solution."""
     front: bool = False
-    """Whether no other run is both faster and better by its sound error."""
-    sound_error: float | None = None
+    """Whether no other run is both faster and better by its conservative error."""
+    conservative_error: float | None = None
     """The largest error, or what basis or step adds if that is larger: what is drawn, and chosen by."""
 
 
@@ -190,7 +190,7 @@ def csv_text(document: Document) -> str:
     """Return `report.csv`: one line a run; columns of errors are named `error: QUANTITY` and the like."""
     names = [quantity.name for quantity in document.quantities]
     plain = (
-        "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "sound_error",
+        "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "conservative_error",
         "energy_drift", "momentum_residual", "step", "steps", "factorisations", "iterations", "cpu_seconds",
         "wall_seconds", "peak_mib", "front",
     )  # fmt: skip

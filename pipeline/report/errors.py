@@ -179,9 +179,9 @@ def _nodal_run(
     last = run is nodal[-1]
     finest = "it is the reference" if itself else "it is the finest" if last else nodal_name(nodal[-1])
     return Run(
-        nodal_name(run), "nodal", "nodal synthesis", {"report": {"nodal": {"steps": [run.step]}}}, run.coordinates,
+        nodal_name(run), "nodal", "full FE", {"report": {"nodal": {"steps": [run.step]}}}, run.coordinates,
         "FINISHED", errors=errors, largest_error=size, largest_of=worst,
-        truncation_against="all nodal degrees of freedom",
+        truncation_against="full FE",
         time=None if last else _apart(job, run, nodal[-1], nodal_name(nodal[-1]), reference), time_against=finest,
         energy_drift=run.energy_drift, step=run.step, steps=len(run.times), factorisations=1,
         iterations=run.newton_iterations, cpu_seconds=run.cpu_seconds, wall_seconds=run.wall_seconds,
@@ -189,8 +189,8 @@ def _nodal_run(
 
 
 def nodal_name(run: NodalRecord) -> str:
-    """Return what a nodal run is called."""
-    return f"nodal synthesis, {run.step * 1e6:g} µs"
+    """Return what a full-FE run is called."""
+    return f"full FE, {run.step * 1e6:g} µs"
 
 
 def _apart(

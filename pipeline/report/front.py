@@ -7,7 +7,7 @@ from dataclasses import replace
 from gudgeon.pipeline.report.document import Errors, Run
 
 
-def sound_error(
+def conservative_error(
     run: Run, runs: Sequence[Run], counting: Collection[str] | None = None, own: bool = False
 ) -> float | None:
     """Return the largest error of a run in the quantities that count, or what its basis or step adds if that is larger.
@@ -42,12 +42,12 @@ def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
 
 
 def with_front(runs: Sequence[Run], counting: Collection[str] | None = None, own: bool = False) -> list[Run]:
-    """Return the runs, each with its sound error and whether it is on the front of that over its CPU seconds."""
-    sound = [sound_error(run, runs, counting, own) for run in runs]
+    """Return the runs, each with its conservative error and whether it is on the front of that over its CPU seconds."""
+    sound = [conservative_error(run, runs, counting, own) for run in runs]
     known = [number for number, error in enumerate(sound) if error is not None]
     points = [(runs[number].cpu_seconds, error) for number, error in enumerate(sound) if error is not None]
     best = {known[i] for i in pareto_front(points)}
-    return [replace(run, sound_error=sound[number], front=number in best) for number, run in enumerate(runs)]
+    return [replace(run, conservative_error=sound[number], front=number in best) for number, run in enumerate(runs)]
 
 
 def _next_smaller(run: Run, runs: Sequence[Run]) -> Errors | None:

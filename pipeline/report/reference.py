@@ -47,7 +47,7 @@ def values_of(run: Ran) -> dict[str, float]:
 
 
 def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
-    """Return the reference that a scene names: a file, the finest nodal run, or both for different quantities.
+    """Return the reference that a scene names: a file, the finest full-FE run, or both for different quantities.
 
     Raises:
         InputError: the file is missing or lacks a name.
@@ -62,7 +62,7 @@ def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
         return Reference(kind, f"{about.get('title', path.stem)} ({path.name})", expected, pulse, None)
     if finest is None:
         return None
-    source = f"nodal synthesis at {finest.step * 1e6:g} µs"
+    source = f"full FE at {finest.step * 1e6:g} µs"
     if job.scene.joint:
         return Reference("nodal", source, {}, None, finest)
     return Reference("nodal", source, {}, history_reference(job, source, *histories(job, finest)), None)

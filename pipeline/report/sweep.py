@@ -25,7 +25,7 @@ TIGHTER, OWN_ACCURACY, LEAST_ACCURACY = 1e-2, 1e-8, 1e-12
 LOOSER = (1e-4, 1e-6)
 """Accuracies of the default sweep beside the scene's own."""
 SIMILAR = ("macneal", "ritz")
-"""Recipes of the default sweep: they take the same number of vectors."""
+"""Reductions of the default sweep: they take the same number of vectors."""
 WORDS = {
     "normal_count": "{} modes",
     "static_count": "{} static",
@@ -33,9 +33,9 @@ WORDS = {
     "fixed_count": "{} fixed",
 }
 """How values of a sweep are named; others are named by the value, or by key and value."""
-NO_RUN = ("report", "plot", "stress")
+NO_RUN = ("report", "plot", "robustness")
 """Tables of a scene that say nothing of its motion."""
-SELF_EXPLAINING = ("recipe", "method", "kind", "integrator", "dashpot")
+SELF_EXPLAINING = ("reduction", "method", "kind", "integrator", "dashpot")
 UNITS = {"step": (1e6, "µs")}
 
 
@@ -168,7 +168,7 @@ def _default(job: Job) -> Iterator[Setting]:
     elastic = {
         name: component.modes
         for name, component in job.scene.component.items()
-        if component.geometry.kind != "rigid" and component.modes.recipe != "rigid"
+        if component.geometry.kind != "rigid" and component.modes.reduction != "rigid"
     }
     counted = {name: modes for name, modes in elastic.items() if modes.normal_count > 0}
     for factor in FACTORS if counted else (1.0,):
@@ -176,11 +176,13 @@ def _default(job: Job) -> Iterator[Setting]:
         changes = {"component": {name: {"modes": {"normal_count": n}} for name, n in counts.items()}} if counts else {}
         numbers = " + ".join(dict.fromkeys(str(n) for n in counts.values()))
         yield Setting(f"{numbers} modes" if counts else "as in the scene", changes, named=factor == 1.0)
-    for recipe in SIMILAR:
-        others = [name for name, modes in counted.items() if modes.recipe in SIMILAR and modes.recipe != recipe]
+    for reduction in SIMILAR:
+        others = [
+            name for name, modes in counted.items() if modes.reduction in SIMILAR and modes.reduction != reduction
+        ]
         if others:
-            changes = {"component": {name: {"modes": {"recipe": recipe}} for name in others}}
-            yield Setting(f"recipe {recipe}", changes, named=False)
+            changes = {"component": {name: {"modes": {"reduction": reduction}} for name in others}}
+            yield Setting(f"reduction {reduction}", changes, named=False)
     for integrator in job.scene.carriers():
         if integrator != job.scene.integrator:
             yield Setting(f"integrator {integrator}", {"run": {"integrator": integrator}}, named=False)

@@ -20,7 +20,7 @@ from gudgeon import modaldb, solver
 from gudgeon.modaldb.records.report import MeasurementRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.linalg.counter import TALLY
+from gudgeon.pipeline.linalg.counter import COUNTS
 from gudgeon.pipeline.measuring.clock import Clock, Seconds
 from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.measuring.memory import peak_memory
@@ -210,14 +210,14 @@ def _prepare(job: Job, repeat: int) -> MeasurementRecord:
             seconds: Parts = {}
             with tempfile.TemporaryDirectory() as folder:
                 empty = replace(job, store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
-                before = TALLY.factorisations
+                before = COUNTS.factorisations
                 for state in ("cold", "warm"):
                     for stage in STAGES[:3]:
                         clock = Clock()
                         with named(job.path, InputError):
                             run_job(empty, stage)
                         seconds[f"{stage} {state}"] = clock.read()
-                counts = {"factorisations": TALLY.factorisations - before}
+                counts = {"factorisations": COUNTS.factorisations - before}
                 if number == 0:
                     _keep(empty, job)
             found.append(seconds)

@@ -1,1 +1,1 @@
-"""`gudgeon stress`: the extremes of a scene, and whether each comes out right."""
+"""`gudgeon robustness`: the robustness cases of a scene, and whether each comes out right."""

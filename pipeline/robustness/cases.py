@@ -1,4 +1,4 @@
-"""Which cases `gudgeon stress` runs: the shipped ones, those of a file, the scene's own."""
+"""Which cases `gudgeon robustness` runs: the shipped ones, those of a file, the scene's own."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ from pydantic import BaseModel, Field
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.numbers import STRICT
-from gudgeon.pipeline.scenes.extremes import Case, Stress
 from gudgeon.pipeline.scenes.reading import check_scene, read_tables
+from gudgeon.pipeline.scenes.robustness import Case, Robustness
 
 SHIPPED = Path(__file__).with_name("cases.toml")
 
@@ -28,7 +28,7 @@ def read_cases(path: Path) -> dict[str, Case]:
     return check_scene(path, read_tables(path), CaseFile).case
 
 
-def chosen_cases(stress: Stress, file: Path | None, only: tuple[str, ...], scene: Path) -> dict[str, Case]:
+def chosen_cases(settings: Robustness, file: Path | None, only: tuple[str, ...], scene: Path) -> dict[str, Case]:
     """Return the cases of a run: the shipped ones, the file's, the scene's own; or those named.
 
     Args:
@@ -39,7 +39,7 @@ def chosen_cases(stress: Stress, file: Path | None, only: tuple[str, ...], scene
     Raises:
         InputError: a name is unknown, or the file is wrong.
     """
-    cases = read_cases(SHIPPED) | (read_cases(file) if file is not None else {}) | stress.case
+    cases = read_cases(SHIPPED) | (read_cases(file) if file is not None else {}) | settings.case
     groups = list(dict.fromkeys(case.group for case in cases.values()))
     if unknown := [name for name in only if name not in cases and name not in groups]:
         raise InputError(

@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class FirstContact:
-    """The first contact of a run: of located blows, or of the sampled force."""
+    """The first contact of a run: of located impacts, or of the sampled force."""
 
     start: float
     """[s]"""
@@ -16,11 +16,11 @@ class FirstContact:
     duration: float
     """[s]"""
     force: float
-    """Largest [N], over one period of the highest kept frequency where bodies ring; 0 where a blow takes no time."""
+    """Largest [N], over one period of the highest kept frequency where bodies ring; 0 where an impact takes no time."""
 
 
 @dataclass(frozen=True)
-class Blows:
+class Impacts:
     """A contact of one row between rigid bodies, or under Newton's restitution."""
 
     restitution: float | None
@@ -28,13 +28,13 @@ class Blows:
     mass: float
     """Effective mass 1 / (row · row) [kg]."""
     closing: np.ndarray
-    """Speed of approach of each blow [m/s], (b,)."""
+    """Speed of approach of each impact [m/s], (b,)."""
     approach: float
     """Speed of approach at the start [m/s]."""
     alone: bool
     """Whether nothing but this contact acts on rigid bodies: then its impulse is known."""
     impact: bool
-    """Whether a blow takes no time, so that its loss is known."""
+    """Whether an impact takes no time, so that its loss is known."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Evidence:
     contact: FirstContact | None = None
     readings: dict[str, tuple[float, str]] = field(default_factory=dict)
     """Value and unit of the quantities of a run without contact."""
-    blows: Blows | None = None
+    impacts: Impacts | None = None
     integrator: str = ""
     energy_drift: float | None = None
     momentum_residual: float | None = None

@@ -22,7 +22,7 @@ SAME_SPACE = 1e-6
 ALL = 100_000
 """Static shapes: one for each point of any interface."""
 STATIC = ("macneal", "normal+static")
-"""Recipes with static shapes beside normal modes."""
+"""Reductions with static shapes beside normal modes."""
 
 
 class DoesNotApply(Exception):
@@ -31,7 +31,7 @@ class DoesNotApply(Exception):
 
 @dataclass(frozen=True)
 class Subject:
-    """A scene that is put to its extremes."""
+    """A scene that is put to its robustness cases."""
 
     job: Any
     """Its job, of any kind, ended early where the scene says so."""
@@ -65,7 +65,7 @@ class Subject:
     def elastic(self) -> list[str]:
         """Return the components in use that deform."""
         own = self.scene.component
-        return [n for n in self.meshes if own[n].material is not None and own[n].modes.recipe != "rigid"]
+        return [n for n in self.meshes if own[n].material is not None and own[n].modes.reduction != "rigid"]
 
     def contact(self) -> FirstContact:
         """Return the first contact of the scene as it is.
@@ -195,7 +195,7 @@ def restitution(subject: Subject, operation: Any) -> Trial:
     if subject.base.contact is None:
         raise DoesNotApply("nothing touches in it")
     if subject.scene.masters():
-        raise DoesNotApply("points slide over another body's surface, which blows have no rows for")
+        raise DoesNotApply("points slide over another body's surface, which impacts have no rows for")
     changes: dict[str, Any] = {}
     for name, contact in subject.contacts.items():
         if contact.law is not None and hasattr(contact.law, "restitution") and operation.value > 0:
@@ -205,13 +205,13 @@ def restitution(subject: Subject, operation: Any) -> Trial:
             changes[name] = {"method": "impact", "restitution": operation.value} | unset
     points, coordinates = subject.known["points"], subject.known["coordinates"]
     if points > coordinates and any("method" in one for one in changes.values()):
-        raise DoesNotApply(f"{points} points on {coordinates} coordinates: rigid blows on them are not determined")
+        raise DoesNotApply(f"{points} points on {coordinates} coordinates: rigid impacts on them are not determined")
     run = {"integrator": "auto", "step": "unset", "accuracy": "unset"}
     return Trial(subject.changed({"contact": changes, "run": run}))
 
 
 def grazing(subject: Subject, operation: Any) -> Trial:
-    """Start slower from as much nearer, so that the first contact comes; see docs/stress.md."""
+    """Start slower from as much nearer, so that the first contact comes; see docs/robustness.md."""
     first, scene, factor = subject.contact(), subject.scene, operation.factor
     if scene.joint:
         raise DoesNotApply("a joint prescribes how fast its bodies move")
@@ -310,7 +310,7 @@ def collinear(subject: Subject, operation: Any) -> Trial:
     for name in subject.elastic():
         component = scene.component[name]
         touched = {k: i for k, i in component.interface.items() if i.kind in ("points", "patch", "traction")}
-        if component.modes.recipe not in STATIC or not touched:
+        if component.modes.reduction not in STATIC or not touched:
             continue
         modes = {"modes": {"static_count": ALL}}
         twins = {f"{k}-twin": i.model_dump(exclude_unset=True) for k, i in touched.items()}

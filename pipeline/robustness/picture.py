@@ -1,4 +1,4 @@
-"""Extremes of a scene: every case with what it rests on, as a share of its bound."""
+"""Robustness cases of a scene: every case with what it rests on, as a share of its bound."""
 
 import math
 from pathlib import Path
@@ -17,7 +17,7 @@ def draw(document: dict[str, Any], path: Path) -> None:
     """Draw a line for each case: its verdict, and each rule's value over its bound.
 
     Args:
-        document: As `pipeline.robustness.run.stress_cases` returns it.
+        document: As `pipeline.robustness.run.robustness_cases` returns it.
         path: The PNG file, written in one step.
     """
     rows, counts = document["rows"], document["counts"]
@@ -25,7 +25,7 @@ def draw(document: dict[str, Any], path: Path) -> None:
     with styled():
         told = ", ".join(f"{number} {name}" for name, number in counts.items() if number)
         told = told.replace("does not", "do not")
-        figure = new_figure(f"{document['scene']}: extremes", told, height=height)
+        figure = new_figure(f"{document['scene']}: robustness cases", told, height=height)
         axes = figure.add_axes((0.20, 130 / height, 0.36, (height - 290) / height))
         for number, row in enumerate(rows):
             colour = COLOURS[row["verdict"]]

@@ -112,25 +112,25 @@ def frequencies(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def collision(found: Evidence, compared: Compared) -> Finding | None:
-    """Impulse (1 + e) m v of the first blow between rigid bodies."""
-    blows = found.blows
-    if blows is None or blows.restitution is None or not blows.alone or not blows.approach > 0:
+    """Impulse (1 + e) m v of the first impact between rigid bodies."""
+    impacts = found.impacts
+    if impacts is None or impacts.restitution is None or not impacts.alone or not impacts.approach > 0:
         return None
     if found.contact is None:
         return Finding("collision", np.inf, SAME, "impulse (1 + e) m v (there is none)")
-    expected = (1 + blows.restitution) * blows.mass * blows.approach
+    expected = (1 + impacts.restitution) * impacts.mass * impacts.approach
     integrator = INTEGRATORS[found.integrator]
     bound = SAME if math.isinf(integrator.order) else 10 * integrator.promised_drift
     return Finding("collision", _apart(found.contact.impulse, expected), bound, "impulse (1 + e) m v")
 
 
 def loss(found: Evidence, compared: Compared) -> Finding | None:
-    """Energy lost by blows of known restitution, Σ ½ m v² (1 − e²)."""
-    blows = found.blows
-    if blows is None or not blows.impact or blows.restitution is None or not len(blows.closing):
+    """Energy lost by impacts of known restitution, Σ ½ m v² (1 − e²)."""
+    impacts = found.impacts
+    if impacts is None or not impacts.impact or impacts.restitution is None or not len(impacts.closing):
         return None
-    expected = float((0.5 * blows.mass * blows.closing**2).sum() * (1 - blows.restitution**2))
-    whole = max(float((0.5 * blows.mass * blows.closing**2).max()), abs(found.loss))
+    expected = float((0.5 * impacts.mass * impacts.closing**2).sum() * (1 - impacts.restitution**2))
+    whole = max(float((0.5 * impacts.mass * impacts.closing**2).max()), abs(found.loss))
     return Finding("loss", abs(found.loss - expected) / whole, SAME, "loss Σ ½ m v² (1 − e²)") if whole > 0 else None
 
 

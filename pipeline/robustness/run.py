@@ -1,4 +1,4 @@
-"""`gudgeon stress`: every case of a scene, its verdict, and what it rests on; docs/stress.md has the schema."""
+"""`gudgeon robustness`: every case of a scene, its verdict, and what it rests on; docs/robustness.md has the schema."""
 
 import json
 import tempfile
@@ -16,7 +16,7 @@ from gudgeon.pipeline.robustness.operations import OPERATIONS, DoesNotApply, Sub
 from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.robustness.trial import REFUSALS, Trial, run_trial, sizes
 from gudgeon.pipeline.robustness.verdict import Verdict, judge
-from gudgeon.pipeline.scenes.extremes import Case, Stress
+from gudgeon.pipeline.scenes.robustness import Case, Robustness
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
@@ -29,14 +29,16 @@ COLUMNS: tuple[str, ...] = ("case", "group", "verdict", "reason", "rule", "rests
 """Of the table of values separated by commas."""
 
 
-def stress_job(job: Job, cases: Path | None, only: tuple[str, ...], progress: Progress) -> tuple[dict[str, Any], str]:
-    """Put a scene of bodies in contact to its extremes; see `stress_cases`.
+def robustness_job(
+    job: Job, cases: Path | None, only: tuple[str, ...], progress: Progress
+) -> tuple[dict[str, Any], str]:
+    """Put a scene of bodies in contact to its robustness cases; see `robustness_cases`.
 
     Raises:
         InputError: the scene, a file of cases or a name in `only` is wrong.
         StageError: the scene itself, without any change, cannot be run.
     """
-    settings: Stress = job.scene.stress
+    settings: Robustness = job.scene.robustness
     chosen = chosen_cases(settings, cases, only, job.path)
     own = job if settings.duration is None else variant(job, {"run": {"duration": settings.duration}})
 
@@ -46,11 +48,11 @@ def stress_job(job: Job, cases: Path | None, only: tuple[str, ...], progress: Pr
         own, meshes, lambda trial, folder: run_trial(trial, folder, progress), lambda changes: variant(own, changes),
         known=sizes(own),
     )  # fmt: skip
-    return stress_cases(subject, chosen, progress)
+    return robustness_cases(subject, chosen, progress)
 
 
-def stress_cases(subject: Subject, cases: Mapping[str, Case], progress: Progress) -> tuple[dict[str, Any], str]:
-    """Run cases, judge them, and write `stress.json`, `stress.csv` and `stress.png` into the job's folder.
+def robustness_cases(subject: Subject, cases: Mapping[str, Case], progress: Progress) -> tuple[dict[str, Any], str]:
+    """Run cases, judge them, and write `robustness.json`, `robustness.csv` and `robustness.png` into the job's folder.
 
     Returns:
         The document and its table as text.
@@ -61,7 +63,7 @@ def stress_cases(subject: Subject, cases: Mapping[str, Case], progress: Progress
     """
     job = subject.job
     _check(subject, cases)
-    with tempfile.TemporaryDirectory(prefix="gudgeon-stress-") as scratch:
+    with tempfile.TemporaryDirectory(prefix="gudgeon-robustness-") as scratch:
         base = subject.run(Trial(job), Path(scratch) / "base")
         if isinstance(base, Refusal):
             raise StageError(f"{job.path}: the scene itself cannot be run: {base.reason}")
@@ -71,13 +73,13 @@ def stress_cases(subject: Subject, cases: Mapping[str, Case], progress: Progress
             with tempfile.TemporaryDirectory(dir=scratch) as folder:
                 rows.append(_row(name, case, replace(subject, base=base, folder=Path(folder))))
     document = _document(job, rows, base)
-    write_text(job.out / "stress.json", json.dumps(document, indent=1))
+    write_text(job.out / "robustness.json", json.dumps(document, indent=1))
     cells = ([row[key] for key in COLUMNS] for row in rows)
-    write_text(job.out / "stress.csv", csv_text([COLUMNS, *cells], "\n"))
+    write_text(job.out / "robustness.csv", csv_text([COLUMNS, *cells], "\n"))
     from gudgeon.pipeline.robustness.picture import draw
 
     draw(document, job.out / "stress.png")
-    progress("stress", 1.0)
+    progress("robustness", 1.0)
     return document, table_text(document)
 
 
@@ -120,7 +122,7 @@ def _row(name: str, case: Case, subject: Subject) -> dict[str, Any]:
 
 
 def _written(name: str, case: Case, verdict: Verdict, found: Evidence | Refusal | None) -> dict[str, Any]:
-    """Return one case as it stands in table and document; docs/stress.md says what each key is."""
+    """Return one case as it stands in table and document; docs/robustness.md says what each key is."""
     row: dict[str, Any] = {"case": name, "group": case.group, "verdict": verdict.verdict, "reason": verdict.reason}
     row |= {key: getattr(verdict.deciding, key, None) for key in ("rule", "rests_on", "value", "bound")}
     row |= {key: getattr(found, key, None) for key in SEEN}

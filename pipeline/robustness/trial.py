@@ -14,7 +14,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, PipelineError
-from gudgeon.pipeline.robustness.evidence import Blows, Evidence, FirstContact, Refusal
+from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal
 from gudgeon.pipeline.robustness.units import Units
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
@@ -30,7 +30,7 @@ ROUND_OFF = 1e-9
 """Overlap over the way that a contact's points go: what counts as none."""
 REFUSALS = (PipelineError, SceneError, SolverError, modaldb.ModalDBError)
 WHOLE = ("macneal", "normal+static", "rubin")
-"""Recipes whose first coordinates are normal modes of the whole mesh."""
+"""Reductions whose first coordinates are normal modes of the whole mesh."""
 
 
 @dataclass(frozen=True)
@@ -91,10 +91,10 @@ def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | N
     """
     found = []
     for name, history in trajectory.contacts.items():
-        blows = trajectory.episodes.get(name)
-        if blows is not None:
-            if len(blows):
-                one = merged(blows, resolution)[0]
+        impacts = trajectory.impacts.get(name)
+        if impacts is not None:
+            if len(impacts):
+                one = merged(impacts, resolution)[0]
                 force = (
                     float(one[3]) if resolution == 0 else _smoothed(history.force, trajectory.times, one, resolution)
                 )
@@ -114,10 +114,10 @@ def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | N
     return min(found, key=lambda one: one.start, default=None)
 
 
-def _smoothed(force: np.ndarray, times: np.ndarray, blow: np.ndarray, resolution: float) -> float:
-    """Return the largest mean force [N] of a blow over one period of the highest kept frequency: less is ringing."""
+def _smoothed(force: np.ndarray, times: np.ndarray, impact: np.ndarray, resolution: float) -> float:
+    """Return the largest mean force [N] of an impact over one period of the highest kept frequency: less is ringing."""
     interval = float(times[0])
-    size = np.linalg.norm(force[: int(np.searchsorted(times, blow[1])) + 1], axis=1)
+    size = np.linalg.norm(force[: int(np.searchsorted(times, impact[1])) + 1], axis=1)
     width = min(max(1, round(resolution / interval)), max(1, len(size)))
     return float(np.convolve(size, np.full(width, 1.0 / width), mode="valid").max(initial=0.0))
 
@@ -167,8 +167,8 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     elastic = {name: record for name, record in modes.items() if len(record.angular_frequencies)}
     mechanical = found.energies[:, :3].sum(axis=1) - found.energies[:, 4]
     exchanged = float(sum(np.ptp(found.energies[:, i]) for i in range(3)))
-    for blows in found.episodes.values():  # Those between two samples, too.
-        exchanged = max(exchanged, 0.25 * float((blows[:, 2] * np.abs(blows[:, 5])).max(initial=0.0)))
+    for impacts in found.impacts.values():  # Those between two samples, too.
+        exchanged = max(exchanged, 0.25 * float((impacts[:, 2] * np.abs(impacts[:, 5])).max(initial=0.0)))
     lowest = np.minimum.accumulate(mechanical) if len(mechanical) else mechanical
     # What a dashpot keeps a surface from giving back counts as lost for a while, and its depth as overlap.
     lagging = bool(system.dashpot.any())
@@ -183,13 +183,13 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     contact = first_contact(found, system.resolution)
     checks = [float(r.quality["orthogonality"]) for r in elastic.values() if "orthogonality" in r.quality]
     return Evidence(
-        frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.recipe in WHOLE},
+        frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.reduction in WHOLE},
         shear={n: _shear(job, n) for n in elastic},
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
         contact=contact,
         readings={n: (e["value"], e["unit"]) for n, e in found.quantities.items()} if not found.contacts else {},
-        blows=_blows(system, found),
+        impacts=_impacts(system, found),
         integrator=str(found.counts["integrator"]),
         energy_drift=found.energy_drift,
         momentum_residual=found.momentum_residual if moved and pushed else None,
@@ -226,7 +226,7 @@ def _integrator(found: Trajectory) -> type[Integrator]:
 
 
 def _ringing(system: System, found: Trajectory, contact: FirstContact | None) -> float:
-    """Return what round-off of the frequencies in contact leaves in its force, relative; docs/stress.md derives it."""
+    """Return what round-off of the frequencies in contact leaves in its force, relative; docs/robustness.md derives it."""
     damped = bool(system.dashpot.any())  # Ringing dies before phases drift.
     if contact is None or math.isfinite(_integrator(found).order) or system.resolution == 0 or damped:
         return 0.0
@@ -297,7 +297,7 @@ def _condition(system: System) -> float | None:
     return float(values[-1] / values[0]) if values[0] > 0 else float("inf")
 
 
-def _blows(system: System, found: Trajectory) -> Blows | None:
+def _impacts(system: System, found: Trajectory) -> Impacts | None:
     """Return what closed forms can be put to; None where there is none."""
     if len(system.contacts) != 1 or len(system.gap) != 1:
         return None
@@ -309,9 +309,9 @@ def _blows(system: System, found: Trajectory) -> Blows | None:
         return None
     e = settings.restitution if impact else _restitution(settings)
     forced = any(scene.run.gravity) or bool(scene.force)
-    blows = found.episodes.get(contact.name)
-    closing = blows[:, 5] if blows is not None else np.empty(0)
-    return Blows(e, 1 / square, closing, -float(row @ system.velocity), rigid and not forced, impact)
+    impacts = found.impacts.get(contact.name)
+    closing = impacts[:, 5] if impacts is not None else np.empty(0)
+    return Impacts(e, 1 / square, closing, -float(row @ system.velocity), rigid and not forced, impact)
 
 
 def _restitution(contact: Any) -> float | None:

@@ -26,7 +26,7 @@ SYMBOLS: dict[str, Dimension] = {
     "1": (0, 0, 0), "deg": (0, 0, 0), "rad": (0, 0, 0), "rev": (0, 0, 0), "kg": (1, 0, 0), "m": (0, 1, 0),
     "s": (0, 0, 1), "min": (0, 0, 1), "Hz": (0, 0, -1), "N": (1, 1, -2), "Pa": (1, -1, -2),
 }  # fmt: skip
-KEPT = ("report", "plot", "stress")
+KEPT = ("report", "plot", "robustness")
 """Parts of a scene that no run depends on: they stay as they are."""
 SHAPE = {"radius": "m", "origin": "m", "area": "m^2", "thickness": "m"}
 """Units of the numbers of a true surface."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.rules import RULES, Compared, Finding
-from gudgeon.pipeline.scenes.extremes import Case
+from gudgeon.pipeline.scenes.robustness import Case
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """A scene file of bodies in contact."""
 
 from gudgeon.pipeline.scenes.component import Component
-from gudgeon.pipeline.scenes.extremes import Stress
 from gudgeon.pipeline.scenes.report import Plot, Report
+from gudgeon.pipeline.scenes.robustness import Robustness
 from gudgeon.solver.scene.scene import Scene
 
 
@@ -12,4 +12,4 @@ class SceneFile(Scene):
     component: dict[str, Component]
     report: Report = Report()
     plot: Plot = Plot()
-    stress: Stress = Stress()
+    robustness: Robustness = Robustness()

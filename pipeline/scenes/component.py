@@ -37,7 +37,7 @@ class Change(BaseModel):
     """A design change and how far the modes follow it."""
 
     model_config = STRICT
-    rung: Literal["reuse", "recompute"] = Field(
+    update: Literal["reuse", "recompute"] = Field(
         default="reuse", description="reuse: nodal positions move, modes stay; recompute: modes of the moved mesh"
     )
     profile: Profile = Profile()
@@ -88,13 +88,15 @@ class Component(BaseModel):
     @field_validator("modes")
     @classmethod
     def _fits_the_kind(cls, value: ModesSettings, info: ValidationInfo) -> ModesSettings:
-        if info.data.get("gauge") and value.recipe == "rigid":
-            raise ValueError("recipe 'rigid' given, a gauge needs a recipe with elastic coordinates")
-        if _kind(info) != "rigid" or value.recipe == "rigid":
+        if info.data.get("gauge") and value.reduction == "rigid":
+            raise ValueError("reduction 'rigid' given, a gauge needs a reduction with elastic coordinates")
+        if _kind(info) != "rigid" or value.reduction == "rigid":
             return value
-        if "recipe" in value.model_fields_set:
-            raise ValueError(f"recipe '{value.recipe}' given, geometry 'rigid' allows 'rigid' only; leave the key out")
-        return value.model_copy(update={"recipe": "rigid"})
+        if "reduction" in value.model_fields_set:
+            raise ValueError(
+                f"reduction '{value.reduction}' given, geometry 'rigid' allows 'rigid' only; leave the key out"
+            )
+        return value.model_copy(update={"reduction": "rigid"})
 
 
 def _kind(info: ValidationInfo) -> str | None:

@@ -15,7 +15,7 @@ from gudgeon.pipeline.errors import InputError
 Model = TypeVar("Model", bound=BaseModel)
 SCENE_FILE = "scene.toml"
 UNSET = "unset"
-KEY = re.compile(r"(component|wheel|body|contact|joint|force|report|run|stress)\.")
+KEY = re.compile(r"(component|wheel|body|contact|joint|force|report|run|robustness)\.")
 
 
 def scene_path(scene: str | Path) -> Path:

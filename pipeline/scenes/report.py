@@ -8,8 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 STRICT = ConfigDict(extra="forbid", frozen=True)
 
 
-class Nodal(BaseModel):
-    """The nodal synthesis beside the models; its finest run is the reference where no file is."""
+class FullFE(BaseModel):
+    """The full FE beside the models; its finest run is the reference where no file is."""
 
     model_config = STRICT
     steps: tuple[float, ...] = Field(default=(2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Coarse to fine [s]")
@@ -73,7 +73,7 @@ class Report(BaseModel):
     until: float | None = Field(
         default=None, gt=0, description="Compare up to this time [s]; chatter may make later motion irreproducible"
     )
-    nodal: Nodal | None = Field(default=None, description="Compare with the nodal synthesis on the same mesh")
+    full_fe: FullFE | None = Field(default=None, description="Compare with the full-FE run on the same mesh")
     vectors: Vectors | None = Field(
         default=None, description="Compare numbers and kinds of vectors under a moving force, instead of models"
     )

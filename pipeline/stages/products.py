@@ -52,7 +52,7 @@ class Product:
 def component_products(name: str, component: Component, folder: Path) -> dict[str, Product]:
     """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
 
-    `mesh` is the mesh that the modes are made of: the base mesh, or the moved one on rung `recompute`.
+    `mesh` is the mesh that the modes are made of: the base mesh, or the moved one on update `recompute`.
 
     Args:
         folder: The scene's, from which relative paths count.
@@ -62,7 +62,7 @@ def component_products(name: str, component: Component, folder: Path) -> dict[st
     """
     base = _product("mesh", name, "mesh", {"geometry": _geometry(component, folder, name), "size": component.mesh.size})
     change = _profile(component, folder, name)
-    recompute = bool(change) and component.change.rung == "recompute"
+    recompute = bool(change) and component.change.update == "recompute"
     moved = {"base": base.key, "profile": change, "morph": CODE_VERSIONS["morph"]}
     mesh = _product("mesh", name, "mesh", moved) if recompute else base
     modes = _product(
@@ -76,8 +76,8 @@ def component_products(name: str, component: Component, folder: Path) -> dict[st
             "modes": component.modes.model_dump(mode="json"),
         },
     )  # fmt: skip
-    rung = component.change.rung if change else "none"
-    morph = _product("morph", name, "morph", {"modes": modes.key, "rung": rung, "profile": change})
+    update = component.change.update if change else "none"
+    morph = _product("morph", name, "morph", {"modes": modes.key, "update": update, "profile": change})
     return {"base-mesh": base, "mesh": mesh, "modes": modes, "morph": morph}
 
 
@@ -97,7 +97,7 @@ def nodal_product(
     parts: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]],
     step: float,
 ) -> Product:
-    """Return a run of the nodal synthesis.
+    """Return a run of the full-FE run.
 
     Args:
         dynamics: The solver's part of the scene, as JSON.

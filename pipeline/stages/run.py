@@ -68,7 +68,7 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
     keys = (steps["mesh"].key, steps["modes"].key)
     needed = ["mass", "centre", "inertia", "rigid_twists", *(f"interfaces/{i}/points" for i in component.interface)]
     modal = job.store.get(keys[1], "modes", only=needed)
-    if movement is None or component.change.rung == "recompute":
+    if movement is None or component.change.update == "recompute":
         return morph.own_modes(*keys, modal, "none" if movement is None else "recompute")
     assert component.material is not None
     surfaces = {key: item.surface for key, item in component.interface.items()}

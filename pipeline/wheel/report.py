@@ -99,7 +99,7 @@ def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
             kept_dofs(case.sector, one, f"report.choices.{key}")
         full = _full(job, case, progress)
         none = dict.fromkeys(MEASURES, 0.0)
-        rows = [InterfaceRow(FULL, "all nodal dofs", full, none, 0.0, 0.0, wall=full.counts["wall"])]
+        rows = [InterfaceRow(FULL, "full FE", full, none, 0.0, 0.0, wall=full.counts["wall"])]
         parts, once = fastest(lambda: sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}"), how.repeat)
         for number, (key, choice) in enumerate(choices.items()):
             progress(f"choice {number + 1} of {len(choices)}", number / len(choices))

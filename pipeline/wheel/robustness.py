@@ -11,27 +11,27 @@ from gudgeon.pipeline.errors import PipelineError
 from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.operations import Subject
-from gudgeon.pipeline.robustness.run import stress_cases
+from gudgeon.pipeline.robustness.run import robustness_cases
 from gudgeon.pipeline.robustness.trial import Trial
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.job import WheelJob
 from gudgeon.pipeline.wheel.stages import run_wheel
 
 
-def stress_wheel(
+def robustness_wheel(
     job: WheelJob, cases: Path | None, only: tuple[str, ...], progress: Progress
 ) -> tuple[dict[str, Any], str]:
-    """Put a wheel to its extremes; see `stress.stress_cases`.
+    """Put a wheel to its robustness cases; see `stress.robustness_cases`.
 
     Raises:
         InputError: the scene, a file of cases or a name in `only` is wrong.
         StageError: the wheel itself, without any change, cannot be run.
     """
-    chosen = chosen_cases(job.scene.stress, cases, only, job.path)
+    chosen = chosen_cases(job.scene.robustness, cases, only, job.path)
     run_wheel(job, "mesh", progress)
     meshes = {job.wheel.component: job.store.get(job.mesh().key, "mesh")}
     subject = Subject(job, meshes, lambda trial, folder: _run(trial, folder, progress), job.changed)
-    return stress_cases(subject, chosen, progress)
+    return robustness_cases(subject, chosen, progress)
 
 
 def _run(trial: Trial, scratch: Path, progress: Progress) -> Evidence | Refusal:

@@ -11,8 +11,8 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.numbers import STRICT, Direction, Finite, Length, Positive
 from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 from gudgeon.pipeline.scenes.component import Component
-from gudgeon.pipeline.scenes.extremes import Stress
 from gudgeon.pipeline.scenes.reading import find_file
+from gudgeon.pipeline.scenes.robustness import Robustness
 
 
 class Mistuning(BaseModel):
@@ -159,7 +159,7 @@ class WheelFile(BaseModel):
     component: dict[str, Component]
     wheel: dict[str, Wheel] = Field(min_length=1, max_length=1)
     report: WheelReport = WheelReport()
-    stress: Stress = Stress()
+    robustness: Robustness = Robustness()
 
     @property
     def only(self) -> tuple[str, Wheel]:

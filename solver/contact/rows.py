@@ -192,7 +192,7 @@ def _check_yielding(
     contact = scene.contact[name]
     if METHODS[contact.method].rigid or contact.smooth_law or compliance.min() > 0:
         return
-    if all(body is None or body.modal.recipe == "rigid" for body in bodies):
+    if all(body is None or body.modal.reduction == "rigid" for body in bodies):
         raise SceneError(f"contact.{name}.surface_stiffness: is missing; rigid bodies need it to be pressed")
     raise SceneError(
         f"contact.{name}.method: '{contact.method}' has no residual flexibility to act on, the bodies' shapes hold all"
@@ -327,10 +327,10 @@ def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str | 
     interface = interface or contact.interface
     if METHODS[contact.method].flexible:
         if body.modal.residual_flexibility is None:
-            if body.modal.recipe != "rigid":
+            if body.modal.reduction != "rigid":
                 raise SceneError(
-                    f"contact.{name}.method: 'residual' needs a recipe that stores R, component"
-                    f" '{body.name}' was reduced by '{body.modal.recipe}'"
+                    f"contact.{name}.method: 'residual' needs a reduction that stores R, component"
+                    f" '{body.name}' was reduced by '{body.modal.reduction}'"
                 )
             if contact.surface_stiffness is None and contact.law is None and not isinstance(contact.against, OtherBody):
                 raise SceneError(f"contact.{name}.surface_stiffness: is missing; a rigid body needs it to be pressed")

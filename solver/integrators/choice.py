@@ -35,11 +35,11 @@ def choose(system: System) -> Choice:
     scene, run, points = system.scene, system.scene.run, len(system.gap)
     name, critical = scene.integrator, cache(system.critical_frequency)
     if run.integrator == "auto":
-        if name == "trapezoid" and points <= FEW_POINTS and "event" in scene.carriers():
+        if name == "implicit" and points <= FEW_POINTS and "event" in scene.carriers():
             name = "event"
-        elif name == "kick" and "trapezoid" in scene.carriers():
+        elif name == "explicit" and "implicit" in scene.carriers():
             steps = run.duration * critical() / INTEGRATORS[name].step_factor
-            name = "trapezoid" if steps * max(1, points) > MANY else name
+            name = "implicit" if steps * max(1, points) > MANY else name
     integrator = INTEGRATORS[name]
     if integrator.own_steps:
         return Choice(name, 0.0)

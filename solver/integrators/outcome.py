@@ -35,7 +35,7 @@ class Outcome:
     """[N s], (c,)"""
     extreme: np.ndarray
     """E₀, largest energy error, largest exchange [J], deepest penetration [m], first and last contact [s], (6,)."""
-    tally: np.ndarray
+    counts: np.ndarray
     """Active rows, steps in contact, pivots, and more that an integrator counts."""
     masters: np.ndarray
     """Outward displacement of the functions [m], (F,)."""
@@ -43,8 +43,8 @@ class Outcome:
     """On the functions [N s], (F,)."""
     drag_impulse: np.ndarray
     """Along the way of each contact [N s], (k,)."""
-    episodes: list[np.ndarray] = field(default_factory=list)
-    """Blows of each contact as in `Trajectory.episodes`, (b, 7) each; none where the integrator locates none."""
+    impacts: list[np.ndarray] = field(default_factory=list)
+    """Impacts of each contact as in `Trajectory.impacts`, (b, 7) each; none where the integrator locates none."""
     drags: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Friction's impulse on each row [N s], (c,)."""
     slips: list[list[tuple[float, bool]]] = field(default_factory=list)

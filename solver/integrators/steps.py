@@ -65,7 +65,7 @@ def plan_run(system: System) -> Plan:
     run, integrator = system.scene.run, INTEGRATORS[name]
     if not integrator.own_steps:
         return Plan(name, critical, plan_steps(run, integrator, critical, touches=len(system.gap) > 0))
-    # A given step that steps over blows is left to the accuracy.
+    # A given step that steps over impacts is left to the accuracy.
     schedule = sample_plan(run)
     parts = 1 if run.step is None else parts_of(run.step, system.critical_frequency(), integrator.largest)
     return Plan(name, 0.0, replace(schedule, substeps=parts), run.step if parts == 1 else None)

@@ -31,7 +31,7 @@ class Method:
     """A contact method."""
 
     rigid: bool
-    """Whether points have no compliance: forces are multipliers, closings are blows."""
+    """Whether points have no compliance: forces are multipliers, closings are impacts."""
     flexible: bool
     """Whether the residual flexibility R of the bodies yields."""
     refuses: Callable[[Settings], str | None]
@@ -56,7 +56,7 @@ def compliant_dashpot(settings: Settings) -> str | None:
     return None
 
 
-def no_blows(settings: Settings) -> str | None:
+def no_impacts(settings: Settings) -> str | None:
     """Return what only rigid methods can use."""
     if settings.restitution is not None:
         return RESTITUTION

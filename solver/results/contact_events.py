@@ -1,29 +1,29 @@
-"""What blows, peaks and departures are, as quantities: pure functions of histories, whoever integrated them."""
+"""What impacts, peaks and departures are, as quantities: pure functions of histories, whoever integrated them."""
 
 import numpy as np
 
 Quantity = tuple[float, str]
 """Value and unit."""
 
-PER_BLOW = (
+PER_IMPACT = (
     ("start", "s"), ("end", "s"), ("impulse", "N s"), ("force", "N"), ("force_time", "s"), ("closing", "m/s"),
     ("opening", "m/s"),
 )  # fmt: skip
 SHOWN = 10
-"""Blows that have quantities of their own."""
+"""Impacts that have quantities of their own."""
 NOTICED = 1e-12
 """Share of the largest component of a motion below which another is round-off."""
 
 
-def blow_quantities(blows: np.ndarray) -> dict[str, Quantity]:
-    """Return what located blows (b, 7), see `Trajectory.episodes`, tell of a contact; b is 1 at least."""
-    first, highest = blows[0], blows[blows[:, 3].argmax()]
+def impact_quantities(impacts: np.ndarray) -> dict[str, Quantity]:
+    """Return what located impacts (b, 7), see `Trajectory.impacts`, tell of a contact; b is 1 at least."""
+    first, highest = impacts[0], impacts[impacts[:, 3].argmax()]
     values = {
         "force_peak": (float(highest[3]), "N"),
-        "blows": (float(len(blows)), "1"),
+        "impacts": (float(len(impacts)), "1"),
         "start": (float(first[0]), "s"),
-        "end": (float(blows[:, 1].max()), "s"),
-        "duration": (float(blows[:, 1].max() - first[0]), "s"),
+        "end": (float(impacts[:, 1].max()), "s"),
+        "duration": (float(impacts[:, 1].max() - first[0]), "s"),
         "first_duration": (float(first[1] - first[0]), "s"),
         "first_impulse": (float(first[2]), "N s"),
     }
@@ -32,52 +32,52 @@ def blow_quantities(blows: np.ndarray) -> dict[str, Quantity]:
     else:
         values |= {"largest_force": (float(highest[3]), "N"), "peak_time": (float(highest[4]), "s")}
         values |= {"first_peak": (float(first[3]), "N")}
-    for number, blow in enumerate(blows[:SHOWN] if len(blows) > 1 else [], 1):
-        for place, (key, unit) in enumerate(PER_BLOW):
-            if (key.startswith("force") and blow[3] == 0) or np.isnan(blow[place]):
+    for number, impact in enumerate(impacts[:SHOWN] if len(impacts) > 1 else [], 1):
+        for place, (key, unit) in enumerate(PER_IMPACT):
+            if (key.startswith("force") and impact[3] == 0) or np.isnan(impact[place]):
                 continue
-            values[f"blow{number}.{key}"] = (float(blow[place]), unit)
+            values[f"impact{number}.{key}"] = (float(impact[place]), unit)
     return values
 
 
-def sampled_blows(force: np.ndarray, interval: float) -> np.ndarray:
-    """Return the blows in a history, to within an interval, (b, 7) as `Trajectory.episodes`, speeds unknown (NaN).
+def sampled_impacts(force: np.ndarray, interval: float) -> np.ndarray:
+    """Return the impacts in a history, to within an interval, (b, 7) as `Trajectory.impacts`, speeds unknown (NaN).
 
     Args:
         force: Mean force over each interval [N], (s,).
         interval: [s]
     """
     ends = np.flatnonzero(np.diff(np.concatenate([[False], force > 0, [False]])))
-    blows = np.full((len(ends) // 2, 7), np.nan)
-    for blow, first, end in zip(blows, ends[::2], ends[1::2], strict=True):
+    impacts = np.full((len(ends) // 2, 7), np.nan)
+    for impact, first, end in zip(impacts, ends[::2], ends[1::2], strict=True):
         highest = first + int(force[first:end].argmax())
-        blow[:5] = (
+        impact[:5] = (
             first * interval,
             end * interval,
             interval * force[first:end].sum(),
             force[highest],
             (highest + 0.5) * interval,
         )
-    return blows
+    return impacts
 
 
-def merged(blows: np.ndarray, resolution: float) -> np.ndarray:
-    """Return blows with those joined that part for less than what the model resolves.
+def merged(impacts: np.ndarray, resolution: float) -> np.ndarray:
+    """Return impacts with those joined that part for less than what the model resolves.
 
     Args:
-        blows: (b, 7), in order of time, see `Trajectory.episodes`.
+        impacts: (b, 7), in order of time, see `Trajectory.impacts`.
         resolution: Period of the highest frequency that it carries [s].
     """
     found: list[np.ndarray] = []
-    for blow in blows:
-        if found and blow[0] - found[-1][1] < resolution:
+    for impact in impacts:
+        if found and impact[0] - found[-1][1] < resolution:
             last = found[-1]
-            last[1], last[6] = blow[1], blow[6]
-            last[2] += blow[2]
-            if blow[3] > last[3]:
-                last[3:5] = blow[3:5]
+            last[1], last[6] = impact[1], impact[6]
+            last[2] += impact[2]
+            if impact[3] > last[3]:
+                last[3:5] = impact[3:5]
         else:
-            found.append(blow.copy())
+            found.append(impact.copy())
     return np.array(found).reshape(-1, 7)
 
 

@@ -10,11 +10,11 @@ from gudgeon.solver.integrators.outcome import Outcome
 from gudgeon.solver.integrators.steps import Plan
 from gudgeon.solver.results.contact_events import (
     Quantity,
-    blow_quantities,
     departure,
+    impact_quantities,
     merged,
     rebound,
-    sampled_blows,
+    sampled_impacts,
     smoothed_peak,
 )
 from gudgeon.solver.system.system import System
@@ -38,12 +38,12 @@ def quantities(system: System, plan: Plan, end: Outcome, forces: np.ndarray, mul
         pressed = float(end.impulses[contact.rows].sum())
         if contact.edge.any() and pressed > 0:
             values["edge_share"] = (float(end.impulses[contact.rows][contact.edge].sum()) / pressed, "1")
-        blows = end.episodes[number] if number < len(end.episodes) else np.empty((0, 7))
+        impacts = end.impacts[number] if number < len(end.impacts) else np.empty((0, 7))
         if size > 0:
             along = impulse / size
-            if len(end.episodes):
-                values |= blow_quantities(merged(blows, system.resolution))
-                if blows[:, 3].max() > 0 and system.resolution >= interval:
+            if len(end.impacts):
+                values |= impact_quantities(merged(impacts, system.resolution))
+                if impacts[:, 3].max() > 0 and system.resolution >= interval:
                     values |= smoothed_peak(forces[:, number] @ along, interval, system.resolution)
             else:
                 values |= _of_samples(system, plan, end, contact, forces[:, number], along)
@@ -54,7 +54,7 @@ def quantities(system: System, plan: Plan, end: Outcome, forces: np.ndarray, mul
             pressure = multipliers[:, contact.rows] / contact.areas
             values["pressure_peak"] = (float(pressure.max()), "Pa")
         found |= _named(contact.name, values)
-    return found | (_leaving(system, end) if plan.integrator.counts_blows else {})
+    return found | (_leaving(system, end) if plan.integrator.counts_impacts else {})
 
 
 def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
@@ -98,8 +98,8 @@ def _of_samples(
     first, last = end.extreme[4], end.extreme[5]
     if len(system.contacts) > 1:
         first, last = touching[0] * interval, (touching[-1] + 1) * interval - dt
-    blows = sampled_blows(pushed, interval) if plan.integrator.counts_blows else np.empty((0, 7))
-    values = blow_quantities(merged(blows, system.resolution)) if len(blows) else {}
+    impacts = sampled_impacts(pushed, interval) if plan.integrator.counts_impacts else np.empty((0, 7))
+    values = impact_quantities(merged(impacts, system.resolution)) if len(impacts) else {}
     values |= {
         "force_peak": (float(pushed.max()), "N"),
         "start": (float(first), "s"),

@@ -94,7 +94,7 @@ def trajectory_of(
         counts=_counts(system, plan, end),
         joints=_joints(system, times, samples),
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
-        episodes={c.name: blows for c, blows in zip(system.contacts, end.episodes, strict=False)},
+        impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=False)},
         gauges=readings,
     )
 
@@ -107,8 +107,8 @@ def _counts(system: System, plan: Plan, end: Outcome) -> Json:
         "substeps": plan.schedule.substeps,
         "step": plan.schedule.dt,
         "critical_frequency": plan.critical,
-        "contact_steps": int(end.tally[1]),
-        "pivots": int(end.tally[2]),
+        "contact_steps": int(end.counts[1]),
+        "pivots": int(end.counts[2]),
         "coordinates": len(end.q),
         "contact_rows": len(system.gap),
         "functions": len(system.functions),

@@ -66,7 +66,7 @@ class Contact(BaseModel):
         default="residual",
         description="residual: gap = g₀ + BΦq + Rλ, no stiffness to tune; penalty: a spring or a law at each point;"
         " constraint: the gap is held at zero from touch until its force would pull (addition-deletion);"
-        " impact: Newton's restitution at each blow",
+        " impact: Newton's restitution at each impact",
     )
     surface_stiffness: Positive | None = Field(
         default=None,

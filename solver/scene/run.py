@@ -25,11 +25,11 @@ class Run(BaseModel):
         " default), of the energy balance elsewhere; event location needs none",
         json_schema_extra={"unit": "1"},
     )
-    integrator: Literal["auto", "event", "collocation", "discrete-gradient", "kick", "trapezoid"] = Field(
+    integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(
         default="auto",
         description="event: exact motion between located events, for linear and rigid contact of a few points;"
-        " collocation: high order, for contact laws; discrete-gradient: energy to round-off at any step; kick: explicit"
-        " contact, step 0.2/ω_c; trapezoid: implicit contact, for damping, joints, loads and sliding pairs; auto takes"
+        " collocation: high order, for contact laws; discrete-gradient: energy to round-off at any step; explicit: explicit"
+        " contact, step 0.2/ω_c; implicit: implicit contact, for damping, joints, loads and sliding pairs; auto takes"
         " what the scene's contacts ask for",
     )
     gravity: Vector = Field(default=(0.0, 0.0, 0.0), description="[m/s^2]", json_schema_extra={"unit": "m/s^2"})

@@ -56,7 +56,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Blow:
+class Impact:
     """What a run found."""
 
     times: np.ndarray
@@ -108,7 +108,7 @@ def reduced(rod: Rod, setup: Setup) -> Any:
     return body
 
 
-def strike(rod: Rod, body: Any, setup: Setup, *, speed: float, duration: float, repeats: int = 1) -> Blow:
+def strike(rod: Rod, body: Any, setup: Setup, *, speed: float, duration: float, repeats: int = 1) -> Impact:
     """Let one rod hit another, equal one at rest, at `speed` [m/s] along z.
 
     Raises:
@@ -130,7 +130,7 @@ def strike(rod: Rod, body: Any, setup: Setup, *, speed: float, duration: float, 
             raise ValueError(f"Exudyn did not finish with {setup}")
         seconds.append(time.process_time() - start)
     found = np.array(system.GetSensorStoredData(force))
-    return Blow(found[:, 0], np.linalg.norm(found[:, 1:4], axis=1), min(seconds))
+    return Impact(found[:, 0], np.linalg.norm(found[:, 1:4], axis=1), min(seconds))
 
 
 def _contact(system: Any, bodies: tuple[Any, Any], rod: Rod, setup: Setup) -> Any:

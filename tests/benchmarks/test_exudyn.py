@@ -31,7 +31,7 @@ EDGE = 0.05
 """Share of the plateau that is left out at either end."""
 COORDINATES = 46
 RITZ_VECTORS = 160
-"""Of which these are the lowest that the blow excites."""
+"""Of which these are the lowest that the impact excites."""
 STIFFNESSES = (2e8, 3.5e8, 6e8, 1e9)
 """Contact stiffnesses that Exudyn is given [N/m]; the best of each basis stands between the outer ones."""
 STEPS = (2e-6, 5e-6, 1e-5)
@@ -72,10 +72,10 @@ def rows(folder: Path) -> list[Row]:
         body = reduced(rod, setup)
 
         def run(setup: Setup, body: Any = body) -> Row:
-            blow = strike(rod, body, setup, speed=1.0, duration=duration)
-            label, cpu = f"Exudyn, {setup.basis}", blow.cpu_seconds / (1e3 * duration)
-            impulse = float(np.trapezoid(blow.force, blow.times))
-            return Row(label, setup.stiffness, setup.step, cpu, *judged(blow.times, blow.force, impulse))
+            impact = strike(rod, body, setup, speed=1.0, duration=duration)
+            label, cpu = f"Exudyn, {setup.basis}", impact.cpu_seconds / (1e3 * duration)
+            impulse = float(np.trapezoid(impact.force, impact.times))
+            return Row(label, setup.stiffness, setup.step, cpu, *judged(impact.times, impact.force, impulse))
 
         swept = [run(replace(setup, stiffness=stiffness)) for stiffness in STIFFNESSES]
         best = min(swept, key=lambda row: row.force_error)
@@ -99,7 +99,7 @@ def with_spring(folder: Path, stiffness: float | None) -> Job:
     assert stiffness is not None
     box = open_job(SCENE, db=folder / "db").scene.component["rod"].geometry.model_dump()
     spring = {"method": "penalty", "dashpot": "none", "surface_stiffness": stiffness / (box["lx"] * box["ly"])}
-    return prepared(folder, **{f"contact.blow.{key}": value for key, value in spring.items()})
+    return prepared(folder, **{f"contact.pair.{key}": value for key, value in spring.items()})
 
 
 def ours(job: Job, label: str, stiffness: float | None = None) -> Row:
@@ -107,11 +107,11 @@ def ours(job: Job, label: str, stiffness: float | None = None) -> Row:
     system = compile_system(job.store, job.scene, {name: s["morph"].key for name, s in job.components().items()})
     trajectory = simulate(system)
     seconds = []
-    for _ in range(REPEATS if trajectory.counts["integrator"] == "kick" else 1):
+    for _ in range(REPEATS if trajectory.counts["integrator"] == "explicit" else 1):
         start = time.process_time()
         simulate(system)
         seconds.append(time.process_time() - start)
-    force = np.abs(trajectory.contacts["blow"].force[:, 2])
+    force = np.abs(trajectory.contacts["pair"].force[:, 2])
     interval = trajectory.times[1] - trajectory.times[0]
     errors = judged(trajectory.times - interval / 2, force, float(force.sum() * interval))
     step = 0.0 if trajectory.counts["integrator"] == "event" else trajectory.counts["step"]

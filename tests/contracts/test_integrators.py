@@ -16,21 +16,21 @@ from tests.solver.systems import build, rod_records
 
 LAW = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}
 METHODS: dict[str, dict[str, Any]] = {
-    "kick": {"method": "residual"},
-    "trapezoid": {"method": "residual"},
+    "explicit": {"method": "residual"},
+    "implicit": {"method": "residual"},
     "event": {"method": "residual"},
     "discrete-gradient": {"method": "residual"},
     "collocation": LAW,
 }
 CLOSED, WHOLE = 1.6e-4, 6e-4
 """Of a rod of 400 µs of contact: closed from the start to the end, and until it has parted [s]."""
-STEPS = {"kick": 320, "trapezoid": 320, "discrete-gradient": 320, "collocation": 16}
+STEPS = {"explicit": 320, "implicit": 320, "discrete-gradient": 320, "collocation": 16}
 """Steps in the time in which the rod is closed: their error is in its asymptotic range, and that of eight times as many
 above round-off; those of collocation are above it up to four times as many."""
 FINER = {"collocation": (1, 1.5, 2, 3)}
 """What these numbers are multiplied by, (1, 2, 4, 8) elsewhere; each divides the time into whole steps."""
-DRIFTING = {"kick": 2.5e-6, "trapezoid": 5e-6}
-"""Steps over a whole blow whose drift comes near to what is promised [s]: dt·ω_c = 0.4 and 0.8."""
+DRIFTING = {"explicit": 2.5e-6, "implicit": 5e-6}
+"""Steps over a whole impact whose drift comes near to what is promised [s]: dt·ω_c = 0.4 and 0.8."""
 
 
 def scene(name: str, method: dict[str, Any], **run: Any) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def test_balances_close(name: str, tmp_path: Path) -> None:
     assert found.result == "FINISHED"
     assert found.momentum_residual < 1e-12
     # Closed from the start to the end, contact is linear: implicit rules and exact motion keep a quadratic energy.
-    assert found.energy_drift < {"kick": 1e-3, "collocation": 1e-7}.get(name, 1e-11)
+    assert found.energy_drift < {"explicit": 1e-3, "collocation": 1e-7}.get(name, 1e-11)
     assert found.times[-1] >= CLOSED * (1 - 1e-12)
     interval = found.times[1] - found.times[0]
     impulse = found.quantities["wall.impulse"]["value"]
@@ -100,7 +100,7 @@ def test_balances_close(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(INTEGRATORS))
-def test_the_drift_of_a_whole_blow_is_as_promised(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_drift_of_a_whole_impact_is_as_promised(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     undivided(name, monkeypatch)
     given = {"step": DRIFTING[name]} if name in DRIFTING else {}
     found = solved(tmp_path, name, METHODS[name], duration=WHOLE, **given)

@@ -40,7 +40,7 @@ def scene(method: str, **more: Any) -> dict[str, Any]:
     contact = {"body": "rod", "interface": "tip", "against": {"shape": "body", "body": "ball", "interface": "face"}}
     return {
         "body": {"rod": {"velocity": [1.0, 0, 0]}, "ball": {"position": [1.0001, 0, 0]}},
-        "contact": {"blow": contact | {"method": method} | KEYS[method] | more},
+        "contact": {"pair": contact | {"method": method} | KEYS[method] | more},
         "run": {"duration": 2e-3, "integrator": "event", "samples": 400, "frames": 20},
     }
 
@@ -66,7 +66,7 @@ def test_action_is_reaction(method: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("method", sorted(METHODS))
 def test_nothing_pulls_and_nothing_overlaps(method: str, tmp_path: Path) -> None:
     found = solved(tmp_path, method)
-    pushed = -found.contacts["blow"].force[:, 0]
+    pushed = -found.contacts["pair"].force[:, 0]
     # A held gap may pull for less than the kept frequencies resolve: half the shortest period of twelve modes.
     allowed = 0.5 * pushed.max() * 2 / (12 * SPEED) if METHODS[method].rigid else 1e-9 * pushed.max()
     assert -pushed[pushed < 0].sum() * (found.times[1] - found.times[0]) <= allowed

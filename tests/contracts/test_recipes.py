@@ -1,4 +1,4 @@
-"""Every recipe, on solids of curved and of straight elements, plane parts and bars, free, held and tied, and on beams
+"""Every reduction, on solids of curved and of straight elements, plane parts and bars, free, held and tied, and on beams
 free, hinged and clamped: orthonormal, diagonal, never too soft, exact in statics where it promises."""
 
 from dataclasses import replace
@@ -18,8 +18,8 @@ from gudgeon.pipeline.interfaces.points import contact_points, surface_coordinat
 from gudgeon.pipeline.interfaces.tie import made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.modes import normal, static
 from gudgeon.pipeline.modes.static import pressure_fields
-from gudgeon.pipeline.reduction.recipes import RECIPES, ContactRows, Reduction
-from gudgeon.pipeline.reduction.recipes.reduction import reference_reaction
+from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.modes import ModesSettings
@@ -30,12 +30,12 @@ ROUND_OFF = 1e-8
 """Relative, of what a beam's matrices say of its lowest shapes: eps · largest eigenvalue / lowest one."""
 NORMAL, STATIC = 6, 4
 DROPS_STATICS = {"normal+static", "rigid"}
-"""Recipes without R; with all others Φ and R together give every contact load its exact static answer."""
+"""Reductions without R; with all others Φ and R together give every contact load its exact static answer."""
 NORMAL_MODES = {"macneal", "normal+static", "rubin"}
-"""Recipes whose first shapes are the normal modes themselves; the others' are Ritz vectors."""
+"""Reductions whose first shapes are the normal modes themselves; the others' are Ritz vectors."""
 WITHOUT_MODES = {"rigid"}
 NOTHING_LEFT = {"rubin", "attachment"}
-"""Recipes whose shapes carry every row's statics: R is round-off."""
+"""Reductions whose shapes carry every row's statics: R is round-off."""
 
 
 def held() -> tuple[FEModel, ContactRows]:
@@ -132,12 +132,12 @@ def elastic(case: tuple[FEModel, ContactRows]) -> tuple[np.ndarray, np.ndarray]:
     return values[rigid:], vectors[:, rigid:]
 
 
-@pytest.fixture(scope="module", params=sorted(RECIPES))
+@pytest.fixture(scope="module", params=sorted(REDUCTIONS))
 def reduced(request: pytest.FixtureRequest, case: tuple[FEModel, ContactRows]) -> tuple[str, Reduction]:
     surfaces = case[0].mesh.surfaces
     reference, kept = ("crown", "crown") if "crown" in surfaces else ("left", "right")
     settings = ModesSettings(
-        recipe=request.param,
+        reduction=request.param,
         normal_count=0 if request.param == "attachment" else NORMAL,
         static_count=STATIC,
         substructures=2,
@@ -146,7 +146,7 @@ def reduced(request: pytest.FixtureRequest, case: tuple[FEModel, ContactRows]) -
         kept=(kept,),
         interface_count=2,
     )
-    return request.param, RECIPES[request.param](*case, settings)
+    return request.param, REDUCTIONS[request.param](*case, settings)
 
 
 def test_mass_and_stiffness_are_diagonal(case: tuple[FEModel, ContactRows], reduced: tuple[str, Reduction]) -> None:
@@ -197,7 +197,7 @@ def test_ritz_values_are_never_below_the_full_models(
     np.testing.assert_allclose(ours[:lowest], full[:lowest], rtol=1e-8)
 
 
-def test_statics_are_exact_where_the_recipe_promises_it(
+def test_statics_are_exact_where_the_reduction_promises_it(
     case: tuple[FEModel, ContactRows], elastic: tuple[np.ndarray, np.ndarray], reduced: tuple[str, Reduction]
 ) -> None:
     (model, rows), (values, vectors), (name, reduction) = case, elastic, reduced
@@ -237,7 +237,7 @@ def test_rigid_body_factorises_nothing(case: tuple[FEModel, ContactRows], monkey
 
     for module in (normal, static):
         monkeypatch.setattr(module, "factorise", refuse)
-    reduction = RECIPES["rigid"](*case, ModesSettings(recipe="rigid", normal_count=10_000))
+    reduction = REDUCTIONS["rigid"](*case, ModesSettings(reduction="rigid", normal_count=10_000))
     assert reduction.residual_flexibility is None
     with pytest.raises(AssertionError, match="factorised"):
-        RECIPES["macneal"](*case, ModesSettings(normal_count=NORMAL))
+        REDUCTIONS["macneal"](*case, ModesSettings(normal_count=NORMAL))

@@ -55,7 +55,7 @@ def modes() -> ModalRecord:
     }
     return ModalRecord(
         mesh_key="ab" * 32,
-        recipe="macneal",
+        reduction="macneal",
         normal_count=2,
         static_count=1,
         angular_frequencies=np.array([1.0e4, 2.5e4, 3.0e5]),
@@ -129,7 +129,7 @@ def morph() -> MorphRecord:
     return MorphRecord(
         mesh_key="ab" * 32,
         modes_key="cd" * 32,
-        rung="reuse",
+        update="reuse",
         points={"thrust": ramp(2, 3, start=4.0), "anti": ramp(1, 3, start=5.0)},
         mass=0.1501,
         centre=ramp(3),
@@ -152,11 +152,11 @@ def nodal() -> NodalRecord:
         newton_iterations=9,
         wall_seconds=0.25,
         cpu_seconds=0.5,
-        forces={"knock": ramp(4, 3, start=3.0), "rod": ramp(4, 3, start=4.0)},
+        forces={"bore": ramp(4, 3, start=3.0), "rod": ramp(4, 3, start=4.0)},
         motion={"skirt": ramp(4, 12, start=5.0)},
         frame_times=ramp(2, start=1.0),
-        masters={"knock": ramp(2, 16)},
-        quantities={"knock.start": {"value": 0.25, "unit": "s"}},
+        masters={"bore": ramp(2, 16)},
+        quantities={"bore.start": {"value": 0.25, "unit": "s"}},
     )
 
 
@@ -169,19 +169,19 @@ def trajectory() -> Trajectory:
         times=ramp(4, start=1.0),
         energies=ramp(4, 5),
         contacts={
-            "knock": ContactHistory("skirt", "thrust", ramp(4, 3), ramp(2, 2), ramp(2), ramp(2, 3)),
+            "bore": ContactHistory("skirt", "thrust", ramp(4, 3), ramp(2, 2), ramp(2), ramp(2, 3)),
             "back": ContactHistory("skirt", "anti", ramp(4, 3, start=3.0), ramp(2, 1), None, ramp(1, 3), ramp(2, 16)),
         },
         frame_times=ramp(2, start=1.0),
         frames=ramp(2, 9),
         velocities=ramp(2, 9, start=5.0),
-        quantities={"knock.impulse": {"value": 0.0625, "unit": "N s"}},
+        quantities={"bore.impulse": {"value": 0.0625, "unit": "N s"}},
         energy_drift=1e-6,
         momentum_residual=2e-16,
         counts={"steps": 400, "step": 7.5e-7},
         joints={"rod": JointHistory("skirt", "pin", ramp(4), ramp(4, 3, start=1.0), ramp(4, start=2.0))},
         motion={"skirt": ramp(4, 12, start=6.0)},
-        episodes={"knock": ramp(2, 7, start=7.0), "back": ramp(0, 7)},
+        impacts={"bore": ramp(2, 7, start=7.0), "back": ramp(0, 7)},
         gauges={"skirt.crown": ramp(4, start=8.0)},
     )
 

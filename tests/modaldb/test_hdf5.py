@@ -172,11 +172,11 @@ def test_sizes_and_provenance(tmp_path: Path) -> None:
         "times": 32,
         "force": 96,
         "energies": 96,
-        "forces/knock": 96,
+        "forces/impact": 96,
         "forces/rod": 96,
         "motion/skirt": 384,
         "frame_times": 16,
-        "masters/knock": 256,
+        "masters/impact": 256,
     }
     assert hdf5.provenance(path) == INPUTS
 

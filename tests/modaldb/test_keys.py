@@ -63,8 +63,8 @@ def test_file_digest_is_of_the_bytes(tmp_path: Path) -> None:
 
 
 def test_differences_name_the_path_and_both_values() -> None:
-    old = {"mesh": {"size": 0.005, "order": 2}, "recipe": "macneal", "gone": 1}
-    new = {"mesh": {"size": 0.01, "order": 2}, "recipe": "macneal", "added": [1, 2]}
+    old = {"mesh": {"size": 0.005, "order": 2}, "reduction": "macneal", "gone": 1}
+    new = {"mesh": {"size": 0.01, "order": 2}, "reduction": "macneal", "added": [1, 2]}
     assert differences(old, new) == [
         "added: nothing → [1, 2]",
         "gone: 1 → nothing",

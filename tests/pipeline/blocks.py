@@ -1,4 +1,4 @@
-"""Rectangular blocks of a few tet10, made by hand, for tests of the nodal synthesis."""
+"""Rectangular blocks of a few tet10, made by hand, for tests of the full-FE run."""
 
 import platform
 from dataclasses import replace

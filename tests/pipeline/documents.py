@@ -54,7 +54,7 @@ def small() -> Document:
     runs = [
         run("30 modes", -0.0082, 0.05),
         run("60 modes", 0.0031, 0.13, coordinates=66),
-        run("nodal synthesis, 1 µs", None, 31.0, kind="nodal", scheme="nodal synthesis", coordinates=35100,
+        run("full FE, 1 µs", None, 31.0, kind="nodal", scheme="full FE", coordinates=35100,
             settings={}),
     ]  # fmt: skip
     return document(runs, [quantity("impulse")])
@@ -64,7 +64,7 @@ def large() -> Document:
     """Return sixty-one runs of three quantities over bases, steps and schemes; one quantity does not converge."""
     runs: list[Run] = []
     chains: list[Chain] = []
-    schemes = ["residual, event", "residual, trapezoid", "penalty, kick", "Hertz law, collocation",
+    schemes = ["residual, event", "residual, implicit", "penalty, explicit", "Hertz law, collocation",
                "Craig-Bampton, residual", "constraint, event", "Ritz, residual", "Rubin, discrete gradient",
                "normal + static, penalty"]  # fmt: skip
     for s, scheme in enumerate(schemes):
@@ -92,7 +92,7 @@ def large() -> Document:
     sizes = [(8e-6, 0.031), (4e-6, 0.009), (2e-6, 0.0024), (1e-6, 0.0006), (5e-7, 0.0)]
     for step, error in sizes:
         runs.append(
-            run(f"nodal synthesis, {step * 1e6:g} µs", None, 5e-5 / step, kind="nodal", scheme="nodal synthesis",
+            run(f"full FE, {step * 1e6:g} µs", None, 5e-5 / step, kind="nodal", scheme="full FE",
                 coordinates=35100, step=step, settings={}, errors={"impulse": error / 2, "force": error})
         )  # fmt: skip
     last = [f"{schemes[-1]}, {n} modes, 1 µs" for n in (10, 20, 40)]

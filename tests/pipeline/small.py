@@ -8,14 +8,14 @@ geometry = { kind = "skirt", outer_radius = 0.04296, wall = 0.006, height = 0.04
 material = { E = 72e9, nu = 0.33, rho = 2700.0 }
 mesh = { size = 0.014 }
 interface.thrust = { surface = "skirt", sector_deg = [-45.0, 45.0] }
-modes = { recipe = "macneal", normal_count = 8, static_count = 4 }
-change = { rung = "reuse", profile = { surface = "skirt" } }
+modes = { reduction = "macneal", normal_count = 8, static_count = 4 }
+change = { update = "reuse", profile = { surface = "skirt" } }
 
 [body.skirt]
 velocity = [0.2, 0.0, 0.0]
 position = [38e-6, 0.0, 0.0]
 
-[contact.knock]
+[contact.bore]
 body = "skirt"
 interface = "thrust"
 against = { shape = "bore", radius = 0.043 }
@@ -36,7 +36,7 @@ BARREL = """height,0
 """
 
 TABLE = "component.skirt.change.profile.table"
-RUNG = "component.skirt.change.rung"
+RUNG = "component.skirt.change.update"
 
 
 def write_scene(folder: Path) -> Path:

@@ -148,7 +148,7 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ("run.durration=1", "run.durration: unknown key; did you mean 'duration'? allowed here: duration, step"),
         ("bdy.skirt.velocity=1", "bdy: unknown key; did you mean 'body'? allowed here: body, contact,"),
         ("component.skirt.geometry.wal=1", "component.skirt.geometry.wal: unknown key; did you mean 'wall'?"),
-        ("contact.knock.against.radios=1", "contact.knock.against.radios: unknown key; did you mean 'radius'?"),
+        ("contact.bore.against.radios=1", "contact.bore.against.radios: unknown key; did you mean 'radius'?"),
         ("run.samples=many", "run.samples: 'many' given; input should be a valid integer"),
         ("run.frames=1", "run.frames: 1 given; input should be greater than or equal to 2"),
         ("run.duration=-1", "run.duration: -1 given; input should be greater than 0"),
@@ -167,8 +167,14 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ("component.skirt.geometry.kind=cup", "component.skirt.geometry.kind: 'cup' given"),
         ("component.skirt.material.nu=0.5", "component.skirt.material.nu: 0.5 given; input should be less than 0.5"),
         ("component.skirt.material.E=nan", "component.skirt.material.E: nan given; input should be "),
-        ("component.skirt.modes.recipe=macneel", "component.skirt.modes.recipe: 'macneel' given; input should be 'mac"),
-        ("component.skirt.change.rung=reuze", "component.skirt.change.rung: 'reuze' given; input should be 'reuse' or"),
+        (
+            "component.skirt.modes.reduction=macneel",
+            "component.skirt.modes.reduction: 'macneel' given; input should be 'mac",
+        ),
+        (
+            "component.skirt.change.update=reuze",
+            "component.skirt.change.update: 'reuze' given; input should be 'reuse' or",
+        ),
         (f"{THRUST}.sector_deg=[45, -45]", f"{THRUST}: sector_deg is [45.0, -45.0], the first value must be below"),
         (f"{THRUST}.sector_deg=[nan, 45]", f"{THRUST}.sector_deg"),
         (f"{THRUST}.kind=traction", f"{THRUST}: kind 'traction' needs spacing [m]"),
@@ -188,8 +194,8 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ),
         (f'{SUPPORTS}=[{{surface="crown", hold=["q"]}}]', f"{SUPPORTS}.0.hold.0: 'q' given; input should be 'x', 'y'"),
         (f'{SUPPORTS}=[{{surface="crown", hld=["x"]}}]', f"{SUPPORTS}.0.hld: unknown key; did you mean 'hold'? "),
-        (f"{MODES}.normal_count=0", f"{MODES}.normal_count: 0 given, recipe 'macneal' needs 1 or more"),
-        (f"{MODES}.recipe=fixed-reference", f"{MODES}.reference: is missing; recipe 'fixed-reference' needs"),
+        (f"{MODES}.normal_count=0", f"{MODES}.normal_count: 0 given, reduction 'macneal' needs 1 or more"),
+        (f"{MODES}.reduction=fixed-reference", f"{MODES}.reference: is missing; reduction 'fixed-reference' needs"),
         (f"{MODES}.ritz_count=7", f"{MODES}.ritz_count: 7 given, at least normal_count = 8 vectors are needed"),
         (
             f'{SKIRT}.gauge.g={{station="mid", fibre="top"}}',
@@ -199,17 +205,17 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ("body.skirt.component=piston", "body.skirt.component: no component 'piston', there is skirt"),
         ("body.skirt.velocity=[0, 1]", "body.skirt.velocity"),
         ("body.skirt.velocity=[0, 1, nan]", "body.skirt.velocity"),
-        ("contact.knock.body=piston", "contact.knock.body: no body 'piston', the scene has skirt"),
-        ("contact.knock.interface=thrst", "contact.knock.interface: no interface 'thrst', the component has thrust"),
+        ("contact.bore.body=piston", "contact.bore.body: no body 'piston', the scene has skirt"),
+        ("contact.bore.interface=thrst", "contact.bore.interface: no interface 'thrst', the component has thrust"),
         (
-            "contact.knock.method=penality",
-            "contact.knock.method: 'penality' given; input should be 'residual', 'penalty'",
+            "contact.bore.method=penality",
+            "contact.bore.method: 'penality' given; input should be 'residual', 'penalty'",
         ),
-        ("contact.knock.surface_stiffness=0", "contact.knock.surface_stiffness: 0 given; input should be greater"),
-        ("contact.knock.against.shape=boar", "contact.knock.against.shape: 'boar' given; did you mean 'bore'"),
-        ("contact.knock.against.axis=[0, 0, 0]", "contact.knock.against"),
-        ("contact.knock.against.axis=[0, 0, nan]", "contact.knock.against.axis"),
-        ("contact.knock.against.origin=[inf, 0, 0]", "contact.knock.against.origin"),
+        ("contact.bore.surface_stiffness=0", "contact.bore.surface_stiffness: 0 given; input should be greater"),
+        ("contact.bore.against.shape=boar", "contact.bore.against.shape: 'boar' given; did you mean 'bore'"),
+        ("contact.bore.against.axis=[0, 0, 0]", "contact.bore.against"),
+        ("contact.bore.against.axis=[0, 0, nan]", "contact.bore.against.axis"),
+        ("contact.bore.against.origin=[inf, 0, 0]", "contact.bore.against.origin"),
     ],
 )
 def test_mistake_in_the_scene(setting: str, complaint: str, cold: Case, capsys: Capture) -> None:
@@ -223,13 +229,13 @@ def test_mistake_in_the_scene(setting: str, complaint: str, cold: Case, capsys: 
 def test_plane_without_direction(axis: str, cold: Case, capsys: Capture) -> None:
     cold.edit('shape = "bore", radius = 0.043', f'shape = "plane", point = [0.0431, 0.0, 0.0], normal = {axis}')
     (line,) = refused(cold, capsys, cold.command("status"))
-    assert line.startswith("contact.knock.against")
+    assert line.startswith("contact.bore.against")
 
 
 def test_penalty_without_stiffness(cold: Case, capsys: Capture) -> None:
     cold.edit("surface_stiffness = 1e14", 'method = "penalty"')
     (line,) = refused(cold, capsys, cold.command("run"))
-    assert line == "contact.knock: method 'penalty' needs surface_stiffness [N/m^3] or a law, one of them"
+    assert line == "contact.bore: method 'penalty' needs surface_stiffness [N/m^3] or a law, one of them"
 
 
 def test_all_mistakes_are_listed_at_once(cold: Case, capsys: Capture) -> None:
@@ -247,10 +253,10 @@ def test_all_mistakes_are_listed_at_once(cold: Case, capsys: Capture) -> None:
 
 
 def test_mistakes_between_tables_are_listed_at_once(cold: Case, capsys: Capture) -> None:
-    command = cold.command("run", "contact.knock.interface=thrst", "body.second.component=piston")
+    command = cold.command("run", "contact.bore.interface=thrst", "body.second.component=piston")
     assert [line.partition(": ")[0] for line in refused(cold, capsys, command)] == [
         "body.second.component",
-        "contact.knock.interface",
+        "contact.bore.interface",
     ]
 
 
@@ -376,12 +382,15 @@ def test_no_modes_at_all_is_answered(case: Case, capsys: Capture) -> None:
     ("setting", "complaint"),
     [
         (
-            "contact.knock.against.radius=0.0429",
-            "contact.knock: 64 of 64 points start inside the obstacle, the worst by",
+            "contact.bore.against.radius=0.0429",
+            "contact.bore: 64 of 64 points start inside the obstacle, the worst by",
         ),
-        ("body.skirt.position=[1e-3, 0.0, 0.0]", "contact.knock: 64 of 64 points start inside the obstacle, the worst"),
-        ("contact.knock.against.axis=[1.0, 0.0, 0.0]", "contact.knock.against: the obstacle does not face interface"),
-        ("component.skirt.modes.recipe=normal+static", "contact.knock.method: 'residual' needs a recipe that stores R"),
+        ("body.skirt.position=[1e-3, 0.0, 0.0]", "contact.bore: 64 of 64 points start inside the obstacle, the worst"),
+        ("contact.bore.against.axis=[1.0, 0.0, 0.0]", "contact.bore.against: the obstacle does not face interface"),
+        (
+            "component.skirt.modes.reduction=normal+static",
+            "contact.bore.method: 'residual' needs a reduction that stores R",
+        ),
     ],
 )
 def test_solve_stage_refuses(setting: str, complaint: str, case: Case, capsys: Capture) -> None:
@@ -458,10 +467,10 @@ def test_missing_table(command: str, case: Case, capsys: Capture) -> None:
     assert line == f"{TABLE}: no file 'none.csv', neither in {case.scene} nor here"
 
 
-@pytest.mark.parametrize("rung", ["reuse", "recompute"])
-def test_profile_that_inverts_elements(rung: str, case: Case, capsys: Capture) -> None:
+@pytest.mark.parametrize("update", ["reuse", "recompute"])
+def test_profile_that_inverts_elements(update: str, case: Case, capsys: Capture) -> None:
     before = case.keys()
-    settings = (f"{TABLE}=barrel.csv", f"{SCALE}=1000", f"component.skirt.change.rung={rung}")
+    settings = (f"{TABLE}=barrel.csv", f"{SCALE}=1000", f"component.skirt.change.update={update}")
     (line,) = refused(case, capsys, case.command("morph", *settings))
     found = re.fullmatch(
         rf"{TABLE}: the profile inverts (\d+) elements, the worst is element (\d+) near \(.*\) m; allowed .+",
@@ -620,7 +629,7 @@ def refused_results(case: Case, capsys: Capture) -> list[str]:
 @pytest.mark.parametrize("content", [None, "no JSON", "{}", '{"expected": {}}'])
 def test_reference_file_that_is_none(content: str | None, case: Case, capsys: Capture) -> None:
     case.toml.write_text(
-        case.toml.read_text() + '\n[report]\nreference = "r.json"\nquantities = { "knock.impulse" = "impulse" }\n'
+        case.toml.read_text() + '\n[report]\nreference = "r.json"\nquantities = { "bore.impulse" = "impulse" }\n'
     )
     shutil.rmtree(case.out)
     if content is None:
@@ -727,7 +736,7 @@ def test_interrupt_at_a_function(module: str, function: str, missing: tuple[str,
 def test_interrupt_of_the_next_command_names_no_old_stage(case: Case, monkeypatch: pytest.MonkeyPatch,
                                                           capsys: Capture) -> None:  # fmt: skip
     """A notebook runs several commands in one process."""
-    assert main(case.command("solve", "contact.knock.against.radius=0.0429")) == 2
+    assert main(case.command("solve", "contact.bore.against.radius=0.0429")) == 2
     capsys.readouterr()
 
     def interrupted(*arguments: object, **options: object) -> None:

@@ -90,7 +90,7 @@ def test_block_is_sound(modes_of: Command) -> None:
         ([f"{MATERIAL}.E=210"], f"{MATERIAL}: E = 210 Pa and rho = 7850 kg/m^3 make waves of 0.164 m/s, allowed: 0.5"),
         ([f"{MODES}.normal_count=1000"], f"{MODES}.normal_count: 1000 given, its mesh has "),
         (
-            [f"{MODES}.recipe=craig-bampton", f"{MODES}.fixed_count=1000"],
+            [f"{MODES}.reduction=craig-bampton", f"{MODES}.fixed_count=1000"],
             f"{MODES}.fixed_count: 1000 given, substructure 0 has ",
         ),
         (

@@ -14,7 +14,7 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import Factor, factorise
 from gudgeon.pipeline.modes import static
 from gudgeon.pipeline.modes.static import Flexibility
-from gudgeon.pipeline.reduction.recipes import RECIPES, ContactRows
+from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
@@ -87,12 +87,18 @@ def test_parts_are_sound(part: str, modes_of: Command) -> None:
         (["modes.normal_count=5000"], f"{MODES}.normal_count: 5000 given, its mesh has "),
         (["modes.normal_count=5000", 'supports=["left"]'], f"{MODES}.normal_count: 5000 given, its mesh has "),
         (
-            ["modes.recipe=craig-bampton", "modes.fixed_count=5000"],
+            ["modes.reduction=craig-bampton", "modes.fixed_count=5000"],
             f"{MODES}.fixed_count: 5000 given, substructure 0 has ",
         ),
-        (["modes.recipe=craig-bampton", "modes.substructures=500"], f"{MODES}.substructures: 500 given, the mesh has "),
-        (["modes.recipe=interface", "modes.interface_count=500"], f"{MODES}.interface_count: 500 given, the boundary "),
-        (["modes.recipe=attachment", "modes.normal_count=60"], f"{MODES}.normal_count: 60 given, "),
+        (
+            ["modes.reduction=craig-bampton", "modes.substructures=500"],
+            f"{MODES}.substructures: 500 given, the mesh has ",
+        ),
+        (
+            ["modes.reduction=interface", "modes.interface_count=500"],
+            f"{MODES}.interface_count: 500 given, the boundary ",
+        ),
+        (["modes.reduction=attachment", "modes.normal_count=60"], f"{MODES}.normal_count: 60 given, "),
         (['supports=["nowhere"]'], f"{ARM}.supports: the mesh has no surface 'nowhere', it has "),
     ],
     ids=lambda value: "" if isinstance(value, str) else " ".join(value),
@@ -119,7 +125,7 @@ def test_plate_of_slivers(modes_of: Command) -> None:
 @pytest.mark.parametrize("supports", ["[]", '["left"]'])
 def test_beam_of_far_too_many_elements(supports: str, modes_of: Command) -> None:
     """Statics alone: the error of K⁻¹ is round-off times the third power of the number of elements."""
-    changes = (f"{MODES}.recipe=attachment", f"{MODES}.normal_count=0", f"{ARM}.supports={supports}")
+    changes = (f"{MODES}.reduction=attachment", f"{MODES}.normal_count=0", f"{ARM}.supports={supports}")
     code, line = modes_of("beam", *changes, f"{ARM}.mesh.size=2e-4", f"{ARM}.geometry.length=1.0001")
     assert code == 1
     assert line.startswith(f"{ARM}: modes: static answers leave ")
@@ -130,12 +136,14 @@ def test_beam_of_far_too_many_elements(supports: str, modes_of: Command) -> None
 # Answers
 
 
-@pytest.mark.parametrize("recipe", ["macneal", "rubin", "ritz", "attachment", "normal+static"])
-def test_static_answers_that_are_wrong(recipe: str, modes_of: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("reduction", ["macneal", "rubin", "ritz", "attachment", "normal+static"])
+def test_static_answers_that_are_wrong(reduction: str, modes_of: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """One answer of a block is off by 1e-4: no record is made of it."""
     monkeypatch.setattr(static, "factorise", sloppy)
-    count = 0 if recipe == "attachment" else 4
-    code, line = modes_of("box", f"{MODES}.recipe={recipe}", f"{MODES}.normal_count={count}", f"{MODES}.static_count=3")
+    count = 0 if reduction == "attachment" else 4
+    code, line = modes_of(
+        "box", f"{MODES}.reduction={reduction}", f"{MODES}.normal_count={count}", f"{MODES}.static_count=3"
+    )
     assert code == 1
     assert line.startswith(f"{ARM}: modes: static answers leave ")
 
@@ -161,9 +169,11 @@ def test_statics_of_a_mechanism(hinge: FEModel) -> None:
         flexibility.solve(np.random.default_rng(0).standard_normal((len(hinge.held), 5)))
 
 
-@pytest.mark.parametrize("recipe", ["attachment", "ritz"])
-def test_recipes_without_normal_modes_refuse_a_mechanism(recipe: str, hinge: FEModel) -> None:
+@pytest.mark.parametrize("reduction", ["attachment", "ritz"])
+def test_recipes_without_normal_modes_refuse_a_mechanism(reduction: str, hinge: FEModel) -> None:
     far = np.array([int(np.argmin(hinge.nodes[:, 0]))])
     rows = ContactRows(hinge.rows(far, np.array([[0.0, 1.0, 0.0]])), np.eye(1))
     with pytest.raises(StageError, match=r"static answers leave|singular"):
-        RECIPES[recipe](hinge, rows, ModesSettings(recipe=recipe, normal_count=0 if recipe == "attachment" else 2))
+        REDUCTIONS[reduction](
+            hinge, rows, ModesSettings(reduction=reduction, normal_count=0 if reduction == "attachment" else 2)
+        )

@@ -126,7 +126,7 @@ def with_participation(modal: ModalRecord, morph: MorphRecord) -> tuple[ModalRec
 
 def with_change(modal: ModalRecord, morph: MorphRecord) -> tuple[ModalRecord, MorphRecord]:
     """A design change of zero: nodes of their own that stand where they stood."""
-    return modal, replace(morph, rung="reuse", nodes=np.ones((9, 3)))
+    return modal, replace(morph, update="reuse", nodes=np.ones((9, 3)))
 
 
 HAS: dict[str, Callable[[ModalRecord, MorphRecord], tuple[ModalRecord, MorphRecord]]] = {
@@ -194,8 +194,10 @@ def _contact(name: str, **keys: Any) -> Scene:
 
 def explicit(finer: int = 1) -> dict[str, Family]:
     """Families of the explicit integrator."""
-    rod = Case({"part": systems.rod_records(4)}, merged(systems.rod_scene(), _run("kick", 2e-4, 4e-6 / finer)))
-    block = Case({"part": systems.block_records(3)}, merged(systems.block_scene(), _run("kick", 2e-4, 2e-6 / finer)))
+    rod = Case({"part": systems.rod_records(4)}, merged(systems.rod_scene(), _run("explicit", 2e-4, 4e-6 / finer)))
+    block = Case(
+        {"part": systems.block_records(3)}, merged(systems.block_scene(), _run("explicit", 2e-4, 2e-6 / finer))
+    )
     none, layer = _contact("wall", dashpot="none"), _contact("wall", surface_stiffness=1e14)
     return {
         "kick, one point": family(
@@ -204,7 +206,7 @@ def explicit(finer: int = 1) -> dict[str, Family]:
         ),
         "kick, many points": family(
             block, {"dashpot 'none'": none, "no gravity": STILL, "no gauges": UNREAD},
-            {"gauge": READ, "damping, by the trapezoid": DAMPED | {"run": block.scene["run"] | {"integrator": "auto"}}},
+            {"gauge": READ, "damping, by the implicit": DAMPED | {"run": block.scene["run"] | {"integrator": "auto"}}},
         ),
     }  # fmt: skip
 
@@ -215,12 +217,12 @@ def implicit(finer: int = 1) -> dict[str, Family]:
     Damping and gravity have no loops of their own there: with them steps without either took longer, not less.
     """
     block = Case(
-        {"part": systems.block_records(3)}, merged(systems.block_scene(), _run("trapezoid", 2e-4, 4e-6 / finer))
+        {"part": systems.block_records(3)}, merged(systems.block_scene(), _run("implicit", 2e-4, 4e-6 / finer))
     )
     parts = {"part": systems.block_records(3), "plate": systems.plate_records(3)}
-    pair = Case(parts, merged(systems.pair_scene(), _run("trapezoid", 4e-5, 2e-6 / finer)))
+    pair = Case(parts, merged(systems.pair_scene(), _run("implicit", 4e-5, 2e-6 / finer)))
     push = {"kind": "moving", "body": "part", "interface": "track", "force": 9.0, "at": [0.005, 0.001]}
-    guided = merged(systems.piston_scene(clearance=1e-5), _run("trapezoid", 2e-4, 4e-6 / finer))
+    guided = merged(systems.piston_scene(clearance=1e-5), _run("implicit", 2e-4, 4e-6 / finer))
     drives = {key: guided.pop(key) for key in ("joint", "force")}
     guided = merged(guided, {"body": {"part": {"velocity": [1.0, 0.0, 0.0]}}})
     modal, morph = systems.piston_records(3)
@@ -231,13 +233,13 @@ def implicit(finer: int = 1) -> dict[str, Family]:
     guides = Case({"part": (bare, morph)}, guided)
     full = {"part": (modal, morph)}
     return {
-        "trapezoid": family(
+        "implicit": family(
             block, {"dashpot 'none'": _contact("wall", dashpot="none"), "no gravity": STILL},
             {"surface layer": _contact("wall", surface_stiffness=1e14), "moving force": {"force": {"f": push}}},
             UNGAUGED, each=True,
         ),
-        "trapezoid, sliding pair": family(pair, {}, {"moving force": {"force": {"f": push}}}, HEAVY),
-        "trapezoid, joint and gas": Family(
+        "implicit, sliding pair": family(pair, {}, {"moving force": {"force": {"f": push}}}, HEAVY),
+        "implicit, joint and gas": Family(
             guides, {"pin and crown without them": replace(guides, records=full)},
             {"joint": Case(full, guided | {"joint": drives["joint"]}), "joint and gas": Case(full, guided | drives)},
         ),

@@ -10,8 +10,8 @@ import numpy as np
 from gudgeon import modaldb
 from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
 from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.solver.integrators.implicit.integrator import Implicit
 from gudgeon.solver.integrators.outcome import Samples
-from gudgeon.solver.integrators.trapezoid.integrator import Trapezoid
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
@@ -192,7 +192,7 @@ def arrays(item: Any) -> Iterator[np.ndarray]:
 class March:
     """Every step of the implicit integrator, without a plan of steps; n steps."""
 
-    run: Trapezoid
+    run: Implicit
     times: np.ndarray
     forces: np.ndarray
     """(n, k, 3)"""
@@ -204,7 +204,7 @@ class March:
 
 def march(system: System, dt: float, steps: int) -> March:
     """Take steps of the implicit integrator."""
-    run, driving = Trapezoid(system, dt), system.driving
+    run, driving = Implicit(system, dt), system.driving
     widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints)
     forces, energies = np.zeros((steps, max(1, len(system.contacts)), 3)), np.zeros((steps, 5))
     loads, snapshots = (np.zeros((steps, width)) for width in widths)

@@ -1,4 +1,4 @@
-"""What a reader tried and found wrong: starts at rest, misses, coarse steps, blows that would make energy."""
+"""What a reader tried and found wrong: starts at rest, misses, coarse steps, impacts that would make energy."""
 
 from pathlib import Path
 from typing import Any
@@ -112,7 +112,7 @@ def test_friction_of_several_points_is_refused(tmp_path: Path) -> None:
         simulate(build_all(tmp_path, records, scene))
 
 
-def test_a_blow_that_would_make_energy_ends_the_run(tmp_path: Path) -> None:
+def test_a_impact_that_would_make_energy_ends_the_run(tmp_path: Path) -> None:
     tip = ([-0.2 * np.cos(0.8), 0, -0.2 * np.sin(0.8)], [0.0, 0, -1.0])
     records = {"rod": rigid_records(1.0, {"tip": tip}, (0.0, 1 / 75, 0.0))}
     friction = {"static": 1.5, "direction": [1.0, 0, 0]}

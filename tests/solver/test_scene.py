@@ -50,19 +50,19 @@ NEEDY: dict[str, tuple[Change, str]] = {
 def test_kick_is_refused_what_it_cannot_carry(name: str) -> None:
     scene, reason = NEEDY[name]
     with pytest.raises(ValidationError) as error:
-        Scene.model_validate(merged(scene, {"run": {"integrator": "kick"}}))
-    assert f"run.integrator: 'kick' cannot carry {reason}; take 'auto' or 'trapezoid'" in str(error.value)
-    for integrator in ("auto", "trapezoid"):
+        Scene.model_validate(merged(scene, {"run": {"integrator": "explicit"}}))
+    assert f"run.integrator: 'explicit' cannot carry {reason}; take 'auto' or 'implicit'" in str(error.value)
+    for integrator in ("auto", "implicit"):
         chosen = Scene.model_validate(merged(scene, {"run": {"integrator": integrator}}))
-        assert chosen.integrator == "trapezoid"
+        assert chosen.integrator == "implicit"
 
 
 def test_first_of_what_it_cannot_carry_is_named_with_those_that_can() -> None:
     pulled = merged(driven_pair(), {"run": {"gravity": [0, 0, -9.81]}})
-    for name, first in {"kick": "damping of body.plate", "event": "damping of body.plate"}.items():
+    for name, first in {"explicit": "damping of body.plate", "event": "damping of body.plate"}.items():
         with pytest.raises(ValidationError) as error:
             Scene.model_validate(merged(pulled, {"run": {"integrator": name}}))
-        assert f"run.integrator: '{name}' cannot carry {first}; take 'auto' or 'trapezoid'" in str(error.value)
+        assert f"run.integrator: '{name}' cannot carry {first}; take 'auto' or 'implicit'" in str(error.value)
     both = merged(
         pulled, {"contact": {"left": {"law": {"kind": "hertz", "stiffness": 1e9}, "surface_stiffness": None}}}
     )
@@ -72,17 +72,17 @@ def test_first_of_what_it_cannot_carry_is_named_with_those_that_can() -> None:
 
 
 def test_plain_impact_keeps_the_explicit_integrator() -> None:
-    assert Scene.model_validate(block_scene()).integrator == "kick"
-    chosen = Scene.model_validate(merged(block_scene(), {"run": {"integrator": "trapezoid"}}))
-    assert chosen.integrator == "trapezoid"
+    assert Scene.model_validate(block_scene()).integrator == "explicit"
+    chosen = Scene.model_validate(merged(block_scene(), {"run": {"integrator": "implicit"}}))
+    assert chosen.integrator == "implicit"
 
 
 def test_integrator_of_a_run_is_told(tmp_path: Path) -> None:
-    for name in ("kick", "trapezoid"):
+    for name in ("explicit", "implicit"):
         scene = merged(block_scene(4e-5), {"run": {"integrator": name}})
         run = simulate(build_all(tmp_path / name, {"part": block_records(3)}, scene))
         assert run.counts["integrator"] == name
-        assert bool(run.motion) == (name == "trapezoid")
+        assert bool(run.motion) == (name == "implicit")
 
 
 @pytest.mark.parametrize(

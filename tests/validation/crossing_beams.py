@@ -37,9 +37,9 @@ class TimoshenkoBeam:
 
 @dataclass(frozen=True)
 class Crossing:
-    """What came of a blow."""
+    """What came of an impact."""
 
-    blows: np.ndarray
+    impacts: np.ndarray
     """First and last time [s], impulse [N s], (b, 3)."""
     impulse: float
     """[N s]"""
@@ -59,10 +59,10 @@ def cross(
     step = COURANT * size / np.sqrt(upper.E / upper.rho)
     steps = int(np.ceil(duration / step))
     force = _march(counts, numbers, speed, steps, duration / steps, size, stiffness)
-    return Crossing(_blows(force, duration / steps), float(force.sum() * duration / steps))
+    return Crossing(_impacts(force, duration / steps), float(force.sum() * duration / steps))
 
 
-def _blows(force: np.ndarray, step: float) -> np.ndarray:
+def _impacts(force: np.ndarray, step: float) -> np.ndarray:
     touching = np.flatnonzero(np.diff(np.concatenate([[0], (force > 0).astype(int), [0]])))
     firsts, lasts = touching[::2], touching[1::2]
     return np.array([[a * step, b * step, force[a:b].sum() * step] for a, b in zip(firsts, lasts, strict=True)])

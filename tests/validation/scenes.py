@@ -29,9 +29,9 @@ class Solved:
     def __contains__(self, quantity: str) -> bool:
         return quantity in self.report.quantities
 
-    def blows(self, contact: str) -> np.ndarray:
-        """Return the blows of a contact as in `Trajectory.episodes`, (b, 7)."""
-        return self.history.episodes[contact]
+    def impacts(self, contact: str) -> np.ndarray:
+        """Return the impacts of a contact as in `Trajectory.impacts`, (b, 7)."""
+        return self.history.impacts[contact]
 
     @property
     def energy(self) -> np.ndarray:

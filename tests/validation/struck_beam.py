@@ -35,7 +35,7 @@ class IBeam:
 
 @dataclass(frozen=True)
 class Response:
-    """Of a blow, at the ends of the steps. s: steps."""
+    """Of an impact, at the ends of the steps. s: steps."""
 
     times: np.ndarray
     stress: np.ndarray

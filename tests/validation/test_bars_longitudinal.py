@@ -42,7 +42,7 @@ def changes(method: str, count: int) -> dict[str, Any]:
         "component.bar.mesh.size": 0.0025,
         "component.bar.modes.substructures": count,
         "component.bar.modes.fixed_count": 160 // count,
-        "contact.blow.method": method,
+        "contact.pair.method": method,
         "run.duration": 4e-4,
     }
     if method == "residual":
@@ -58,15 +58,15 @@ def test_duration_and_impulse(runs: dict[int, Solved], scene: str) -> None:
     """Duration 0.5 %, impulse 0.3 %; reached are 0.22 % and 0.11 %, with eight parts the worst."""
     exact = exact_of(scene)
     for solved in runs.values():
-        assert solved["blow.blows"] == 1
-        assert solved["blow.duration"] == pytest.approx(exact["contact_duration"]["value"], rel=5e-3)
-        assert solved["blow.impulse"] == pytest.approx(exact["impulse"]["value"], rel=2e-3)
-        plateau = solved["blow.impulse"] / solved["blow.duration"]
+        assert solved["pair.impacts"] == 1
+        assert solved["pair.duration"] == pytest.approx(exact["contact_duration"]["value"], rel=5e-3)
+        assert solved["pair.impulse"] == pytest.approx(exact["impulse"]["value"], rel=2e-3)
+        plateau = solved["pair.impulse"] / solved["pair.duration"]
         assert plateau == pytest.approx(exact["contact_force_plateau"]["value"], rel=5e-3)
 
 
 def test_every_cut_gives_the_same(runs: dict[int, Solved]) -> None:
-    for name in ("blow.duration", "blow.impulse", "blow.restitution"):
+    for name in ("pair.duration", "pair.impulse", "pair.restitution"):
         found = [solved[name] for solved in runs.values()]
         assert max(found) / min(found) - 1 < 2.5e-3
 
@@ -74,14 +74,14 @@ def test_every_cut_gives_the_same(runs: dict[int, Solved]) -> None:
 def test_velocities_and_restitution(runs: dict[int, Solved], scene: str) -> None:
     exact = exact_of(scene)
     for solved in runs.values():
-        assert solved["blow.restitution"] == pytest.approx(exact["restitution"]["value"], rel=3e-3)
+        assert solved["pair.restitution"] == pytest.approx(exact["restitution"]["value"], rel=3e-3)
         if scene == "scene.toml":
             one, two = solved["one.velocity_x"], solved["two.velocity_x"]
             assert one == pytest.approx(exact["velocity_rod1_after"]["value"], abs=2e-3)
             assert two == pytest.approx(exact["velocity_rod2_centroid_after"]["value"], abs=2e-3)
             vibration = solved.energy[-1] - 0.5 * MASS * (one**2 + two**2)
             assert vibration == pytest.approx(exact["elastic_energy_left_in_rod2_after"]["value"], abs=0.01)
-            # What is left is energy of the coordinates that the blow's front stirs up at the cut-off.
+            # What is left is energy of the coordinates that the impact's front stirs up at the cut-off.
             assert vibration >= -1e-9
         else:
             after = exact["rebound_velocity_of_centroid_rigid_contact"]["value"]
@@ -97,20 +97,20 @@ def test_balances(runs: dict[int, Solved]) -> None:
 def test_released_where_the_force_would_pull(runs: dict[int, Solved], method: str) -> None:
     """The contact is deleted where its force reaches zero: it pulls for less than is resolved, and nothing jumps."""
     for solved in runs.values():
-        blow, interval = solved.blows("blow")[0], solved.history.times[0]
-        force = -solved.history.contacts["blow"].force[:, 0]
+        impact, interval = solved.impacts("pair")[0], solved.history.times[0]
+        force = -solved.history.contacts["pair"].force[:, 0]
         assert -force[force < 0].sum() < 2e-4 * force.sum()
-        assert (force[solved.history.times > blow[1] + interval] == 0).all()
-        last = np.flatnonzero(solved.history.times < blow[1])[-1]
-        plateau = solved["blow.impulse"] / solved["blow.duration"]
+        assert (force[solved.history.times > impact[1] + interval] == 0).all()
+        last = np.flatnonzero(solved.history.times < impact[1])[-1]
+        plateau = solved["pair.impulse"] / solved["pair.duration"]
         # It falls there: in the last whole interval, 0.1 µs, it is a share of the plateau.
         assert 0 <= force[last] < 0.5 * plateau
         assert force[last - 1] > force[last]
         if method == "constraint":
-            assert abs(blow[6]) < 1e-9  # The surfaces part with the same velocity: the force ended, not a blow.
+            assert abs(impact[6]) < 1e-9  # The surfaces part with the same velocity: the force ended, not an impact.
 
 
 def test_shipped_scene(tmp_path: Path) -> None:
     solved = solve("bars-longitudinal", tmp_path)
-    assert solved["blow.duration"] == pytest.approx(PAIR["contact_duration"]["value"], rel=1e-3)
-    assert solved["blow.impulse"] == pytest.approx(PAIR["impulse"]["value"], rel=1e-3)
+    assert solved["pair.duration"] == pytest.approx(PAIR["contact_duration"]["value"], rel=1e-3)
+    assert solved["pair.impulse"] == pytest.approx(PAIR["impulse"]["value"], rel=1e-3)

@@ -1,5 +1,5 @@
 """Transverse impact of two crossing, substructured beams: S. C. Wu, E. J. Haug, Int. J. Numer. Methods Eng. 30 (1990)
-1677; one blow that is many. The independent answer is `crossing_beams`, whose own convergence is tested here.
+1677; one impact that is many. The independent answer is `crossing_beams`, whose own convergence is tested here.
 """
 
 from pathlib import Path
@@ -16,11 +16,11 @@ LOWER = TimoshenkoBeam(0.7, 0.02, 210e9, 0.3, 7850.0, 5 / 6)
 SPEED = 1.0
 """[m/s]"""
 BEGIN = 6e-4
-"""The first five blows have come and gone by then [s]."""
+"""The first five impacts have come and gone by then [s]."""
 FIVE = slice(1, 10)
 """Times of the first parting, and of the second to the fifth closing and parting."""
 RESOLVED = 1e-5
-"""Blows of the exact answer that part for less are one [s]; the highest kept frequency has a period of 8 µs."""
+"""Impacts of the exact answer that part for less are one [s]; the highest kept frequency has a period of 8 µs."""
 
 
 @pytest.fixture(scope="module")
@@ -60,15 +60,15 @@ def cut(method: str, count: int, folder: Path, until: float | None = None) -> So
 
 @pytest.fixture(scope="module", params=CASES, ids=lambda case: f"{case[0]}-{case[1]}")
 def beams(request: pytest.FixtureRequest, folder: Path) -> Solved:
-    """To the end with four substructures, past the fifth blow with others."""
+    """To the end with four substructures, past the fifth impact with others."""
     method, count = request.param
     return cut(method, count, folder, None if count == 4 else BEGIN)
 
 
-def merged(blows: np.ndarray) -> np.ndarray:
-    """Return first and last times of blows (b, 2), those that part for less than `RESOLVED` joined."""
-    apart = blows[1:, 0] - blows[:-1, 1] >= RESOLVED
-    return np.column_stack([blows[np.append(True, apart), 0], blows[np.append(apart, True), 1]])
+def merged(impacts: np.ndarray) -> np.ndarray:
+    """Return first and last times of impacts (b, 2), those that part for less than `RESOLVED` joined."""
+    apart = impacts[1:, 0] - impacts[:-1, 1] >= RESOLVED
+    return np.column_stack([impacts[np.append(True, apart), 0], impacts[np.append(apart, True), 1]])
 
 
 def nearest(events: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -78,33 +78,33 @@ def nearest(events: np.ndarray, times: np.ndarray) -> np.ndarray:
 def test_the_grid_has_converged(rigid: Crossing) -> None:
     """Halving the cells moves the first five times by less than 0.1 % and the impulse by less."""
     coarse = cross(UPPER, LOWER, SPEED, 2e-3, 5e-4)
-    np.testing.assert_allclose(merged(coarse.blows).ravel()[FIVE], merged(rigid.blows).ravel()[FIVE], rtol=2e-3)
+    np.testing.assert_allclose(merged(coarse.impacts).ravel()[FIVE], merged(rigid.impacts).ravel()[FIVE], rtol=2e-3)
     assert coarse.impulse == pytest.approx(rigid.impulse, rel=1e-3)
 
 
-def test_times_of_the_first_five_blows(beams: Solved, rigid: Crossing) -> None:
+def test_times_of_the_first_five_impacts(beams: Solved, rigid: Crossing) -> None:
     """Every closing and parting of the exact answer has its own within 1 %."""
-    exact, blows = merged(rigid.blows)[:5], beams.blows("crossing")
+    exact, impacts = merged(rigid.impacts)[:5], beams.impacts("crossing")
     assert len(exact) == 5
-    np.testing.assert_allclose(nearest(blows[:, 1], exact[:, 1]), exact[:, 1], rtol=1e-2)
-    np.testing.assert_allclose(nearest(blows[:, 0], exact[:, 0]), exact[:, 0], rtol=1e-2, atol=1e-12)
+    np.testing.assert_allclose(nearest(impacts[:, 1], exact[:, 1]), exact[:, 1], rtol=1e-2)
+    np.testing.assert_allclose(nearest(impacts[:, 0], exact[:, 0]), exact[:, 0], rtol=1e-2, atol=1e-12)
 
 
 def test_impulse_over_time(beams: Solved, rigid: Crossing) -> None:
     """What has been given by the middle of each pause and by the end of the run is within 1 % of it all."""
-    exact, blows = merged(rigid.blows), rigid.blows
+    exact, impacts = merged(rigid.impacts), rigid.impacts
     end = float(beams.history.times[-1])
     pauses = np.append((exact[1:, 0] + exact[:-1, 1]) / 2, end)
     pauses = pauses[pauses <= end]
-    due = np.array([_given(blows, time) for time in pauses])
-    ours = beams.blows("crossing")
+    due = np.array([_given(impacts, time) for time in pauses])
+    ours = beams.impacts("crossing")
     given = np.array([_given(ours, time) for time in pauses])
     np.testing.assert_allclose(given, due, rtol=0, atol=1e-2 * due[-1])
     assert beams["crossing.impulse"] == pytest.approx(due[-1], rel=1e-2)
 
 
-def _given(blows: np.ndarray, time: float) -> float:
-    return float(blows[blows[:, 0] < time, 2].sum())
+def _given(impacts: np.ndarray, time: float) -> float:
+    return float(impacts[impacts[:, 0] < time, 2].sum())
 
 
 def test_momentum(beams: Solved) -> None:
@@ -119,10 +119,10 @@ def test_momentum(beams: Solved) -> None:
 def test_hertz_contact(folder: Path, compliant: Crossing, count: int) -> None:
     """A smooth force: every time within 1 %, 5e-4 reached; impulse and momentum."""
     solved = cut("hertz", count, folder)
-    exact, blows = compliant.blows, solved.blows("crossing")
-    assert len(blows) == len(exact) == 5
-    np.testing.assert_allclose(blows[:, 0], exact[:, 0], rtol=1e-3, atol=2e-7)
-    np.testing.assert_allclose(blows[:, 1], exact[:, 1], rtol=1e-3)
-    np.testing.assert_allclose(blows[:, 2], exact[:, 2], rtol=0, atol=1e-3 * compliant.impulse)
+    exact, impacts = compliant.impacts, solved.impacts("crossing")
+    assert len(impacts) == len(exact) == 5
+    np.testing.assert_allclose(impacts[:, 0], exact[:, 0], rtol=1e-3, atol=2e-7)
+    np.testing.assert_allclose(impacts[:, 1], exact[:, 1], rtol=1e-3)
+    np.testing.assert_allclose(impacts[:, 2], exact[:, 2], rtol=0, atol=1e-3 * compliant.impulse)
     assert solved["crossing.impulse"] == pytest.approx(compliant.impulse, rel=1e-4)
     assert solved.history.momentum_residual < 1e-12

@@ -1,4 +1,4 @@
-"""Reference cases B1 and B2: a ball falls on a simply supported beam, in one blow and in one that is three.
+"""Reference cases B1 and B2: a ball falls on a simply supported beam, in one impact and in one that is three.
 
 S. P. Timoshenko, Z. Math. Phys. 62 (1913) 198; W. P. Mason, J. Appl. Mech. 3 (1936) A55. Values from the Volterra
 equation over modal series, in data/beam-sphere/B*.json.
@@ -26,17 +26,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(("scene", "name", "theory", "bound"), CASES, ids=[case[0] for case in CASES])
-def test_every_blow(folder: Path, scene: str, name: str, theory: str, bound: float) -> None:
+def test_every_impact(folder: Path, scene: str, name: str, theory: str, bound: float) -> None:
     """0.5 % is asked; the reference's own uncertainty is 1e-7 for Euler-Bernoulli and 6e-6 for Timoshenko."""
     exact, solved = reference(f"beam-sphere/{name}.json")[theory], solve(f"beam-sphere/{scene}", folder)
-    episodes, blows = exact["episodes"], solved.blows("blow")
-    assert len(blows) == len(episodes) == exact["number_of_contacts"]
-    for blow, episode in zip(blows, episodes, strict=True):
-        assert blow[0] == pytest.approx(episode["t_start"], rel=bound, abs=1e-12)
-        assert blow[1] == pytest.approx(episode["t_end"], rel=bound)
-        assert blow[2] == pytest.approx(episode["impulse"], rel=bound)
-        assert blow[3] == pytest.approx(episode["Fmax"], rel=bound)
-        assert blow[4] == pytest.approx(episode["t_Fmax"], rel=100 * bound)
+    episodes, impacts = exact["episodes"], solved.impacts("pair")
+    assert len(impacts) == len(episodes) == exact["number_of_contacts"]
+    for impact, episode in zip(impacts, episodes, strict=True):
+        assert impact[0] == pytest.approx(episode["t_start"], rel=bound, abs=1e-12)
+        assert impact[1] == pytest.approx(episode["t_end"], rel=bound)
+        assert impact[2] == pytest.approx(episode["impulse"], rel=bound)
+        assert impact[3] == pytest.approx(episode["Fmax"], rel=bound)
+        assert impact[4] == pytest.approx(episode["t_Fmax"], rel=100 * bound)
     assert solved["ball.velocity_z"] == pytest.approx(-exact["ball_velocity_after"]["value"], rel=bound)
     assert solved.history.momentum_residual < 1e-12
 
@@ -48,13 +48,13 @@ def test_solid_beam(folder: Path) -> None:
     """
     exact = reference("beam-sphere/B2_timoshenko1913_long.json")["timoshenko_beam_kappa_5_6"]
     solved = solve("beam-sphere/solid.toml", folder)
-    blows, episodes = solved.blows("blow"), exact["episodes"]
-    assert len(blows) == len(episodes)
-    for blow, episode in zip(blows, episodes, strict=True):
-        assert blow[0] == pytest.approx(episode["t_start"], rel=1e-2, abs=1e-12)
-        assert blow[1] == pytest.approx(episode["t_end"], rel=1e-2)
-        assert blow[2] == pytest.approx(episode["impulse"], rel=1e-2)
-        assert blow[3] == pytest.approx(episode["Fmax"], rel=3e-2)
+    impacts, episodes = solved.impacts("pair"), exact["episodes"]
+    assert len(impacts) == len(episodes)
+    for impact, episode in zip(impacts, episodes, strict=True):
+        assert impact[0] == pytest.approx(episode["t_start"], rel=1e-2, abs=1e-12)
+        assert impact[1] == pytest.approx(episode["t_end"], rel=1e-2)
+        assert impact[2] == pytest.approx(episode["impulse"], rel=1e-2)
+        assert impact[3] == pytest.approx(episode["Fmax"], rel=3e-2)
     assert solved["ball.velocity_z"] == pytest.approx(-exact["ball_velocity_after"]["value"], rel=1e-2)
 
 

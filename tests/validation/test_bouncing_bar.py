@@ -34,10 +34,10 @@ def twenty(folder: Path) -> Solved:
 
 
 def impacts(solved: Solved) -> np.ndarray:
-    """Return the first time of every impact [s]: blows that part for less than half a second are one, of a ringing
+    """Return the first time of every impact [s]: impacts that part for less than half a second are one, of a ringing
     end."""
-    blows = solved.blows("floor")
-    return blows[np.concatenate([[True], blows[1:, 0] - blows[:-1, 1] > 0.5]), 0]
+    impacts = solved.impacts("floor")
+    return impacts[np.concatenate([[True], impacts[1:, 0] - impacts[:-1, 1] > 0.5]), 0]
 
 
 def test_impulse_and_duration(first: Solved) -> None:
@@ -109,9 +109,9 @@ def discrete_gradient(folder: Path, step: float) -> Solved:
 def test_discrete_gradient_keeps_energy_at_any_step(folder: Path, step: float) -> None:
     solved = discrete_gradient(folder, step)
     assert solved.history.energy_drift < 1e-10
-    assert len(solved.blows("floor")) > 0
+    assert len(solved.impacts("floor")) > 0
     kinetic, strain, _, dissipated, _ = solved.history.energies.T
-    # Of an elastic blow nothing is dissipated, and the bar never has more than it fell with.
+    # Of an elastic impact nothing is dissipated, and the bar never has more than it fell with.
     assert np.abs(dissipated).max() < 1e-9 * kinetic.max()
     assert kinetic.max() < 1.02 * EXACT_ENERGY
     assert strain.max() < 1.5 * EXACT_ENERGY

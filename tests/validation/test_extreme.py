@@ -36,9 +36,9 @@ def elastic(scene: str, folder: Path) -> Solved:
 @pytest.fixture(scope="module")
 def plastic(scene: str, folder: Path) -> Solved:
     changes = {
-        "contact.blow.method": "impact",
-        "contact.blow.restitution": 0.0,
-        "contact.blow.law": "unset",
+        "contact.pair.method": "impact",
+        "contact.pair.restitution": 0.0,
+        "contact.pair.law": "unset",
         "report.reference": "unset",
         "report.quantities": "unset",
     }
@@ -49,15 +49,15 @@ def case(scene: str) -> dict[str, dict[str, float]]:
     return reference(f"extreme/{CASES[scene]}.json")
 
 
-def test_the_blow(scene: str, elastic: Solved) -> None:
+def test_the_impact(scene: str, elastic: Solved) -> None:
     """To the reference's tolerance, a tenth of it and better; 1e-11 of the duration is reached and less elsewhere."""
-    exact, blow = case(scene), elastic.blows("blow")[0]
-    assert elastic["blow.start"] == pytest.approx(exact["time_of_contact"]["value"], rel=1e-12)
-    assert elastic["blow.duration"] == pytest.approx(exact["contact_duration"]["value"], rel=1e-9)
-    assert elastic["blow.largest_force"] == pytest.approx(exact["max_force"]["value"], rel=1e-10)
-    assert elastic["blow.impulse"] == pytest.approx(exact["impulse_e1"]["value"], rel=1e-10)
+    exact, impact = case(scene), elastic.impacts("pair")[0]
+    assert elastic["pair.start"] == pytest.approx(exact["time_of_contact"]["value"], rel=1e-12)
+    assert elastic["pair.duration"] == pytest.approx(exact["contact_duration"]["value"], rel=1e-9)
+    assert elastic["pair.largest_force"] == pytest.approx(exact["max_force"]["value"], rel=1e-10)
+    assert elastic["pair.impulse"] == pytest.approx(exact["impulse_e1"]["value"], rel=1e-10)
     stiffness = exact["max_force"]["value"] / exact["max_indentation"]["value"]
-    assert blow[3] / stiffness == pytest.approx(exact["max_indentation"]["value"], rel=1e-10)
+    assert impact[3] / stiffness == pytest.approx(exact["max_indentation"]["value"], rel=1e-10)
 
 
 def test_velocities_after(scene: str, elastic: Solved) -> None:
@@ -73,14 +73,14 @@ def test_change_of_velocity_without_cancellation(scene: str, elastic: Solved) ->
     exact = case(scene)
     change = exact["v1_change_e1"]["value"]
     mass = exact["impulse_e1"]["value"] / -change
-    assert -elastic["blow.impulse"] / mass == pytest.approx(change, rel=1e-10)
+    assert -elastic["pair.impulse"] / mass == pytest.approx(change, rel=1e-10)
     first = elastic.history.motion["one"][0, 6]
     assert elastic.history.motion["one"][-1, 6] - first == pytest.approx(change, rel=1e-6)
 
 
-def test_plastic_blow(scene: str, plastic: Solved) -> None:
+def test_plastic_impact(scene: str, plastic: Solved) -> None:
     exact = case(scene)
-    assert plastic["blow.impulse"] == pytest.approx(exact["impulse_e0"]["value"], rel=1e-11)
+    assert plastic["pair.impulse"] == pytest.approx(exact["impulse_e0"]["value"], rel=1e-11)
     for name in ("one", "two"):
         speed = plastic.history.motion[name][-1, 6]
         assert speed == pytest.approx(exact["v_common_e0"]["value"], rel=1e-11)
@@ -92,7 +92,7 @@ def test_plastic_blow(scene: str, plastic: Solved) -> None:
 
 def test_shipped_plastic_scene(folder: Path) -> None:
     exact, solved = case("scene.toml"), solve("extreme/e0.toml", folder)
-    assert solved["blow.impulse"] == pytest.approx(exact["impulse_e0"]["value"], rel=1e-11)
+    assert solved["pair.impulse"] == pytest.approx(exact["impulse_e0"]["value"], rel=1e-11)
     for name in ("one", "two"):
         assert solved[f"{name}.velocity_x"] == pytest.approx(exact["v_common_e0"]["value"], rel=1e-11)
 
@@ -104,13 +104,13 @@ def kelvin_voigt(folder: Path) -> Solved:
 
 def test_kelvin_voigt_parts_where_the_force_vanishes(kelvin_voigt: Solved) -> None:
     """L7: without adhesion contact ends where k d + c ḋ = 0, while the surface is still indented."""
-    exact, blow = reference("extreme/L7_kelvin_voigt.json"), kelvin_voigt.blows("wall")[0]
+    exact, impact = reference("extreme/L7_kelvin_voigt.json"), kelvin_voigt.impacts("wall")[0]
     assert kelvin_voigt["wall.duration"] == pytest.approx(exact["duration_until_force_zero"]["value"], rel=1e-10)
     assert kelvin_voigt["wall.restitution"] == pytest.approx(exact["restitution_force_zero"]["value"], rel=1e-10)
     # What the spring still stores there is lost with the rest.
-    assert kelvin_voigt.history.energies[-1, 3] == pytest.approx(0.5**2 - blow[6] ** 2, rel=1e-9)
+    assert kelvin_voigt.history.energies[-1, 3] == pytest.approx(0.5**2 - impact[6] ** 2, rel=1e-9)
     gone = kelvin_voigt.history.motion["ball"]
-    place = np.interp(blow[1], kelvin_voigt.history.times, gone[:, 0])
+    place = np.interp(impact[1], kelvin_voigt.history.times, gone[:, 0])
     assert place == pytest.approx(exact["penetration_at_force_zero"]["value"], rel=1e-5)
     assert kelvin_voigt.history.contacts["wall"].force[0, 0] == pytest.approx(
         -exact["initial_force_jump"]["value"], rel=0.02

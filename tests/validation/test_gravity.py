@@ -17,7 +17,7 @@ geometry = {{ kind = "box", lx = {LENGTH}, ly = {WIDTH}, lz = {HEIGHT} }}
 material = {{ E = 210e9, nu = 0.3, rho = {DENSITY} }}
 mesh = {{ size = 0.01 }}
 supports = ["left"]
-modes = {{ recipe = "macneal", normal_count = 40 }}
+modes = {{ reduction = "macneal", normal_count = 40 }}
 gauge.middle = {{ point = [0.0, 0.0, {HEIGHT}] }}
 
 [body.arm]

@@ -25,7 +25,11 @@ STROKES = ((20.0, 160.0), (200.0, 340.0), (380.0, 520.0), (560.0, 690.0))
 @pytest.fixture(scope="module")
 def rigid(tmp_path_factory: pytest.TempPathFactory) -> tuple[Job, Trajectory, CycleHistory, Mechanism]:
     folder = tmp_path_factory.mktemp("piston")
-    changes = {"component.piston.modes.recipe": "rigid", "component.liner.modes.recipe": "rigid", "run.step": 2e-6}
+    changes = {
+        "component.piston.modes.reduction": "rigid",
+        "component.liner.modes.reduction": "rigid",
+        "run.step": 2e-6,
+    }
     job = open_job(ROOT / "data/piston/coarse.toml", set=changes, db=folder / "db", out=folder / "out")
     assert run_job(job, "solve").result == "FINISHED"
     run = job.store.get(job.trajectory().key, "trajectory")

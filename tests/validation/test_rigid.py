@@ -36,21 +36,21 @@ def rolling(folder: Path) -> Solved:
 
 
 def test_ball_bounces(ball: Solved) -> None:
-    """E1: every blow of the forty tabulated. The tolerance is the reference's 1e-9 and better; 1e-13 is reached."""
-    exact, blows = reference("rigid/E1_bouncing_ball.json"), ball.blows("floor")
-    np.testing.assert_allclose(blows[:40, 0], exact["impact_times"], rtol=1e-11)
-    np.testing.assert_allclose(blows[:40, 6], exact["rebound_velocities"], rtol=1e-11)
-    np.testing.assert_allclose(blows[:40, 6] ** 2 / (2 * 9.81), exact["rebound_heights"], rtol=1e-10)
+    """E1: every impact of the forty tabulated. The tolerance is the reference's 1e-9 and better; 1e-13 is reached."""
+    exact, impacts = reference("rigid/E1_bouncing_ball.json"), ball.impacts("floor")
+    np.testing.assert_allclose(impacts[:40, 0], exact["impact_times"], rtol=1e-11)
+    np.testing.assert_allclose(impacts[:40, 6], exact["rebound_velocities"], rtol=1e-11)
+    np.testing.assert_allclose(impacts[:40, 6] ** 2 / (2 * 9.81), exact["rebound_heights"], rtol=1e-10)
     height = ball.history.motion["ball"][:, 2] + 1.0
-    flown = 1.0 + (blows[:-1, 6] ** 2 / 9.81).sum()
+    flown = 1.0 + (impacts[:-1, 6] ** 2 / 9.81).sum()
     assert flown == pytest.approx(exact["total_path"]["value"], rel=1e-6)
     assert height.min() >= -1e-12
 
 
 def test_ball_comes_to_rest(ball: Solved) -> None:
-    exact, blows = reference("rigid/E1_bouncing_ball.json"), ball.blows("floor")
-    assert blows[-1, 0] == pytest.approx(exact["accumulation_time"]["value"], rel=1e-6)
-    assert blows[-1, 1] == 5.0
+    exact, impacts = reference("rigid/E1_bouncing_ball.json"), ball.impacts("floor")
+    assert impacts[-1, 0] == pytest.approx(exact["accumulation_time"]["value"], rel=1e-6)
+    assert impacts[-1, 1] == 5.0
     at_rest = ball.history.times > 4.07
     motion = ball.history.motion["ball"][at_rest]
     np.testing.assert_allclose(motion[:, 2], -1.0, rtol=0, atol=1e-12)
@@ -122,7 +122,7 @@ def test_sphere_slides_then_rolls(rolling: Solved) -> None:
 
 
 def test_end_of_a_rod_strikes(folder: Path) -> None:
-    """E6, the blow: the rod's centre stands right of its lower end; ω about −y is counter-clockwise in x, z."""
+    """E6, the impact: the rod's centre stands right of its lower end; ω about −y is counter-clockwise in x, z."""
     exact = reference("rigid/E6_rod_end_impact.json")
     solved = solve("rigid/rod-end.toml", folder)
     assert solved["floor.impulse"] == pytest.approx(exact["impulse_frictionless"]["value"], rel=1e-10)

@@ -36,43 +36,43 @@ def check(found: float, exact: dict[str, float]) -> None:
 
 
 def test_rigid_contact_of_the_clamped_rod(clamped: Solved) -> None:
-    exact, blows = reference(f"rod-mass/{NAMES['clamped']}.json")["rigid_contact"], clamped.blows("blow")
-    check(clamped["blow.first_duration"], exact["contact_duration"])
-    check(clamped["blow.force_peak"], exact["max_force"])
-    check(clamped["blow.peak_time"], exact["t_max_force"])
-    check(clamped["blow.first_impulse"], exact["impulse_first_contact"])
-    after = 1.0 - clamped["blow.first_impulse"] / 2.4661502330679874
+    exact, impacts = reference(f"rod-mass/{NAMES['clamped']}.json")["rigid_contact"], clamped.impacts("pair")
+    check(clamped["pair.first_duration"], exact["contact_duration"])
+    check(clamped["pair.force_peak"], exact["max_force"])
+    check(clamped["pair.peak_time"], exact["t_max_force"])
+    check(clamped["pair.first_impulse"], exact["impulse_first_contact"])
+    after = 1.0 - clamped["pair.first_impulse"] / 2.4661502330679874
     check(after, exact["velocity_of_mass_after_first_contact"])
     check(-after, exact["restitution_of_mass_first_contact"])
     # Reached is far better than the reference asks for, of what does not ring.
-    assert clamped["blow.first_duration"] == pytest.approx(exact["contact_duration"]["value"], rel=3e-4)
-    assert clamped["blow.first_impulse"] == pytest.approx(exact["impulse_first_contact"]["value"], rel=1e-5)
-    assert blows[0, 0] == 0.0
+    assert clamped["pair.first_duration"] == pytest.approx(exact["contact_duration"]["value"], rel=3e-4)
+    assert clamped["pair.first_impulse"] == pytest.approx(exact["impulse_first_contact"]["value"], rel=1e-5)
+    assert impacts[0, 0] == 0.0
 
 
 def test_second_rigid_contact_of_the_clamped_rod(clamped: Solved) -> None:
     """The mass, leaving at 0.69 m/s, is struck again by the rod's end, for 15 µs."""
     exact = reference(f"rod-mass/{NAMES['clamped']}.json")["rigid_contact"]
     (later,) = exact["later_contacts"]
-    assert clamped["blow.blows"] == exact["number_of_contacts_up_to_24_L_over_c"]
-    assert clamped["blow.blow2.start"] == pytest.approx(later["t_start"], rel=5e-4)
-    assert clamped["blow.blow2.end"] == pytest.approx(later["t_end"], rel=5e-4)
-    assert clamped["blow.blow2.impulse"] == pytest.approx(later["impulse"], rel=2e-2)
+    assert clamped["pair.impacts"] == exact["number_of_contacts_up_to_24_L_over_c"]
+    assert clamped["pair.impact2.start"] == pytest.approx(later["t_start"], rel=5e-4)
+    assert clamped["pair.impact2.end"] == pytest.approx(later["t_end"], rel=5e-4)
+    assert clamped["pair.impact2.impulse"] == pytest.approx(later["impulse"], rel=2e-2)
     check(clamped["mass.velocity_x"], exact["velocity_of_mass_after_last_contact"])
     assert clamped["mass.velocity_x"] == pytest.approx(exact["velocity_of_mass_after_last_contact"]["value"], rel=2e-4)
 
 
 def test_rigid_contact_of_the_free_rod(free: Solved) -> None:
     exact = reference(f"rod-mass/{NAMES['free']}.json")["rigid_contact"]
-    check(free["blow.first_duration"], exact["contact_duration"])
-    check(free["blow.force_peak"], exact["max_force"])
-    check(free["blow.first_impulse"], exact["impulse_first_contact"])
+    check(free["pair.first_duration"], exact["contact_duration"])
+    check(free["pair.force_peak"], exact["max_force"])
+    check(free["pair.first_impulse"], exact["impulse_first_contact"])
     check(free["mass.velocity_x"], exact["velocity_of_mass_after_first_contact"])
     check(free["mass.velocity_x"], exact["velocity_of_mass_after_last_contact"])
     check(free["rod.velocity_x"], exact["velocity_of_rod_centroid_after"])
-    check(free["blow.restitution"], exact["kinematic_restitution"])
-    assert free["blow.blows"] == exact["number_of_contacts_up_to_24_L_over_c"]
-    assert free["blow.peak_time"] < 0.01 * exact["contact_duration"]["value"]
+    check(free["pair.restitution"], exact["kinematic_restitution"])
+    assert free["pair.impacts"] == exact["number_of_contacts_up_to_24_L_over_c"]
+    assert free["pair.peak_time"] < 0.01 * exact["contact_duration"]["value"]
     assert free.history.momentum_residual < 1e-10
 
 
@@ -83,7 +83,7 @@ def test_rigid_force_over_time(end: str, request: pytest.FixtureRequest) -> None
     curve = _curve(name)
     exact = reference(f"rod-mass/{name}.json")["rigid_contact"]
     times = np.concatenate([[0.0], solved.history.times])
-    given = np.concatenate([[0.0], -np.cumsum(solved.history.contacts["blow"].force[:, 0]) * solved.history.times[0]])
+    given = np.concatenate([[0.0], -np.cumsum(solved.history.contacts["pair"].force[:, 0]) * solved.history.times[0]])
     t, F = np.array(curve["t"]), np.array(curve["F"])
     jump = exact["contact_duration"]["value"] if end == "free" else 2 * 1.0 / 5172.194153034851
     smooth = t < jump * (1 - 1e-9)
@@ -107,7 +107,7 @@ def test_hertz_contact(folder: Path, end: str, stiffness: str) -> None:
     changes = {
         "component.rod.mesh.size": 0.002,
         "component.rod.modes.normal_count": 100,
-        "contact.blow.law.stiffness": exact["K"]["value"],
+        "contact.pair.law.stiffness": exact["K"]["value"],
         "run.duration": exact["observed_up_to_t"],
         "report.reference": "unset",
         "report.quantities": "unset",
@@ -115,25 +115,25 @@ def test_hertz_contact(folder: Path, end: str, stiffness: str) -> None:
     if end == "free":
         changes["component.rod.supports"] = []
     solved = solve("rod-mass/hertz.toml", folder, changes)
-    blows, episodes = solved.blows("blow"), exact["episodes"]
-    assert len(blows) == len(episodes) == exact["number_of_contacts"]
-    for blow, episode in zip(blows, episodes, strict=True):
-        assert blow[0] == pytest.approx(episode["t_start"], abs=1e-12)
-        assert blow[1] == pytest.approx(episode["t_end"], rel=1e-5)
-        assert blow[2] == pytest.approx(episode["impulse"], rel=1e-6)
-        assert blow[3] == pytest.approx(episode["Fmax"], rel=1e-5)
-        assert blow[4] == pytest.approx(episode["t_Fmax"], rel=5e-4)
+    impacts, episodes = solved.impacts("pair"), exact["episodes"]
+    assert len(impacts) == len(episodes) == exact["number_of_contacts"]
+    for impact, episode in zip(impacts, episodes, strict=True):
+        assert impact[0] == pytest.approx(episode["t_start"], abs=1e-12)
+        assert impact[1] == pytest.approx(episode["t_end"], rel=1e-5)
+        assert impact[2] == pytest.approx(episode["impulse"], rel=1e-6)
+        assert impact[3] == pytest.approx(episode["Fmax"], rel=1e-5)
+        assert impact[4] == pytest.approx(episode["t_Fmax"], rel=5e-4)
     restitution = exact["restitution_of_mass" if end == "clamped" else "kinematic_restitution"]["value"]
-    assert solved["blow.restitution"] == pytest.approx(restitution, rel=2e-6)
+    assert solved["pair.restitution"] == pytest.approx(restitution, rel=2e-6)
     velocity = solved.history.motion["mass"][-1, 6]
     assert velocity == pytest.approx(exact["velocity_of_mass_after"]["value"], abs=2e-6)
-    assert solved["blow.largest_force"] == pytest.approx(exact["max_force"]["value"], rel=1e-5)
-    assert solved["blow.impulse"] == pytest.approx(exact["total_impulse"]["value"], rel=1e-6)
-    assert solved["blow.end"] == pytest.approx(exact["end_of_last_contact"]["value"], rel=1e-5)
+    assert solved["pair.largest_force"] == pytest.approx(exact["max_force"]["value"], rel=1e-5)
+    assert solved["pair.impulse"] == pytest.approx(exact["total_impulse"]["value"], rel=1e-6)
+    assert solved["pair.end"] == pytest.approx(exact["end_of_last_contact"]["value"], rel=1e-5)
 
 
 def test_shipped_hertz_scene(folder: Path) -> None:
     solved = solve("rod-mass/hertz.toml", folder)
     for name in ("largest_force", "end", "impulse", "restitution"):
-        entry = solved.report.quantities[f"blow.{name}"]
+        entry = solved.report.quantities[f"impact.{name}"]
         assert entry["value"] == pytest.approx(entry["reference"], rel=1e-6)

@@ -53,7 +53,7 @@ class Band(NamedTuple):
     mean: np.ndarray
     """v̄"""
     rhs: np.ndarray
-    books: np.ndarray
+    balance: np.ndarray
     """What damping took, work of the load [J], (2,)."""
 
 
@@ -214,8 +214,8 @@ def _advance(band, force, h, work):  # type: ignore[no-untyped-def]
         band.Ku[j] += h * work[j]
         # M v̄ from the rule: K v̄ from it would lose the digits of slow motions.
         band.Mv[j] = 2.0 * (band.rhs[j] - alpha * work[j]) - band.Mv[j]
-    band.books[0] += h * band.beta * lost
-    band.books[1] += h * given
+    band.balance[0] += h * band.beta * lost
+    band.balance[1] += h * given
 
 
 @njit(cache=True)
@@ -246,7 +246,7 @@ def march(bodies, works, now, rest, gap, h, forces, gaps, energies):  # type: ig
         if not press(now, gap, rate, free):
             return n
         gap[:] = rest
-        kinetic, strain, lost, given = 0.0, 0.0, now.books[0], 0.0
+        kinetic, strain, lost, given = 0.0, 0.0, now.balance[0], 0.0
         for k in range(len(bodies)):
             band = bodies[k]
             _advance(band, now.force, h, works[k])
@@ -254,9 +254,9 @@ def march(bodies, works, now, rest, gap, h, forces, gaps, energies):  # type: ig
             for j in range(len(band.u)):
                 kinetic += 0.5 * band.v[j] * band.Mv[j]
                 strain += 0.5 * band.u[j] * band.Ku[j]
-            lost += band.books[0]
-            given += band.books[1]
+            lost += band.balance[0]
+            given += band.balance[1]
         forces[n], gaps[n] = now.force, gap
-        energies[n, 0], energies[n, 1], energies[n, 2] = kinetic, strain, now.books[1]
+        energies[n, 0], energies[n, 1], energies[n, 2] = kinetic, strain, now.balance[1]
         energies[n, 3], energies[n, 4] = lost, given
     return len(forces)

@@ -59,7 +59,7 @@ class Press(NamedTuple):
     """−g at its end [m], (c,); of laws."""
     approach: np.ndarray
     """v⁻ of the contact that goes on at each point, and the largest so far [m/s], (c + 1,); of laws."""
-    books: np.ndarray
+    balance: np.ndarray
     """What contact took so far, what its laws store now [J], iterations, (3,)."""
 
 
@@ -75,8 +75,8 @@ def new_press(contacts: list[PointContact], W: np.ndarray, gap: np.ndarray, step
     laws = [contact.law for contact in contacts if contact.law is not None]
     law = np.concatenate(laws) if laws else np.zeros((c, 4))
     stored = sum(law_energy(law[i], -gap[i]) for i in range(c))
-    books = np.array([0.0, stored, 0.0])
-    return Press(not laws, step, W.copy(), law, np.zeros(c), -gap, np.zeros(c + 1), books)
+    balance = np.array([0.0, stored, 0.0])
+    return Press(not laws, step, W.copy(), law, np.zeros(c), -gap, np.zeros(c + 1), balance)
 
 
 @njit(cache=True)
@@ -105,9 +105,9 @@ def _close(now, gap, rate, free):  # type: ignore[no-untyped-def]
         force[:] = 0.0
         return True
     sweeps = complementary(now.W, b, usable, force, TOLERANCE * size)
-    now.books[2] += abs(sweeps)
+    now.balance[2] += abs(sweeps)
     for i in range(len(gap)):
-        now.books[0] += max(0.0, -force[i] * (free[i] - gap[i] + _dot(now.W[i], force)))
+        now.balance[0] += max(0.0, -force[i] * (free[i] - gap[i] + _dot(now.W[i], force)))
     return sweeps > 0
 
 
@@ -202,16 +202,16 @@ def _yield(now, free):  # type: ignore[no-untyped-def]
             alone = now.W[i, i] * force[i] - free[i] - _dot(now.W[i], force)
             before = force[i]
             force[i], depth[i], used = _point(now, i, alone)
-            now.books[2] += used
+            now.balance[2] += used
             size = abs(alone) + abs(free[i]) + abs(now.depth[i])
             settled = settled and now.W[i, i] * abs(force[i] - before) <= TOLERANCE * size
         if c == 1 or settled:
             break
-    now.books[1] = 0.0
+    now.balance[1] = 0.0
     for i in range(c):
         lost = (force[i] - _elastic(now.law[i], now.depth[i], depth[i])[0]) * (depth[i] - now.depth[i])
-        now.books[0] += max(lost, 0.0)  # No law gives energy: what a wrong force would create shall show as drift.
-        now.books[1] += law_energy(now.law[i], depth[i])
+        now.balance[0] += max(lost, 0.0)  # No law gives energy: what a wrong force would create shall show as drift.
+        now.balance[1] += law_energy(now.law[i], depth[i])
         now.depth[i] = depth[i]
         if depth[i] <= 0.0:
             approach[i] = 0.0

@@ -1,4 +1,4 @@
-"""The nodal synthesis of bodies that meet at fixed points: compiled for narrow bodies, or over sparse factors.
+"""The full FE of bodies that meet at fixed points: compiled for narrow bodies, or over sparse factors.
 
 Energy drift is the largest error of T + U + V + D − W over the largest part of the energy that contact turned into
 others than kinetic, U − U₀ + V + D, with T kinetic, U strain, V what laws store, D what closings, lossy laws and
@@ -59,7 +59,7 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
     found = _quantities(problem, history, loop, float(energies[-1, 3]))
     taken = clock.read()
     loop.free()
-    return _record(problem, history, energies, begun, (int(now.books[2]), taken.wall, taken.cpu), found)
+    return _record(problem, history, energies, begun, (int(now.balance[2]), taken.wall, taken.cpu), found)
 
 
 def _stacked(problem: PointProblem, number: int) -> sparse.csr_matrix:
@@ -105,8 +105,8 @@ class _Compiled:
         """Return kinetic, strain, contact, lost, work of loads now [J], (5,)."""
         kinetic = sum(0.5 * float(band.v @ band.Mv) for band in self._bands)
         strain = sum(0.5 * float(band.u @ band.Ku) for band in self._bands)
-        books = sum((band.books for band in self._bands), np.zeros(2))
-        return np.array([kinetic, strain, now.books[1], now.books[0] + books[0], books[1]])
+        balance = sum((band.balance for band in self._bands), np.zeros(2))
+        return np.array([kinetic, strain, now.balance[1], now.balance[0] + balance[0], balance[1]])
 
     def motions(self) -> list[np.ndarray]:
         """Return displacements and velocities of each body now, (2, dofs)."""
@@ -139,7 +139,7 @@ class _Factored:
     def energies(self, now: Press) -> np.ndarray:
         kinetic, strain = sum(body.kinetic for body in self._bodies), sum(body.strain for body in self._bodies)
         lost, work = sum(body.dissipated for body in self._bodies), sum(body.work for body in self._bodies)
-        return np.array([kinetic, strain, now.books[1], now.books[0] + lost, work])
+        return np.array([kinetic, strain, now.balance[1], now.balance[0] + lost, work])
 
     def motions(self) -> list[np.ndarray]:
         return [body.motion() for body in self._bodies]

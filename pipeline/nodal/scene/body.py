@@ -1,4 +1,4 @@
-"""A body of a scene on its mesh, for the nodal synthesis."""
+"""A body of a scene on its mesh, for the full-FE run."""
 
 from dataclasses import dataclass
 
@@ -49,7 +49,9 @@ class Part:
             raise InputError(f"{where}: body '{self.name}' has no '{name}', it has {have}")
         interface = self.component.interface[name]
         if interface.kind not in CONTACT_KINDS:
-            raise InputError(f"{where}: '{name}' is of kind '{interface.kind}', report.nodal needs 'points' or 'patch'")
+            raise InputError(
+                f"{where}: '{name}' is of kind '{interface.kind}', report.full_fe needs 'points' or 'patch'"
+            )
         if interface.kind == "patch":
             points = patch_point(self.mesh, interface, where)
             rows = patch_row(self.mesh, self.model, interface, where)
@@ -74,7 +76,7 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     movement = movement_of(component, job.folder, component_name)
     mesh = base if movement is None else moved_mesh(base, movement)
     where = f"component.{component_name}"
-    refuse_rigid(component.interface, f"{job.path}: {where}", "report.nodal")
+    refuse_rigid(component.interface, f"{job.path}: {where}", "report.full_fe")
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
     settings, properties = job.scene.body[name], model.properties
     linear = properties.mass * np.asarray(settings.velocity)

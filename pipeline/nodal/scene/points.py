@@ -1,4 +1,4 @@
-"""A scene whose bodies meet at fixed points, in all nodal dofs: point against point, or against a plane or a bore."""
+"""A scene whose bodies meet at fixed points, in full FE: point against point, or against a plane or a bore."""
 
 import numpy as np
 from scipy import sparse
@@ -23,23 +23,23 @@ def meeting_problem(job: Job) -> PointProblem:
     """
     scene = job.scene
     for name in scene.springs():
-        raise InputError(f"{job.path}: report.nodal: knows no springs, leave force.{name} out")
+        raise InputError(f"{job.path}: report.full_fe: knows no springs, leave force.{name} out")
     parts = [load_part(job, name, np.asarray(scene.run.gravity)) for name in scene.body]
     contacts = {name: _contact(job, name, parts) for name in scene.contact}
     if len({contact.law is None for contact in contacts.values()}) > 1:
-        raise InputError(f"{job.path}: report.nodal: carries contacts with laws or layers, or without any, not both")
+        raise InputError(f"{job.path}: report.full_fe: carries contacts with laws or layers, or without any, not both")
     flying = len(contacts) == 1 and not any(scene.run.gravity)
     return PointProblem(tuple(part.body for part in parts), contacts, scene.run.duration, flying)
 
 
 def refuse_contacts(job: Job) -> None:
-    """Refuse contacts of kinds that the nodal synthesis has not.
+    """Refuse contacts of kinds that the full-FE run has not.
 
     Raises:
         InputError: a contact has friction or a restitution.
     """
     for name, contact in job.scene.contact.items():
-        where = f"{job.path}: report.nodal: contact.{name}"
+        where = f"{job.path}: report.full_fe: contact.{name}"
         if contact.method not in CARRIED:
             raise InputError(f"{where}.method: '{contact.method}' given, it carries {', '.join(CARRIED)}")
         if contact.friction is not None:

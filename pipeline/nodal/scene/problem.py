@@ -1,4 +1,4 @@
-"""A scene as a problem in all nodal dofs: same meshes, same points, same surface layer, same loads and rod."""
+"""A scene as a problem in full FE: same meshes, same points, same surface layer, same loads and rod."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ START_STEP = 1e-6
 
 
 def nodal_problem(job: Job) -> NodalProblem | PointProblem:
-    """Return the scene in all nodal dofs, on the mesh of the changed design where it has a change.
+    """Return the scene in full FE, on the mesh of the changed design where it has a change.
 
     Points that slide over another body, a joint, and many points of a solid on a layer against an obstacle go to the
     loop with sliding contact; all else to that of bodies that meet at fixed points.
@@ -42,9 +42,9 @@ def nodal_problem(job: Job) -> NodalProblem | PointProblem:
     """
     scene = job.scene
     for name in scene.moving():
-        raise InputError(f"{job.path}: report.nodal: knows no moving forces, leave force.{name} out")
+        raise InputError(f"{job.path}: report.full_fe: knows no moving forces, leave force.{name} out")
     if not scene.contact:
-        raise InputError(f"{job.path}: report.nodal: is for scenes with contacts, this one has none")
+        raise InputError(f"{job.path}: report.full_fe: is for scenes with contacts, this one has none")
     refuse_contacts(job)
     sliding = bool(scene.masters() or scene.joint)
     return _sliding_problem(job) if sliding or _layered_solid(job) else meeting_problem(job)
@@ -66,13 +66,13 @@ def _sliding_problem(job: Job) -> NodalProblem:
     over = {master.body for master in masters.values()}
     if len(slaves) != 1 or len(over) > 1 or slaves | over != set(scene.body) or len(scene.joint) > 1:
         raise InputError(
-            f"{job.path}: report.nodal: where points slide or a joint drives, it is for the contact points of one body,"
+            f"{job.path}: report.full_fe: where points slide or a joint drives, it is for the contact points of one body,"
             " against obstacles or one other body, and one joint"
         )
     for name, contact in scene.contact.items():
         if contact.surface_stiffness is None or contact.against.shape == "body":
             raise InputError(
-                f"{job.path}: report.nodal: contact.{name} needs surface_stiffness and an obstacle or a surface where"
+                f"{job.path}: report.full_fe: contact.{name} needs surface_stiffness and an obstacle or a surface where"
                 " points slide or a joint drives"
             )
     slave = _solid(job, slaves.pop(), np.asarray(scene.run.gravity))
@@ -93,12 +93,12 @@ def _solid(job: Job, name: str, field: np.ndarray) -> Part:
     part = load_part(job, name, field)
     if part.mesh.cell_type not in ("tetra10", "line3"):
         raise InputError(
-            f"{job.path}: report.nodal: where points slide or a joint drives, it is for solids and bars,"
+            f"{job.path}: report.full_fe: where points slide or a joint drives, it is for solids and bars,"
             f" component.{job.scene.component_of(name)}.geometry is '{part.component.geometry.kind}'"
         )
     if part.model.held.any() and len(part.model.rigid_twists):
         raise InputError(
-            f"{job.path}: report.nodal: where points slide or a joint drives, it is for bodies free or held,"
+            f"{job.path}: report.full_fe: where points slide or a joint drives, it is for bodies free or held,"
             f" component.{job.scene.component_of(name)}.supports hold it in part"
         )
     return part

@@ -1,4 +1,4 @@
-"""Runs of the nodal synthesis that a report names: kept in the database, with the least time of a few."""
+"""Runs of the full-FE run that a report names: kept in the database, with the least time of a few."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,20 +15,20 @@ REPEATS, SHORT = 3, 10.0
 
 
 def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRecord]:
-    """Run the nodal synthesis at every step the scene names, coarse to fine; finished ones are read back.
+    """Run the full-FE run at every step the scene names, coarse to fine; finished ones are read back.
 
     Raises:
         InputError: see `nodal_problem`.
         StageError: see `simulate_nodal`.
     """
-    if job.scene.report.nodal is None:
+    if job.scene.report.full_fe is None:
         return []
-    if max(job.scene.report.nodal.steps) > job.scene.run.duration:
-        most, duration = max(job.scene.report.nodal.steps), job.scene.run.duration
-        raise InputError(f"{job.path}: report.nodal.steps: {most:g} s given, the run lasts {duration:g} s")
+    if max(job.scene.report.full_fe.steps) > job.scene.run.duration:
+        most, duration = max(job.scene.report.full_fe.steps), job.scene.run.duration
+        raise InputError(f"{job.path}: report.full_fe.steps: {most:g} s given, the run lasts {duration:g} s")
     parts = {name: (steps["modes"].inputs, steps["morph"].inputs) for name, steps in job.components().items()}
     problem, runs = None, []
-    steps = sorted(job.scene.report.nodal.steps, reverse=True)
+    steps = sorted(job.scene.report.full_fe.steps, reverse=True)
     for number, step in enumerate(steps):
         product = nodal_product(job.name, job.dynamics(), parts, step)
         if not job.store.has(product.key):

@@ -1,4 +1,4 @@
-"""The time loop of the nodal synthesis, and the account that it keeps of the energy."""
+"""The time loop of the full-FE run, and the account that it keeps of the energy."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

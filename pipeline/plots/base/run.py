@@ -175,12 +175,12 @@ class Drawing:
         return int(np.argmax(self.frame_force(body)))
 
     def unseen(self) -> list[str]:
-        """Return the contacts that were closed, but in no frame, other than those whose blows are located."""
+        """Return the contacts that were closed, but in no frame, other than those whose impacts are located."""
         trajectory = self.trajectory
         return [
             name
             for name, contact in trajectory.contacts.items()
-            if contact.force.any() and not contact.multipliers.any() and name not in trajectory.episodes
+            if contact.force.any() and not contact.multipliers.any() and name not in trajectory.impacts
         ]
 
     @contextlib.contextmanager

@@ -1,4 +1,4 @@
-"""`blows.png` of a contact whose blows are located: how the two points meet and part above, what it gives below."""
+"""`impacts.png` of a contact whose impacts are located: how the two points meet and part above, what it gives below."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -6,53 +6,57 @@ from matplotlib.figure import Figure
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.force_axes import blow_axes, force_axes, spaced
+from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, spaced
 from gudgeon.pipeline.plots.contact.located import Course, Touch, normal_courses, touches
 from gudgeon.pipeline.plots.driven.sliding import slides, sliding_figure
 
 HEADROOM = 0.12
-"""Of the axis, for the numbers of blows."""
+"""Of the axis, for the numbers of impacts."""
 NUMBERS = 0.03
-"""Of the axis: numbers of blows that are closer overlap."""
+"""Of the axis: numbers of impacts that are closer overlap."""
 STILL = 1e-6
-"""Of the closing speed: points that part by less do so by round-off, or gather speed after the blow."""
+"""Of the closing speed: points that part by less do so by round-off, or gather speed after the impact."""
 COLOURS = (style.BLUE, style.ORANGE)
 
 
-def draw_blows(drawing: Drawing) -> None:
-    """Draw one picture for each contact with located blows."""
+def draw_impacts(drawing: Drawing) -> None:
+    """Draw one picture for each contact with located impacts."""
     found = touches(drawing)
     for touch in found:
         figure = sliding_figure if slides(drawing, touch) else _figure
-        style.draw(drawing.file("blows.png", touch.name, len(found)), figure, drawing, touch)
+        style.draw(drawing.file("impacts.png", touch.name, len(found)), figure, drawing, touch)
 
 
 def shade(axes: Axes, touch: Touch, shown: float) -> None:
-    """Shade the blows that last, and draw a line for each of the others."""
-    for blow, brief in zip(touch.blows, touch.brief, strict=True):
+    """Shade the impacts that last, and draw a line for each of the others."""
+    for impact, brief in zip(touch.impacts, touch.brief, strict=True):
         if brief:
-            axes.axvline(blow[0] * shown, color=style.RED, lw=0.8, alpha=0.45, zorder=0.5)
+            axes.axvline(impact[0] * shown, color=style.RED, lw=0.8, alpha=0.45, zorder=0.5)
         else:
-            axes.axvspan(blow[0] * shown, blow[1] * shown, color=style.GREY, alpha=0.16, lw=0, zorder=0.4)
+            axes.axvspan(impact[0] * shown, impact[1] * shown, color=style.GREY, alpha=0.16, lw=0, zorder=0.4)
 
 
 def _figure(drawing: Drawing, touch: Touch) -> Figure:
     span = touch.span
     abscissa, (shown, _) = style.over_time(touch.trajectory.times, span), style.time_unit(span[1] - span[0])
-    blows = touch.blows
-    parts = [drawing.scene_name, f"contact {touch.name}", "one blow" if len(blows) == 1 else f"{len(blows)} blows"]
-    closing, opening = (abs(float(speed)) for speed in blows[0, 5:])
-    if len(blows) == 1 and closing > 0:
+    impacts = touch.impacts
+    parts = [
+        drawing.scene_name,
+        f"contact {touch.name}",
+        "one impact" if len(impacts) == 1 else f"{len(impacts)} impacts",
+    ]
+    closing, opening = (abs(float(speed)) for speed in impacts[0, 5:])
+    if len(impacts) == 1 and closing > 0:
         parts.append(f"closing at {style.quantity(closing, 'm/s')}")
         if opening > STILL * closing:
             parts[-1] += f", opening at {style.quantity(opening, 'm/s')}"
-    figure = style.new_figure("Blows" if len(blows) > 1 else "Blow", "  ·  ".join(parts))
+    figure = style.new_figure("Impacts" if len(impacts) > 1 else "Impact", "  ·  ".join(parts))
     width = 0.81 if touch.impulsive and not touch.brief.all() else 0.865
     upper = figure.add_axes((0.1, 0.45, width, 0.38))
     lower = figure.add_axes((0.1, 0.1, width, 0.25), sharex=upper)
     _places(upper, normal_courses(drawing, touch), touch, span)
     if touch.impulsive:
-        blow_axes(lower, touch, span)
+        impact_axes(lower, touch, span)
     else:
         force_axes(lower, touch.trajectory, touch.name, abscissa.values)
     for axes in (upper, lower):
@@ -75,9 +79,9 @@ def _places(axes: Axes, courses: list[Course], touch: Touch, span: tuple[float, 
         axes.axhline(0, color=style.FAINT, lw=1.2, zorder=0.7, label="obstacle")
     axes.set_ylim(low * scale, high * scale)
     axes.set_ylabel(f"place along the normal [{unit}]")
-    starts = touch.blows[:, 0]
+    starts = touch.impacts[:, 0]
     middles = np.where(
-        touch.brief, starts, 0.5 * (np.maximum(starts, span[0]) + np.minimum(touch.blows[:, 1], span[1]))
+        touch.brief, starts, 0.5 * (np.maximum(starts, span[0]) + np.minimum(touch.impacts[:, 1], span[1]))
     )
     if len(starts) > 1:
         for number in spaced(middles, span, NUMBERS):

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.force_axes import blow_axes, force_axes
+from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes
 from gudgeon.pipeline.plots.contact.located import Touch, joined, touches
 from gudgeon.pipeline.plots.driven.drive import Drive, hardest_first, own_cycle, shown_angle
 
@@ -43,7 +43,7 @@ def _force(drawing: Drawing) -> Figure:
     for axes, name in zip(panels, trajectory.contacts, strict=True):
         touch = located.get(name)
         if touch is not None and touch.impulsive:
-            blow_axes(axes, touch, span)
+            impact_axes(axes, touch, span)
         else:
             rubs = touch is not None and drawing.scene["contact"][name].get("friction") is not None
             force_axes(axes, trajectory, name, abscissa.values, touch.direction if touch and rubs else None)
@@ -86,7 +86,7 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
         if start and duration and duration["value"] > 0:
             label = name if len(trajectory.contacts) < 2 else f"{name}:"
             if (count := len(joined(trajectory, name))) > 0:
-                label = f"contact {name}: {'one blow' if count == 1 else f'{count} blows'}"
+                label = f"contact {name}: {'one impact' if count == 1 else f'{count} impacts'}"
             factor, unit = style.time_unit(start["value"] + duration["value"])
             end = (start["value"] + duration["value"]) * factor
             decimals = max(0, 2 - int(np.floor(np.log10(end))))

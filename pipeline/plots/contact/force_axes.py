@@ -37,7 +37,7 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
     interval = float(times[1] - times[0])
     lasts = interval * np.count_nonzero(np.abs(force).sum(axis=1))
     own = trajectory.quantities.get(f"{name}.force_window")
-    if own is None and name in trajectory.episodes:
+    if own is None and name in trajectory.impacts:
         return None
     width = own["value"] if own else WINDOW
     if width < FINEST * interval or not SHORTEST * width <= lasts <= (
@@ -86,23 +86,23 @@ def force_axes(
     return float(abscissa[top.argmax()])
 
 
-def blow_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:
-    """Draw a contact with blows that samples do not resolve: impulses as stems, and the force of those that last."""
+def impact_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:
+    """Draw a contact with impacts that samples do not resolve: impulses as stems, and the force of those that last."""
     shown, _ = style.time_unit(span[1] - span[0])
-    blows, brief = touch.blows, touch.brief
+    impacts, brief = touch.impacts, touch.brief
     if brief.all():
-        _stems(axes, blows, span)
+        _stems(axes, impacts, span)
         return
     times, force = touch.trajectory.times, touch.lasting_force
     scale, unit = style.prefixed(float(np.abs(force).max()), "N")
-    label = f"lasting contact: impulse {style.quantity(float(blows[~brief, 2].sum()), 'N·s')}"
+    label = f"lasting contact: impulse {style.quantity(float(impacts[~brief, 2].sum()), 'N·s')}"
     axes.fill_between(times * shown, force * scale, color=style.BLUE, alpha=0.1, lw=0)
     axes.plot(times * shown, force * scale, color=style.BLUE, lw=1.8, label=label)
     axes.set_ylim(0, 1.15 * float(np.abs(force).max()) * scale or 1.0)
     axes.set_ylabel(f"contact force [{unit}]", color=style.BLUE)
     beside = axes.twinx()
     beside.grid(False)
-    _stems(beside, blows[brief], span)
+    _stems(beside, impacts[brief], span)
     beside.spines["right"].set_visible(True)
     style.legend(axes, beside=beside)
 
@@ -118,20 +118,20 @@ def spaced(places: np.ndarray, span: tuple[float, float], apart: float = APART) 
     return found
 
 
-def _stems(axes: Axes, blows: np.ndarray, span: tuple[float, float]) -> None:
+def _stems(axes: Axes, impacts: np.ndarray, span: tuple[float, float]) -> None:
     shown, _ = style.time_unit(span[1] - span[0])
-    scale, unit = style.prefixed(float(blows[:, 2].max()), "N·s")
-    at, impulses = blows[:, 0] * shown, blows[:, 2] * scale
-    highest = blows[blows[:, 3].argmax()]
-    label = f"impulse of {'one blow' if len(blows) == 1 else f'each of {len(blows)} blows'}"
-    if len(blows) > 1:
-        label += f", together {style.quantity(float(blows[:, 2].sum()), 'N·s')}"
+    scale, unit = style.prefixed(float(impacts[:, 2].max()), "N·s")
+    at, impulses = impacts[:, 0] * shown, impacts[:, 2] * scale
+    highest = impacts[impacts[:, 3].argmax()]
+    label = f"impulse of {'one impact' if len(impacts) == 1 else f'each of {len(impacts)} impacts'}"
+    if len(impacts) > 1:
+        label += f", together {style.quantity(float(impacts[:, 2].sum()), 'N·s')}"
     elif highest[3] > 0:
         length = style.quantity(float(highest[1] - highest[0]), "s")
         label += f", force up to {style.quantity(float(highest[3]), 'N')} in {length}"
-    axes.vlines(at, 0, impulses, color=style.RED, lw=1.4 if len(blows) < 40 else 0.9)
-    axes.plot(at, impulses, "o", color=style.RED, ms=4.5 if len(blows) < 40 else 3, label=label, clip_on=False)
-    for number in spaced(blows[:, 0], span):
+    axes.vlines(at, 0, impulses, color=style.RED, lw=1.4 if len(impacts) < 40 else 0.9)
+    axes.plot(at, impulses, "o", color=style.RED, ms=4.5 if len(impacts) < 40 else 3, label=label, clip_on=False)
+    for number in spaced(impacts[:, 0], span):
         if impulses[number] < LOW * impulses.max():
             continue
         first = at[number] <= span[0] * shown

@@ -1,4 +1,4 @@
-"""`gauges.png`: what the gauges of all bodies read over time, with their peaks, and when blows happen."""
+"""`gauges.png`: what the gauges of all bodies read over time, with their peaks, and when impacts happen."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ def _figure(drawing: Drawing, gauges: dict[str, np.ndarray]) -> Figure:
     end = float(times[-1])
     abscissa, (shown, _) = style.over_time(times, (0.0, end)), style.time_unit(end)
     height = style.HEIGHT if len(gauges) < 3 else 340 + PANEL * len(gauges)
-    subtitle = drawing.scene_name + ("  ·  blows are shaded" if found else "")
+    subtitle = drawing.scene_name + ("  ·  impacts are shaded" if found else "")
     figure = style.new_figure("Gauges" if len(gauges) > 1 else "Gauge", subtitle, height=height)
     panels = style.rows(figure, [1.0] * len(gauges), 0.3)
     for axes, (name, values) in zip(panels, gauges.items(), strict=True):

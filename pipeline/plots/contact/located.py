@@ -1,4 +1,4 @@
-"""What a contact with located blows shows: the blows, the force, and how the points that meet move."""
+"""What a contact with located impacts shows: the impacts, the force, and how the points that meet move."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,15 +11,15 @@ from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.solver.obstacles import obstacle_of
 
 BRIEF = 5.0
-"""Sample intervals: samples do not resolve the force of a blow that is shorter, only its impulse."""
+"""Sample intervals: samples do not resolve the force of an impact that is shorter, only its impulse."""
 FEW = 20.0
 """Sample intervals: a picture of less shows nothing."""
 MARGIN = 0.25
-"""Shown before the first blow and after the last, of the time between them."""
+"""Shown before the first impact and after the last, of the time between them."""
 SHARE = 0.05
-"""Of all impulse: where brief blows give more, they are drawn by their impulses."""
+"""Of all impulse: where brief impacts give more, they are drawn by their impulses."""
 ALONE = 0.6
-"""The same beside a single blow, of its duration."""
+"""The same beside a single impact, of its duration."""
 
 
 @dataclass(frozen=True)
@@ -62,42 +62,42 @@ class Touch:
         return float(self.trajectory.times[1] - self.trajectory.times[0])
 
     @cached_property
-    def blows(self) -> np.ndarray:
-        """Blows as in `Trajectory.episodes`, joined where they part for less than frequencies resolve, (b, 7)."""
+    def impacts(self) -> np.ndarray:
+        """Impacts as in `Trajectory.impacts`, joined where they part for less than frequencies resolve, (b, 7)."""
         return joined(self.trajectory, self.name)
 
     @cached_property
     def brief(self) -> np.ndarray:
-        """Which blows are seen by their impulse alone: without duration, or shorter than samples resolve, (b,)."""
-        lengths = self.blows[:, 1] - self.blows[:, 0]
-        return (self.blows[:, 3] == 0) | (lengths < BRIEF * self.interval)
+        """Which impacts are seen by their impulse alone: without duration, or shorter than samples resolve, (b,)."""
+        lengths = self.impacts[:, 1] - self.impacts[:, 0]
+        return (self.impacts[:, 3] == 0) | (lengths < BRIEF * self.interval)
 
     @property
     def impulsive(self) -> bool:
-        """Whether the impulses of brief blows are worth drawing."""
-        return bool(self.blows[self.brief, 2].sum() > SHARE * self.blows[:, 2].sum())
+        """Whether the impulses of brief impacts are worth drawing."""
+        return bool(self.impacts[self.brief, 2].sum() > SHARE * self.impacts[:, 2].sum())
 
     @cached_property
     def lasting_force(self) -> np.ndarray:
-        """Force along the direction in the blows that last, zero in samples that others reach into [N], (s,)."""
+        """Force along the direction in the impacts that last, zero in samples that others reach into [N], (s,)."""
         force = self.contact.force @ self.direction
         if not self.brief.any():
             return force
         ends, inside = self.trajectory.times, np.zeros(len(force), bool)
-        for blow in self.blows[~self.brief]:
-            inside |= (ends - self.interval >= blow[0] - 1e-9 * self.interval) & (ends <= blow[1] + self.interval)
-        for blow in self.blows[self.brief]:
-            inside &= (ends < blow[0]) | (ends - self.interval > blow[1])
+        for impact in self.impacts[~self.brief]:
+            inside |= (ends - self.interval >= impact[0] - 1e-9 * self.interval) & (ends <= impact[1] + self.interval)
+        for impact in self.impacts[self.brief]:
+            inside &= (ends < impact[0]) | (ends - self.interval > impact[1])
         return np.where(inside, force, 0.0)
 
     @property
     def span(self) -> tuple[float, float]:
-        """What is worth showing [s]: the blows with a margin, or the whole run where they last next to nothing."""
+        """What is worth showing [s]: the impacts with a margin, or the whole run where they last next to nothing."""
         end = float(self.trajectory.times[-1])
-        first, last = float(self.blows[:, 0].min()), float(self.blows[:, 1].max())
+        first, last = float(self.impacts[:, 0].min()), float(self.impacts[:, 1].max())
         if last - first < FEW * self.interval:
             return 0.0, end
-        margin = (ALONE if len(self.blows) == 1 else MARGIN) * (last - first)
+        margin = (ALONE if len(self.impacts) == 1 else MARGIN) * (last - first)
         return max(0.0, first - margin), min(end, last + margin)
 
 
@@ -113,23 +113,23 @@ class Course:
 
 
 def joined(trajectory: Trajectory, name: str) -> np.ndarray:
-    """Return the blows of a contact, joined where they part for less than the window of its smoothed force, (b, 7)."""
+    """Return the impacts of a contact, joined where they part for less than the window of its smoothed force, (b, 7)."""
     window = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
     found: list[np.ndarray] = []
-    for blow in trajectory.episodes.get(name, np.empty((0, 7))):
-        if found and blow[0] - found[-1][1] < window:
+    for impact in trajectory.impacts.get(name, np.empty((0, 7))):
+        if found and impact[0] - found[-1][1] < window:
             last = found[-1]
-            last[[1, 6]], last[2] = blow[[1, 6]], last[2] + blow[2]
-            if blow[3] > last[3]:
-                last[3:5] = blow[3:5]
+            last[[1, 6]], last[2] = impact[[1, 6]], last[2] + impact[2]
+            if impact[3] > last[3]:
+                last[3:5] = impact[3:5]
         else:
-            found.append(blow.copy())
+            found.append(impact.copy())
     return np.array(found).reshape(-1, 7)
 
 
 def touches(drawing: Drawing) -> list[Touch]:
-    """Return the contacts whose blows are located and were any, as the scene describes them."""
-    found = [touch_of(drawing, name) for name, blows in drawing.trajectory.episodes.items() if len(blows)]
+    """Return the contacts whose impacts are located and were any, as the scene describes them."""
+    found = [touch_of(drawing, name) for name, impacts in drawing.trajectory.impacts.items() if len(impacts)]
     return [touch for touch in found if touch is not None]
 
 
@@ -202,7 +202,7 @@ def _facing(drawing: Drawing, touch: Touch) -> np.ndarray:
 
 
 def _residual(drawing: Drawing, body: BodyMotion, side: Side, interface: InterfaceModes) -> np.ndarray:
-    """Return the row of R of a point [m/N], (c,); zero where the recipe stores none."""
+    """Return the row of R of a point [m/N], (c,); zero where the reduction stores none."""
     fields = ["residual_flexibility", "interface_rows"]
     modal = drawing.store.get(body.morph.modes_key, "modes", only=fields)
     if modal.residual_flexibility is None:

@@ -1,4 +1,4 @@
-"""`impact.mp4` of a solid body: the knock as it happens, gaps and deformation magnified alike, above the force."""
+"""`impact.mp4` of a solid body: the impact as it happens, gaps and deformation magnified alike, above the force."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

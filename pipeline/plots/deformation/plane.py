@@ -1,4 +1,4 @@
-"""`deformation.png` and `stress.png` of a plane part: elastic displacement and equivalent stress at the strongest
+"""`deformation.png` and `robustness.png` of a plane part: elastic displacement and equivalent stress at the strongest
 contact, on the deformed part."""
 
 import numpy as np

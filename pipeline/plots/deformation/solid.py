@@ -1,6 +1,6 @@
 """Pictures of a solid body at its strongest contact, deformed by a factor, without rigid motion.
 
-`deformation.png` is coloured by the elastic displacement, `stress.png` by the equivalent stress after von Mises on the
+`deformation.png` is coloured by the elastic displacement, `robustness.png` by the equivalent stress after von Mises on the
 surfaces that the body's gauges read.
 """
 

@@ -1,4 +1,4 @@
-"""`blows.png` of a contact with friction that lasts: where the point slides and where it sticks."""
+"""`impacts.png` of a contact with friction that lasts: where the point slides and where it sticks."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,10 +16,10 @@ MARKS = 14
 
 
 def slides(drawing: Drawing, touch: Touch) -> bool:
-    """Tell whether friction acts in blows that last and give most of the impulse."""
+    """Tell whether friction acts in impacts that last and give most of the impulse."""
     settings = drawing.scene["contact"][touch.name]
-    lasting = touch.blows[~touch.brief, 2].sum()
-    return settings.get("friction") is not None and 2 * lasting > touch.blows[:, 2].sum()
+    lasting = touch.impacts[~touch.brief, 2].sum()
+    return settings.get("friction") is not None and 2 * lasting > touch.impacts[:, 2].sum()
 
 
 def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:

@@ -108,8 +108,8 @@ def _runs(document: Document) -> list[str]:
     else:
         columns["largest error"] = [size_text(run.largest_error) for run in document.runs]
         columns["of"] = [run.largest_of or NOTHING for run in document.runs]
-    if any(run.sound_error != run.largest_error for run in document.runs):
-        columns["sound error"] = [size_text(run.sound_error) for run in document.runs]
+    if any(run.conservative_error != run.largest_error for run in document.runs):
+        columns["conservative error"] = [size_text(run.conservative_error) for run in document.runs]
     columns["result"] = [NOTHING if run.result == "FINISHED" else run.result for run in document.runs]
     columns["energy drift"] = [small_text(run.energy_drift) for run in document.runs]
     columns["steps"] = [count_text(run.steps) for run in document.runs]

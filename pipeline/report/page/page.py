@@ -116,7 +116,7 @@ def _section(title: str, body: str) -> str:
 
 
 def _chart(document: Document) -> str:
-    """Return the chart of the sound errors and, hidden, that of each quantity, which the script shows instead."""
+    """Return the chart of the conservative errors and, hidden, that of each quantity, which the script shows instead."""
     names = {"": "largest error of a run, its basis or step"} | {one.name: one.name for one in document.quantities}
     options = "".join(f'<option value="{escape(value)}">{escape(name)}</option>' for value, name in names.items())
     charts = "".join(
@@ -131,7 +131,7 @@ def _chart(document: Document) -> str:
     notes = (
         "Shown is the largest error of a run, or what its basis or step adds where that is larger: errors that cancel"
         f" are luck.{lacking} The line is the Pareto front of all runs: what"
-        " lies above it costs more or errs more than a run on it. Grey squares are all nodal degrees of freedom;"
+        " lies above it costs more or errs more than a run on it. Grey squares are full FE;"
         " numbers are those of the table, a ring marks the run that is chosen. A hollow mark on the lower edge has an"
         f" error below {LEAST:.0e}; a dotted line stands at the time of the reference."
     )

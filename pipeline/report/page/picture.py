@@ -57,7 +57,7 @@ class Spot(NamedTuple):
 
 
 def looks(document: Document) -> dict[str, Look]:
-    """Return the look of each scheme, in the order of its first run; those of nodal runs are grey squares."""
+    """Return the look of each scheme, in the order of its first run; those of full-FE runs are grey squares."""
     found: dict[str, Look] = {}
     for run in document.runs:
         if run.kind == "nodal":
@@ -70,8 +70,8 @@ def looks(document: Document) -> dict[str, Look]:
 
 
 def drawn(runs: Sequence[Run], quantity: str = "") -> list[Spot]:
-    """Return the runs that have a finite error: the sound error, or that of one quantity."""
-    errors = [run.errors.get(quantity) if quantity else run.sound_error for run in runs]
+    """Return the runs that have a finite error: the conservative error, or that of one quantity."""
+    errors = [run.errors.get(quantity) if quantity else run.conservative_error for run in runs]
     return [
         Spot(i, runs[i], abs(error)) for i, error in enumerate(errors) if error is not None and math.isfinite(error)
     ]
@@ -118,7 +118,7 @@ def _meet(a: tuple[float, float, float, float], b: tuple[float, float, float, fl
 
 
 def draw(document: Document, path: Path) -> None:
-    """Draw the sound error of each run against its CPU seconds, with title and legend.
+    """Draw the conservative error of each run against its CPU seconds, with title and legend.
 
     Args:
         path: The PNG file, written in one step.
@@ -145,7 +145,7 @@ def error_chart(document: Document, quantity: str = "") -> str:
     """Return the chart of errors as SVG for the page; a point and its number have the run's number as `data-run`.
 
     Args:
-        quantity: Whose errors are drawn; the sound errors where it is empty.
+        quantity: Whose errors are drawn; the conservative errors where it is empty.
     """
     with styled():
         figure = Figure(figsize=(12.6, 5.6))

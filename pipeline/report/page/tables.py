@@ -38,12 +38,12 @@ class Column:
 def runs_table(document: Document) -> str:
     """Return one row a run; columns that no run fills are left out."""
     runs = document.runs
-    luck = any(run.sound_error != run.largest_error for run in runs)
+    luck = any(run.conservative_error != run.largest_error for run in runs)
     columns = [
         _numbers("coordinates", [run.coordinates for run in runs], count_text),
         Column("largest error", [_result(run) for run in runs], [_size(run.largest_error) for run in runs]),
         Column("of", [escape(run.largest_of or NOTHING) for run in runs], [run.largest_of for run in runs], "short"),
-        *([_numbers("sound error", [run.sound_error for run in runs], size_text)] if luck else []),
+        *([_numbers("conservative error", [run.conservative_error for run in runs], size_text)] if luck else []),
         _parts("basis", runs, "truncation"),
         _parts("step", runs, "time"),
         _numbers("CPU", [run.cpu_seconds for run in runs], seconds_text),

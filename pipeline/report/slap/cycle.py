@@ -1,4 +1,4 @@
-"""Piston slap in a report: the mechanism of a scene, and how a run differs from the nodal synthesis over the cycle."""
+"""Piston slap in a report: the mechanism of a scene, and how a run differs from the full-FE run over the cycle."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from gudgeon.pipeline.stages.job import Job
 GRID = 8000
 """Intervals of the common time grid over a run."""
 AGREE = 0.05
-"""Relative difference of forces from which two nodal runs are no longer the same."""
+"""Relative difference of forces from which two full-FE runs are no longer the same."""
 
 
 def mechanism_of(job: Job, until: float) -> Mechanism:
@@ -36,7 +36,7 @@ def mechanism_of(job: Job, until: float) -> Mechanism:
 
 
 def cycle_errors(job: Job, run: Trajectory | NodalRecord, reference: Trajectory | NodalRecord) -> dict[str, float]:
-    """Return how a run differs from another, the nodal synthesis; see `differences`. Force over all of it, too."""
+    """Return how a run differs from another, the full-FE run; see `differences`. Force over all of it, too."""
     ((_, joint),) = job.scene.joint.items()
     contacts, whole = list(job.scene.contact), job.scene.run.duration
     errors = {}
@@ -49,7 +49,7 @@ def cycle_errors(job: Job, run: Trajectory | NodalRecord, reference: Trajectory 
 
 
 def reproducible(job: Job, runs: list[NodalRecord]) -> float:
-    """Return up to when the two finest nodal runs agree to 5 % in force, counted from the start [s]."""
+    """Return up to when the two finest full-FE runs agree to 5 % in force, counted from the start [s]."""
     ((_, joint),) = job.scene.joint.items()
     mechanism = mechanism_of(job, job.scene.run.duration)
     forces = []

@@ -9,8 +9,8 @@ import numpy as np
 
 from gudgeon.pipeline.measuring.clock import Seconds, fastest
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
-from gudgeon.pipeline.reduction.recipes.reduction import lowest
-from gudgeon.pipeline.reduction.recipes.ritz_vectors import RitzVectors
+from gudgeon.pipeline.reduction.methods.reduction import lowest
+from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
 from gudgeon.pipeline.report.vectors.travelling import Travel
 
 OF_ALL = "normal + static of all places"

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from gudgeon.pipeline.measuring.clock import fastest
 from gudgeon.pipeline.modes.normal import largest_count, normal_modes
-from gudgeon.pipeline.reduction.recipes.ritz_vectors import RitzVectors
+from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
 from gudgeon.pipeline.report.document import Table
 from gudgeon.pipeline.report.vectors.travelling import Travel
 from gudgeon.pipeline.scenes.report import Vectors

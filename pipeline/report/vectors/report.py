@@ -52,7 +52,7 @@ class Comparison(NamedTuple):
     """Every basis at each number of vectors, and the price of vectors for another place."""
 
     nodal: Run
-    """All nodal dofs; `time` is what half the step changes."""
+    """full FE; `time` is what half the step changes."""
     runs: list[Run]
     """`scheme` is the basis, `coordinates` the number of vectors."""
     apart: dict[str, Errors]
@@ -79,7 +79,7 @@ def vectors_report(job: Job, how: Effort, progress: Progress) -> Document:
     with report_folder(job.out, job.name):
         found = compare(job, how.repeat, progress)
         runs, steps = with_front([found.nodal, *found.runs]), steps_of(settings)
-        source = f"all {found.nodal.coordinates:,} nodal dofs, the same {steps:,} time steps"
+        source = f"all {found.nodal.coordinates:,} full-FE dofs, the same {steps:,} time steps"
         document = replace(
             new_document(job, how),
             reference={"kind": "nodal", "source": source},
@@ -96,7 +96,7 @@ def vectors_report(job: Job, how: Effort, progress: Progress) -> Document:
 
 
 def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
-    """Compare the bases with all nodal dofs at the same time steps.
+    """Compare the bases with full FE at the same time steps.
 
     Args:
         repeat: Timed runs of each price and of each basis.
@@ -111,7 +111,7 @@ def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
         travel, root, settings = problem.travel(mesh), problem.root(mesh), problem.settings
     if settings.counts[-1] > (most := largest_count(travel.model)):
         raise InputError(f"{job.path}: report.vectors.counts: {settings.counts[-1]} given, the mesh has {most} at most")
-    nodal, reference = _nodal(travel, root, settings, lambda share: progress("all nodal dofs", share))
+    nodal, reference = _nodal(travel, root, settings, lambda share: progress("full FE", share))
     runs, answers = _runs(travel, root, settings, reference, repeat, progress)
     last = {run.scheme: answer for run, answer in zip(runs, answers, strict=True)}
     apart = {run.name: _apart(root, answer, last[run.scheme]) for run, answer in zip(runs, answers, strict=True)}
@@ -128,16 +128,16 @@ def steps_of(settings: Vectors) -> int:
 
 
 def _nodal(travel: Travel, root: Root, settings: Vectors, tell: Callable[[float], None]) -> tuple[Run, History]:
-    """Return all nodal dofs as a run, with what half the step changes, and what the bases are compared with."""
+    """Return full FE as a run, with what half the step changes, and what the bases are compared with."""
     steps, samples = steps_of(settings), SAMPLES * settings.places
     with peak_memory() as peak:
         found, taken = fastest(lambda: nodal_history(travel, root, steps, samples, lambda x: tell(0.3 * x)), 1)
     finer = nodal_history(travel, root, 2 * steps, samples, lambda x: tell(0.3 + 0.6 * x))
     finer = History(finer.under[1::2], finer.root)
     run = Run(
-        f"all nodal dofs, {steps:,} steps", "nodal", "all nodal dofs", {}, len(travel.model.free), "FINISHED",
-        errors={}, truncation_against="all nodal dofs", time=_apart(root, found, finer),
-        time_against=f"all nodal dofs, {2 * steps:,} steps", step=travel.duration / steps, steps=steps,
+        f"full FE, {steps:,} steps", "nodal", "full FE", {}, len(travel.model.free), "FINISHED",
+        errors={}, truncation_against="full FE", time=_apart(root, found, finer),
+        time_against=f"full FE, {2 * steps:,} steps", step=travel.duration / steps, steps=steps,
         cpu_seconds=taken.cpu, wall_seconds=taken.wall, stages={"solve": StageSeconds(taken, None)}, peak_mib=peak.mib,
     )  # fmt: skip
     return run, found
@@ -161,7 +161,7 @@ def _runs(
         run = Run(
             f"{basis.name}, {count} vectors", "reduced", basis.name, {}, count, "FINISHED", errors=errors,
             largest_error=size, largest_of=worst, truncation=errors,
-            truncation_against="all nodal dofs at the same steps",
+            truncation_against="full FE at the same steps",
             time_against="the reference has the same steps", step=travel.duration / steps, steps=steps,
             cpu_seconds=cold.cpu + solved.cpu, wall_seconds=cold.wall + solved.wall,
             stages={"modes": StageSeconds(cold, made), "solve": StageSeconds(solved, solved)}, peak_mib=peak.mib,

@@ -1,4 +1,4 @@
-"""One force on its way over a held body: in all nodal dofs, and in vectors that may change along the way.
+"""One force on its way over a held body: in full FE, and in vectors that may change along the way.
 
 Both take the midpoint rule with the force of the middle of each step, so that at equal steps they differ by what the
 vectors lack and by nothing else. Where vectors change, the displacement goes over by the K-orthogonal projection
@@ -77,7 +77,7 @@ class History:
 def nodal_history(
     travel: Travel, root: Root, steps: int, samples: int, progress: Callable[[float], None] = lambda share: None
 ) -> History:
-    """Integrate all nodal dofs.
+    """Integrate full FE.
 
     Args:
         steps: A multiple of `samples`.

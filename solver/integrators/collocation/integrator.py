@@ -49,7 +49,7 @@ class Collocation(capabilities.Collocation):
             place.omega**2, place.constant, self._motion.y.copy(), self._tolerance, 0 if self._fixed else -1, SLOWEST,
         )  # fmt: skip
         self._track = _track(CHUNK, c, n)
-        self._blows = 0
+        self._impacts = 0
         self._closed: set[int] = set()
         self._gaps, self._pressed = (np.zeros(c), np.zeros(c)), np.zeros(c)
         self._p, self._v = system.position.copy(), system.velocity.copy()
@@ -90,10 +90,10 @@ class Collocation(capabilities.Collocation):
     def outcome(self) -> Outcome:
         """Return where the run stands."""
         pressed = self._pressed if self._flight is None else np.zeros(len(self._system.gap))
-        tally = np.array([0, self._motion.counts[0], self._motion.counts[2], -1])
-        found = self._record.outcome(self._p, self._v, pressed, tally)
+        counts = np.array([0, self._motion.counts[0], self._motion.counts[2], -1])
+        found = self._record.outcome(self._p, self._v, pressed, counts)
         work = {"steps": int(self._motion.counts[0]), "steps_rejected": int(self._motion.counts[1])}
-        return replace(found, work=work | {"newton_iterations": int(self._motion.counts[2]), "blows": self._blows})
+        return replace(found, work=work | {"newton_iterations": int(self._motion.counts[2]), "impacts": self._impacts})
 
     def _rest(self, c: int, n: int) -> arrays.Motion:
         """Return the state at the start."""
@@ -145,7 +145,7 @@ class Collocation(capabilities.Collocation):
         longest = self._tables.length[0]
         motion.level[0] = 0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / begin)), 0, steps.LEVELS - 1))
         motion.energy[0] = self._record.lost
-        self._blows += 1
+        self._impacts += 1
         self._record.touches(row, flight.end, speed)
         self._closed = {row}
         self._gaps = (system.gap + system.rows @ p, system.rows @ v)
@@ -203,7 +203,7 @@ class Collocation(capabilities.Collocation):
         )
         if until > begin:
             nothing = np.zeros((len(edges) - 1, done.values.shape[1]))
-            record.add_impulses(edges, np.diff(done.impulses(edges), axis=0), nothing, to_blows=False)
+            record.add_impulses(edges, np.diff(done.impulses(edges), axis=0), nothing, to_impacts=False)
             self._pull(done, edges)
         if len(inside):
             self._fill(done, inside)
@@ -256,7 +256,7 @@ class Collocation(capabilities.Collocation):
         self._record.states(place @ self._modes.T, speed @ self._modes.T, stored, lost, pressed, balanced=True)
 
     def _follow(self, done: "_Steps", opening: np.ndarray) -> None:
-        """Keep account of blows that begin and end within the steps, of their impulses and largest forces.
+        """Keep account of impacts that begin and end within the steps, of their impulses and largest forces.
 
         Args:
             opening: Gap and its rate at the end of each step, (b, 2, c).
@@ -274,7 +274,7 @@ class Collocation(capabilities.Collocation):
                     self._closed.add(row)
                     time, speed = _touching(*ends)
                     record.touches(row, start + time, -speed)
-                    self._blows += 1
+                    self._impacts += 1
                 record.gives(row, float(given[k, row]))
                 force, local = _highest(done.cubics[k, row])
                 record.peak(row, force, start + local * h)

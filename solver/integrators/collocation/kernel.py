@@ -281,12 +281,12 @@ def _accept(table, constants, motion, track, trial, count):  # type: ignore[no-u
         place = free[0, k] * y[k] + free[1, k] * v[k] + drift[0, k]
         speed = free[2, k] * y[k] + free[3, k] * v[k] + drift[1, k]
         for i in range(c):
-            given, kick = 0.0, 0.0
+            given, change = 0.0, 0.0
             for j in range(4):
                 given += push[0, j, k] * values[i, j]
-                kick += push[1, j, k] * values[i, j]
+                change += push[1, j, k] * values[i, j]
             place += constants.rows[i, k] * given
-            speed += constants.rows[i, k] * kick
+            speed += constants.rows[i, k] * change
         y[k], v[k] = place, speed
     for i in range(c):
         copy(values[i], track.values[count, i])

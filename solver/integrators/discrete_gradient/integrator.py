@@ -11,7 +11,7 @@ from gudgeon.solver.integrators.uncoupled import SLOWEST, uncoupled
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
-MOST_BLOWS = 100_000
+MOST_IMPACTS = 100_000
 """Kept; what comes after is counted only."""
 
 
@@ -36,7 +36,7 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         running[:, 0] = -1.0
         self._state = gradient_steps.State(
             start, speed, -(system.gap + rows @ start), np.zeros(c), np.zeros(c), np.array([0.0, 0.0, 0.0, begun, 0.0]),
-            np.zeros(3, np.int64), running, np.zeros((MOST_BLOWS if c else 0, 8)), np.zeros(c),
+            np.zeros(3, np.int64), running, np.zeros((MOST_IMPACTS if c else 0, 8)), np.zeros(c),
         )  # fmt: skip
         self._time = 0.0
 
@@ -63,24 +63,26 @@ class DiscreteGradient(capabilities.DiscreteGradient):
     def outcome(self) -> Outcome:
         """Return where the run stands."""
         state, system, none = self._state, self._system, np.empty(0)
-        found = state.blows[: min(int(state.tally[2]), len(state.blows))]
+        found = state.impacts[: min(int(state.counts[2]), len(state.impacts))]
         going = [np.concatenate([[i], entry]) for i, entry in enumerate(state.running) if entry[0] >= 0]
         for entry in going:
             entry[2] = self._time
         every = np.array([*found, *going]).reshape(-1, 8)
-        episodes = []
+        impacts = []
         for item in system.contacts:
             mine = every[(every[:, 0] >= item.rows.start) & (every[:, 0] < item.rows.stop), 1:]
-            episodes.append(mine[np.argsort(mine[:, 0], kind="stable")])
+            impacts.append(mine[np.argsort(mine[:, 0], kind="stable")])
         starts = every[:, 1].min() if len(every) else -1.0
         ends = every[:, 2].max() if len(every) else -1.0
-        books = state.books
-        extreme = np.array([books[3], books[1], books[2], float(max(state.depth.max(initial=0.0), 0.0)), starts, ends])
-        tally = np.array([0, int(state.tally[0]), int(state.tally[1]), -1])
+        balance = state.balance
+        extreme = np.array(
+            [balance[3], balance[1], balance[2], float(max(state.depth.max(initial=0.0), 0.0)), starts, ends]
+        )
+        counts = np.array([0, int(state.counts[0]), int(state.counts[1]), -1])
         modes = self._place.modes
         return Outcome(
-            modes @ state.y, modes @ state.v, state.force.copy(), state.impulses.copy(), extreme, tally, none, none,
-            np.zeros(max(1, len(system.contacts))), episodes=episodes, work={"blows": int(state.tally[2])},
+            modes @ state.y, modes @ state.v, state.force.copy(), state.impulses.copy(), extreme, counts, none, none,
+            np.zeros(max(1, len(system.contacts))), impacts=impacts, work={"impacts": int(state.counts[2])},
         )  # fmt: skip
 
 

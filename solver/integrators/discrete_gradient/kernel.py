@@ -50,14 +50,14 @@ class State(NamedTuple):
     """−g at the end of the last step, (c,)."""
     force: np.ndarray
     approach: np.ndarray
-    books: np.ndarray
+    balance: np.ndarray
     """Energy lost, largest error, largest exchange, E₀, largest approach speed, (5,)."""
-    tally: np.ndarray
-    """Steps in contact, iterations, blows that ended, (3,)."""
+    counts: np.ndarray
+    """Steps in contact, iterations, impacts that ended, (3,)."""
     running: np.ndarray
-    """Blow of each contact as in `Trajectory.episodes`; its start is negative where there is none, (c, 7)."""
-    blows: np.ndarray
-    """Blows that ended, contact first, (b, 8)."""
+    """Impact of each contact as in `Trajectory.impacts`; its start is negative where there is none, (c, 7)."""
+    impacts: np.ndarray
+    """Impacts that ended, contact first, (b, 8)."""
     impulses: np.ndarray
 
 
@@ -128,8 +128,8 @@ def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
             depth[i] -= step.reach[i, j] * state.force[j]
         rate = (-loose[i] - state.depth[i]) / step.dt
         if state.depth[i] <= 0.0 and -loose[i] > 0.0 and state.approach[i] <= 0.0:
-            state.books[4] = max(state.books[4], rate)
-            state.approach[i] = max(rate, step.floor * state.books[4])
+            state.balance[4] = max(state.balance[4], rate)
+            state.approach[i] = max(rate, step.floor * state.balance[4])
     for _sweep in range(SWEEPS):
         change, largest = 0.0, 0.0
         for i in range(c):
@@ -167,7 +167,7 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
     force = min(state.force[i], high)
     least, wrong = _least(law, before, loose), 0.0
     for _iteration in range(HALVINGS):
-        state.tally[1] += 1
+        state.counts[1] += 1
         found = _mean(law, before, loose - reach * force, state.approach[i], step.dt)
         wrong = force - found
         if wrong > 0.0:
@@ -224,29 +224,29 @@ def _balance(step, state, depth, time, energies):  # type: ignore[no-untyped-def
         elastic = quotient(step.law[i], state.depth[i], depth[i])
         lost = (force - elastic) * (depth[i] - state.depth[i])
         if lost > 0.0:  # No law gives energy: what a wrong force would create shall show as drift.
-            state.books[0] += lost
+            state.balance[0] += lost
         stored += law_energy(step.law[i], depth[i])
         touching = touching or force > 0.0
-        _blow(step, state, i, depth[i], time)
+        _impact(step, state, i, depth[i], time)
         state.depth[i] = depth[i]
         if depth[i] <= 0.0:
             state.approach[i] = 0.0
     if touching:
-        state.tally[0] += 1
+        state.counts[0] += 1
     kinetic, strain, work = 0.0, 0.0, 0.0
     for k in range(len(state.y)):
         kinetic += 0.5 * state.v[k] * state.v[k]
         strain += 0.5 * step.stiffness[k] * state.y[k] * state.y[k]
         work += step.constant[k] * (state.y[k] - step.start[k])
-    energies[0], energies[1], energies[2], energies[3], energies[4] = kinetic, strain, stored, state.books[0], work
-    error = kinetic + strain + stored + state.books[0] - work - state.books[3]
-    state.books[1] = max(state.books[1], abs(error))
-    state.books[2] = max(state.books[2], stored)
+    energies[0], energies[1], energies[2], energies[3], energies[4] = kinetic, strain, stored, state.balance[0], work
+    error = kinetic + strain + stored + state.balance[0] - work - state.balance[3]
+    state.balance[1] = max(state.balance[1], abs(error))
+    state.balance[2] = max(state.balance[2], stored)
 
 
 @inner
-def _blow(step, state, i, depth, time):  # type: ignore[no-untyped-def]
-    """Follow the blow of one contact; its ends lie where the depth, linear in the step, crosses zero."""
+def _impact(step, state, i, depth, time):  # type: ignore[no-untyped-def]
+    """Follow the impact of one contact; its ends lie where the depth, linear in the step, crosses zero."""
     before, force, entry = state.depth[i], state.force[i], state.running[i]
     rate = (depth - before) / step.dt
     if entry[0] < 0.0 and force > 0.0:
@@ -259,8 +259,8 @@ def _blow(step, state, i, depth, time):  # type: ignore[no-untyped-def]
         if depth <= 0.0:
             entry[1] = time + (before / -rate if before > 0.0 > rate else step.dt)
             entry[6] = max(-rate, 0.0)
-            if state.tally[2] < len(state.blows):
-                state.blows[state.tally[2], 0] = i
-                state.blows[state.tally[2], 1:] = entry
-            state.tally[2] += 1
+            if state.counts[2] < len(state.impacts):
+                state.impacts[state.counts[2], 0] = i
+                state.impacts[state.counts[2], 1:] = entry
+            state.counts[2] += 1
             entry[0] = -1.0

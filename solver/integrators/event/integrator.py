@@ -18,7 +18,7 @@ from gudgeon.solver.system.system import System
 MOST_EVENTS = 2_000_000
 """In one run: more are no answer in any time that a user waits."""
 GAIN = 1e-9
-"""Energy that a blow may make by round-off, relative to what it takes in compression."""
+"""Energy that an impact may make by round-off, relative to what it takes in compression."""
 STALLED = 200
 """Events in a row without any time between them."""
 CACHED = 64
@@ -111,10 +111,10 @@ class Event(capabilities.Event):
             for one in rows:
                 record.touches(int(one), time, -float(system.rows[one] @ self._v))
             self._reclosed = False
-            blow = collide(self._equations, now, rows, self._v, self._fastest)
+            impact = collide(self._equations, now, rows, self._v, self._fastest)
             settle(self._equations, now, self._p, self._v)
-            record.blow(blow, time, self._v, now)
-            self._gained = self._gained or blow.lost < -GAIN * (abs(blow.lost) + blow.compressed)
+            record.impact(impact, time, self._v, now)
+            self._gained = self._gained or impact.lost < -GAIN * (abs(impact.lost) + impact.compressed)
             self._struck = {int(one) for one in rows}
             if system.resolution > 0 and now.status[row] == Status.CLOSED:
                 self._patient.add((Watch.OPENS, row))
@@ -232,7 +232,7 @@ def _reason(error: np.linalg.LinAlgError) -> Result:
 
 
 def _refuse_shared_friction(system: System) -> None:
-    """Refuse friction at a point of a body that others touch too: their blows are solved without it.
+    """Refuse friction at a point of a body that others touch too: their impacts are solved without it.
 
     Raises:
         SceneError: there is one.

@@ -9,7 +9,7 @@ from gudgeon.solver.integrators.event.motion import Probe
 from gudgeon.solver.integrators.event.regimes import Conditions, Equations, Status, acceleration
 
 ACCUMULATED = 1e-9
-"""Separation speed over the largest approach speed so far, at which blows that follow ever faster count as over."""
+"""Separation speed over the largest approach speed so far, at which impacts that follow ever faster count as over."""
 TOGETHER = 1e-12
 """Gap, relative to what it is made of, at which a row counts as closing at the same moment."""
 RESTING = 1e-13
@@ -17,7 +17,7 @@ RESTING = 1e-13
 
 
 @dataclass
-class Blow:
+class Impact:
     """An impulsive contact: what it did."""
 
     impulses: np.ndarray
@@ -31,7 +31,7 @@ class Blow:
 
 
 def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Return the rigid rows that take part in a blow: those that touch already, and those that close with `hit`."""
+    """Return the rigid rows that take part in an impact: those that touch already, and those that close with `hit`."""
     system = equations.system
     rigid = system.rigid_contact
     gaps, size = system.gap + system.rows @ p, np.abs(system.rows) @ np.abs(p) + np.abs(system.gap)
@@ -40,7 +40,7 @@ def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np
     return np.union1d(np.flatnonzero(together | touching), [hit])
 
 
-def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.ndarray, fastest: np.ndarray) -> Blow:
+def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.ndarray, fastest: np.ndarray) -> Impact:
     """Change velocities where rigid rows close; Newton's restitution, all touching rows together.
 
     Args:
@@ -65,18 +65,18 @@ def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.n
     mean = 0.5 * (mean + v)
     push = rows.T @ impulses + (system.tangents[touching].T @ drag if drag.any() else 0.0)
     after = rows @ v
-    blow = Blow(np.zeros(len(system.gap)), np.zeros(len(system.gap)), -float(push @ mean), 0.0)
-    blow.impulses[touching], blow.tangential[touching[: len(drag)]] = impulses, drag
-    blow.compressed = 0.5 * float(impulses @ np.maximum(-before, 0.0))
+    impact = Impact(np.zeros(len(system.gap)), np.zeros(len(system.gap)), -float(push @ mean), 0.0)
+    impact.impulses[touching], impact.tangential[touching[: len(drag)]] = impulses, drag
+    impact.compressed = 0.5 * float(impulses @ np.maximum(-before, 0.0))
     for number, row in enumerate(touching):
         size = abs(before[number]) + float(np.abs(system.rows[row]) @ np.abs(v))
         stays = after[number] <= max(ACCUMULATED * fastest[row], RESTING * size)
         now.status[row] = Status.CLOSED if stays else Status.OPEN
-    _hold(equations, now, v, blow)
-    return blow
+    _hold(equations, now, v, impact)
+    return impact
 
 
-def _hold(equations: Equations, now: Conditions, v: np.ndarray, blow: Blow) -> None:
+def _hold(equations: Equations, now: Conditions, v: np.ndarray, impact: Impact) -> None:
     """Take what little speed is left from rows that stay closed."""
     system = equations.system
     held = np.flatnonzero((now.status == Status.CLOSED) & system.rigid_contact)
@@ -85,8 +85,8 @@ def _hold(equations: Equations, now: Conditions, v: np.ndarray, blow: Blow) -> N
     rows = system.rows[held]
     impulses = -np.linalg.lstsq(rows @ rows.T, rows @ v, rcond=1e-12)[0]
     mean = v + 0.5 * (rows.T @ impulses)
-    blow.lost -= float((rows.T @ impulses) @ mean)
-    blow.impulses[held] += impulses
+    impact.lost -= float((rows.T @ impulses) @ mean)
+    impact.impulses[held] += impulses
     v += rows.T @ impulses
 
 

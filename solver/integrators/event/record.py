@@ -1,11 +1,11 @@
-"""What a run of the event integrator keeps: histories, blows, energy and impulse balances."""
+"""What a run of the event integrator keeps: histories, impacts, energy and impulse balances."""
 
 from dataclasses import replace
 
 import numpy as np
 from scipy import optimize
 
-from gudgeon.solver.integrators.event.jumps import Blow
+from gudgeon.solver.integrators.event.jumps import Impact
 from gudgeon.solver.integrators.event.motion import Course, Probe
 from gudgeon.solver.integrators.event.regimes import Conditions, Regime, Status
 from gudgeon.solver.integrators.event.search import PER_RADIAN
@@ -50,7 +50,7 @@ class Record:
             self._directions[item.rows] = item.directions
         self._lines = _lines(system, self._directions)
         self._running: dict[int, list[float]] = {}
-        self.episodes: list[list[list[float]]] = [[] for _ in range(k)]
+        self.impacts: list[list[list[float]]] = [[] for _ in range(k)]
         self.at_zero: set[int] = set()
         self.slips: list[list[tuple[float, bool]]] = [[] for _ in range(k)]
         self._done = 0
@@ -93,13 +93,13 @@ class Record:
         self._driven += float(driven[-1])
         self._from = until
 
-    def add_impulses(self, edges: np.ndarray, given: np.ndarray, drag: np.ndarray, *, to_blows: bool = True) -> None:
+    def add_impulses(self, edges: np.ndarray, given: np.ndarray, drag: np.ndarray, *, to_impacts: bool = True) -> None:
         """Add impulses of each row to the histories.
 
         Args:
             edges: Times, with every sample's end that lies between among them, (t + 1,).
             given, drag: Normal and tangential between them [N s], (t, c).
-            to_blows: Whether running blows take them, too.
+            to_impacts: Whether running impacts take them, too.
         """
         forces = self._out.forces
         self._impulses += given.sum(axis=0)
@@ -109,14 +109,14 @@ class Record:
         for row in np.flatnonzero(np.abs(given).sum(axis=0) > 0):
             share = given[:, row, None] * self._directions[row] + drag[:, row, None] * self._lines[row]
             np.add.at(forces[:, self._contact_of[row]], number, share / self._interval)
-            if to_blows:
+            if to_impacts:
                 self.gives(int(row), float(given[:, row].sum()))
         if self._extreme[4] < 0:
             self._extreme[4] = edges[0]
         self._extreme[5] = edges[-1]
 
     def _peak(self, row: int, course: Course, edges: np.ndarray, start: float) -> None:
-        """Note the largest force of a running blow."""
+        """Note the largest force of a running impact."""
         if row not in self._running or edges[-1] <= edges[0]:
             return
         fastest = float(np.abs(course.exponents).max()) if len(course.exponents) else 0.0
@@ -230,10 +230,10 @@ class Record:
         least = NOTHING * np.abs(parts).sum(axis=1)
         extreme[2] = max(extreme[2], float(swing.max()), float(least.max()))
 
-    # Blows
+    # Impacts
 
     def touches(self, row: int, time: float, closing: float) -> None:
-        """Begin a blow at a closing speed [m/s], unless one runs."""
+        """Begin an impact at a closing speed [m/s], unless one runs."""
         if row not in self._running:
             # What its closing brings, whether a sample falls into the contact or not.
             square = float(self._system.rows[row] @ self._system.rows[row])
@@ -248,42 +248,42 @@ class Record:
         self._pulls += impulses
 
     def gives(self, row: int, impulse: float) -> None:
-        """Add to the impulse [N s] of a running blow."""
+        """Add to the impulse [N s] of a running impact."""
         if row in self._running:
             self._running[row][2] += impulse
 
     def parts(self, row: int, time: float, v: np.ndarray) -> None:
-        """End a blow."""
+        """End an impact."""
         if row in self._running:
             entry = self._running.pop(row)
             entry[1], entry[6] = time, float(self._system.rows[row] @ v)
-            self.episodes[self._contact_of[row]].append(entry)
+            self.impacts[self._contact_of[row]].append(entry)
         self._extreme[5] = time
 
-    def blow(self, blow: Blow, time: float, v: np.ndarray, now: Conditions) -> None:
-        """Add an impulsive contact; a row that does not stay closed has had its whole blow."""
-        self._impulses += blow.impulses
-        self._drags += blow.tangential
-        self._lost += blow.lost
-        self._extreme[2] = max(self._extreme[2], blow.compressed)
-        share = blow.impulses[:, None] * self._directions + blow.tangential[:, None] * self._lines
+    def impact(self, impact: Impact, time: float, v: np.ndarray, now: Conditions) -> None:
+        """Add an impulsive contact; a row that does not stay closed has had its whole impact."""
+        self._impulses += impact.impulses
+        self._drags += impact.tangential
+        self._lost += impact.lost
+        self._extreme[2] = max(self._extreme[2], impact.compressed)
+        share = impact.impulses[:, None] * self._directions + impact.tangential[:, None] * self._lines
         if time > 0:
             number = min(int(np.searchsorted(self._ends, time * (1 - 1e-15))), len(self._ends) - 1)
             np.add.at(self._out.forces[number], self._contact_of, share / self._interval)
         else:
             self._pending.append(share)
-        for row in np.flatnonzero(blow.impulses):
-            self.gives(int(row), float(blow.impulses[row]))
+        for row in np.flatnonzero(impact.impulses):
+            self.gives(int(row), float(impact.impulses[row]))
         for row in [row for row in self._running if now.status[row] == Status.OPEN]:
             self.parts(row, time, v)
 
     def peak(self, row: int, force: float, time: float) -> None:
-        """Note a force of a running blow."""
+        """Note a force of a running impact."""
         if row in self._running and force > self._running[row][3]:
             self._running[row][3:5] = [force, time]
 
     def leaves(self, row: int, time: float, speed: float) -> None:
-        """Note when a running blow's force has vanished, and the opening speed [m/s] then."""
+        """Note when a running impact's force has vanished, and the opening speed [m/s] then."""
         if row in self._running:
             self._running[row][1], self._running[row][6] = time, speed
 
@@ -306,9 +306,9 @@ class Record:
         self.slips[self._contact_of[row]].append((time, begins))
 
     def parted(self, row: int) -> None:
-        """End a blow whose force had vanished before."""
+        """End an impact whose force had vanished before."""
         if row in self._running:
-            self.episodes[self._contact_of[row]].append(self._running.pop(row))
+            self.impacts[self._contact_of[row]].append(self._running.pop(row))
         self._slack.discard(row)
 
     def let_go(self, row: int, time: float, p: np.ndarray, v: np.ndarray) -> None:
@@ -325,7 +325,7 @@ class Record:
         gap = self._system.gap[row] + float(self._system.rows[row] @ p)
         self._lost -= 0.5 * gap**2 / self._system.compliance[row, row]
 
-    def outcome(self, p: np.ndarray, v: np.ndarray, multipliers: np.ndarray, tally: np.ndarray) -> Outcome:
+    def outcome(self, p: np.ndarray, v: np.ndarray, multipliers: np.ndarray, counts: np.ndarray) -> Outcome:
         """Return where the run stands."""
         none, k = np.empty(0), max(1, len(self._system.contacts))
         for row, entry in self._running.items():
@@ -333,12 +333,12 @@ class Record:
                 continue
             entry[1] = max(entry[1], self._from)
             entry[6] = float(self._system.rows[row] @ v)
-        running: list[list[list[float]]] = [list(entries) for entries in self.episodes]
+        running: list[list[list[float]]] = [list(entries) for entries in self.impacts]
         for row, entry in self._running.items():
             running[self._contact_of[row]].append(list(entry))
         return Outcome(
-            p, v, multipliers, self._impulses.copy(), self._extreme.copy(), tally, none, none, np.zeros(k),
-            episodes=[np.array(sorted(entries)).reshape(-1, 7) for entries in running], drags=self._drags.copy(),
+            p, v, multipliers, self._impulses.copy(), self._extreme.copy(), counts, none, none, np.zeros(k),
+            impacts=[np.array(sorted(entries)).reshape(-1, 7) for entries in running], drags=self._drags.copy(),
             springs=self._pulls.copy(),
             slips=[list(entries) for entries in self.slips],
         )  # fmt: skip

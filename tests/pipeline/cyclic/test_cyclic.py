@@ -187,7 +187,7 @@ def test_synthesis_with_all_kept_is_craig_bampton(wheel: tuple[Sector, Mistuning
 
 def test_all_fixed_modes_give_the_full_wheel(monkeypatch: pytest.MonkeyPatch) -> None:
     """The tuned basis is complete then, so that it holds every mistuned wheel."""
-    monkeypatch.setattr(import_module("gudgeon.pipeline.reduction.recipes.craig_bampton"), "DENSE", 10_000)
+    monkeypatch.setattr(import_module("gudgeon.pipeline.reduction.methods.craig_bampton"), "DENSE", 10_000)
     sector, mistuning = bladed("bore", sectors=3)
     inside = len(sector.model.free) - 2 * len(sector.face)
     one = synthesise(sector_parts(sector, inside), InterfaceChoice(np.ones(len(sector.face), bool), 0), 8, mistuning)

@@ -65,7 +65,7 @@ def modal(mesh: MeshRecord) -> ModalRecord:
     omega = 2 * np.pi * np.array([100.0, 1234.52, 98765.43])
     return ModalRecord(
         mesh_key="",
-        recipe="",
+        reduction="",
         normal_count=MODES,
         static_count=0,
         angular_frequencies=omega,
@@ -87,7 +87,7 @@ def morph(mesh: MeshRecord, modal: ModalRecord) -> MorphRecord:
     return MorphRecord(
         mesh_key="",
         modes_key="",
-        rung="none",
+        update="none",
         points={},
         mass=1.0,
         centre=np.array([0.1, 0.2, 0.3]),

@@ -17,7 +17,7 @@ from gudgeon.pipeline.interfaces.loads import load_rows
 from gudgeon.pipeline.interfaces.points import contact_points
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
 from gudgeon.pipeline.modes.static import Flexibility
-from gudgeon.pipeline.reduction.recipes import RECIPES, ContactRows
+from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.gauge import Gauge
@@ -215,8 +215,8 @@ def _at_origin(model: FEModel) -> np.ndarray:
     return twists
 
 
-def component(theory: str, recipe: str, supports: list[Any], **modes: Any) -> Component:
-    count = 2 if recipe == "attachment" else 3  # Two rows have two attachment modes.
+def component(theory: str, reduction: str, supports: list[Any], **modes: Any) -> Component:
+    count = 2 if reduction == "attachment" else 3  # Two rows have two attachment modes.
     return Component.model_validate(
         {
             "geometry": TABLE | {"theory": theory},
@@ -229,17 +229,17 @@ def component(theory: str, recipe: str, supports: list[Any], **modes: Any) -> Co
                 "root": {"station": "left", "fibre": "top"},
                 "middle": {"station": "mid", "fibre": "top"},
             },
-            "modes": {"recipe": recipe, "normal_count": count, "reference": "left"} | modes,
+            "modes": {"reduction": reduction, "normal_count": count, "reference": "left"} | modes,
         }
     )
 
 
 @pytest.mark.parametrize("theory", ["euler-bernoulli", "timoshenko"])
 @pytest.mark.parametrize("static_count", [0, 1])
-@pytest.mark.parametrize("recipe", sorted(set(RECIPES) - {"rigid", "normal+static"}))
-def test_gauge_of_a_cantilever_reads_moment_over_modulus(theory: str, recipe: str, static_count: int) -> None:
+@pytest.mark.parametrize("reduction", sorted(set(REDUCTIONS) - {"rigid", "normal+static"}))
+def test_gauge_of_a_cantilever_reads_moment_over_modulus(theory: str, reduction: str, static_count: int) -> None:
     """Force F up at the tip and P down at x = 1: M = E I w″ = F (L − x) − P (1 − x), σ(top) = −M / W."""
-    item = component(theory, recipe, ["left"], static_count=static_count)
+    item = component(theory, reduction, ["left"], static_count=static_count)
     record = reduce_component(item.geometry.build(0.1), "ab" * 32, item, "beam")
     P, F = 400.0, 150.0
     forces = np.zeros(2)
@@ -286,7 +286,10 @@ def test_pictures_get_nodal_displacements() -> None:
     ("change", "message"),
     [
         ({"gauge": {"g": {"station": "end", "fibre": "top"}}}, "g: station 'end' given, the beam has left, mid, third"),
-        ({"modes": {"recipe": "rigid"}}, "recipe 'rigid' given, a gauge needs a recipe with elastic coordinates"),
+        (
+            {"modes": {"reduction": "rigid"}},
+            "reduction 'rigid' given, a gauge needs a reduction with elastic coordinates",
+        ),
         ({"material": None}, "is missing; geometry 'beam' needs E, nu and rho"),
         (
             {"geometry": {"kind": "bar", "length": 1.0, "area": 1.0}},
@@ -313,8 +316,8 @@ def test_contact_along_the_axis_is_refused() -> None:
 def test_substructures_have_the_frequencies_of_the_whole(theory: str, parts: int) -> None:
     model = model_of(beam(theory), 80)
     rows = model.rows(model.mesh.surfaces["right-top"].facets[0], np.array([[0, 0, 1.0]]))
-    settings = ModesSettings(recipe="craig-bampton", normal_count=3, substructures=parts, fixed_count=18)
-    reduction = RECIPES["craig-bampton"](model, ContactRows(rows, np.empty((1, 0))), settings)
+    settings = ModesSettings(reduction="craig-bampton", normal_count=3, substructures=parts, fixed_count=18)
+    reduction = REDUCTIONS["craig-bampton"](model, ContactRows(rows, np.empty((1, 0))), settings)
     whole = normal_modes(model, 3).angular_frequencies
     np.testing.assert_allclose(reduction.angular_frequencies, whole, rtol=1e-4)
     assert reduction.quality["boundary_dofs"] == 2 * (parts - 1) + 1 + reduction.quality["boundary_added"]

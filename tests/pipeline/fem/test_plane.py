@@ -251,7 +251,7 @@ geometry = {{ kind = "rectangle", lx = 0.2, ly = 0.05, thickness = {T} }}
 material = {{ E = {E}, nu = 0.0, rho = {RHO} }}
 mesh = {{ size = 0.02 }}
 interface.head = {{ surface = "right", kind = "patch" }}
-modes = {{ recipe = "macneal", normal_count = 60 }}
+modes = {{ reduction = "macneal", normal_count = 60 }}
 
 [body.sheet]
 velocity = [1.0, 0.0, 0.0]
@@ -267,7 +267,7 @@ duration = 1.2e-4
 
 
 def test_a_sheet_strikes_a_wall_as_a_rod_does(tmp_path: Path) -> None:
-    """St Venant: the blow of a rod lasts 2L/c and turns its momentum round."""
+    """St Venant: the impact of a rod lasts 2L/c and turns its momentum round."""
     (tmp_path / "scene.toml").write_text(SCENE)
     report = run(tmp_path, db=tmp_path / "db", out=tmp_path / "out", until="solve")
     mass, c = RHO * 0.2 * 0.05 * T, np.sqrt(E / RHO)

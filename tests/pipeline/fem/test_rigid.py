@@ -32,7 +32,7 @@ def test_record_of_a_rigid_body() -> None:
     assert mesh.cell_type == "vertex"
     np.testing.assert_array_equal(mesh.nodes, [[0, 0, 0], [0.1, 0, -0.2], [0, 0.3, 0]])
     record = reduce_component(mesh, "ab" * 32, item, "ball")
-    assert record.recipe == "rigid"
+    assert record.reduction == "rigid"
     assert (record.mass, record.normal_count, record.residual_flexibility) == (2.5, 0, None)
     np.testing.assert_array_equal(record.inertia, np.diag([0.1, 0.2, 0.3]))
     np.testing.assert_array_equal(record.centre, np.zeros(3))
@@ -67,7 +67,7 @@ def test_held_point_is_a_pivot() -> None:
 @pytest.mark.parametrize(
     ("geometry", "more", "message"),
     [
-        (TABLE, {"modes": {"recipe": "macneal"}}, "recipe 'macneal' given, geometry 'rigid' allows 'rigid' only"),
+        (TABLE, {"modes": {"reduction": "macneal"}}, "reduction 'macneal' given, geometry 'rigid' allows 'rigid' only"),
         (TABLE, {"material": {"E": 1.0, "nu": 0.3, "rho": 1.0}}, "given, geometry 'rigid' has its mass by itself"),
         (TABLE | {"mass": 0.0}, {}, "greater than 0"),
         (TABLE | {"inertia": [0.1, -0.2, 0.3]}, {}, "greater than or equal to 0"),
@@ -81,9 +81,9 @@ def test_what_contradicts_itself_is_refused(geometry: dict[str, Any], more: dict
     assert message in str(caught.value)
 
 
-def test_recipe_rigid_may_be_named() -> None:
-    assert component(TABLE, modes={"recipe": "rigid"}).modes.recipe == "rigid"
-    assert component(TABLE, modes={"normal_count": 5}).modes.recipe == "rigid"
+def test_reduction_rigid_may_be_named() -> None:
+    assert component(TABLE, modes={"reduction": "rigid"}).modes.reduction == "rigid"
+    assert component(TABLE, modes={"normal_count": 5}).modes.reduction == "rigid"
 
 
 def test_missing_point_is_named() -> None:

@@ -193,7 +193,7 @@ def test_record_says_how_many_rigid_motions_are_left(mesh: MeshRecord) -> None:
     assert record.rigid_twists.shape == (1, 6)
     assert record.inertia_couplings is None
     movement = Movement("skirt", UniformProfile(1e-5), "component.cup.change.profile")
-    with pytest.raises(InputError, match=r"component\.cup\.change\.profile\.offset: .* take rung 'recompute'"):
+    with pytest.raises(InputError, match=r"component\.cup\.change\.profile\.offset: .* take update 'recompute'"):
         reuse(mesh, ("ab" * 32, "cd" * 32), record, {}, movement, 2700.0)
 
 

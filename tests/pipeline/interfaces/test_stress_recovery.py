@@ -155,8 +155,8 @@ def static(record: ModalRecord, forces: np.ndarray) -> np.ndarray:
         ({"normal_count": 1}, []),
         ({"normal_count": 12, "static_count": 4}, []),
         ({"normal_count": 3}, ["open_end"]),
-        ({"recipe": "ritz", "normal_count": 5}, []),
-        ({"recipe": "rubin", "normal_count": 2}, []),
+        ({"reduction": "ritz", "normal_count": 5}, []),
+        ({"reduction": "rubin", "normal_count": 2}, []),
     ],
 )
 def test_contact_loads_make_the_stress_of_the_full_model(settings: dict[str, Any], supports: list[str]) -> None:
@@ -180,7 +180,7 @@ def test_contact_loads_make_the_stress_of_the_full_model(settings: dict[str, Any
 
 
 def test_without_residual_nothing_is_added() -> None:
-    mesh, _, component = skirt({"recipe": "normal+static", "normal_count": 4})
+    mesh, _, component = skirt({"reduction": "normal+static", "normal_count": 4})
     record = reduce_component(mesh, "ab" * 32, component, "cup")
     assert not record.gauges["inside"].residual.any()
     assert record.gauges["outside"].residual.shape == (6 * len(record.gauges["outside"].nodes), 0)
@@ -238,7 +238,7 @@ interface.foot = { surface = "bottom", kind = "patch" }
 gauge.middle = { point = [0.0, 0.0, 0.02] }
 gauge.stretch = { point = [0.0, 0.0, 0.02], quantity = "strain" }
 gauge.skin = { surface = "skin" }
-modes = { recipe = "macneal", normal_count = 20 }
+modes = { reduction = "macneal", normal_count = 20 }
 
 [body.block]
 position = [0.0, 0.0, 1e-6]

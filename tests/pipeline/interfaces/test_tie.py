@@ -20,7 +20,7 @@ from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.modes.static import Flexibility
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
-from gudgeon.pipeline.reduction.recipes import RECIPES, ContactRows
+from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface
@@ -155,13 +155,15 @@ def test_craig_bampton_between_rigid_ends_is_the_constrained_problem(coarse: FEM
     tied, L = made_rigid(model, ties, "t")
     rows = ContactRows(sparse.csr_matrix(B @ L), np.empty((12, 0)), {"bottom": [0, 6], "top": [6, 12]})
     interior = int((~tied.held).sum()) - 12
-    full = RECIPES["craig-bampton"](
-        tied, rows, ModesSettings(recipe="craig-bampton", normal_count=40, fixed_count=interior)
+    full = REDUCTIONS["craig-bampton"](
+        tied, rows, ModesSettings(reduction="craig-bampton", normal_count=40, fixed_count=interior)
     )
     assert full.quality["boundary_dofs"] == 12
     assert full.quality["boundary_added"] == 0
     np.testing.assert_allclose(full.angular_frequencies**2, exact[:40], rtol=1e-7)
-    small = RECIPES["craig-bampton"](tied, rows, ModesSettings(recipe="craig-bampton", normal_count=8, fixed_count=30))
+    small = REDUCTIONS["craig-bampton"](
+        tied, rows, ModesSettings(reduction="craig-bampton", normal_count=8, fixed_count=30)
+    )
     error = small.angular_frequencies**2 / exact[:8] - 1
     assert error.min() > -1e-8
     assert error.max() < 2e-2
@@ -186,7 +188,7 @@ def component(**interface: dict) -> Component:
             "geometry": {"kind": "box", "lx": LX, "ly": LY, "lz": LZ},
             "material": {"E": E, "nu": 0.3, "rho": 7800.0},
             "interface": interface,
-            "modes": {"recipe": "macneal", "normal_count": 8},
+            "modes": {"reduction": "macneal", "normal_count": 8},
         }
     )
 
@@ -194,11 +196,11 @@ def component(**interface: dict) -> Component:
 END = {"surface": "top", "kind": "tie", "tie": "rbe2"}
 
 
-@pytest.mark.parametrize("recipe", ["macneal", "craig-bampton", "partial-interface", "rubin", "attachment", "ritz"])
-def test_records_hold_the_motions_of_reference_points(mesh: MeshRecord, model: FEModel, recipe: str) -> None:
+@pytest.mark.parametrize("reduction", ["macneal", "craig-bampton", "partial-interface", "rubin", "attachment", "ritz"])
+def test_records_hold_the_motions_of_reference_points(mesh: MeshRecord, model: FEModel, reduction: str) -> None:
     part = component(head=END, foot=END | {"surface": "bottom", "tie": "rbe3"})
-    settings = {"recipe": recipe, "normal_count": 0 if recipe == "attachment" else 8, "kept": ["head"]}
-    if recipe != "partial-interface":
+    settings = {"reduction": reduction, "normal_count": 0 if reduction == "attachment" else 8, "kept": ["head"]}
+    if reduction != "partial-interface":
         del settings["kept"]
     part = part.model_copy(update={"modes": ModesSettings.model_validate(settings)})
     record = reduce_component(mesh, "ab" * 32, part, "rod")
@@ -262,7 +264,7 @@ def test_the_nodal_synthesis_knows_no_rigid_surfaces(tmp_path: Path) -> None:
     job = open_job(write_scene(tmp_path), set=tie, db=tmp_path / "db")
     run_job(job, "mesh")
     with pytest.raises(
-        InputError, match=r"skirt\.interface\.lid\.tie: 'rbe2' given, report\.nodal knows no rigid surf"
+        InputError, match=r"skirt\.interface\.lid\.tie: 'rbe2' given, report\.full_fe knows no rigid surf"
     ):
         nodal_problem(job)
 

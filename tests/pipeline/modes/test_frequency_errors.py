@@ -315,7 +315,7 @@ def test_record_with_a_surface_made_rigid() -> None:
 
 def test_record_of_ritz_vectors() -> None:
     """Fixed-interface synthesis: Ritz vectors near modes have estimates, the highest do not pretend to be modes."""
-    modes = {"recipe": "craig-bampton", "normal_count": COUNT, "fixed_count": 12, "static_count": 0}
+    modes = {"reduction": "craig-bampton", "normal_count": COUNT, "fixed_count": 12, "static_count": 0}
     found = record(modes=modes)
     assert found.residuals is not None
     assert found.algebraic_errors is not None
@@ -349,7 +349,7 @@ def nearly(nu: float) -> dict[str, float]:
 
 
 def test_rigid_body_has_no_errors() -> None:
-    found = record(modes={"recipe": "rigid", "normal_count": 1})
+    found = record(modes={"reduction": "rigid", "normal_count": 1})
     assert found.residuals is not None
     assert found.residuals.shape == (0,)
     assert found.discretisation_errors is None

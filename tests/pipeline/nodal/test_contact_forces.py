@@ -72,12 +72,14 @@ def test_an_elastic_law_takes_from_motion_what_it_stores() -> None:
     now = pressed_by([1e10, 1.5, 0.0, 0.0], root @ root.T, np.full(5, 1e-7))
     for _ in range(50):
         old, free = now.depth.copy(), 2e-6 * rng.standard_normal(5)
-        stored = now.books[1]
+        stored = now.balance[1]
         assert contact.press(now, -old, np.zeros(5), free)
         np.testing.assert_allclose(now.depth, -(free + now.W @ now.force), atol=1e-18)
-        assert now.force @ (now.depth - old) == pytest.approx(now.books[1] - stored, rel=1e-10, abs=1e-20)
-        assert now.books[1] == pytest.approx(sum(law_energy(law, d) for law, d in zip(now.law, now.depth, strict=True)))
-    assert now.books[0] < 1e-12 * now.books[1] + 1e-18
+        assert now.force @ (now.depth - old) == pytest.approx(now.balance[1] - stored, rel=1e-10, abs=1e-20)
+        assert now.balance[1] == pytest.approx(
+            sum(law_energy(law, d) for law, d in zip(now.law, now.depth, strict=True))
+        )
+    assert now.balance[0] < 1e-12 * now.balance[1] + 1e-18
 
 
 def test_a_dashpot_may_hold_a_point_on_the_edge_of_contact() -> None:

@@ -1,4 +1,4 @@
-"""The nodal synthesis of a free body against something rigid: exact energy, one factorisation, convergence."""
+"""The full FE of a free body against something rigid: exact energy, one factorisation, convergence."""
 
 from dataclasses import replace
 
@@ -24,13 +24,13 @@ def problem(skirt_mesh: MeshRecord, skirt_model: FEModel) -> NodalProblem:
     points = contact_points(skirt_mesh, Interface(surface="skirt", sector_deg=(-45, 45)), "here")
     velocity = np.zeros((len(skirt_mesh.nodes), 3))
     velocity[:, 0] = 0.2
-    knock = NodalContact(
+    impact = NodalContact(
         sparse.csr_matrix(-skirt_model.rows(points.nodes, points.normals)),
         np.full(len(points.nodes), 2e-6),
         1e14 * points.areas,
         -points.normals,
     )
-    return NodalProblem(free_body("skirt", skirt_model, velocity.ravel()), {"knock": knock}, 4e-4)
+    return NodalProblem(free_body("skirt", skirt_model, velocity.ravel()), {"bore": impact}, 4e-4)
 
 
 @pytest.mark.parametrize("step", [8e-6, 2e-6])

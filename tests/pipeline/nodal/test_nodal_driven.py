@@ -1,4 +1,4 @@
-"""The nodal synthesis of a body that a rod drives or that damping slows: laws that rigid and modal answers give."""
+"""The full FE of a body that a rod drives or that damping slows: laws that rigid and modal answers give."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The nodal synthesis of two elastic bodies: points of a block slide over the deformed surface of a base."""
+"""The full FE of two elastic bodies: points of a block slide over the deformed surface of a base."""
 
 from dataclasses import dataclass, replace
 

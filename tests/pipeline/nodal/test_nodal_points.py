@@ -1,4 +1,4 @@
-"""The nodal synthesis of bodies that meet at fixed points: exact pulses, published blows, energy, what is refused."""
+"""The full FE of bodies that meet at fixed points: exact pulses, published impacts, energy, what is refused."""
 
 import json
 from dataclasses import replace
@@ -62,7 +62,7 @@ def test_bar_on_a_wall_has_the_exact_pulse(method: str, tmp_path: Path) -> None:
         assert run.energy_drift < ENERGY
         assert np.diff(total(run)).max() < ENERGY * total(run)[0]  # A rigid contact gives nothing.
         assert value(run, "energy_lost") > 0
-        assert value(run, "wall.blows") == 1
+        assert value(run, "wall.impacts") == 1
     assert max(errors[-1]) < 5e-3
     assert np.all(np.array(errors)[-1] < 0.4 * np.array(errors)[0])
     plateau = run.forces["wall"][(run.times > 5e-5) & (run.times < 3e-4), 0].mean()
@@ -75,10 +75,10 @@ def test_bars_exchange_their_velocities(tmp_path: Path) -> None:
     run = simulate_nodal(nodal_problem(job), 5e-7)
     mass = 7850 * 3.141592653589793e-4
     assert value(run, "two.velocity_x") == pytest.approx(1.0, abs=1e-2)
-    assert mass * value(run, "two.velocity_x") == pytest.approx(value(run, "blow.impulse"), rel=1e-9)
+    assert mass * value(run, "two.velocity_x") == pytest.approx(value(run, "pair.impulse"), rel=1e-9)
     one = run.quantities.get("one.velocity_x", {"value": 0.0})["value"]
     assert one + value(run, "two.velocity_x") == pytest.approx(1.0, rel=1e-9)
-    assert value(run, "blow.restitution") == pytest.approx(value(run, "two.velocity_x") - one, rel=1e-9)
+    assert value(run, "pair.restitution") == pytest.approx(value(run, "two.velocity_x") - one, rel=1e-9)
 
 
 def test_a_ball_on_a_beam_strikes_three_times(tmp_path: Path) -> None:
@@ -87,7 +87,7 @@ def test_a_ball_on_a_beam_strikes_three_times(tmp_path: Path) -> None:
     problem = nodal_problem(job)
     coarse, fine = (simulate_nodal(problem, step) for step in (4e-6, 1e-6))
     worst = [max(abs(value(run, name) / exact[name] - 1) for name in exact) for run in (coarse, fine)]
-    assert worst[1] < 5e-3  # Of the third blow's force; the mesh's own error is below.
+    assert worst[1] < 5e-3  # Of the third impact's force; the mesh's own error is below.
     assert worst[1] < 0.3 * worst[0]
     assert max(coarse.energy_drift, fine.energy_drift) < ENERGY
     assert fine.coordinates == 2 * (52 + 1) - 2 + 3
@@ -107,7 +107,7 @@ geometry = { kind = "rectangle", lx = 0.2, ly = 0.02, thickness = 0.01, state = 
 material = { E = 210e9, nu = 0.0, rho = 7800.0 }
 mesh = { size = 0.01 }
 interface.end = { surface = "right", kind = "KIND" }
-modes = { recipe = "macneal", normal_count = 4 }
+modes = { reduction = "macneal", normal_count = 4 }
 [body.sheet]
 velocity = [1.0, 0, 0]
 [contact.wall]
@@ -143,7 +143,7 @@ interface.top = { surface = "top" }
 position = [0, 0, 0.2001]
 velocity = [0, 0, -0.5]
 [body.anvil]
-[contact.blow]
+[contact.pair]
 body = "ball"
 interface = "foot"
 against = { shape = "body", body = "anvil", interface = "top" }
@@ -170,9 +170,9 @@ def balls(tmp_path: Path, contact: str, run: str = "", duration: float = 2e-3) -
 )
 def test_laws_deliver_their_restitution(law: str, restitution: float, accuracy: float, tmp_path: Path) -> None:
     run = simulate_nodal(nodal_problem(balls(tmp_path, f'method = "penalty"\n{law}')), 1e-6)
-    assert value(run, "blow.restitution") == pytest.approx(restitution, rel=accuracy)
+    assert value(run, "pair.restitution") == pytest.approx(restitution, rel=accuracy)
     assert value(run, "energy_lost") == pytest.approx(0.1875 * (1 - restitution**2), abs=1e-4 * 0.1875)
-    assert value(run, "blow.start") == pytest.approx(2e-4, rel=1e-3)
+    assert value(run, "pair.start") == pytest.approx(2e-4, rel=1e-3)
     assert run.energy_drift < ENERGY
 
 
@@ -189,9 +189,9 @@ def test_gravity_lets_a_ball_fall(tmp_path: Path) -> None:
     job = balls(tmp_path, 'method = "penalty"\nlaw = { kind = "hertz", stiffness = 1e10 }', pulled, 1e-3)
     run = simulate_nodal(nodal_problem(job), 1e-6)
     for name, start, mass in (("ball", -0.5, 2.0), ("anvil", 0.0, 6.0)):
-        pushed = value(run, "blow.impulse") / mass * (1 if name == "ball" else -1)
+        pushed = value(run, "pair.impulse") / mass * (1 if name == "ball" else -1)
         assert value(run, f"{name}.velocity_z") == pytest.approx(start - 1.0 + pushed, rel=1e-9)
-    assert "blow.restitution" not in run.quantities
+    assert "pair.restitution" not in run.quantities
     assert run.energy_drift < ENERGY
 
 
@@ -201,7 +201,7 @@ def test_a_held_beam_starts_bent_by_its_weight_and_stays_so(tmp_path: Path) -> N
     job = job_of("beam-sphere", tmp_path, coarse | heavy)
     problem = nodal_problem(job)
     assert isinstance(problem, PointProblem)
-    sag, row = problem.bodies[1].displacement, problem.contacts["blow"].rows[1]
+    sag, row = problem.bodies[1].displacement, problem.contacts["pair"].rows[1]
     assert sag is not None
     assert row is not None
     middle = 5 * 7960 * 1e-4 * 9.81 * 0.307**4 / 384 / (215746300000.0 * 1e-8 / 12)
@@ -222,14 +222,14 @@ def test_the_two_loops_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert scale > 5
     np.testing.assert_allclose(factored.force, compiled.force, atol=1e-7 * scale)
     np.testing.assert_allclose(factored.energies, compiled.energies, atol=1e-8 * compiled.energies[0, 0])
-    for name in ("blow.impulse", "ball.velocity_z", "energy_lost"):
+    for name in ("pair.impulse", "ball.velocity_z", "energy_lost"):
         assert value(factored, name) == pytest.approx(value(compiled, name), rel=1e-6)
     assert value(compiled, "energy_lost") > 1e-9
     assert max(compiled.energy_drift, factored.energy_drift) < ENERGY
 
 
 def test_what_a_body_may_not_do_is_left_out(tmp_path: Path) -> None:
-    """A symmetric blow turns neither beam, so that it is the same where the upper one may not turn."""
+    """A symmetric impact turns neither beam, so that it is the same where the upper one may not turn."""
     coarse = {f"component.{n}.mesh.size": 0.05 for n in ("upper", "lower")}
     coarse |= {f"component.{n}.modes.substructures": 1 for n in ("upper", "lower")}
     coarse |= {f"component.{n}.modes.fixed_count": 4 for n in ("upper", "lower")} | {"run.duration": 5e-4}
@@ -349,20 +349,20 @@ def test_wide_bands_are_solved_too() -> None:
     np.testing.assert_allclose(M.toarray() @ found, load, atol=1e-10)
 
 
-def test_blows_are_located_between_steps() -> None:
+def test_impacts_are_located_between_steps() -> None:
     times, h = np.arange(9) * 0.1, 0.1
     gap = np.array([0.25, 0.15, 0.05, -0.05, -0.15, -0.05, 0.05, 0.15, 0.25])
     force = np.array([0.0, 0, 1, 3, 3, 1, 0, 0])
     history = History(times, force[:, None], gap[:, None], np.array([-1.0]))
-    (blow,) = located(history, rigid=False)
-    np.testing.assert_allclose(blow, [0.25, 0.55, 0.8, 3.0, 0.35, 1.0, 1.0])
+    (impact,) = located(history, rigid=False)
+    np.testing.assert_allclose(impact, [0.25, 0.55, 0.8, 3.0, 0.35, 1.0, 1.0])
     closed = np.array([0.15, 0.05, 0.01, 0.01, 0.01, 0.01, 0.01, 0.04, 0.07])
     force = np.array([0.0, 1, 2, 2, 2, 1, 0, 0])
-    (blow,) = located(History(times, force[:, None], closed[:, None], np.array([-1.0])), rigid=True)
-    np.testing.assert_allclose(blow, [0.1 + 0.05, 0.6, 8 * h, 2.0, 0.25, 1.0, 0.3])
+    (impact,) = located(History(times, force[:, None], closed[:, None], np.array([-1.0])), rigid=True)
+    np.testing.assert_allclose(impact, [0.1 + 0.05, 0.6, 8 * h, 2.0, 0.25, 1.0, 0.3])
 
 
-def test_rigid_blows_part_within_what_steps_resolve() -> None:
+def test_rigid_impacts_part_within_what_steps_resolve() -> None:
     """A thousand steps carry periods of 27.4 steps and more: (1000 / 12)^⅓ radians, 2π of them."""
     force, still = np.zeros(1000), np.zeros((3, 6))
     force[[*range(100, 140), *range(160, 200), *range(240, 280)]] = 2.0
@@ -370,9 +370,9 @@ def test_rigid_blows_part_within_what_steps_resolve() -> None:
     contact = PointContact((None,), np.zeros(1), np.array([[0.0, 0.0, 1.0]]), 0)
     rigid = contact_quantities(history, contact, (still, None), True, False)
     assert resolved(history.times) == pytest.approx(27.44, abs=0.01)
-    assert [rigid[name][0] for name in ("blows", "blow1.end", "blow2.start", "force_window")] == [2, 200, 240, 27]
+    assert [rigid[name][0] for name in ("impacts", "impact1.end", "impact2.start", "force_window")] == [2, 200, 240, 27]
     lawful = replace(contact, law=np.array([[1.0, 1.5, 0.0, 0.0]]))
-    assert contact_quantities(history, lawful, (still, None), True, False)["blows"][0] == 3
+    assert contact_quantities(history, lawful, (still, None), True, False)["impacts"][0] == 3
 
 
 @pytest.mark.parametrize(
@@ -381,12 +381,12 @@ def test_rigid_blows_part_within_what_steps_resolve() -> None:
         (
             'method = "impact"\nrestitution = 0.5',
             "",
-            r"contact\.blow\.method: 'impact' given, it carries residual, pen",
+            r"contact\.impact\.method: 'impact' given, it carries residual, pen",
         ),
         (
             'method = "constraint"\nfriction = { static = 0.2, direction = [1, 0, 0] }',
             "",
-            r"contact\.blow\.friction: given, it carries frictionless contact only",
+            r"contact\.impact\.friction: given, it carries frictionless contact only",
         ),
         (
             'method = "penalty"\nlaw = { kind = "hertz", stiffness = 1e8 }',
@@ -417,9 +417,9 @@ def test_what_is_not_carried_is_refused(contact: str, extra: str, message: str, 
 
 
 def test_a_scene_without_contact_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(BALL[: BALL.index("[contact.blow]")] + "[run]\nduration = 1e-3\n")
+    (tmp_path / "scene.toml").write_text(BALL[: BALL.index("[contact.pair]")] + "[run]\nduration = 1e-3\n")
     job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
-    with pytest.raises(InputError, match=r"report\.nodal: is for scenes with contacts, this one has none"):
+    with pytest.raises(InputError, match=r"report\.full_fe: is for scenes with contacts, this one has none"):
         nodal_problem(job)
 
 

@@ -32,7 +32,7 @@ geometry = { kind = "bar", length = 1.0, area = 3.1416e-4 }
 material = { E = 210e9, nu = 0.3, rho = 7850.0 }
 mesh = { size = 0.02 }
 interface.tip = { surface = "right" }
-modes = { recipe = "macneal", normal_count = 20 }
+modes = { reduction = "macneal", normal_count = 20 }
 
 [body.rod]
 velocity = [1.0, 0.0, 0.0]

@@ -1,4 +1,4 @@
-"""Pictures of located blows, sliding, bending and gauges, and the numbers that they are drawn from."""
+"""Pictures of located impacts, sliding, bending and gauges, and the numbers that they are drawn from."""
 
 from pathlib import Path
 
@@ -68,7 +68,7 @@ mesh = {{ size = 0.03 }}
 supports = [{{ surface = "left", hold = ["z"] }}, {{ surface = "right", hold = ["z"] }}]
 interface.mid = {{ surface = "mid-top" }}
 gauge.under = {{ station = "mid", fibre = "bottom" }}
-modes = {{ recipe = "macneal", normal_count = 6 }}
+modes = {{ reduction = "macneal", normal_count = 6 }}
 [component.beam.geometry]
 kind = "beam"
 length = 0.3
@@ -79,7 +79,7 @@ position = [0.15, 0.0, 0.005]
 velocity = [0.0, 0.0, -0.1]
 [body.beam]
 gauges = ["under"]
-[contact.blow]
+[contact.pair]
 body = "ball"
 interface = "foot"
 against = {{ shape = "body", body = "beam", interface = "mid" }}
@@ -91,9 +91,9 @@ samples = 500
 frames = 40
 """
 NAMES = {
-    "ball": ["force.png", "energy.png", "blows.png"],
-    "belt": ["force.png", "energy.png", "blows.png"],
-    "beam": ["force.png", "energy.png", "blows.png", "gauges.png", "deformation.png"],
+    "ball": ["force.png", "energy.png", "impacts.png"],
+    "belt": ["force.png", "energy.png", "impacts.png"],
+    "beam": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png"],
 }
 
 
@@ -110,14 +110,14 @@ def drawing_of(scene: tuple[str, Path, str], folder: Path) -> Drawing:
     return Drawing(modaldb.open(scene[1]), scene[2], scene[0], folder, folder, lambda _: None)
 
 
-def made(blows: np.ndarray, force: np.ndarray, window: float | None = None) -> Trajectory:
+def made(impacts: np.ndarray, force: np.ndarray, window: float | None = None) -> Trajectory:
     """Return a trajectory of one contact, sampled every second."""
     s = len(force)
     history = ContactHistory("a", "tip", force[:, None] * [[0.0, 0.0, 1.0]], np.zeros((1, 1)), None, np.zeros((1, 3)))
     quantities = {} if window is None else {"c.force_window": {"value": window, "unit": "s"}}
     return Trajectory(
         "FINISHED", {}, {}, np.arange(1.0, s + 1), np.zeros((s, 5)), {"c": history}, np.array([s]), np.zeros((1, 0)),
-        np.zeros((1, 0)), quantities, 0.0, 0.0, {}, episodes={"c": blows},
+        np.zeros((1, 0)), quantities, 0.0, 0.0, {}, impacts={"c": impacts},
     )  # fmt: skip
 
 
@@ -130,19 +130,19 @@ def test_pictures(scene: tuple[str, Path, str], tmp_path: Path) -> None:
         assert_picture(path)
 
 
-def test_points_meet_in_blows_and_nowhere_else(scene: tuple[str, Path, str], tmp_path: Path) -> None:
+def test_points_meet_in_impacts_and_nowhere_else(scene: tuple[str, Path, str], tmp_path: Path) -> None:
     drawing = drawing_of(scene, tmp_path)
     (touch,) = touches(drawing)
     courses = normal_courses(drawing, touch)
     own = courses[0]
     other = np.interp(own.times, courses[1].times, courses[1].place) if touch.other else np.zeros(len(own.times))
     apart = own.place - other
-    start = touch.blows[:, 0]
-    blows = touch.blows[start > 0]
+    start = touch.impacts[:, 0]
+    impacts = touch.impacts[start > 0]
     # A ball meets the floor at the located times; frames of the beam are 0.25 ms apart, 25 µm at the first speed.
-    resolved = 1e-5 if touch.other else touch.interval * np.abs(blows[:, 5]).max(initial=0.0)
-    assert np.abs(np.interp(blows[:, 0], own.times, apart)).max(initial=0.0) <= resolved + 1e-12
-    inside = ((own.times[:, None] >= touch.blows[:, 0]) & (own.times[:, None] <= touch.blows[:, 1])).any(axis=1)
+    resolved = 1e-5 if touch.other else touch.interval * np.abs(impacts[:, 5]).max(initial=0.0)
+    assert np.abs(np.interp(impacts[:, 0], own.times, apart)).max(initial=0.0) <= resolved + 1e-12
+    inside = ((own.times[:, None] >= touch.impacts[:, 0]) & (own.times[:, None] <= touch.impacts[:, 1])).any(axis=1)
     free = ~inside & (own.times > 0)
     assert (apart[free] > -resolved - 1e-12).all()
 
@@ -158,39 +158,39 @@ def test_energy_curves_hold_work_and_no_round_off() -> None:
     assert not energy_curves(energies)[0][2].any()
 
 
-def test_brief_blows_are_impulses_and_the_rest_is_force() -> None:
-    blows = np.array(
+def test_brief_impacts_are_impulses_and_the_rest_is_force() -> None:
+    impacts = np.array(
         [[10.5, 10.5, 7.0, 0, 10.5, 1, 1], [20.0, 21.0, 3.0, 6, 20.5, 1, 1], [40.0, 60.0, 20.0, 1, 50, 1, 1]]
     )
     force = np.zeros(100)
     force[10], force[20], force[40:60] = 7.0, 3.0, 1.0
-    touch = Touch("c", made(blows, force), None, None, np.array([0.0, 0.0, 1.0]), 0.0)  # type: ignore[arg-type]
+    touch = Touch("c", made(impacts, force), None, None, np.array([0.0, 0.0, 1.0]), 0.0)  # type: ignore[arg-type]
     assert touch.brief.tolist() == [True, True, False]
     assert touch.impulsive
     np.testing.assert_array_equal(np.flatnonzero(touch.lasting_force), np.arange(40, 60))
     assert touch.span == (0.0, 60.0 + 0.25 * 49.5)
 
 
-def test_blows_join_within_the_window_of_the_quantities() -> None:
-    blows = np.array(
+def test_impacts_join_within_the_window_of_the_quantities() -> None:
+    impacts = np.array(
         [[1.0, 2.0, 3.0, 5, 1.5, 1, 0.1], [2.5, 4.0, 1.0, 9, 3.0, 0.1, 0.2], [6.0, 7.0, 1.0, 2, 6.5, 1, 1]]
     )
-    np.testing.assert_array_equal(joined(made(blows, np.ones(8)), "c"), blows)
-    found = joined(made(blows, np.ones(8), 1.0), "c")
+    np.testing.assert_array_equal(joined(made(impacts, np.ones(8)), "c"), impacts)
+    found = joined(made(impacts, np.ones(8), 1.0), "c")
     np.testing.assert_allclose(found[0], [1.0, 4.0, 4.0, 9, 3.0, 1, 0.2])
     assert len(found) == 2
 
 
 def test_window_is_drawn_only_where_it_smooths_something() -> None:
     rough = 1.0 + 0.5 * (-1.0) ** np.arange(200)
-    blows = np.array([[0.0, 200.0, 200.0, 1.5, 1.0, 1, 1]])
-    found = smoothed(made(blows, rough, 10.0), "c")
+    impacts = np.array([[0.0, 200.0, 200.0, 1.5, 1.0, 1, 1]])
+    found = smoothed(made(impacts, rough, 10.0), "c")
     assert found is not None
     assert found[1] == "mean over 10.0 s"
     np.testing.assert_allclose(found[0][20:-20, 2], 1.0, rtol=1e-12)
-    assert smoothed(made(blows, np.ones(200), 10.0), "c") is None
-    assert smoothed(made(blows, rough, 2.0), "c") is None
-    assert smoothed(made(blows, rough), "c") is None
+    assert smoothed(made(impacts, np.ones(200), 10.0), "c") is None
+    assert smoothed(made(impacts, rough, 2.0), "c") is None
+    assert smoothed(made(impacts, rough), "c") is None
 
 
 def test_texts_keep_their_distance() -> None:

@@ -52,8 +52,8 @@ SCENES = {
     "block": PART.format(geometry='{ kind = "box", lx = 0.04, ly = 0.02, lz = 0.02 }', surface="top"),
 }
 NAMES = {
-    "sheet": ["force.png", "energy.png", "blows.png", "gauges.png", "deformation.png", "stress.png"],
-    "block": ["force.png", "energy.png", "blows.png", "gauges.png", "deformation.png", "stress.png", "impact.mp4"],
+    "sheet": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "stress.png"],
+    "block": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "stress.png", "impact.mp4"],
 }
 
 

@@ -14,7 +14,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.interfaces.patch import patch_row
-from gudgeon.pipeline.reduction.recipes import RECIPES, ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface
@@ -37,9 +37,9 @@ def block(supports: tuple[str, ...] = FREE) -> tuple[FEModel, ContactRows]:
     return model, ContactRows(B, np.empty((1, 0)), {"lid": [0, 1]})
 
 
-def reduced(recipe: str, case: tuple[FEModel, ContactRows], **more: Any) -> Reduction:
-    table = {"recipe": recipe, "normal_count": 0, "fixed_count": 4, "boundary": ["bottom", "top"]} | more
-    return RECIPES[recipe](*case, ModesSettings.model_validate(table))
+def reduced(reduction: str, case: tuple[FEModel, ContactRows], **more: Any) -> Reduction:
+    table = {"reduction": reduction, "normal_count": 0, "fixed_count": 4, "boundary": ["bottom", "top"]} | more
+    return REDUCTIONS[reduction](*case, ModesSettings.model_validate(table))
 
 
 def surface_dofs(model: FEModel, *names: str) -> np.ndarray:
@@ -90,8 +90,8 @@ def test_keeping_none_gives_the_interface_modes(supports: tuple[str, ...]) -> No
     model = case[0]
     K, M, _ = condensed(model, surface_dofs(model, "bottom", "top"))
     expected = elastic_values(K, M, len(model.rigid_twists))[:12]
-    for recipe, more in (("partial-interface", {}), ("interface", {"kept": ["top"]})):
-        ours = reduced(recipe, case, interface_count=12, fixed_count=0, **more)
+    for reduction, more in (("partial-interface", {}), ("interface", {"kept": ["top"]})):
+        ours = reduced(reduction, case, interface_count=12, fixed_count=0, **more)
         np.testing.assert_allclose(ours.angular_frequencies, expected, rtol=1e-8)
 
 
@@ -128,11 +128,11 @@ def test_loads_on_kept_dofs_find_their_exact_statics() -> None:
     assert abs(exact.residual_flexibility[0, 0]) < 1e-8 * short.residual_flexibility[0, 0]
 
 
-@pytest.mark.parametrize("recipe", ["interface", "partial-interface"])
-def test_more_interface_modes_never_raise_a_frequency(recipe: str) -> None:
+@pytest.mark.parametrize("reduction", ["interface", "partial-interface"])
+def test_more_interface_modes_never_raise_a_frequency(reduction: str) -> None:
     case, before = block(), np.full(5, np.inf)
     for count in (8, 16, 32):
-        now = reduced(recipe, case, kept=["lid"], interface_count=count, normal_count=5).angular_frequencies
+        now = reduced(reduction, case, kept=["lid"], interface_count=count, normal_count=5).angular_frequencies
         assert np.all(now <= before * (1 + SAME))
         before = now
     whole = reduced("craig-bampton", case, normal_count=5).angular_frequencies
@@ -168,11 +168,14 @@ def test_static_fields_that_the_shapes_hold_already_are_dropped() -> None:
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ({"recipe": "partial-interface", "kept": ["lod"]}, "kept: 'lod' given, the component has the interfaces and"),
-        ({"recipe": "partial-interface", "kept": ["bottom"]}, "kept: 'bottom' given, none of its dofs is on the"),
-        ({"recipe": "interface", "boundary": ["floor"]}, "boundary: the mesh has no surface 'floor', it has back"),
-        ({"recipe": "interface", "interface_count": 999}, "interface_count: 999 given, the boundary has"),
-        ({"recipe": "attachment", "normal_count": 2}, "normal_count: 2 given, the interfaces' 1 rows have 1"),
+        (
+            {"reduction": "partial-interface", "kept": ["lod"]},
+            "kept: 'lod' given, the component has the interfaces and",
+        ),
+        ({"reduction": "partial-interface", "kept": ["bottom"]}, "kept: 'bottom' given, none of its dofs is on the"),
+        ({"reduction": "interface", "boundary": ["floor"]}, "boundary: the mesh has no surface 'floor', it has back"),
+        ({"reduction": "interface", "interface_count": 999}, "interface_count: 999 given, the boundary has"),
+        ({"reduction": "attachment", "normal_count": 2}, "normal_count: 2 given, the interfaces' 1 rows have 1"),
     ],
 )
 def test_what_there_is_not_is_refused(table: dict[str, Any], message: str) -> None:
@@ -187,16 +190,16 @@ def test_what_there_is_not_is_refused(table: dict[str, Any], message: str) -> No
 def test_a_component_keeps_the_dofs_of_its_interface() -> None:
     tables = {"geometry": BOX.model_dump(), "material": STEEL.model_dump()}
     tables["interface"] = {"lid": {"surface": "top", "kind": "patch"}, "foot": {"surface": "bottom", "kind": "patch"}}
-    modes = {"recipe": "partial-interface", "normal_count": 6, "kept": ["foot"], "interface_count": 9}
+    modes = {"reduction": "partial-interface", "normal_count": 6, "kept": ["foot"], "interface_count": 9}
     record = reduce_component(BOX.build(0.03), "ab" * 32, Component.model_validate(tables | {"modes": modes}), "block")
     assert 0 < record.quality["kept_dofs"] < record.quality["boundary_dofs"]
 
 
 def test_shapes_of_rows_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(import_module("gudgeon.pipeline.reduction.recipes.rubin"), "LARGEST_BOUNDARY", 0)
-    for recipe in ("rubin", "attachment"):
-        with pytest.raises(InputError, match=f"modes.recipe: '{recipe}' given, it makes a shape of each of the"):
-            reduced(recipe, block(), normal_count=3)
+    monkeypatch.setattr(import_module("gudgeon.pipeline.reduction.methods.rubin"), "LARGEST_BOUNDARY", 0)
+    for reduction in ("rubin", "attachment"):
+        with pytest.raises(InputError, match=f"modes.reduction: '{reduction}' given, it makes a shape of each of the"):
+            reduced(reduction, block(), normal_count=3)
 
 
 def test_attachment_modes_need_a_row() -> None:

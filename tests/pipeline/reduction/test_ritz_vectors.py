@@ -11,7 +11,7 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.modes import static
 from gudgeon.pipeline.modes.normal import normal_modes
-from gudgeon.pipeline.reduction.recipes.ritz_vectors import RitzVectors
+from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
 from gudgeon.pipeline.scenes.material import Material
 
 STEEL = Material(E=2.1e11, nu=0.3, rho=7850.0)

@@ -15,8 +15,8 @@ PISTON = Path(__file__).resolve().parents[3] / "data/piston"
 COARSE = {
     "component.piston.mesh.size": 0.02,
     "component.liner.mesh.size": 0.03,
-    "component.piston.modes.recipe": "rigid",
-    "component.liner.modes.recipe": "rigid",
+    "component.piston.modes.reduction": "rigid",
+    "component.liner.modes.reduction": "rigid",
     "component.liner.interface.thrust.spacing": 0.03,
     "component.liner.interface.anti.spacing": 0.03,
 }

@@ -28,11 +28,11 @@ from tests.pipeline.small import write_scene
 
 REPORT = """
 [report]
-nodal = { steps = [8e-6, 4e-6] }
+full_fe = { steps = [8e-6, 4e-6] }
 
 [report.models]
 "residual" = {}
-"penalty" = { component.skirt.modes.static_count = 0, contact.knock.method = "penalty" }
+"penalty" = { component.skirt.modes.static_count = 0, contact.bore.method = "penalty" }
 
 [report.sweep]
 "component.*.modes.normal_count" = [4, 8, 12]
@@ -69,12 +69,12 @@ def by_name(document: Document) -> dict[str, Run]:
 def test_runs(made: tuple[Path, Job, Document]) -> None:
     found = by_name(made[2])
     assert list(found) == [
-        "nodal synthesis, 8 µs", "nodal synthesis, 4 µs",
+        "full FE, 8 µs", "full FE, 4 µs",
         "residual, 4 modes", "residual, 8 modes", "residual, 12 modes",
         "penalty, 4 modes", "penalty, 8 modes", "penalty, 12 modes",
     ]  # fmt: skip
-    assert found["nodal synthesis, 4 µs"].errors == {}
-    assert found["nodal synthesis, 4 µs"].time_against == "it is the reference"
+    assert found["full FE, 4 µs"].errors == {}
+    assert found["full FE, 4 µs"].time_against == "it is the reference"
     assert abs(found["residual, 12 modes"].errors["impulse"]) < 0.05
     assert found["residual, 12 modes"].errors["force"] < 0.5 * found["penalty, 12 modes"].errors["force"]
     assert [run.coordinates for run in made[2].runs[2:]] == [14, 18, 22, 10, 14, 18]
@@ -101,8 +101,8 @@ def test_errors_are_split(made: tuple[Path, Job, Document]) -> None:
     assert few.errors["force"] <= few.truncation["force"] + most.errors["force"] + 1e-12
     both = (1 + few.truncation["impulse"]) * (1 + most.errors["impulse"]) - 1
     assert few.errors["impulse"] == pytest.approx(both, abs=1e-9)
-    assert found["nodal synthesis, 8 µs"].truncation is None
-    assert found["nodal synthesis, 8 µs"].time == pytest.approx(found["nodal synthesis, 8 µs"].errors, abs=1e-9)
+    assert found["full FE, 8 µs"].truncation is None
+    assert found["full FE, 8 µs"].time == pytest.approx(found["full FE, 8 µs"].errors, abs=1e-9)
 
 
 def test_stages_are_timed_cold_and_warm(made: tuple[Path, Job, Document]) -> None:
@@ -200,16 +200,16 @@ def test_finest_setting_is_the_reference_of_last_resort(tmp_path: Path) -> None:
     assert best.time_against == coarse.time_against == finest
     assert best.time is not None
     assert coarse.time is not None
-    assert 0 < abs(best.errors["knock.impulse"]) < abs(coarse.errors["knock.impulse"])
-    assert coarse.errors["knock.impulse"] == coarse.time["knock.impulse"]
+    assert 0 < abs(best.errors["bore.impulse"]) < abs(coarse.errors["bore.impulse"])
+    assert coarse.errors["bore.impulse"] == coarse.time["bore.impulse"]
     assert found["4 modes, 0.2 µs"].truncation_against == "12 modes, 0.2 µs"
 
 
 def test_a_misspelt_quantity_is_refused(tmp_path: Path) -> None:
     with pytest.raises(
-        InputError, match=r"report\.interest: no run has 'knock\.impulze'; did you mean 'knock\.impulse'"
+        InputError, match=r"report\.interest: no run has 'impact\.impulze'; did you mean 'impact\.impulse'"
     ):
-        reported(tmp_path, '[report]\ninterest = ["knock.impulze"]\n[report.models]\n"a" = {}\n')
+        reported(tmp_path, '[report]\ninterest = ["bore.impulze"]\n[report.models]\n"a" = {}\n')
     assert not (tmp_path / "out" / "report.json").exists()
 
 
@@ -326,7 +326,7 @@ def test_command_and_tolerance(tmp_path: Path, capsys: pytest.CaptureFixture[str
         ('[report.sweep]\n"component.skirt.modes.normal_count" = []\n', "report.sweep"),
         ('[report.sweep]\n"contact.*.no_such_key" = [1]\n', "no_such_key"),
         ('[report.sweep]\n"joint.*.speed" = [1]\n', "'joint.*.speed' leads nowhere in this scene"),
-        ('[report.models]\n"a" = { contact.knock.methd = "penalty" }\n', "did you mean 'method'"),
+        ('[report.models]\n"a" = { contact.bore.methd = "penalty" }\n', "did you mean 'method'"),
         ('[report.sweep]\n"report.until" = [1e-4, 2e-4]\n', "report.sweep: 'report' given, which changes no run"),
         ('[report.models]\n"a" = { plot.label = "b" }\n', "report.models.a: 'plot' given, which changes no run"),
         ("[report]\nuntil = 0.1\n", "report.until: 0.1 s given, '2 modes' lasts 0.0003 s"),

@@ -123,7 +123,7 @@ ROD = """
 geometry = { kind = "bar", length = 1.0, area = 1e-4 }
 material = { E = 210e9, nu = 0.3, rho = 7850.0 }
 mesh = { size = 0.05 }
-modes = { recipe = "macneal", normal_count = 25 }
+modes = { reduction = "macneal", normal_count = 25 }
 
 [body.rod]
 

@@ -50,7 +50,7 @@ def folder(tmp_path: Path) -> Path:
     for name, one in (("one", nodal(1, 0.002, 4.0)), ("two", missed)):
         (tmp_path / name).mkdir()
         (tmp_path / name / "report.json").write_text(one.as_text(), encoding="utf-8")
-    (tmp_path / "one" / "stress.json").write_text(
+    (tmp_path / "one" / "robustness.json").write_text(
         '{"counts": {"right": 2, "refused": 1, "wrong": 0, "does not apply": 4}}'
     )
     (tmp_path / "seconds.csv").write_text("one,report,30\none,stress,12\ntwo,report,18\n")

@@ -130,7 +130,7 @@ def test_address_that_names_nothing(browser: str, tmp_path: Path) -> None:
 
 
 CLICKS = """<script>
-document.querySelector('ul.legend button[data-hides="nodal synthesis"]').click();
+document.querySelector('ul.legend button[data-hides="full FE"]').click();
 document.querySelector('#runs thead th:nth-child(3) [role=button]').click();
 document.querySelector('.point:not(.off)').dispatchEvent(new PointerEvent("pointerenter"));
 </script></body>"""

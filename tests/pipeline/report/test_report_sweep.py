@@ -55,8 +55,8 @@ def test_stars_mean_all_elastic_components() -> None:
 
 def test_default_sweep() -> None:
     found = names("rod-wall")
-    assert found[:5] == ["25 modes", "50 modes", "100 modes", "200 modes", "recipe ritz"]
-    assert {"integrator event", "integrator trapezoid", "penalty"} <= set(found[5:])
+    assert found[:5] == ["25 modes", "50 modes", "100 modes", "200 modes", "reduction ritz"]
+    assert {"integrator event", "integrator implicit", "penalty"} <= set(found[5:])
     assert names("rigid") == ["as in the scene"]
     law = names("hertz")
     assert law[0] == "as in the scene"
@@ -65,26 +65,26 @@ def test_default_sweep() -> None:
 
 def test_what_contradicts_itself_is_left_out_with_its_reason() -> None:
     scene = job("hertz")
-    bad = Setting("integrator kick", {"run": {"integrator": "kick"}}, named=False)
+    bad = Setting("integrator explicit", {"run": {"integrator": "explicit"}}, named=False)
     fine = Setting("", {})
     able, left_out = able_settings(scene, [bad, fine])
     assert able == [fine]
     assert [one["name"] for one in left_out] == [bad.name]
-    assert "'kick' cannot carry" in left_out[0]["why"]
+    assert "'explicit' cannot carry" in left_out[0]["why"]
     with pytest.raises(InputError, match="no setting can be"):
         able_settings(scene, [bad])
-    with pytest.raises(InputError, match="'kick' cannot carry"):
-        able_settings(scene, [Setting("kick", {"run": {"integrator": "kick"}})])
+    with pytest.raises(InputError, match="'explicit' cannot carry"):
+        able_settings(scene, [Setting("explicit", {"run": {"integrator": "explicit"}})])
 
 
 def test_schemes_hold_all_but_basis_and_step() -> None:
     scene = job("rod-wall")
-    same = [{}, {"component": {"rod": {"modes": {"normal_count": 9, "recipe": "ritz"}}}}, {"run": {"step": 1e-7}}]
+    same = [{}, {"component": {"rod": {"modes": {"normal_count": 9, "reduction": "ritz"}}}}, {"run": {"step": 1e-7}}]
     assert len({scheme_of(variant(scene, changes)) for changes in same}) == 1
     assert len({basis_of(variant(scene, changes)) for changes in same}) == 2
     others = [{"contact": {"wall": {"dashpot": "wave-guide"}}}, {"run": {"duration": 1e-4}}]
     assert len({scheme_of(variant(scene, changes))[0] for changes in [*others, {}]}) == 3
-    assert scheme_of(variant(scene, others[0]))[1] == "residual, dashpot, kick"
+    assert scheme_of(variant(scene, others[0]))[1] == "residual, dashpot, explicit"
 
 
 def test_finer_runs_tell_the_time_error() -> None:
@@ -183,7 +183,7 @@ def test_the_front_is_by_what_is_chosen_on() -> None:
     lucky = run("lucky", 1e-3, 1.0, truncation={"impulse": 0.03})
     sound = run("sound", 8e-3, 2.0, truncation={"impulse": 5e-3})
     found = with_front([lucky, sound, run("beaten", 0.01, 3.0)])
-    assert [one.sound_error for one in found] == [0.03, 8e-3, 0.01]
+    assert [one.conservative_error for one in found] == [0.03, 8e-3, 0.01]
     assert [one.front for one in found] == [True, True, False]
 
 
@@ -192,8 +192,8 @@ def test_a_largest_basis_that_is_the_reference_lacks_what_the_next_smaller_one_d
     more = run("more", 0.03, 2.0, coordinates=20, truncation={"impulse": -0.02}, truncation_against="most")
     most = run("most", 1e-3, 3.0, coordinates=40)
     alone = run("alone", 1e-3, 4.0, coordinates=10)
-    assert [one.sound_error for one in with_front([few, more, most, alone], own=True)] == [0.2, 0.03, 0.02, 1e-3]
-    assert [one.sound_error for one in with_front([few, more, most, alone])] == [0.2, 0.03, 1e-3, 1e-3]
+    assert [one.conservative_error for one in with_front([few, more, most, alone], own=True)] == [0.2, 0.03, 0.02, 1e-3]
+    assert [one.conservative_error for one in with_front([few, more, most, alone])] == [0.2, 0.03, 1e-3, 1e-3]
 
 
 def test_runs_that_do_not_converge_are_not_chosen() -> None:

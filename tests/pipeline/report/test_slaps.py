@@ -40,7 +40,7 @@ def crossing(*, rebound: float | None = None, hit: float = HIT, tilt: float = 0.
     """Return a piston that crosses and meets the other side.
 
     Args:
-        rebound: Share of its speed with which it flies back, after a blow of one interval; None: it stays.
+        rebound: Share of its speed with which it flies back, after an impact of one interval; None: it stays.
         tilt: Angular velocity that it has until then, and loses [rad/s].
     """
     force = {"thrust": np.zeros(2000), "anti": np.zeros(2000)}

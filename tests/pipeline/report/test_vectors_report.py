@@ -1,4 +1,4 @@
-"""`gudgeon report` of a force that moves: nodal dofs against vectors, which vectors win, and what others cost."""
+"""`gudgeon report` of a force that moves: full-FE dofs against vectors, which vectors win, and what others cost."""
 
 import csv
 import json
@@ -16,8 +16,8 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
-from gudgeon.pipeline.reduction.recipes.reduction import lowest
-from gudgeon.pipeline.reduction.recipes.ritz_vectors import RitzVectors
+from gudgeon.pipeline.reduction.methods.reduction import lowest
+from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
 from gudgeon.pipeline.report.bodies import report_scene
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.page.output import report_text
@@ -37,7 +37,7 @@ material = { E = 210e9, nu = 0.3, rho = 7850.0 }
 mesh = { size = 0.02 }
 supports = ["left"]
 interface.top = { surface = "top", kind = "traction", spacing = [0.03, 0.02], along = [1.0, 0.0, 0.0] }
-modes = { recipe = "ritz", normal_count = 24 }
+modes = { reduction = "ritz", normal_count = 24 }
 
 [body.beam]
 
@@ -255,7 +255,7 @@ def test_number_of_solves(way: tuple[Travel, Root]) -> None:
 
 
 def test_files_and_table(folder: Path, compared: Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs are the bases at each number of vectors, the nodal dofs the first of them; a table has all errors."""
+    """Runs are the bases at each number of vectors, the full-FE dofs the first of them; a table has all errors."""
     monkeypatch.setattr(report_module, "compare", lambda *_: compared)
     out = folder / "out"
     document = report_scene(open_job(folder, db=folder / "db", out=out), Effort(repeat=1), silent)
@@ -325,7 +325,7 @@ def test_nodal_synthesis_of_contacts_knows_no_moving_force(tmp_path: Path) -> No
     scene = write_scene(tmp_path / "scene") / "scene.toml"
     scene.write_text(scene.read_text() + SKIRT)
     job = open_job(scene, db=tmp_path / "db", out=tmp_path / "out")
-    with pytest.raises(InputError, match=r"report\.nodal: knows no moving forces, leave force\.tool out"):
+    with pytest.raises(InputError, match=r"report\.full_fe: knows no moving forces, leave force\.tool out"):
         nodal_problem(job)
 
 

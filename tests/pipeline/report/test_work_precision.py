@@ -58,7 +58,7 @@ def test_looks_differ_and_nodal_runs_are_grey() -> None:
     document = documents.large()
     found = looks(document)
     assert len(set(found.values())) == len(found) == 10
-    assert {scheme for scheme, look in found.items() if look.colour == GREY} == {"nodal synthesis"}
+    assert {scheme for scheme, look in found.items() if look.colour == GREY} == {"full FE"}
 
 
 def test_round_off_stands_on_the_lower_edge() -> None:

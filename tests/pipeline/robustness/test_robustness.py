@@ -1,4 +1,4 @@
-"""Extremes of scenes: dimensions are whole, operations change what they say, scenes end to end, bad input."""
+"""Robustness cases of scenes: dimensions are whole, operations change what they say, scenes end to end, bad input."""
 
 import json
 import tomllib
@@ -25,8 +25,8 @@ from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.trial import Trial, approach, run_trial, sizes
 from gudgeon.pipeline.robustness.units import KEPT, Units, declared_units, dimension, rescaled, rescaled_mesh
 from gudgeon.pipeline.scenes.bodies import SceneFile
-from gudgeon.pipeline.scenes.extremes import Case, Operation, Set
 from gudgeon.pipeline.scenes.material import Material
+from gudgeon.pipeline.scenes.robustness import Case, Operation, Set
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.wheel.scene import WheelFile
@@ -48,7 +48,7 @@ velocity = [1.0, 0.0, 0.0]
 [body.b]
 position = [0.001, 0.0, 0.0]
 
-[contact.blow]
+[contact.pair]
 body = "a"
 interface = "face"
 against = { shape = "body", body = "b", interface = "face" }
@@ -165,14 +165,14 @@ def test_the_schema_shows_the_unit_of_every_number_that_a_run_depends_on() -> No
 def test_other_units_change_every_number_by_its_dimension(tmp_path: Path) -> None:
     scene = two(tmp_path).scene
     found = rescaled(scene, Units(mass=8.0, length=4.0, time=2.0))
-    assert found.contact["blow"].law.stiffness == 1e8 * 8 / 4  # type: ignore[union-attr]
+    assert found.contact["pair"].law.stiffness == 1e8 * 8 / 4  # type: ignore[union-attr]
     assert found.body["a"].velocity == (2.0, 0.0, 0.0)
     assert found.component["a"].geometry.mass == 16.0  # type: ignore[union-attr]
     assert found.run.duration == 0.004
     hertz = scene.model_copy(
-        update={"contact": two(tmp_path, **{"contact.blow.law.kind": "hertz"}).scene.contact}
+        update={"contact": two(tmp_path, **{"contact.pair.law.kind": "hertz"}).scene.contact}
     )  # N/m^1.5
-    stiffer = rescaled(hertz, Units(length=4.0)).contact["blow"].law
+    stiffer = rescaled(hertz, Units(length=4.0)).contact["pair"].law
     assert stiffer.stiffness == pytest.approx(1e8 / 2, rel=1e-15)  # type: ignore[union-attr]
 
 
@@ -230,11 +230,11 @@ def _volume(mesh: MeshRecord) -> float:
 def test_operations_change_what_they_say(tmp_path: Path) -> None:
     one = subject(two(tmp_path), tmp_path)
     stiffer = applied(one, kind="contact-stiffness", factor=1e3)
-    assert (stiffer.job.scene.contact["blow"].law.stiffness, stiffer.factor) == (1e11, 1e3)
+    assert (stiffer.job.scene.contact["pair"].law.stiffness, stiffer.factor) == (1e11, 1e3)
     heavier = applied(one, kind="mass", factor=1e6)
     assert heavier.job.scene.component["a"].geometry.mass == 2e6
     assert heavier.job.scene.component["b"].geometry.mass == 1.0
-    assert applied(one, kind="restitution", value=0.0).job.scene.contact["blow"].method == "impact"
+    assert applied(one, kind="restitution", value=0.0).job.scene.contact["pair"].method == "impact"
     grazing = applied(one, kind="grazing", factor=1e-3)
     near = grazing.job.scene.body["a"]
     assert 0.001 - near.position[0] == pytest.approx(1e-6, rel=1e-9)
@@ -252,7 +252,7 @@ def test_a_shared_component_is_split_for_the_first_body(tmp_path: Path) -> None:
     back = {"at": [0.0, 0.0, 0.0], "normal": [-1.0, 0.0, 0.0]}
     shared = {f"component.a.geometry.points.l.{key}": value for key, value in back.items()}
     shared |= {"component.b": "unset", "component.a.interface.l.surface": "l"}
-    shared |= {"body.b.component": "a", "contact.blow.against.interface": "l"}
+    shared |= {"body.b.component": "a", "contact.pair.against.interface": "l"}
     one = subject(two(tmp_path, **shared), tmp_path)
     scene = applied(one, kind="mass", factor=1e-3).job.scene
     assert scene.component[scene.component_of("a")].geometry.mass == 2e-3
@@ -266,7 +266,7 @@ def test_a_driven_machine_is_weighed_whole_at_its_own_pace(tmp_path: Path) -> No
     scene = trial.job.scene
     assert trial.units == Units(mass=1e6)
     assert [scene.component[name].geometry.mass for name in "ab"] == [2e6, 1e6]
-    assert scene.contact["blow"].law.stiffness == 1e14
+    assert scene.contact["pair"].law.stiffness == 1e14
     assert scene.body["a"].velocity == (1.0, 0.0, 0.0)
 
 
@@ -281,7 +281,7 @@ def test_what_has_nothing_to_change_says_why(tmp_path: Path) -> None:
         with pytest.raises(DoesNotApply, match=why):
             applied(one, kind=kind, **values)
     many = replace(one, known={"points": 584, "coordinates": 66})
-    with pytest.raises(DoesNotApply, match="584 points on 66 coordinates: rigid blows on them are not determined"):
+    with pytest.raises(DoesNotApply, match="584 points on 66 coordinates: rigid impacts on them are not determined"):
         applied(many, kind="restitution", value=0.0)
 
 
@@ -309,9 +309,9 @@ def test_a_scene_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     )
     places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
     chosen = ["--only", "units,restitution,falls,initial penetration,step 1000", "--cases", str(own)]
-    assert main(["stress", str(tmp_path / "two.toml"), *places, *chosen]) == 0  # Seven of eight are right.
+    assert main(["robustness", str(tmp_path / "two.toml"), *places, *chosen]) == 0  # Seven of eight are right.
     told = capsys.readouterr().out
-    document = json.loads((tmp_path / "out" / "stress.json").read_text())
+    document = json.loads((tmp_path / "out" / "robustness.json").read_text())
     verdicts = {row["case"]: row["verdict"] for row in document["rows"]}
     assert verdicts["initial penetration"] == "refused"
     assert {v for name, v in verdicts.items() if name != "initial penetration"} == {"right"}
@@ -319,7 +319,7 @@ def test_a_scene_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert next(row for row in document["rows"] if row["case"] == "step 1000")["substeps"] > 1
     assert "7 right, 1 refused, 0 wrong" in told
     assert (tmp_path / "out" / "stress.png").stat().st_size > 20_000
-    lines = (tmp_path / "out" / "stress.csv").read_text().splitlines()
+    lines = (tmp_path / "out" / "robustness.csv").read_text().splitlines()
     assert len(lines) == 1 + len(document["rows"])
 
 
@@ -329,11 +329,11 @@ def test_what_is_wrong_makes_the_command_fail(tmp_path: Path, monkeypatch: pytes
     assert isinstance(declared, dict)
     monkeypatch.setitem(declared, "unit", "m")  # A wrong scale is found.
     code = main(
-        ["stress", str(tmp_path / "two.toml"), "--only", "lengths 1e3", "--db", str(tmp_path / "db"), "--out",
+        ["robustness", str(tmp_path / "two.toml"), "--only", "lengths 1e3", "--db", str(tmp_path / "db"), "--out",
          str(tmp_path / "out")]
     )  # fmt: skip
     assert code == 1
-    (row,) = json.loads((tmp_path / "out" / "stress.json").read_text())["rows"]
+    (row,) = json.loads((tmp_path / "out" / "robustness.json").read_text())["rows"]
     assert (row["verdict"], row["rule"]) == ("wrong", "similarity")
 
 
@@ -361,25 +361,25 @@ def test_a_wrong_file_of_cases_is_one_clear_line(text: str, complaint: str, tmp_
 def test_a_case_of_the_scene_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     table = 'operation = { kind = "set", values = {} }\nrules = ["energy"]\n'
     two(tmp_path)
-    (tmp_path / "own.toml").write_text(f'base = "two.toml"\n[stress.case.again]\n{table}')
+    (tmp_path / "own.toml").write_text(f'base = "two.toml"\n[robustness.case.again]\n{table}')
     job = kinds.open_job(tmp_path / "own.toml", db=tmp_path / "db", out=tmp_path / "out")
-    assert isinstance(job.scene.stress.case["again"].operation, Set)
-    found = chosen_cases(job.scene.stress, None, ("again",), job.path)
+    assert isinstance(job.scene.robustness.case["again"].operation, Set)
+    found = chosen_cases(job.scene.robustness, None, ("again",), job.path)
     assert list(found) == ["again"]
     with pytest.raises(InputError, match="--only nonsense: no such case or group; groups are stiffness"):
-        chosen_cases(job.scene.stress, None, ("nonsense",), job.path)
+        chosen_cases(job.scene.robustness, None, ("nonsense",), job.path)
     with pytest.raises(InputError, match=r"cannot be read"):
-        chosen_cases(job.scene.stress, tmp_path / "no.toml", (), job.path)
-    assert main(["stress", str(job.path), "--set", "stress.duration=-1", "--db", str(tmp_path / "db")]) == 2
-    assert "stress.duration: -1 given" in capsys.readouterr().err
+        chosen_cases(job.scene.robustness, tmp_path / "no.toml", (), job.path)
+    assert main(["robustness", str(job.path), "--set", "robustness.duration=-1", "--db", str(tmp_path / "db")]) == 2
+    assert "robustness.duration: -1 given" in capsys.readouterr().err
     misspelt = table.replace("{}", "{ run = { gravty = [0.0, 0.0, 0.0] } }")
-    (tmp_path / "own.toml").write_text(f'base = "two.toml"\n[stress.case.typo]\n{misspelt}')
-    assert main(["stress", str(job.path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]) == 2
+    (tmp_path / "own.toml").write_text(f'base = "two.toml"\n[robustness.case.typo]\n{misspelt}')
+    assert main(["robustness", str(job.path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]) == 2
     assert "case 'typo': " in (said := capsys.readouterr().err)
     assert "run.gravty: unknown key; did you mean 'gravity'" in said
-    assert not (tmp_path / "out" / "stress.json").exists()
+    assert not (tmp_path / "out" / "robustness.json").exists()
     with pytest.raises(SystemExit, match="2"):
-        main(["stress", str(job.path), "--only", ","])
+        main(["robustness", str(job.path), "--only", ","])
 
 
 def test_slender_scenes_do_not_depend_on_units(tmp_path: Path) -> None:

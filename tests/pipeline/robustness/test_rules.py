@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.pipeline.robustness.evidence import Blows, Evidence, FirstContact, Refusal
+from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal
 from gudgeon.pipeline.robustness.rules import RULES, Compared, Finding
 from gudgeon.pipeline.robustness.units import Units
 from gudgeon.pipeline.robustness.verdict import judge
-from gudgeon.pipeline.scenes.extremes import Case
+from gudgeon.pipeline.scenes.robustness import Case
 
 CONTACT = FirstContact(start=1e-3, impulse=4.0, duration=2e-4, force=3e4)
-BLOWS = Blows(restitution=0.5, mass=2.0, closing=np.array([1.0]), approach=1.0, alone=True, impact=True)
+IMPACTS = Impacts(restitution=0.5, mass=2.0, closing=np.array([1.0]), approach=1.0, alone=True, impact=True)
 SOUND = Evidence(
     frequencies={"rod": np.array([100.0, 200.0])}, shear={"rod": 8e10}, estimated=1e-3,
-    orthogonality=1e-15, contact=replace(CONTACT, impulse=3.0), blows=BLOWS, integrator="event", energy_drift=1e-12,
+    orthogonality=1e-15, contact=replace(CONTACT, impulse=3.0), impacts=IMPACTS, integrator="event", energy_drift=1e-12,
     momentum_residual=1e-12, rise=1e-14, loss=0.75, exchanged=1.0, penetration=1e-6, penetration_bound=2e-6, steps=100,
 )  # fmt: skip
 """(1 + e) m v = 3, ½ m v² (1 − e²) = 0.75."""
@@ -88,7 +88,7 @@ def test_a_run_that_touches_nothing_is_wrong_where_the_scene_touches() -> None:
 
 
 def test_a_refusal_is_refused_only_where_it_may_be() -> None:
-    no = Refusal("contact.blow: 1 of 1 points start inside the obstacle")
+    no = Refusal("contact.pair: 1 of 1 points start inside the obstacle")
     assert judge(case("energy", refusal=True), no, LIKE).verdict == "refused"
     wrong = judge(case("energy"), no, LIKE)
     assert wrong.verdict == "wrong"
@@ -110,7 +110,7 @@ def test_bounds_follow_the_last_digit_and_no_more() -> None:
 
 
 def test_a_start_at_once_is_known_to_a_share_of_the_contact() -> None:
-    """Bodies that all but touch: their gap is round-off, what comes of the blow is not."""
+    """Bodies that all but touch: their gap is round-off, what comes of the impact is not."""
     near = replace(SOUND, contact=replace(CONTACT, start=1e-15), gap_round_off=1e3)
     like = replace(LIKE, base=replace(near, contact=replace(CONTACT, start=0.0)))
     assert judge(case("similarity"), near, like).verdict == "right"
@@ -142,7 +142,7 @@ def test_what_is_no_number_or_was_nothing_is_not_the_same() -> None:
 
 
 def test_a_larger_step_may_drift_as_its_square_and_no_more() -> None:
-    own = replace(SOUND, integrator="trapezoid", energy_drift=1e-3, step=1e-6)
+    own = replace(SOUND, integrator="implicit", energy_drift=1e-3, step=1e-6)
     larger = replace(own, energy_drift=8.9e-3, step=3e-6)
     like = replace(LIKE, base=own)
     assert judge(case("energy"), larger, like).verdict == "right"

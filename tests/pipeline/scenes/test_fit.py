@@ -196,7 +196,7 @@ def test_liner_that_is_too_short(
         ("report.until=0", "report.until: 0 given; input should be greater than 0"),
         (
             "run.integrator=kick",
-            "run.integrator: 'kick' cannot carry damping of body.piston; take 'auto' or 'trapezoid'",
+            "run.integrator: 'explicit' cannot carry damping of body.piston; take 'auto' or 'implicit'",
         ),
     ],
 )
@@ -342,7 +342,7 @@ def test_pressures_are_in_the_solvers_scene() -> None:
         ("joint.rod.rod_length=0.0432", "joint.rod.rod_length: 0.0432 m given; it must be above"),
         ("force.gas.table=none.csv", "force.gas.table: no file 'none.csv'"),
         ("force.gas.interface=pin", "force.gas.interface: interface 'pin' is of kind 'mean', kind 'pressure'"),
-        ("run.integrator=kick", "run.integrator: 'kick' cannot carry damping of body.piston; take 'auto'"),
+        ("run.integrator=kick", "run.integrator: 'explicit' cannot carry damping of body.piston; take 'auto'"),
     ],
 )
 @pytest.mark.parametrize("command", ["plan", "run", "report"])
@@ -378,7 +378,7 @@ def test_coarse_scene_is_the_base_with_changes() -> None:
     }
     parts = base["component"]
     parts["piston"]["mesh"]["size"] = 0.012
-    parts["piston"]["change"]["rung"] = "recompute"
+    parts["piston"]["change"]["update"] = "recompute"
     parts["liner"]["mesh"]["size"] = 0.016
     for side in ("thrust", "anti"):
         parts["liner"]["interface"][side]["spacing"] = 0.010

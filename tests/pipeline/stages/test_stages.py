@@ -98,7 +98,7 @@ def test_reuse_is_near_recompute_and_far_from_no_change(folder: Path, made: tupl
         again(folder, **{TABLE: "barrel.csv"}),
         again(folder, **{TABLE: "barrel.csv", RUNG: "recompute"}),
     )
-    impulses = [r.quantities["knock.impulse"]["value"] for r in (made[1], reused, recomputed)]
+    impulses = [r.quantities["bore.impulse"]["value"] for r in (made[1], reused, recomputed)]
     assert impulses[1] == pytest.approx(impulses[2], rel=3e-3)
     assert impulses[0] != pytest.approx(impulses[2], rel=1e-2)
 
@@ -135,7 +135,7 @@ def test_json_document(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
     document = json.loads(capsys.readouterr().out)
     assert {"scene", "result", "stages", "quantities", "energy_drift", "momentum_residual", "out"} <= set(document)
     assert set(document["stages"]["modes"]) == {"state", "seconds", "key"}
-    assert set(document["quantities"]["knock.impulse"]) == {"value", "unit", "reference", "error"}
+    assert set(document["quantities"]["bore.impulse"]) == {"value", "unit", "reference", "error"}
 
 
 def test_trajectory_file_is_the_record(folder: Path, made: tuple[Path, RunReport]) -> None:
@@ -146,7 +146,7 @@ def test_trajectory_file_is_the_record(folder: Path, made: tuple[Path, RunReport
 
 def test_contact_touches_only_through_the_stored_points(folder: Path, made: tuple[Path, RunReport]) -> None:
     trajectory = modaldb.open(folder / "db").get(made[1].stages["solve"].key, "trajectory")
-    contact = trajectory.contacts["knock"]
+    contact = trajectory.contacts["bore"]
     assert trajectory.result == "FINISHED"
     assert trajectory.energy_drift < 1e-3
     assert trajectory.momentum_residual < 1e-11

@@ -85,7 +85,7 @@ def test_two_steel_spheres(tmp_path: Path) -> None:
     records = {name: rigid_records(mass, {"r": (ORIGIN, X), "l": (ORIGIN, BACK)}, axes=(0,)) for name in records}
     scene["body"]["a"]["velocity"] = [given["v0"], 0, 0]
     found = run(tmp_path, records, scene, duration=3e-4, accuracy=1e-9)
-    start, end, impulse, force, when, closing, opening = found.episodes["ab"][0]
+    start, end, impulse, force, when, closing, opening = found.impacts["ab"][0]
     assert start == pytest.approx(1e-4 / given["v0"], rel=1e-14)
     assert force == pytest.approx(of(expected, "max_force"), rel=1e-9)
     assert end - start == pytest.approx(of(expected, "contact_duration"), rel=1e-9)
@@ -100,10 +100,10 @@ def test_sphere_against_a_steel_half_space(tmp_path: Path) -> None:
     law = {"kind": "hertz", "radius": given["R_eff"], "modulus": given["E_star"]}
     records, scene = shot(law, given["m_eff"], given["v0"])
     found = run(tmp_path, records, scene, duration=1.5 * of(expected, "contact_duration"))
-    blow = found.episodes["w"][0]
+    impact = found.impacts["w"][0]
     # At the accuracy of 1e-8 that the scene leaves out.
-    assert blow[3] == pytest.approx(of(expected, "max_force"), rel=1e-8)
-    assert blow[1] == pytest.approx(of(expected, "contact_duration"), rel=1e-8)
+    assert impact[3] == pytest.approx(of(expected, "max_force"), rel=1e-8)
+    assert impact[1] == pytest.approx(of(expected, "contact_duration"), rel=1e-8)
 
 
 def test_error_follows_the_accuracy(tmp_path: Path) -> None:
@@ -114,10 +114,10 @@ def test_error_follows_the_accuracy(tmp_path: Path) -> None:
     errors, steps = [], []
     for accuracy in (1e-6, 1e-8, 1e-10):
         found = run(tmp_path / f"{accuracy:g}", records, scene, duration=3e-4, accuracy=accuracy)
-        blow = found.episodes["w"][0]
+        impact = found.impacts["w"][0]
         worst = [
-            blow[3] / of(expected, "max_force") - 1, blow[1] / of(expected, "contact_duration") - 1,
-            blow[6] / given["v0"] - 1,
+            impact[3] / of(expected, "max_force") - 1, impact[1] / of(expected, "contact_duration") - 1,
+            impact[6] / given["v0"] - 1,
         ]  # fmt: skip
         errors.append(max(map(abs, worst)))
         steps.append(found.counts["steps"])
@@ -143,7 +143,7 @@ def test_laws_deliver_their_restitution(kind: str, restitution: float, tmp_path:
     loss = TypeAdapter(Law).validate_python(law).coefficients().loss
     delivered = -float(found.velocities[-1, 0])
     assert delivered == pytest.approx(delivered_restitution(loss), rel=1e-6)
-    assert found.episodes["w"][0, 6] == pytest.approx(delivered, rel=1e-6)
+    assert found.impacts["w"][0, 6] == pytest.approx(delivered, rel=1e-6)
     if kind == "exact":
         assert delivered == pytest.approx(restitution, rel=1e-6)
     assert found.energies[-1, 3] == pytest.approx(0.5 * (1 - delivered**2), rel=1e-4)
@@ -155,7 +155,7 @@ def test_any_exponent(tmp_path: Path) -> None:
         records, scene = shot({"kind": "hertz", "stiffness": 1e9, "exponent": exponent})
         found = run(tmp_path / str(exponent), records, scene, duration=0.02)
         deepest = (0.5 * (exponent + 1) / 1e9) ** (1 / (exponent + 1))
-        assert found.episodes["w"][0, 3] == pytest.approx(1e9 * deepest**exponent, rel=1e-6)
+        assert found.impacts["w"][0, 3] == pytest.approx(1e9 * deepest**exponent, rel=1e-6)
         assert found.velocities[-1, 0] == pytest.approx(-1.0, rel=1e-7)
 
 
@@ -170,8 +170,8 @@ def test_histories_do_not_touch_the_motion(samples: int, frames: int, law: dict[
     interval = found.times[1] - found.times[0]
     for name in ("ab", "bc"):
         impulse = -found.contacts[name].force[:, 0].sum() * interval
-        assert impulse == pytest.approx(found.episodes[name][:, 2].sum(), rel=1e-12)
-        np.testing.assert_allclose(found.episodes[name], plain.episodes[name], rtol=1e-12, atol=1e-15)
+        assert impulse == pytest.approx(found.impacts[name][:, 2].sum(), rel=1e-12)
+        np.testing.assert_allclose(found.impacts[name], plain.impacts[name], rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(found.velocities[-1], plain.velocities[-1], rtol=0, atol=1e-13)
     np.testing.assert_allclose(found.energies[-1], plain.energies[-1], rtol=1e-12, atol=1e-13)
 
@@ -190,10 +190,10 @@ def test_frames_within_a_contact_lie_on_its_motion(tmp_path: Path) -> None:
 
 
 def test_a_run_that_ends_in_contact(tmp_path: Path) -> None:
-    """A blow that goes on has what it has given by then."""
+    """An impact that goes on has what it has given by then."""
     records, scene = shot(HERTZ)
     found = run(tmp_path, records, scene, duration=3e-4)
-    start, end, impulse = found.episodes["w"][0, :3]
+    start, end, impulse = found.impacts["w"][0, :3]
     assert (start, end) == (0.0, pytest.approx(3e-4, rel=1e-12))
     assert impulse == pytest.approx(1.0 - found.velocities[-1, 0], rel=1e-12)
     assert found.contacts["w"].multipliers[-1, 0] == pytest.approx(1e9 * found.frames[-1, 0] ** 1.5, rel=1e-7)
@@ -209,7 +209,7 @@ def test_mass_between_two_walls(gap: float, tmp_path: Path) -> None:
         for name, (face, against) in walls.items()
     }
     found = run(tmp_path, records, {"body": {"a": {"velocity": X}}, "contact": contacts, "run": {"duration": 6e-3}})
-    right, left = found.episodes["right"], found.episodes["left"]
+    right, left = found.impacts["right"], found.impacts["left"]
     assert len(right) > 2
     assert 0 <= len(right) - len(left) <= 1
     # One period: both contacts of Hertz's duration, and both ways between.
@@ -236,7 +236,7 @@ def test_three_spheres_in_a_row(gaps: list[float], tmp_path: Path) -> None:
     np.testing.assert_allclose(found.velocities[-1], expected[3:, -1], rtol=0, atol=3e-8)
     for name, body in (("ab", 0), ("bc", 2)):
         change = abs(expected[3 + body, -1] - begin[3 + body])
-        assert found.episodes[name][:, 2].sum() == pytest.approx(change, rel=1e-7)
+        assert found.impacts[name][:, 2].sum() == pytest.approx(change, rel=1e-7)
     assert found.energy_drift < 1e-8
 
 
@@ -247,7 +247,7 @@ def test_approach_speed_of_a_contact_that_closes_during_another(accuracy: float,
     fine = run(tmp_path / "fine", records, scene, accuracy=1e-11)
     found = run(tmp_path / "found", records, scene, accuracy=accuracy)
     np.testing.assert_allclose(found.velocities[-1], fine.velocities[-1], rtol=0, atol=10 * accuracy)
-    first, second = fine.episodes["bc"][0], found.episodes["bc"][0]
+    first, second = fine.impacts["bc"][0], found.impacts["bc"][0]
     assert second[0] == pytest.approx(first[0], rel=10 * accuracy)
     assert second[5] == pytest.approx(first[5], rel=10 * accuracy)
     # It comes while the first one presses: neither at rest nor at full speed.
@@ -273,17 +273,17 @@ def test_soft_law_behind_the_residual_bounces_back(tmp_path: Path) -> None:
     scene = rod_scene(0.2, law={"kind": "hertz", "stiffness": 1e5})
     found = run(tmp_path, {"part": rod_records(3)}, scene)
     deepest = (0.5 * 2.5 * 2.0 / 1e5) ** 0.4
-    assert found.episodes["wall"][0, 3] == pytest.approx(1e5 * deepest**1.5, rel=1e-3)
-    assert found.episodes["wall"][0, 2] == pytest.approx(4.0, rel=1e-3)
+    assert found.impacts["wall"][0, 3] == pytest.approx(1e5 * deepest**1.5, rel=1e-3)
+    assert found.impacts["wall"][0, 2] == pytest.approx(4.0, rel=1e-3)
 
 
 def test_points_of_an_elastic_block(tmp_path: Path) -> None:
-    """Several points under one law, each with its own blow."""
+    """Several points under one law, each with its own impact."""
     found = run(tmp_path, {"part": block_records(3)}, block_scene(method="penalty", law=HERTZ), accuracy=1e-9)
-    assert len(found.episodes["wall"]) >= 3
+    assert len(found.impacts["wall"]) >= 3
     assert found.energy_drift < 1e-8
     impulse = found.contacts["wall"].force[:, 0].sum() * (found.times[1] - found.times[0])
-    assert -impulse == pytest.approx(found.episodes["wall"][:, 2].sum(), rel=1e-12)
+    assert -impulse == pytest.approx(found.impacts["wall"][:, 2].sum(), rel=1e-12)
 
 
 def test_points_that_couple_are_refused(tmp_path: Path) -> None:
@@ -304,21 +304,21 @@ def dropped(law: dict[str, Any], height: float, duration: float, speed: float = 
 def test_bouncing_ball_on_a_law(tmp_path: Path) -> None:
     """Without loss it comes back each time; the flight takes what a free flight takes."""
     found = run(tmp_path, *dropped(HERTZ, 0.05, 2.0))
-    blows = found.episodes["f"]
-    assert len(blows) > 8
-    np.testing.assert_allclose(blows[:, 5], 1.0, rtol=1e-7)
-    np.testing.assert_allclose(blows[1:, 0] - blows[:-1, 1], 0.2, rtol=1e-6)
+    impacts = found.impacts["f"]
+    assert len(impacts) > 8
+    np.testing.assert_allclose(impacts[:, 5], 1.0, rtol=1e-7)
+    np.testing.assert_allclose(impacts[1:, 0] - impacts[:-1, 1], 0.2, rtol=1e-6)
     assert found.energy_drift < 1e-7
     # Weight and contact balance over a period: 2 v m and the weight's part while pressed.
-    np.testing.assert_allclose(blows[:-1, 2], 2 + 10 * (blows[:-1, 1] - blows[:-1, 0]), rtol=1e-6)
+    np.testing.assert_allclose(impacts[:-1, 2], 2 + 10 * (impacts[:-1, 1] - impacts[:-1, 0]), rtol=1e-6)
 
 
 def test_lossy_ball_comes_to_rest_on_its_indentation(tmp_path: Path) -> None:
-    """Blows get lower; in the end it lies at K d^1.5 = m g and nothing stops the run."""
+    """Impacts get lower; in the end it lies at K d^1.5 = m g and nothing stops the run."""
     found = run(tmp_path, *dropped(HALF, 0.01, 1.0))
-    blows = found.episodes["f"]
-    falling, lasting = blows[:4, 5], blows[:3, 1] - blows[:3, 0]
-    # The law's restitution is that of a free blow; weight acts as long as this one lasts.
+    impacts = found.impacts["f"]
+    falling, lasting = impacts[:4, 5], impacts[:3, 1] - impacts[:3, 0]
+    # The law's restitution is that of a free impact; weight acts as long as this one lasts.
     weight = 10 * lasting / falling[:-1]
     assert (np.abs(falling[1:] / falling[:-1] - 0.5) < weight).all()
     assert weight[0] < 0.03
@@ -339,8 +339,8 @@ def test_grazing_a_floor(depth: float, tmp_path: Path) -> None:
         "run": {"duration": 0.4},
     }  # fmt: skip
     found = run(tmp_path, {"a": rigid_records(1.0, {"p": (ORIGIN, X)}, axes=(0,))}, scene)
-    assert len(found.episodes["w"]) >= 1
-    start, closing = found.episodes["w"][0, [0, 5]]
+    assert len(found.impacts["w"]) >= 1
+    start, closing = found.impacts["w"][0, [0, 5]]
     assert start == pytest.approx(0.1 * np.arcsin(1 - depth), rel=1e-9)
     assert closing == pytest.approx(np.sqrt(2 * depth - depth**2), rel=1e-4)
     # The spring turns the weaker one before the law takes anything that round-off shows.
@@ -353,11 +353,11 @@ def test_spring_behind_a_mass(stretch: float, tmp_path: Path) -> None:
     records, scene = shot(HERTZ, gap=0.01)
     scene["force"] = {"s": {"kind": "spring", "body": "a", "direction": X, "stiffness": 100.0, "stretch": stretch}}
     found = run(tmp_path, records, scene, duration=1.0)
-    blows = found.episodes["w"]
-    assert len(blows) > 2
+    impacts = found.impacts["w"]
+    assert len(impacts) > 2
     speed = np.sqrt(1 + 100 * (stretch**2 - (0.01 + stretch) ** 2))
-    np.testing.assert_allclose(blows[:, 5], speed, rtol=1e-7)
-    np.testing.assert_allclose(blows[:-1, 6], speed, rtol=1e-7)
+    np.testing.assert_allclose(impacts[:, 5], speed, rtol=1e-7)
+    np.testing.assert_allclose(impacts[:-1, 6], speed, rtol=1e-7)
     assert found.energy_drift < 1e-7
 
 
@@ -395,7 +395,7 @@ def test_given_step_is_taken(tmp_path: Path) -> None:
     errors = []
     for step in (8e-5, 8e-6):
         found = run(tmp_path / str(step), records, scene, duration=1.2e-3, step=step)
-        lasting = found.episodes["w"][0, 1]
+        lasting = found.impacts["w"][0, 1]
         assert found.counts["steps"] == pytest.approx(lasting / step, abs=2)
         assert found.counts["steps_rejected"] == 0
         errors.append(abs(found.velocities[-1, 0] + 1))

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.solver.integrators.implicit.integrator import Implicit
 from gudgeon.solver.integrators.outcome import Samples
-from gudgeon.solver.integrators.trapezoid.integrator import Trapezoid
 from gudgeon.solver.system.system import System
 from tests.solver.systems import block_records, build_all, pair_scene, piston_records, piston_scene, plate_records
 
@@ -27,13 +27,13 @@ def crossing(folder: Path, **changes: Any) -> System:
     return build_all(folder, {"part": piston_records(6)}, piston_scene(clearance=4e-5, start=-20.0, **changes))
 
 
-def steps(system: System, dt: float, count: int, near: bool) -> tuple[np.ndarray, np.ndarray, Trapezoid]:
+def steps(system: System, dt: float, count: int, near: bool) -> tuple[np.ndarray, np.ndarray, Implicit]:
     """Take steps one by one; coordinates (n, m), which contacts were near (n, k).
 
     Args:
         near: Whether every contact shall be near in every step.
     """
-    run, driving = Trapezoid(system, dt), system.driving
+    run, driving = Implicit(system, dt), system.driving
     if near:
         run.bounds.elastic[:] = 1e30
     widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints)
@@ -48,7 +48,7 @@ def steps(system: System, dt: float, count: int, near: bool) -> tuple[np.ndarray
     return q, flags, run
 
 
-def check_open(run: Trapezoid, system: System) -> None:
+def check_open(run: Implicit, system: System) -> None:
     """Find the gaps of contacts that were left out from the state itself."""
     points, masters, held = run.points, run.masters, run.loads.residual_force
     deformed = system.residual @ points.residual_force + system.driving.to_gap @ held

@@ -93,7 +93,7 @@ def frozen(system: System) -> System:
 def test_answer_does_not_depend_on_when_the_matrix_is_renewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     system, found = pair(tmp_path, pair_scene(step=STEP)), []
     for refresh in (0.02, 0.5):
-        monkeypatch.setattr("gudgeon.solver.integrators.trapezoid.integrator.REFRESH", refresh)
+        monkeypatch.setattr("gudgeon.solver.integrators.implicit.integrator.REFRESH", refresh)
         found.append(impulse(simulate(system)))
     assert found[1] == pytest.approx(found[0], rel=1e-6)
 
@@ -102,16 +102,16 @@ def test_answer_does_not_depend_on_when_the_matrix_is_renewed(tmp_path: Path, mo
 def test_matrix_is_renewed_as_often_as_the_way_asks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refresh: float
 ) -> None:
-    monkeypatch.setattr("gudgeon.solver.integrators.trapezoid.integrator.REFRESH", refresh)
+    monkeypatch.setattr("gudgeon.solver.integrators.implicit.integrator.REFRESH", refresh)
     done = march(pair(tmp_path, pair_scene(step=STEP)), STEP, 4000)
     way = done.run.masters.sigma[0, 0]
     assert way == pytest.approx(10.0 * 4e-3, rel=1e-3)
-    assert done.run.outcome().tally[3] == pytest.approx(way / (refresh * SPACING), abs=2)
+    assert done.run.outcome().counts[3] == pytest.approx(way / (refresh * SPACING), abs=2)
 
 
 def test_at_rest_one_matrix_is_enough(tmp_path: Path) -> None:
     done = march(pair(tmp_path, pair_scene(0.0)), STEP, 2000)
-    assert done.run.outcome().tally[3] == 1
+    assert done.run.outcome().counts[3] == 1
 
 
 def test_force_is_the_same_wherever_the_block_lands(tmp_path: Path) -> None:

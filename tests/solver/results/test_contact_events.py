@@ -1,37 +1,37 @@
-"""Blows, peaks and departures from histories."""
+"""Impacts, peaks and departures from histories."""
 
 import numpy as np
 import pytest
 
 from gudgeon.solver.results.contact_events import (
-    blow_quantities,
     departure,
+    impact_quantities,
     merged,
     rebound,
-    sampled_blows,
+    sampled_impacts,
     smoothed_peak,
 )
 
 HISTORY = np.array([0.0, 2.0, 6.0, 0.0, 4.0, 0.0, 0.0, 0.0, 8.0, 1.0])
 
 
-def test_samples_have_blows() -> None:
-    blows = sampled_blows(HISTORY, 0.5)
+def test_samples_have_impacts() -> None:
+    impacts = sampled_impacts(HISTORY, 0.5)
     np.testing.assert_allclose(
-        blows[:, :5], [[0.5, 1.5, 4.0, 6.0, 1.25], [2.0, 2.5, 2.0, 4.0, 2.25], [4.0, 5.0, 4.5, 8.0, 4.25]]
+        impacts[:, :5], [[0.5, 1.5, 4.0, 6.0, 1.25], [2.0, 2.5, 2.0, 4.0, 2.25], [4.0, 5.0, 4.5, 8.0, 4.25]]
     )
-    values = blow_quantities(blows)
-    assert values["blows"] == (3.0, "1")
-    assert values["blow2.impulse"] == (2.0, "N s")
+    values = impact_quantities(impacts)
+    assert values["impacts"] == (3.0, "1")
+    assert values["impact2.impulse"] == (2.0, "N s")
     assert values["largest_force"] == (8.0, "N")
-    assert "blow1.closing" not in values  # Unknown, not zero.
-    assert len(sampled_blows(np.zeros(4), 0.5)) == 0
+    assert "impact1.closing" not in values  # Unknown, not zero.
+    assert len(sampled_impacts(np.zeros(4), 0.5)) == 0
 
 
-def test_blows_closer_than_the_resolution_are_one() -> None:
-    joined = merged(sampled_blows(HISTORY, 0.5), 0.6)
+def test_impacts_closer_than_the_resolution_are_one() -> None:
+    joined = merged(sampled_impacts(HISTORY, 0.5), 0.6)
     np.testing.assert_allclose(joined[:, :4], [[0.5, 2.5, 6.0, 6.0], [4.0, 5.0, 4.5, 8.0]])
-    assert blow_quantities(joined)["first_impulse"] == (6.0, "N s")
+    assert impact_quantities(joined)["first_impulse"] == (6.0, "N s")
 
 
 def test_peak_is_a_mean_over_the_resolution() -> None:

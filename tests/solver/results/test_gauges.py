@@ -33,7 +33,7 @@ def test_the_explicit_integrator_reads_what_located_events_do(tmp_path: Path) ->
     exact = solved(tmp_path / "event", "event")
     largest, errors = np.abs(exact.gauges["part.g"]).max(), []
     for step in (1e-6, 1e-7):
-        ours = solved(tmp_path / f"{step}", "kick", step=step)
+        ours = solved(tmp_path / f"{step}", "explicit", step=step)
         assert ours.gauges["part.g"].shape == (len(ours.times), 6)
         kicks, inner = ours.times - step / 2, slice(5, -5)
         read = np.column_stack([np.interp(exact.times, kicks, column) for column in ours.gauges["part.g"].T])
@@ -43,12 +43,12 @@ def test_the_explicit_integrator_reads_what_located_events_do(tmp_path: Path) ->
 
 
 def test_reading_changes_nothing(tmp_path: Path) -> None:
-    with_gauge, without = solved(tmp_path / "a", "kick"), solved(tmp_path / "b", "kick", gauge=False)
+    with_gauge, without = solved(tmp_path / "a", "explicit"), solved(tmp_path / "b", "explicit", gauge=False)
     np.testing.assert_allclose(with_gauge.frames, without.frames, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(with_gauge.contacts["wall"].force, without.contacts["wall"].force, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.parametrize("integrator", ["kick", "event"])
+@pytest.mark.parametrize("integrator", ["explicit", "event"])
 def test_peak_of_the_equivalent_stress(tmp_path: Path, integrator: str) -> None:
     found = solved(tmp_path, integrator)
     xx, yy, zz, xy, yz, zx = found.gauges["part.g"].T

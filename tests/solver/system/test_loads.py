@@ -9,8 +9,8 @@ from pydantic import ValidationError
 
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import GasPressure
+from gudgeon.solver.integrators.implicit.integrator import Implicit
 from gudgeon.solver.integrators.outcome import Samples
-from gudgeon.solver.integrators.trapezoid.integrator import Trapezoid
 from gudgeon.solver.joints import SliderCrank
 from gudgeon.solver.system.loads import Driving
 from tests.solver.systems import PIN, build, march, piston_records, piston_scene
@@ -115,11 +115,11 @@ def test_load_is_the_pressure_in_the_middle_of_each_step(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("ahead", [1, 7, 4096])
 def test_loads_found_ahead_are_those_of_each_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ahead: int) -> None:
-    monkeypatch.setattr("gudgeon.solver.integrators.trapezoid.integrator.AHEAD", ahead)
+    monkeypatch.setattr("gudgeon.solver.integrators.implicit.integrator.AHEAD", ahead)
     scene, dt, asked = piston_scene(start=-15.0, duration=1e-4), 2e-6, []
     scene["force"]["gas"]["values"] = list(zip([0.0, 360.0, 720.0], [4e6, 2e5, 4e6], strict=True))
     system = build(tmp_path, piston_records(2), scene)
-    whole, run = march(system, dt, 50), Trapezoid(system, dt)
+    whole, run = march(system, dt, 50), Implicit(system, dt)
     driving = system.driving
     monkeypatch.setattr(type(driving), "crank", lambda self, time: asked.append(len(time)) or whole_crank(self, time))
     loads, widths, first = [], (len(driving.rows), 2 * len(system.rigid) + len(driving.joints)), 0

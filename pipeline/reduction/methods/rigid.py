@@ -3,7 +3,7 @@
 import numpy as np
 
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 

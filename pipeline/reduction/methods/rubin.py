@@ -7,9 +7,9 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.reduction.recipes.craig_bampton import LARGEST_BOUNDARY
-from gudgeon.pipeline.reduction.recipes.macneal import macneal
-from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods.craig_bampton import LARGEST_BOUNDARY
+from gudgeon.pipeline.reduction.methods.macneal import macneal
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 
@@ -23,7 +23,7 @@ def rubin(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reducti
     return macneal(model, replace(rows, pressures=np.eye(row_count(rows, "rubin"))), settings)
 
 
-def row_count(rows: ContactRows, recipe: str) -> int:
+def row_count(rows: ContactRows, reduction: str) -> int:
     """Return how many rows there are to have a shape each.
 
     Raises:
@@ -32,7 +32,7 @@ def row_count(rows: ContactRows, recipe: str) -> int:
     count = rows.B.shape[0]
     if count > LARGEST_BOUNDARY:
         raise InputError(
-            f"modes.recipe: '{recipe}' given, it makes a shape of each of the interfaces' {count} rows, at most"
+            f"modes.reduction: '{reduction}' given, it makes a shape of each of the interfaces' {count} rows, at most"
             f" {LARGEST_BOUNDARY}; coarsen the mesh or take smaller interfaces"
         )
     return count

@@ -1,4 +1,4 @@
-"""The implicit integrator: builds the arrays of `solver.integrators.trapezoid.kernel` from a system."""
+"""The implicit integrator: builds the arrays of `solver.integrators.implicit.kernel` from a system."""
 
 import math
 
@@ -8,10 +8,10 @@ from gudgeon.solver import capabilities
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.integrators.flight import flight
+from gudgeon.solver.integrators.implicit.arrays import Arrays, Drive, Energy, Loads, Masters, Modes, Points
+from gudgeon.solver.integrators.implicit.kernel import march
+from gudgeon.solver.integrators.implicit.open_contacts import bounds
 from gudgeon.solver.integrators.outcome import Outcome, Samples
-from gudgeon.solver.integrators.trapezoid.arrays import Arrays, Drive, Energy, Loads, Masters, Modes, Points
-from gudgeon.solver.integrators.trapezoid.kernel import march
-from gudgeon.solver.integrators.trapezoid.open_contacts import bounds
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
@@ -21,7 +21,7 @@ REFRESH = 0.2
 """Share of a traction space's spacing that a pair may slide before its matrix is made anew."""
 
 
-class Trapezoid(capabilities.Trapezoid):
+class Implicit(capabilities.Implicit):
     """A run of the implicit integrator."""
 
     failure = Result.DEPENDENT_ROWS

@@ -2,8 +2,8 @@
 2001). See `partial_interface`, which keeps some of the dofs beside them."""
 
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.reduction.recipes.partial_interface import partial_interface
-from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods.partial_interface import partial_interface
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 

@@ -1,4 +1,4 @@
-"""Cases of `gudgeon stress` as they stand in a file: what is changed, and what decides."""
+"""Cases of `gudgeon robustness` as they stand in a file: what is changed, and what decides."""
 
 from typing import Annotated, Any, Literal
 
@@ -144,8 +144,8 @@ class Case(BaseModel):
         return value
 
 
-class Stress(BaseModel):
-    """What `gudgeon stress` does with a scene beside the shipped cases."""
+class Robustness(BaseModel):
+    """What `gudgeon robustness` does with a scene beside the shipped cases."""
 
     model_config = STRICT
     duration: Positive | None = Field(

@@ -38,7 +38,7 @@ import json, sys
 from pathlib import Path
 from tests.solver.systems import *
 from tests.solver.integrators.test_trapezoid import SMALL
-from gudgeon.solver.integrators.trapezoid import kernel
+from gudgeon.solver.integrators.implicit import kernel
 assert not hasattr(kernel.march, 'py_func')  # really undecorated
 found = {}
 for name, (records, scene, steps) in SMALL.items():
@@ -79,11 +79,11 @@ def value(run: Trajectory, name: str) -> float:
 def test_converges_to_the_explicit_answer_with_order_two(name: str, tmp_path: Path) -> None:
     records, scene, largest = CASES[name]
     system = build(tmp_path, records, scene)
-    exact = run_with(system, "kick", 5e-9)
+    exact = run_with(system, "explicit", 5e-9)
     steps, runs = largest * 2.0 ** -np.arange(0, 3.5, 0.7), []
     errors, drifts = [], []
     for step in steps:
-        runs = [run_with(system, "trapezoid", step * factor / NEARBY[-1]) for factor in NEARBY]
+        runs = [run_with(system, "implicit", step * factor / NEARBY[-1]) for factor in NEARBY]
         errors.append(np.sqrt(np.mean([(value(run, "impulse") / value(exact, "impulse") - 1) ** 2 for run in runs])))
         drifts.append(np.sqrt(np.mean([run.energy_drift**2 for run in runs])))
     for found in (errors, drifts):
@@ -99,7 +99,7 @@ def test_converges_to_the_explicit_answer_with_order_two(name: str, tmp_path: Pa
 def test_balances_of_a_coupled_impact(tmp_path: Path, settings: dict[str, Any], damping: dict[str, float]) -> None:
     scene = block_scene(**settings)
     scene["body"]["part"]["damping"] = damping
-    run = run_with(build(tmp_path, block_records(12), scene), "trapezoid", 2e-7)
+    run = run_with(build(tmp_path, block_records(12), scene), "implicit", 2e-7)
     assert value(run, "impulse") > 1.0
     # A damped point meets the wall with a jump of its force, which the layer alone makes smooth.
     assert run.energy_drift < (1e-3 if damping is None or settings else 5e-3)
@@ -134,16 +134,16 @@ def test_gaps_close_where_the_motion_ends(tmp_path: Path, settings: dict[str, An
 def test_a_given_step_is_obeyed_however_large(tmp_path: Path) -> None:
     system = build(tmp_path, block_records(5), block_scene())
     large = 30 / system.critical_frequency()
-    run = run_with(system, "trapezoid", large)
+    run = run_with(system, "implicit", large)
     assert run.counts["substeps"] == 1
     # Whole frames end with the run: the step is that much shorter, and no shorter.
     assert 0.9 * large < run.counts["step"] <= large
-    assert run_with(system, "kick", large).counts["substeps"] > 100
+    assert run_with(system, "explicit", large).counts["substeps"] > 100
 
 
 def test_step_by_itself(tmp_path: Path) -> None:
     scene = block_scene(duration=4e-3)
-    scene["run"] |= {"integrator": "trapezoid", "frames": 4}
+    scene["run"] |= {"integrator": "implicit", "frames": 4}
     run = simulate(build(tmp_path, block_records(5), scene))
     assert 0.9 * 4.0 < run.counts["step"] * run.counts["critical_frequency"] <= 4.0 * (1 + 1e-12)
     assert run.times[-1] == pytest.approx(scene["run"]["duration"], rel=1e-12)
@@ -155,7 +155,7 @@ def test_a_mode_decays_as_its_damping_says(tmp_path: Path) -> None:
     system = build(tmp_path, block_records(4), scene)
     mode = 6  # the first elastic one
     beta, omega = 0.1 / (np.pi * 5000.0), np.sqrt(system.stiffness[mode])
-    run = run_with(replace(system, velocity=np.eye(14)[mode]), "trapezoid", 7e-6)
+    run = run_with(replace(system, velocity=np.eye(14)[mode]), "implicit", 7e-6)
     t, turn = run.frame_times, omega * np.sqrt(1 - (0.5 * beta * omega) ** 2)
     decay = np.exp(-0.5 * beta * omega**2 * t)
     assert decay[-1] < 0.6
@@ -183,7 +183,7 @@ def test_residual_flexibility_is_a_kelvin_voigt_element(tmp_path: Path) -> None:
     exact = solve_ivp(lambda _, y: [y[1], -force(y) / mass], (0, 1e-3), [0.0, 1.0], events=ends, rtol=1e-10, atol=1e-14)
     restitution = -exact.y[1, -1]
     assert 0.2 < restitution < 0.95
-    run = run_with(system, "trapezoid", 1e-7)
+    run = run_with(system, "implicit", 1e-7)
     # The force starts with a jump somewhere in a step: order one.
     assert value(run, "restitution") == pytest.approx(restitution, rel=5e-3)
     # What is left in the element after the force ends is lost in its own time.

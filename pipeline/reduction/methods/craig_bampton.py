@@ -23,7 +23,7 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
-from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 LARGEST_BOUNDARY = 3000

@@ -11,7 +11,7 @@ import numpy as np
 
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet
-from gudgeon.solver.integrators.trapezoid.open_contacts import Bounds
+from gudgeon.solver.integrators.implicit.open_contacts import Bounds
 
 
 class Modes(NamedTuple):

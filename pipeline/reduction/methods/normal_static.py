@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.reduction.recipes.macneal import macneal
-from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods.macneal import macneal
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 

@@ -3,7 +3,7 @@ mass (MacNeal 1971; massless contact boundary: Monjaraz-Tec, Gross & Krack 2022)
 
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.normal import normal_modes
-from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction, completed
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 

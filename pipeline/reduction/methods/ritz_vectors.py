@@ -16,7 +16,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.normal import NormalModes
 from gudgeon.pipeline.modes.static import BLOCK, RANK_TOLERANCE, Flexibility
-from gudgeon.pipeline.reduction.recipes.reduction import ritz_modes
+from gudgeon.pipeline.reduction.methods.reduction import ritz_modes
 
 Recurrence = Generator[np.ndarray, np.ndarray, tuple[np.ndarray, int]]
 """Yields loads and is sent what they displace; returns the vectors and how many dependent ones were dropped."""

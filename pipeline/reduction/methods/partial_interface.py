@@ -17,8 +17,8 @@ from scipy import linalg, sparse
 
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.reduction.recipes.craig_bampton import RIGID_SHARE, cut, loose_motions, surface_dofs, synthesised
-from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods.craig_bampton import RIGID_SHARE, cut, loose_motions, surface_dofs, synthesised
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 

@@ -1,4 +1,4 @@
-"""What every recipe is given and gives back, and what all elastic ones do: Ritz shapes of a basis, and what is left.
+"""What every reduction is given and gives back, and what all elastic ones do: Ritz shapes of a basis, and what is left.
 
 For any K-diagonal, M-orthonormal shapes Φ that are M-orthogonal to the rigid motions, Φ Λ⁻¹ Φᵀ K is the K-orthogonal
 projection onto their span. What they lack in statics is therefore R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ, positive semidefinite,
@@ -18,7 +18,7 @@ from gudgeon.pipeline.modes.normal import NormalModes
 from gudgeon.pipeline.modes.static import RANK_TOLERANCE, Flexibility, Residual, residual_shapes, static_shapes
 
 ORTHOGONALITY_TOLERANCE = 1e-10
-"""Of all shapes in M: the recipes reach 1e-12 on solids, plane parts, bars and beams."""
+"""Of all shapes in M: the reductions reach 1e-12 on solids, plane parts, bars and beams."""
 DEFINITENESS_TOLERANCE = 1e-9
 """Negative eigenvalues that round-off may leave in R, each row scaled by the root of its whole flexibility."""
 

@@ -18,7 +18,7 @@ import numpy as np
 from gudgeon.solver.compiled import copy, embedded, entry, inner, ordered
 from gudgeon.solver.contact.compliance import Listed, combine
 from gudgeon.solver.contact.lcp import solve_lcp
-from gudgeon.solver.integrators.trapezoid.energy import (
+from gudgeon.solver.integrators.implicit.energy import (
     balance,
     exchange,
     load_work,
@@ -26,9 +26,9 @@ from gudgeon.solver.integrators.trapezoid.energy import (
     relax,
     relax_masters,
 )
-from gudgeon.solver.integrators.trapezoid.open_contacts import may_touch, next_step, sum_multipliers
-from gudgeon.solver.integrators.trapezoid.rods import direction, follow_contact_forces, force_without_contact
-from gudgeon.solver.integrators.trapezoid.sliding import (
+from gudgeon.solver.integrators.implicit.open_contacts import may_touch, next_step, sum_multipliers
+from gudgeon.solver.integrators.implicit.rods import direction, follow_contact_forces, force_without_contact
+from gudgeon.solver.integrators.implicit.sliding import (
     FAR,
     correct_stale_matrix,
     displace_masters,

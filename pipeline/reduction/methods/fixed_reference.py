@@ -12,7 +12,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import remaining_twists, surface_nodes
 from gudgeon.pipeline.modes.normal import largest_count, normal_modes
-from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction, completed, ritz_modes
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, ritz_modes
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 

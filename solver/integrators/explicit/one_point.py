@@ -1,11 +1,11 @@
-"""The time loop of `kick.kernel` for one contact point: a single pass over the coordinates in each step.
+"""The time loop of `explicit.kernel` for one contact point: a single pass over the coordinates in each step.
 
-The kick of a step and the flight to the next are one loop, which also leaves behind what the next kick needs: the gap
+The impulse of a step and the flight to the next are one loop, which also leaves behind what the next impulse needs: the gap
 and its rate. Same results as the general loop, to round-off, several times as fast.
 """
 
 from gudgeon.solver.compiled import copy, entry, inner
-from gudgeon.solver.integrators.kick.kernel import (
+from gudgeon.solver.integrators.explicit.kernel import (
     CONTACT,
     DISSIPATED,
     KINETIC,
@@ -41,7 +41,7 @@ def march_one(constants, state, first, forces, energies, stride):  # type: ignor
                 energy[CONTACT] = 0.5 * elastic * -gap
                 extreme[3] = max(extreme[3], -gap)
                 pressed += force
-                gap, rate = _kick_and_fly(constants, state, dt * force, rate, mobility)
+                gap, rate = _push_and_fly(constants, state, dt * force, rate, mobility)
                 keep_balance(state, (number + 0.5) * dt)
             else:
                 counts[0] = 0
@@ -71,8 +71,8 @@ def _dot(one, other):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _kick_and_fly(constants, state, impulse, rate, mobility):  # type: ignore[no-untyped-def]
-    """Kick by an impulse [N s], measure energy in the middle, fly; returns gap [m] and rate [m/s] at the next kick."""
+def _push_and_fly(constants, state, impulse, rate, mobility):  # type: ignore[no-untyped-def]
+    """Explicit by an impulse [N s], measure energy in the middle, fly; returns gap [m] and rate [m/s] at the next impulse."""
     row, stiffness, q, v, rigid = constants.rows[0], constants.stiffness, state.q, state.v, constants.rigid
     qq, qv, vq, vv = constants.flight[0], constants.flight[1], constants.flight[2], constants.flight[3]
     for number in range(len(rigid)):
@@ -98,7 +98,7 @@ def _kick_and_fly(constants, state, impulse, rate, mobility):  # type: ignore[no
 
 @inner
 def _fly(flight, q, v, row, asked):  # type: ignore[no-untyped-def]
-    """Fly without a kick; returns what the coordinates add to gap [m] and gap rate [m/s], where that is asked for."""
+    """Fly without an impulse; returns what the coordinates add to gap [m] and gap rate [m/s], where that is asked for."""
     qq, qv, vq, vv = flight[0], flight[1], flight[2], flight[3]
     gap, speed = 0.0, 0.0
     if asked:

@@ -1,4 +1,4 @@
-"""Load-dependent Ritz vectors as a recipe: K X₁ = Bᵀ, K Xᵢ₊₁ = M Xᵢ, see `RitzVectors`.
+"""Load-dependent Ritz vectors as a reduction: K X₁ = Bᵀ, K Xᵢ₊₁ = M Xᵢ, see `RitzVectors`.
 
 One factorisation serves all blocks and R. Where the rows are more than half of the vectors wanted, the first block
 takes their most flexible load patterns, the leading eigenvectors of B G Bᵀ with each row scaled by the root of its own
@@ -17,12 +17,12 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.normal import NormalModes
 from gudgeon.pipeline.modes.static import RANK_TOLERANCE, Flexibility, residual_shapes
-from gudgeon.pipeline.reduction.recipes.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
-from gudgeon.pipeline.reduction.recipes.ritz_vectors import RitzVectors
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
+from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 PARTICIPATION = 1e-8
-"""Share of a row's flexibility below which a vector is round-off: those of an axial blow on a rod lie above 1e-6, what
+"""Share of a row's flexibility below which a vector is round-off: those of an axial impact on a rod lie above 1e-6, what
 grew along bending and torsion below 1e-10."""
 
 
@@ -67,7 +67,7 @@ def _excited(rows: ContactRows, modes: NormalModes) -> np.ndarray:
 def _load_patterns(model: FEModel, rows: ContactRows, flexibility: Flexibility, most: int) -> np.ndarray:
     """Return independent load patterns over the rows, the most flexible first, (c, k), k at most `most`."""
     if not rows.B.shape[0]:
-        raise InputError("modes.recipe: 'ritz' given, it needs at least one interface to load the component")
+        raise InputError("modes.reduction: 'ritz' given, it needs at least one interface to load the component")
     nothing = NormalModes(np.empty(0), np.empty((rows.B.shape[1], 0)), {})
     whole = residual_shapes(model, rows.B, nothing, np.empty((rows.B.shape[0], 0)), flexibility)
     strength, patterns = linalg.eigh(whole.flexibility / np.outer(whole.scale, whole.scale))

@@ -1,11 +1,11 @@
-"""The time loop: exact modal flight between kicks, contact quasi-static at each kick. One compiled function.
+"""The time loop: exact modal flight between impulses, contact quasi-static at each impulse. One compiled function.
 
-A kick stands in the middle of each step; between two kicks every coordinate moves by its own exact 2×2 propagator:
+An impulse stands in the middle of each step; between two impulses every coordinate moves by its own exact 2×2 propagator:
 
     q, q̇ ← flight over dt          g = g₀ + rows q
     λ from the contact              q̇ ← q̇ + dt rowsᵀ λ
 
-Position and velocity are synchronous at half a kick, where energy is measured: ½ q̇ᵀq̇ + ½ Σ ω² q² + ½ λᵀ C λ.
+Position and velocity are synchronous at half an impulse, where energy is measured: ½ q̇ᵀq̇ + ½ Σ ω² q² + ½ λᵀ C λ.
 A contact of several coupled points is a linear complementarity problem; where C is diagonal each point has its own
 spring, λ = ⟨−g/C − d ġ⟩, with an optional dashpot d taken implicitly in its own row.
 """
@@ -65,17 +65,17 @@ class State(NamedTuple):
     active: ActiveSet
     """Of the last solve, where the next one starts."""
     multipliers: np.ndarray
-    """λ [N] of the last kick, (c,)."""
+    """λ [N] of the last impulse, (c,)."""
     gaps: np.ndarray
-    """g + C λ [m] of the last kick, (c,)."""
+    """g + C λ [m] of the last impulse, (c,)."""
     impulses: np.ndarray
     """Σ λ dt of each row [N s], (c,)."""
     work: np.ndarray
     """Work done by contacts on each rigid coordinate, then on all coordinates together [J], (r + 1,)."""
     energy: np.ndarray
-    """Kinetic, strain, contact, dissipated at the last kick [J], (4,)."""
+    """Kinetic, strain, contact, dissipated at the last impulse [J], (4,)."""
     counts: np.ndarray
-    """Size of active set, kicks in contact, pivots, last kick number with a singular C or −1, (4,)."""
+    """Size of active set, impulses in contact, pivots, last impulse number with a singular C or −1, (4,)."""
     extreme: np.ndarray
     """E₀, largest |E − E₀ + D|, largest energy exchanged, largest penetration, first and last contact time, (6,)."""
 
@@ -85,11 +85,11 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
     """Advance `len(forces)` samples of `stride` steps each.
 
     Args:
-        constants, state: The Constants and the State; on entry q and q̇ stand at the first kick.
-        first: Number of the first kick since the start of the run.
+        constants, state: The Constants and the State; on entry q and q̇ stand at the first impulse.
+        first: Number of the first impulse since the start of the run.
         forces: Out: mean resultant on the body of each contact over each sample [N], (samples, k, 3).
-        energies: Out: `state.energy` at the last kick of each sample, (samples, 4).
-        stride: Kicks per sample.
+        energies: Out: `state.energy` at the last impulse of each sample, (samples, 4).
+        stride: Impulses per sample.
 
     Returns:
         True unless the contact rows proved linearly dependent.
@@ -99,7 +99,7 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
     qq, qv, vq, vv = constants.flight[0], constants.flight[1], constants.flight[2], constants.flight[3]
     gap0, rows, columns, coupled = constants.gap, constants.rows, constants.columns, constants.coupled
     normals, contact, multipliers = constants.normals, constants.contact, state.multipliers
-    kick = np.zeros(m)
+    jump = np.zeros(m)
     gap = np.empty(c)
     number = first
     clear = 0
@@ -119,7 +119,7 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
                 elif not _coupled_forces(constants, state, gap, GAP_TOLERANCE * scale):
                     state.counts[3] = number
                     return False
-                _kick(constants, state, kick, (number + 0.5) * dt)
+                _push(constants, state, jump, (number + 0.5) * dt)
                 for i in range(c):
                     share = multipliers[i] / stride
                     if share != 0.0:
@@ -193,7 +193,7 @@ def _coupled_forces(constants, state, gap, tolerance):  # type: ignore[no-untype
 
 @inner
 def _springs(constants, state, gap):  # type: ignore[no-untyped-def]
-    """Find the multipliers [N] of points that do not couple: λ = ⟨−g/C − d ġ⟩, ġ in the middle of the kick."""
+    """Find the multipliers [N] of points that do not couple: λ = ⟨−g/C − d ġ⟩, ġ in the middle of the impulse."""
     dt, rows, compliance, dashpot = constants.dt, constants.rows, constants.compliance, constants.dashpot
     multipliers, gaps, v = state.multipliers, state.gaps, state.v
     stored, lost, closed = 0.0, 0.0, 0
@@ -218,32 +218,32 @@ def _springs(constants, state, gap):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _kick(constants, state, kick, time):  # type: ignore[no-untyped-def]
-    """Apply the multipliers [N] to the velocities, with energies and work in the middle of the kick [J]."""
+def _push(constants, state, jump, time):  # type: ignore[no-untyped-def]
+    """Apply the multipliers [N] to the velocities, with energies and work in the middle of the impulse [J]."""
     # Every use of a tuple's array counts a reference; taken out once, the loops run five times as fast.
     dt, m, rows, stiffness, rigid = constants.dt, len(state.q), constants.rows, constants.stiffness, constants.rigid
     q, v, work, energy, extreme = state.q, state.v, state.work, state.energy, state.extreme
     multipliers, impulses, gaps = state.multipliers, state.impulses, state.gaps
-    kick[:] = 0.0
+    jump[:] = 0.0
     deepest = extreme[3]
     for i in range(len(gaps)):
         impulse = dt * multipliers[i]
         if impulse != 0.0:
             impulses[i] += impulse
             for k in range(m):
-                kick[k] += rows[i, k] * impulse
+                jump[k] += rows[i, k] * impulse
         deepest = max(deepest, -gaps[i])
     extreme[3] = deepest
     for number in range(len(rigid)):
         k = rigid[number]
-        work[number] += kick[k] * (v[k] + 0.5 * kick[k])
+        work[number] += jump[k] * (v[k] + 0.5 * jump[k])
     total, strain, kinetic = 0.0, 0.0, 0.0
     for k in range(m):
-        middle = v[k] + 0.5 * kick[k]
-        total += kick[k] * middle
+        middle = v[k] + 0.5 * jump[k]
+        total += jump[k] * middle
         kinetic += middle * middle
         strain += stiffness[k] * q[k] * q[k]
-        v[k] = middle + 0.5 * kick[k]
+        v[k] = middle + 0.5 * jump[k]
     work[len(rigid)] += total
     energy[KINETIC], energy[STRAIN] = 0.5 * kinetic, 0.5 * strain
     keep_balance(state, time)

@@ -1,19 +1,19 @@
-"""The explicit integrator: a kick in the middle of each step, exact flight between."""
+"""The explicit integrator: an impulse in the middle of each step, exact flight between."""
 
 import numpy as np
 
 from gudgeon.solver import capabilities
 from gudgeon.solver.contact.compliance import fixed
 from gudgeon.solver.contact.lcp import empty_set
+from gudgeon.solver.integrators.explicit import kernel
+from gudgeon.solver.integrators.explicit.one_point import march_one
 from gudgeon.solver.integrators.flight import undamped
-from gudgeon.solver.integrators.kick import kernel
-from gudgeon.solver.integrators.kick.one_point import march_one
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
 
-class Kick(capabilities.Kick):
+class Explicit(capabilities.Explicit):
     """A run of the explicit integrator."""
 
     failure = Result.DEPENDENT_ROWS
@@ -28,7 +28,7 @@ class Kick(capabilities.Kick):
 
         Args:
             first: Number of the first step.
-            out: Its forces, energies and gauges are filled, these at the sample's last kick, half a step before its
+            out: Its forces, energies and gauges are filled, these at the sample's last impulse, half a step before its
                 end; nothing drives a scene of this integrator.
         """
         found = np.zeros((len(out.forces), 4))
@@ -46,7 +46,7 @@ class Kick(capabilities.Kick):
         return sound
 
     def _gauges(self) -> np.ndarray:
-        """Return what gauges read at the last kick, (G,): coordinates have flown on since, multipliers have not."""
+        """Return what gauges read at the last impulse, (G,): coordinates have flown on since, multipliers have not."""
         state, (_, qv, _, vv) = self._state, self._constants.flight
         return self._system.gauge_rows @ (vv * state.q - qv * state.v) + self._system.gauge_residual @ state.multipliers
 
@@ -75,7 +75,7 @@ def _constants(system: System, dt: float) -> kernel.Constants:
 
 
 def _state(system: System, dt: float) -> kernel.State:
-    """Start half a step before the first kick."""
+    """Start half a step before the first impulse."""
     half = undamped(system.stiffness, dt / 2)
     v0 = system.velocity
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)

@@ -1,0 +1,31 @@
+"""Reduction reductions: each turns an FE model and its rows into elastic coordinates. A new one is a file and a
+line here."""
+
+from collections.abc import Callable
+
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.reduction.methods.attachment import attachment
+from gudgeon.pipeline.reduction.methods.craig_bampton import craig_bampton
+from gudgeon.pipeline.reduction.methods.fixed_reference import fixed_reference
+from gudgeon.pipeline.reduction.methods.interface import interface
+from gudgeon.pipeline.reduction.methods.macneal import macneal
+from gudgeon.pipeline.reduction.methods.normal_static import normal_static
+from gudgeon.pipeline.reduction.methods.partial_interface import partial_interface
+from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods.rigid import rigid
+from gudgeon.pipeline.reduction.methods.ritz import ritz
+from gudgeon.pipeline.reduction.methods.rubin import rubin
+from gudgeon.pipeline.scenes.modes import ModesSettings
+
+REDUCTIONS: dict[str, Callable[[FEModel, ContactRows, ModesSettings], Reduction]] = {
+    "macneal": macneal,
+    "normal+static": normal_static,
+    "craig-bampton": craig_bampton,
+    "fixed-reference": fixed_reference,
+    "ritz": ritz,
+    "rubin": rubin,
+    "attachment": attachment,
+    "interface": interface,
+    "partial-interface": partial_interface,
+    "rigid": rigid,
+}
