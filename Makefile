@@ -8,6 +8,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 # An interpreter with the extra `peers`: they may stand in an environment of their own.
 PEERS_PYTHON ?= $(BIN)/python
+WORKERS ?= 2
 # The piston stands for itself on coarse meshes and over one stroke, where full-FE dofs finish in minutes.
 SCENES := $(filter-out data/piston/scene.toml data/piston/coarse.toml,$(sort $(wildcard data/*/*.toml)))
 # gmsh and off-screen drawing load these; pipeline/doctor.py has the same list.
@@ -32,6 +33,8 @@ $(READY): $(LOCKED)
 	@echo "set-up: installing gudgeon itself"
 	@$(call install_project,.venv)
 	@$(call link_package,.venv/links/gudgeon)
+	@echo "set-up: compiling the time loops of the solver"
+	@$(BIN)/python -m gudgeon.solver.warm_up
 	@$(BIN)/python -m compileall -q -j 0 $(addprefix .venv/lib/python3*/site-packages/,$(COMPILED)) modaldb pipeline solver
 	@rm -f .venv/ready-*; touch $@
 	@echo "set-up: done; $(BIN)/gudgeon --help shows the commands"
@@ -51,8 +54,8 @@ $(SOLVER_READY):
 demo: setup ## run the piston in its liner from mesh to pictures
 	$(BIN)/gudgeon run data/piston
 
-test: browser ## run the tests
-	$(BIN)/pytest
+test: browser solver-env ## run the tests, on two cores; `make test WORKERS=8` takes more
+	$(BIN)/pytest -n $(WORKERS) --dist loadfile
 
 browser: setup # After the set-up: apt-get does not run twice at once.
 	@for name in $(BROWSERS); do command -v $$name > /dev/null && exit 0; done; \
@@ -113,7 +116,8 @@ define make_environment
 endef
 
 # setuptools warns of what every editable installation does.
-install_project = PYTHONWARNINGS=ignore $(1)/bin/python -m pip install -q --no-deps --no-build-isolation -e .
+install_project = PYTHONWARNINGS=ignore $(1)/bin/python -m pip install -q --no-deps --no-build-isolation -e . && \
+    rm -rf gudgeon.egg-info build
 
 # $(call link_package,FOLDER): the package as folders of the same names, for type checkers, which follow no import hook.
 link_package = rm -rf $(1); mkdir -p $(1); \

@@ -3,29 +3,42 @@
 A function is compiled in three layers: itself, a wrapper for the interpreter and a wrapper for C. The wrappers unpack
 every array of every tuple argument and take longest, so only functions that the interpreter calls have the former, and
 none has the latter. Arrays are copied by `copy`: `a[:] = b` compiles the text of an error message, seconds of it.
+`kernel_cache` says where machine code is kept.
 """
 
-from numba import njit
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from numba.core import config
+
+from gudgeon.solver.kernel_cache import cache_folder
 
 FAST = {"reassoc", "contract"}
 """Sums may be reordered for vector units; NaN and infinity keep their meaning."""
 
 
-entry = njit(cache=True, fastmath=FAST, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Return a decorator that compiles a function and keeps its machine code; options as `numba.njit` takes them."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        before = config.CACHE_DIR  # type: ignore[attr-defined]
+        config.CACHE_DIR = str(cache_folder() or before)  # type: ignore[attr-defined]
+        try:
+            return numba.njit(cache=True, **options)(function)  # type: ignore[call-overload]
+        finally:
+            config.CACHE_DIR = before  # type: ignore[attr-defined]
+
+    return decorate
+
+
+entry = compiled(fastmath=FAST, no_cfunc_wrapper=True)
 """For functions that the interpreter calls."""
-
-
-inner = njit(cache=True, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+inner = compiled(fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 """For functions that only compiled ones call."""
-
-
-embedded = njit(cache=True, fastmath=FAST, inline="always")  # type: ignore[call-overload]
+embedded = compiled(fastmath=FAST, inline="always")
 """For a function of many tuples that is called once: it becomes part of its caller, which need not hand them over."""
-
-
-ordered = njit(  # type: ignore[call-overload]
-    cache=True, fastmath=FAST | {"nnan", "nsz"}, no_cpython_wrapper=True, no_cfunc_wrapper=True
-)
+ordered = compiled(fastmath=FAST | {"nnan", "nsz"}, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 """For the largest of many values, which vector units find only where NaN need not be told; balances tell it."""
 
 

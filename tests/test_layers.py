@@ -32,7 +32,8 @@ ROOT_CAP = 7
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("modaldb",),
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.vectors", "solver.capabilities",
-     "solver.compiled"),
+     "solver.kernel_cache"),
+    ("solver.compiled",),
     ("pipeline.files", "pipeline.geometry", "pipeline.linalg", "pipeline.measuring", "solver.forces", "solver.joints",
      "solver.laws", "solver.methods", "solver.obstacles"),
     ("solver.scene",),
@@ -42,6 +43,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.reduction", "solver.integrators"),
     ("pipeline.cyclic", "solver.results"),
     ("solver.simulate",),
+    ("solver.warm_up",),
     ("solver",),
     ("pipeline.plots",),
     ("pipeline.stages",),
@@ -61,6 +63,7 @@ SOLVER_FROM: dict[str, tuple[str, ...]] = {
     "solver.contact": ("pipeline.plots", "pipeline.stages", "pipeline.nodal"),
     "solver.system": ("pipeline.stages.run", "pipeline.stages.plan", "pipeline.report.timing",
                       "pipeline.robustness.trial"),
+    "solver.warm_up": ("pipeline.stages.run",),
     "solver.simulate": ("pipeline.stages.run", "pipeline.report.timing", "pipeline.robustness.trial"),
     "solver.integrators": (),
     "solver.results": ("pipeline.nodal.quantities", "pipeline.robustness.trial"),
@@ -70,6 +73,7 @@ SOLVER_FROM: dict[str, tuple[str, ...]] = {
 
 HOMES: dict[str, tuple[str, ...]] = {
     "h5py": ("modaldb/*",),
+    "numba": ("solver/compiled.py",),
     "gmsh": ("pipeline/geometry/*",),
     "skfem": ("pipeline/fem/*", "pipeline/interfaces/*"),
     "meshio": ("pipeline/geometry/mesh_file.py", "pipeline/exporters/*"),
@@ -335,7 +339,7 @@ def test_broken_house_is_found(rule: Rule, change: dict[str, str]) -> None:
 
 SOUND: list[dict[str, str]] = [
     {HDF5: "def f():\n    import h5py"},
-    {BODY: "import numpy as np, pydantic, math\nfrom scipy import linalg\nfrom numba import njit"},
+    {BODY: "import numpy as np, pydantic, math\nfrom scipy import linalg"},
     {BODY: "from gudgeon.modaldb.hdf5 import read_record\nfrom ..errors import SolverError"},
     {"pipeline/stages/run.py": "from gudgeon.solver.simulate import simulate"},
     {MESH: "import gmsh"},

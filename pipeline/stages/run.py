@@ -1,5 +1,8 @@
 """The stages `mesh → modes → morph → solve → plot`: what is fresh is not made again. Starts the solver."""
 
+import contextlib
+import subprocess
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,8 +17,10 @@ from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
 from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
+from gudgeon.solver.kernel_cache import compile_beside, is_compiled
 from gudgeon.solver.result import Result
 
+Compilation = subprocess.Popen[bytes] | None
 COMPONENT_STAGES = STAGES[:3]
 """Stages of components; none of them needs the scene's dynamics."""
 EDGE_SHARE = 1e-3
@@ -27,16 +32,33 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
     tell = progress or (lambda stage, share: None)
     if until == "plot":
         job.compared()  # What is misspelt there shall not come out after the solver.
-    return run_stages(
-        job, until, tell, partial(_tasks, job, tell=tell), partial(_finish, job), partial(_draw, job, tell)
-    )
+    with _compilation(job, until, tell) as compilation:
+        tasks = partial(_tasks, job, tell=tell, compilation=compilation)
+        return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
 
 
-def _tasks(job: Job, stage: str, tell: Progress) -> list[Task]:
+@contextlib.contextmanager
+def _compilation(job: Job, until: str, tell: Progress) -> Iterator[Compilation]:
+    """Compile the time loop in a child process beside mesh and modes, unless that is done for these sources."""
+    name = job.scene.integrator
+    if until in COMPONENT_STAGES or is_compiled(name) or job.store.has(job.trajectory().key):
+        yield None
+        return
+    tell(f"compile '{name}' (once)", 0.0)
+    child = compile_beside(name)
+    try:
+        yield child
+    finally:
+        if child is not None:
+            child.terminate()
+            child.wait()
+
+
+def _tasks(job: Job, stage: str, tell: Progress, compilation: Compilation = None) -> list[Task]:
     """Return the records of a stage, in the order in which they depend on each other."""
     if stage == "solve":
         _references(job)  # What is misspelt there shall not come out after the solver.
-        return [Task(job.trajectory(), lambda: _solve(job, tell))]
+        return [Task(job.trajectory(), lambda: _solve(job, tell, compilation))]
     return [
         Task(product, partial(_make, job, name, step, steps))
         for name, steps in job.components().items()
@@ -75,8 +97,10 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
     return morph.reuse(base, keys, modal, surfaces, movement, component.material.rho)
 
 
-def _solve(job: Job, tell: Progress) -> Trajectory:
-    """Run the solver."""
+def _solve(job: Job, tell: Progress, compilation: Compilation) -> Trajectory:
+    """Run the solver once its time loop is compiled."""
+    if compilation is not None:
+        compilation.wait()
     from gudgeon.solver.simulate import simulate
     from gudgeon.solver.system.compile import compile_system
 

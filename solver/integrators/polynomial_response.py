@@ -7,7 +7,8 @@ from functools import cache
 from math import factorial
 
 import numpy as np
-from numba import njit
+
+from gudgeon.solver.compiled import compiled
 
 SMALL = 0.5
 """ωτ up to which the series is summed; beyond it the polynomial solution loses less than three digits."""
@@ -15,7 +16,7 @@ TERMS = 9
 """Of the series: the first one left out is below 1e-19 of the first."""
 
 
-_inner = njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+_inner = compiled(no_cpython_wrapper=True, no_cfunc_wrapper=True)
 """As `compiled.inner`, but sums keep their order: the series is summed to the last digit."""
 
 
@@ -44,7 +45,7 @@ def _coefficients(degree: int) -> tuple[np.ndarray, np.ndarray]:
     return place, rate
 
 
-@njit(cache=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+@compiled(no_cfunc_wrapper=True)
 def _respond(omega, time, place, rate, y, v):  # type: ignore[no-untyped-def]
     """Fill displacement and velocity under each unit force, `y` and `v` of `responses`."""
     for i in range(len(time)):

@@ -19,7 +19,7 @@ from gudgeon.pipeline.stages.plan import plan
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
-from gudgeon.solver.system import system as compiled
+from gudgeon.solver.system import compile as compiled
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.requirements import Stock, scene_terms
 from gudgeon.solver.system.system import System

@@ -135,5 +135,5 @@ def test_hertz_contact(folder: Path, end: str, stiffness: str) -> None:
 def test_shipped_hertz_scene(folder: Path) -> None:
     solved = solve("rod-mass/hertz.toml", folder)
     for name in ("largest_force", "end", "impulse", "restitution"):
-        entry = solved.report.quantities[f"impact.{name}"]
+        entry = solved.report.quantities[f"pair.{name}"]
         assert entry["value"] == pytest.approx(entry["reference"], rel=1e-6)

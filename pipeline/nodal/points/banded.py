@@ -10,12 +10,12 @@ K u of a fine mesh has fewer digits than its sum over the steps.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy import sparse
 from scipy.linalg import cholesky_banded
 
 from gudgeon.pipeline.nodal.points.contact import FAST, press
 from gudgeon.pipeline.nodal.problem import NodalBody
+from gudgeon.solver.compiled import compiled
 
 WIDEST = 16
 """Entries beside the diagonal up to which a band is solved faster here than by a sparse factor."""
@@ -111,7 +111,7 @@ def _diagonals(matrix: sparse.csr_matrix, width: int) -> np.ndarray:
     return found
 
 
-@njit(cache=True)
+@compiled()
 def solve(band, x):  # type: ignore[no-untyped-def]
     """Put S⁻¹ x in the place of x, (n,)."""
     if band.lower.shape[1] == 3:
@@ -128,7 +128,7 @@ def solve(band, x):  # type: ignore[no-untyped-def]
         _substitute(band.upper, x, len(x) - 1, -1)
 
 
-@njit(cache=True)
+@compiled()
 def _substitute3(rows, x, first, way):  # type: ignore[no-untyped-def]
     """Solve a triangle of width 3; what was found last stays in registers, only one product waits for it."""
     a, b, c = 0.0, 0.0, 0.0
@@ -140,7 +140,7 @@ def _substitute3(rows, x, first, way):  # type: ignore[no-untyped-def]
         j += way
 
 
-@njit(cache=True)
+@compiled()
 def _substitute5(rows, x, first, way):  # type: ignore[no-untyped-def]
     """The same of width 5."""
     a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -152,7 +152,7 @@ def _substitute5(rows, x, first, way):  # type: ignore[no-untyped-def]
         j += way
 
 
-@njit(cache=True)
+@compiled()
 def _substitute(rows, x, first, way):  # type: ignore[no-untyped-def]
     """The same of any width."""
     j = first
@@ -162,7 +162,7 @@ def _substitute(rows, x, first, way):  # type: ignore[no-untyped-def]
         j += way
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled(fastmath=FAST)
 def product(diagonals, x, out):  # type: ignore[no-untyped-def]
     """Put a symmetric band times x in `out`, (n,)."""
     n = len(x)
@@ -175,7 +175,7 @@ def product(diagonals, x, out):  # type: ignore[no-untyped-def]
             out[j + k] += diagonals[k, j] * x[j]
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled(fastmath=FAST)
 def sample(band, field, out):  # type: ignore[no-untyped-def]
     """Add G field to `out`, (c,)."""
     for i in range(len(out)):
@@ -183,7 +183,7 @@ def sample(band, field, out):  # type: ignore[no-untyped-def]
             out[i] += band.entries[a] * field[band.dofs[a]]
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled(fastmath=FAST)
 def _predict(band, h):  # type: ignore[no-untyped-def]
     """Begin a step: v̄ without contact forces."""
     for j in range(len(band.u)):
@@ -192,7 +192,7 @@ def _predict(band, h):  # type: ignore[no-untyped-def]
     solve(band, band.mean)
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled(fastmath=FAST)
 def _advance(band, force, h, work):  # type: ignore[no-untyped-def]
     """End a step under constant contact forces (c,)."""
     n, mean = len(band.u), band.mean
@@ -218,7 +218,7 @@ def _advance(band, force, h, work):  # type: ignore[no-untyped-def]
     band.balance[1] += h * given
 
 
-@njit(cache=True)
+@compiled()
 def march(bodies, works, now, rest, gap, h, forces, gaps, energies):  # type: ignore[no-untyped-def]
     """Make `len(forces)` steps; returns how many were made, fewer where a contact force could not be found.
 

@@ -18,9 +18,9 @@ Either way the forces are found point by point (Gauss-Seidel); W is symmetric an
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gudgeon.pipeline.nodal.problem import PointContact
+from gudgeon.solver.compiled import compiled
 from gudgeon.solver.laws.force import law_energy, law_force
 
 FAST = {"reassoc", "contract"}
@@ -79,7 +79,7 @@ def new_press(contacts: list[PointContact], W: np.ndarray, gap: np.ndarray, step
     return Press(not laws, step, W.copy(), law, np.zeros(c), -gap, np.zeros(c + 1), balance)
 
 
-@njit(cache=True)
+@compiled()
 def press(now, gap, rate, free):  # type: ignore[no-untyped-def]
     """Find λ̄ of a step; False where it could not be found.
 
@@ -91,7 +91,7 @@ def press(now, gap, rate, free):  # type: ignore[no-untyped-def]
     return _close(now, gap, rate, free) if now.rigid else _yield(now, free)
 
 
-@njit(cache=True)
+@compiled()
 def _close(now, gap, rate, free):  # type: ignore[no-untyped-def]
     """Find the forces of rigid contact."""
     force, size = now.force, 0.0
@@ -111,7 +111,7 @@ def _close(now, gap, rate, free):  # type: ignore[no-untyped-def]
     return sweeps > 0
 
 
-@njit(cache=True)
+@compiled()
 def complementary(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
     """Solve 0 ≤ λ ⊥ W λ + b ≥ 0; returns the sweeps made, negative where they were not enough.
 
@@ -139,7 +139,7 @@ def complementary(W, b, usable, force, tolerance):  # type: ignore[no-untyped-de
     return -SWEEPS
 
 
-@njit(cache=True)
+@compiled()
 def _polish(W, b, force, tolerance):  # type: ignore[no-untyped-def]
     """Go from λ towards W λ = −b on the pressed points until one of them is free; returns whether one was."""
     pressed = np.flatnonzero(force)
@@ -167,7 +167,7 @@ def _polish(W, b, force, tolerance):  # type: ignore[no-untyped-def]
     return freed >= 0
 
 
-@njit(cache=True)
+@compiled()
 def _fits(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
     """Whether no gap is closed too far and no pressed one is open."""
     wrong = 0
@@ -178,7 +178,7 @@ def _fits(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
     return wrong == 0
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled(fastmath=FAST)
 def _dot(x, y):  # type: ignore[no-untyped-def]
     total = 0.0
     for i in range(len(x)):
@@ -186,7 +186,7 @@ def _dot(x, y):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True)
+@compiled()
 def _yield(now, free):  # type: ignore[no-untyped-def]
     """Find the forces of laws."""
     c, h, force, approach = len(free), now.step, now.force, now.approach
@@ -218,7 +218,7 @@ def _yield(now, free):  # type: ignore[no-untyped-def]
     return c == 1 or settled
 
 
-@njit(cache=True)
+@compiled()
 def _point(now, i, alone):  # type: ignore[no-untyped-def]
     """Solve d + W_ii λ̄(d) = d₀ of one point; returns λ̄ [N], d [m] and the iterations used.
 
@@ -253,7 +253,7 @@ def _point(now, i, alone):  # type: ignore[no-untyped-def]
     return max((alone - d) / give, 0.0), d, NEWTON_LIMIT
 
 
-@njit(cache=True)
+@compiled()
 def _mean(law, before, after, approach, h):  # type: ignore[no-untyped-def]
     """Return the mean force of a step between two depths, what is lost included, and its derivative by the second."""
     elastic, steepness = _elastic(law, before, after)
@@ -266,7 +266,7 @@ def _mean(law, before, after, approach, h):  # type: ignore[no-untyped-def]
     return force, steepness * (1.0 + per_rate * rate) + (elastic * per_rate + damping) / h
 
 
-@njit(cache=True)
+@compiled()
 def _elastic(law, before, after):  # type: ignore[no-untyped-def]
     """Return the mean of the elastic force between two depths, and its derivative by the second."""
     width = after - before

@@ -12,8 +12,10 @@ from gudgeon.pipeline import nodal
 
 FOLDER = Path(__file__).resolve().parents[3] / "pipeline/nodal"
 FILES = sorted(FOLDER.rglob("*.py"))
-SHARED = ("laws", "obstacles", "scene", "joints", "forces", "errors", "result", "numbers", "vectors")
-"""Formulas of contact laws, geometry of obstacles and what a scene file says: input of both, results of neither."""
+SHARED = ("laws", "obstacles", "scene", "joints", "forces", "errors", "result", "numbers", "vectors",
+          "compiled")  # fmt: skip
+"""Formulas of contact laws, geometry of obstacles, what a scene file says, and how functions are compiled: input of
+both, results of neither."""
 DEFINITIONS = ("results.contact_events",)
 """What a peak, a duration or a restitution of given histories is: a comparison needs one definition of each."""
 ALLOWED = tuple(f"gudgeon.solver.{name}" for name in (*SHARED, *DEFINITIONS))

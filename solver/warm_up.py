@@ -1,0 +1,123 @@
+"""`python -m gudgeon.solver.warm_up [INTEGRATOR…]`: compiles the time loops ahead of the first run.
+
+Machine code depends on the types of arguments alone, so a run of two small bodies compiles all that any scene of the
+same integrator needs. `make setup` does so for the whole family; a run that finds an integrator not yet compiled does
+it in a child process beside mesh and modes.
+"""
+
+import sys
+import time
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import numpy as np
+
+from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord, TractionModes
+from gudgeon.solver.kernel_cache import COMPILED, is_compiled, note_compiled
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.compile import compile_system
+
+POINTS = np.array([[0.01, 0.0, -0.001], [0.01, 0.0, 0.001], [0.01, 0.001, 0.0]])
+"""Contact points of the moving body, which faces +x [m]."""
+OMEGA = np.array([2e4, 5e4])
+SPACE = np.array([5, 6])
+"""Splines of the plate's traction space across and along."""
+AGAINST: dict[str, dict[str, Any]] = {
+    "wall": {"shape": "plane", "point": [0.01, 0.0, 0.0], "normal": [-1, 0, 0]},
+    "plate": {"shape": "surface", "body": "plate", "interface": "top"},
+}
+HERTZ = {"kind": "hunt-crossley", "stiffness": 1e9, "exponent": 1.5, "restitution": 0.8}
+CASES: dict[str, tuple[dict[str, Any], ...]] = {
+    "explicit": ({"interface": "tip"}, {"interface": "face"}),
+    "implicit": ({"interface": "face", "against": "plate"},),
+    "collocation": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
+    "discrete-gradient": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
+}
+"""Contacts that make every kind of argument, by integrator; `event` compiles nothing."""
+
+
+class _Records:
+    """A store of records in memory."""
+
+    def __init__(self, records: dict[str, Any]) -> None:
+        self._records = records
+
+    def has(self, key: str) -> bool:
+        return key in self._records
+
+    def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any:
+        return self._records[key]
+
+    def sizes(self, key: str) -> dict[str, int]:
+        return {"residual_flexibility": 1, "interfaces/face/rows": 1, "interfaces/tip/rows": 1, "tractions/top/rows": 1}
+
+
+def warm_up(name: str) -> float:
+    """Compile the time loop of an integrator and return the CPU seconds that it took."""
+    begin = time.process_time()
+    for case in CASES.get(name, ()):
+        simulate(compile_system(_Records(_records()), _scene(name, case), {"part": "part", "plate": "plate"}))  # type: ignore[arg-type]
+    note_compiled(name)
+    return time.process_time() - begin
+
+
+def _scene(name: str, case: dict[str, Any]) -> Scene:
+    contact = {"body": "part", "against": AGAINST[case.get("against", "wall")]}
+    contact |= {key: value for key, value in case.items() if key != "against"}
+    if name == "implicit":
+        contact["surface_stiffness"] = 1e14
+    bodies = {"part": {"velocity": [1.0, 0.1, 0.0]}} | ({"plate": {}} if "against" in case else {})
+    run = {"duration": 2e-6, "samples": 10, "frames": 2, "integrator": name}
+    return Scene.model_validate({"body": bodies, "contact": {"touch": contact}, "run": run})
+
+
+def _records() -> dict[str, ModalRecord | MorphRecord]:
+    """Return modes and design of a free body and of a held plate, with two modes each."""
+    rows, functions = np.array([[1.0, 0.3], [1.0, -0.3], [0.8, 0.1]]), int(SPACE.prod())
+    interfaces, ranges = {}, {"face": [0, 2], "tip": [2, 3], "top": [0, functions]}
+    for key in ("face", "tip"):
+        here = slice(*ranges[key])
+        count = ranges[key][1] - ranges[key][0]
+        interfaces[key] = InterfaceModes(
+            np.arange(count), POINTS[here], np.tile([1.0, 0, 0], (count, 1)), np.full(count, 1e-6),
+            np.zeros(count, bool), rows[here],
+        )  # fmt: skip
+    twists, inertia = np.diag([1.0] * 3 + [100.0] * 3), 1e-4 * np.eye(3)
+    chart = {
+        "kind": "plane",
+        "origin": [0.01, 0, 0],
+        "normal": [-1.0, 0, 0],
+        "across": [0, 0, 1.0],
+        "along": [0, 1.0, 0],
+    }
+    resultant = np.tile([-1.0, 0, 0, 0, 0, 0], (functions, 1))
+    space = TractionModes(
+        chart, np.full(2, -0.01), np.full(2, 0.01), SPACE, np.full((functions, 2), 0.1), resultant
+    )  # fmt: skip
+    mesh = ("mesh", "macneal", 2, 0, OMEGA, 1.0, np.zeros(3), inertia)
+    found: dict[str, ModalRecord | MorphRecord] = {
+        "part-modes": ModalRecord(*mesh, twists, interfaces, ranges, 1e-9 * np.eye(3), None, None, {}),
+        "plate-modes": ModalRecord(
+            *mesh, np.zeros((0, 6)), {}, ranges, 1e-9 * np.eye(functions), None, None, {}, {"top": space}
+        ),
+    }
+    points = {key: one.points for key, one in interfaces.items()}
+    for body, free in (("part", twists), ("plate", np.zeros((0, 6)))):
+        places = points if body == "part" else {}
+        found[body] = MorphRecord("mesh", f"{body}-modes", "none", places, 1.0, np.zeros(3), inertia, free, None, {})
+    return found
+
+
+def main(names: Sequence[str]) -> None:
+    """Compile what is not compiled yet and tell what it took."""
+    for name in names or COMPILED:
+        if is_compiled(name):
+            print(f"time loop '{name}': compiled already")
+            continue
+        print(f"time loop '{name}': compiling …", flush=True)
+        print(f"time loop '{name}': {warm_up(name):.1f} s of CPU time", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
