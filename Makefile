@@ -55,7 +55,7 @@ demo: setup ## run the piston in its liner from mesh to pictures
 	$(BIN)/gudgeon run data/piston
 
 test: browser solver-env ## run the tests, on two cores; `make test WORKERS=8` takes more
-	$(BIN)/pytest -n $(WORKERS) --dist loadfile
+	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n $(WORKERS) --dist loadfile
 
 browser: setup # After the set-up: apt-get does not run twice at once.
 	@for name in $(BROWSERS); do command -v $$name > /dev/null && exit 0; done; \
