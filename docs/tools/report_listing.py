@@ -19,7 +19,7 @@ Scenes = dict[str, dict[str, Any]]
 """By name, the path below `data` without `scene.toml` or `.toml`."""
 ROOT = Path(__file__).resolve().parents[2]
 REPORTS = ROOT / "docs" / "reports"
-SHOWN = ("piston/stroke/report.png", "beam-sphere/stress.png")
+SHOWN = ("piston/stroke/report.png", "beam-sphere/robustness.png")
 """Pictures of reports that the README shows."""
 KEPT = (
     "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "conservative_error", "cpu_seconds",
@@ -27,8 +27,8 @@ KEPT = (
 )  # fmt: skip
 """Of a run; its errors by quantity, stages and chains stand in the report of the scene alone."""
 HEAD = (
-    "scene", "reference", "cheapest run within the tolerance", "largest error", "CPU time", "full FE", "stress: right",
-    "refused", "wrong", "took",
+    "scene", "reference", "cheapest run within the tolerance", "largest error", "CPU time", "full FE",
+    "robustness: right", "refused", "wrong", "took",
 )  # fmt: skip
 
 
@@ -42,7 +42,7 @@ def main_figures(folder: Path) -> Scenes:
         entry["runs"] = [{key: run[key] for key in KEPT} for run in report["runs"]]
     for path in sorted(folder.rglob("robustness.json")):
         entry = found.setdefault(path.parent.relative_to(folder).as_posix(), {})
-        entry["stress"] = json.loads(path.read_text(encoding="utf-8"))["counts"]
+        entry["robustness"] = json.loads(path.read_text(encoding="utf-8"))["counts"]
     if (folder / "seconds.csv").is_file():
         with (folder / "seconds.csv").open(newline="", encoding="utf-8") as file:
             for name, command, seconds in csv.reader(file):
@@ -87,7 +87,7 @@ def with_table(text: str, table: str) -> str:
 
 
 def _row(name: str, scene: dict[str, Any]) -> list[str]:
-    choice, verdicts = scene.get("choice") or {}, scene.get("stress", {})
+    choice, verdicts = scene.get("choice") or {}, scene.get("robustness", {})
     nodal = [run["cpu_seconds"] for run in scene.get("runs", []) if run["kind"] == "nodal"]
     seconds = sum(scene.get("seconds", {}).values())
     cells = [

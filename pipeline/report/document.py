@@ -9,13 +9,14 @@ import io
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
+from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.measuring.clock import Seconds
 
-SCHEMA = 2
-"""Version of the document; raised when a field changes its meaning or goes."""
+SCHEMA = 3
+"""Version of the document; raised when a field changes its meaning, its name or goes."""
 Errors = dict[str, float]
 """By the name of the quantity."""
 
@@ -73,8 +74,8 @@ class Run:
     """Largest resident memory of the process during the solution."""
     front: bool = False
     """Whether no other run is both faster and better by its conservative error."""
-    conservative_error: float | None = None
-    """The largest error, or what basis or step adds if that is larger: what is drawn, and chosen by."""
+    conservative_error: float | None = field(default=None, metadata={FORMER: "sound_error"})
+    """Largest of total, truncation and time error over the quantities that count; chart, front and choice use it."""
 
 
 @dataclass(frozen=True)
@@ -172,14 +173,14 @@ class Document:
 
     @classmethod
     def from_json(cls, found: Mapping[str, Any]) -> "Document":
-        """Return the document that `as_json` made; what was not finite is None."""
+        """Return the document that `as_json` made, of this schema or an earlier one; what was not finite is None."""
         parts = {
             "quantities": [_quantity(entry) for entry in found["quantities"]],
             "runs": [_run(entry) for entry in found["runs"]],
             "choice": None if found["choice"] is None else Choice(**found["choice"]),
             "tables": [Table(**entry) for entry in found["tables"]],
         }
-        return cls(**{**found, **parts})
+        return cls(**{**found, **parts, "schema": SCHEMA})
 
     def as_text(self) -> str:
         """Return the text of `report.json`."""
@@ -223,7 +224,8 @@ def _run(entry: Mapping[str, Any]) -> Run:
         name: StageSeconds(*(None if states[key] is None else Seconds(**states[key]) for key in ("cold", "warm")))
         for name, states in entry["stages"].items()
     }
-    return Run(**{**entry, "stages": stages})
+    former = {one.metadata[FORMER]: one.name for one in fields(Run) if FORMER in one.metadata}
+    return Run(**{former.get(key, key): value for key, value in entry.items()} | {"stages": stages})
 
 
 def _plain(value: Any) -> Any:
