@@ -26,6 +26,7 @@ COLOURS = ("#1f5fa8", "#d9690b", "#2b8a57", "#a5287c", "#0e8090", "#8a5a2b", "#5
 MARKS = ("o", "^", "D")
 """The next one, once all colours are taken."""
 GREY, SETTLED = "#7b8690", "#1f5fa8"
+ERROR = "conservative error of a run"
 LEAST = 1e-12
 """Errors below it stand on the lower edge, hollow: round-off, and the reference against itself."""
 BOX = (5.4, 8.5)
@@ -234,7 +235,7 @@ def _draw_runs(axes: Axes, document: Document, quantity: str = "") -> None:
         )  # fmt: skip
     _numbers(axes, at, spots, front)
     axes.set_xlabel("CPU time of a run")
-    axes.set_ylabel(f"error: {quantity}" if quantity else "largest error of a run, its basis or step", parse_math=False)
+    axes.set_ylabel(f"error: {quantity}" if quantity else ERROR, parse_math=False)
 
 
 def _numbers(axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int]) -> None:
