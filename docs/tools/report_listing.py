@@ -27,7 +27,7 @@ KEPT = (
 )  # fmt: skip
 """Of a run; its errors by quantity, stages and chains stand in the report of the scene alone."""
 HEAD = (
-    "scene", "reference", "cheapest run within the tolerance", "largest error", "CPU time", "full FE",
+    "scene", "reference", "fastest run within the tolerance", "largest error", "CPU time", "full FE",
     "robustness: right", "refused", "wrong", "took",
 )  # fmt: skip
 

@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from gudgeon.pipeline.report.convergence import TOO_FEW
 from gudgeon.pipeline.report.document import Document, Quantity, Run, Table
 
 NOTHING = "–"
@@ -13,7 +14,7 @@ PERCENT = 1e-3
 SETTLES = {
     True: "converges",
     False: "does not converge over this sweep: not fitted",
-    None: "not tested: fewer than three runs",
+    None: TOO_FEW,
 }
 
 
