@@ -170,9 +170,7 @@ def _guard(limit: float) -> Callable[[float], None]:
 
     def watch(share: float) -> None:
         if clock.read().cpu > limit:
-            raise StageError(
-                f"The run was stopped at {share:.0%} of its duration; it exceeded the limit of {limit:.0f} s of CPU time"
-            )
+            raise StageError(f"stopped at {share:.0%} of the duration: CPU time above the limit of {limit:.0f} s")
 
     return watch
 

@@ -323,10 +323,16 @@ def test_command_and_tolerance(tmp_path: Path, capsys: pytest.CaptureFixture[str
     [
         ('[report.sweep]\n"component.skirt.modes.normal_count" = []\n', "report.sweep"),
         ('[report.sweep]\n"contact.*.no_such_key" = [1]\n', "no_such_key"),
-        ('[report.sweep]\n"joint.*.speed" = [1]\n', "'joint.*.speed' leads nowhere in this scene"),
+        ('[report.sweep]\n"joint.*.speed" = [1]\n', "no key 'joint.*.speed' in this scene"),
         ('[report.models]\n"a" = { contact.bore.methd = "penalty" }\n', "did you mean 'method'"),
-        ('[report.sweep]\n"report.until" = [1e-4, 2e-4]\n', "report.sweep: 'report' given, which changes no run"),
-        ('[report.models]\n"a" = { plot.label = "b" }\n', "report.models.a: 'plot' given, which changes no run"),
+        (
+            '[report.sweep]\n"report.until" = [1e-4, 2e-4]\n',
+            "report.sweep: 'report' given, which does not affect the motion",
+        ),
+        (
+            '[report.models]\n"a" = { plot.label = "b" }\n',
+            "report.models.a: 'plot' given, which does not affect the motion",
+        ),
         ("[report]\nuntil = 0.1\n", "report.until: 0.1 s given, '2 modes' lasts 0.0003 s"),
         ('[report]\nmodels = {}\n[report.changes]\n"a" = { component.skirt.chnge = 1 }\n', "did you mean 'change'"),
     ],

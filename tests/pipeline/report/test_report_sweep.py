@@ -71,7 +71,7 @@ def test_what_contradicts_itself_is_left_out_with_its_reason() -> None:
     assert able == [fine]
     assert [one["name"] for one in left_out] == [bad.name]
     assert "'explicit' cannot carry" in left_out[0]["why"]
-    with pytest.raises(InputError, match="no setting can be"):
+    with pytest.raises(InputError, match="no setting is admissible"):
         able_settings(scene, [bad])
     with pytest.raises(InputError, match="'explicit' cannot carry"):
         able_settings(scene, [Setting("explicit", {"run": {"integrator": "explicit"}})])
