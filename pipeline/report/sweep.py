@@ -63,9 +63,7 @@ def settings_of(job: Job) -> list[Setting]:
     named = [(f"models.{model}", table) for model, changes in models.items() for table in changes]
     for where, table in [*named, *(("sweep", path.partition(".")[0]) for path in report.sweep)]:
         if table in NO_RUN:
-            raise InputError(
-                f"{job.path}: report.{where}: '{table}' given, which does not affect the motion; vary another table"
-            )
+            raise InputError(f"{job.path}: report.{where}: '{table}' given, which does not affect the motion")
     axes = [[(path, value) for value in values] for path, values in report.sweep.items()]
     found = []
     for (name, changes), point in itertools.product(models.items(), itertools.product(*axes)):

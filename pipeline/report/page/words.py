@@ -134,7 +134,7 @@ def tables_of(document: Document) -> list[Table]:
 
 
 def change_text(key: str, value: Any) -> str:
-    """Return an entry of a design change in the form that the ending of its key asks for."""
+    """Return an entry of a design change, written by the ending of its key."""
     if isinstance(value, dict):
         return ", ".join(f"{name}: {change_text('', entry)}" for name, entry in value.items())
     if isinstance(value, bool) or not isinstance(value, int | float):

@@ -116,7 +116,7 @@ def everything(way: tuple[Travel, Root]) -> NormalModes:
 
 @pytest.fixture(scope="module")
 def compared(folder: Path) -> Comparison:
-    return compare(open_job(folder, db=folder / "db", out=folder / "out"), 1, silent)
+    return compare(open_job(folder, db=folder / "db", out=folder / "out"), 3, silent)
 
 
 def errors(compared: Comparison, basis: str, count: int) -> tuple[float, float]:
