@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from gudgeon.modaldb.records.nodal import NodalRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.changes import change_rows
@@ -64,42 +65,36 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
     """
     with report_folder(job.out, job.name):
         settings, left_out = _settings(job)
-        return _report(job, settings, left_out, how, progress)
-
-
-def _report(
-    job: Job, settings: Sequence[Setting], left_out: list[dict[str, str]], how: Effort, progress: Tell
-) -> Document:
-    run_job(job, "morph", progress)
-    nodal = nodal_runs(job, progress)
-    external = external_reference(job, nodal)
-    points = _points(job, settings, left_out, how.repeat, progress)
-    points = _with_finer(job, _comparable(points, external, left_out), how.jobs, progress)
-    if not any(one.ran for one in points):
-        why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
-        raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
-    reference = _finest(job, points) if external is None or external.empty else external
-    _check_names(job, points, reference)
-    found = quantities(points, reference, nodal, job)
-    counting = {one.name for one in found if one.counts}
-    runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
-    document = replace(
-        new_document(job, how),
-        reference={"kind": reference.kind, "source": reference.source},
-        quantities=found,
-        runs=runs,
-        left_out=left_out,
-        changes=change_rows(job, progress),
-        choice=choose(runs, how.tolerance, doubtful(found, how.tolerance)),
-        window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
-        until=job.scene.report.until,
-        notes=_notes(job, nodal, found, reference.kind),
-        timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
-    )
-    keep(job, document)
-    write_report(document, job.out)
-    progress("report", 1.0)
-    return document
+        run_job(job, "morph", progress)
+        nodal = nodal_runs(job, progress)
+        external = external_reference(job, nodal)
+        points = _points(job, settings, left_out, how.repeat, progress)
+        points = _with_finer(job, _comparable(points, external, left_out), how.jobs, progress)
+        if not any(one.ran for one in points):
+            why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
+            raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
+        reference = _finest(job, points) if external is None or external.empty else external
+        _check_names(job, points, reference)
+        found = quantities(points, reference, nodal, job)
+        counting = {one.name for one in found if one.counts}
+        runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
+        document = replace(
+            new_document(job, how),
+            reference={"kind": reference.kind, "source": reference.source},
+            quantities=found,
+            runs=runs,
+            left_out=left_out,
+            changes=change_rows(job, progress),
+            choice=choose(runs, how.tolerance, doubtful(found, how.tolerance)),
+            window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
+            until=job.scene.report.until,
+            notes=_notes(job, nodal, found, reference.kind),
+            timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
+        )
+        keep(job, document)
+        write_report(document, job.out)
+        progress("report", 1.0)
+        return document
 
 
 def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
@@ -155,7 +150,7 @@ def _comparable(points: list[Point], reference: Reference | None, left_out: list
 def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) -> list[Point]:
     """Add to every point the runs of finer steps for its time error."""
     wanted = {
-        number: finer(one.job, one.setting, fineness(one.job, one.trajectory))
+        number: finer(one.job, one.setting, one.fineness)
         for number, one in enumerate(points)
         if one.timed is not None
         and one.ran
@@ -168,16 +163,14 @@ def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) ->
         job, [setting.changes for settings in wanted.values() for setting in settings], jobs,
         max(PATIENCE, 10 * dearest), lambda share: progress("finer steps", min(share, 0.999)),
     )  # fmt: skip
-    found = list(points)
-    for number, settings in wanted.items():
-        runs = []
-        for setting in settings:
-            changed = variant(job, setting.changes)
-            trajectory = kept_trajectory(changed)
-            if trajectory is not None and trajectory.result == "FINISHED":
-                runs.append((setting.name, fineness(changed, trajectory), trajectory))
-        found[number] = replace(points[number], finer=tuple(runs))
-    return found
+    return [replace(one, finer=_finished(job, wanted.get(number, []))) for number, one in enumerate(points)]
+
+
+def _finished(job: Job, settings: Sequence[Setting]) -> tuple[tuple[str, float, Trajectory], ...]:
+    """Return name, fineness and run of the settings whose run is in the database and finished."""
+    variants = [(setting.name, variant(job, setting.changes)) for setting in settings]
+    runs = [(name, changed, kept_trajectory(changed)) for name, changed in variants]
+    return tuple((n, fineness(changed, run), run) for n, changed, run in runs if run and run.result == "FINISHED")
 
 
 def _check_names(job: Job, points: Sequence[Point], reference: Reference) -> None:
@@ -222,7 +215,7 @@ def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], ki
         if until < job.scene.run.duration * (1 - 1e-3):
             notes.append(
                 f"The two finest full FE runs agree to 5 % in force up to {until * 1e3:.3g} ms. Later motion is not"
-                " reproducible by any model and is not compared."
+                " reproducible by any model."
             )
     uncounted = [one.name for one in found if not one.counts and one.converges is False]
     if uncounted and kind == "finest":

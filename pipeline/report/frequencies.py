@@ -65,33 +65,29 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
         StageError: no setting ran.
     """
     with report_folder(job.out, job.name):
-        return _report(job, how, progress)
-
-
-def _report(job: Job, how: Effort, progress: Progress) -> Document:
-    reference = external_reference(job, [])
-    meshes, left_out = _meshes(job, how.repeat, progress)
-    if reference is None or not reference.expected:
-        name = meshes[-1].setting.name
-        reference = Reference("finest", f"the finest mesh: {name}", meshes[-1].frequencies, None, None)
-    _known(job, reference, meshes[-1])
-    found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
-    counting = {one.name for one in found if one.counts}
-    runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
-    document = replace(
-        new_document(job, how),
-        reference={"kind": reference.kind, "source": reference.source},
-        quantities=found,
-        runs=runs,
-        left_out=left_out,
-        choice=choose(runs, how.tolerance),
-        tables=[_table(found, meshes, reference)],
-        timing=TIMING.format(repeat=how.repeat),
-    )
-    keep(job, document)
-    write_report(document, job.out)
-    progress("report", 1.0)
-    return document
+        reference = external_reference(job, [])
+        meshes, left_out = _meshes(job, how.repeat, progress)
+        if reference is None or not reference.expected:
+            name = meshes[-1].setting.name
+            reference = Reference("finest", f"the finest mesh: {name}", meshes[-1].frequencies, None, None)
+        _known(job, reference, meshes[-1])
+        found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
+        counting = {one.name for one in found if one.counts}
+        runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
+        document = replace(
+            new_document(job, how),
+            reference={"kind": reference.kind, "source": reference.source},
+            quantities=found,
+            runs=runs,
+            left_out=left_out,
+            choice=choose(runs, how.tolerance),
+            tables=[_table(found, meshes, reference)],
+            timing=TIMING.format(repeat=how.repeat),
+        )
+        keep(job, document)
+        write_report(document, job.out)
+        progress("report", 1.0)
+        return document
 
 
 def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], list[dict[str, str]]]:

@@ -139,7 +139,7 @@ def _chart(document: Document) -> str:
         f" below {LEAST:.0e}; a dotted line marks the CPU time of the reference."
     )
     return (
-        f'<figure><div class="controls"><label for="quantity">Error of</label><select id="quantity">{options}</select>'
+        f'<figure><div class="controls"><label for="quantity">Shown:</label><select id="quantity">{options}</select>'
         f'<span class="faint">Select a mark to show its run. Select a scheme in the legend to show'
         f" or hide it.</span></div>"
         f'<div id="charts">{charts}</div><ul class="legend">{legend}</ul><figcaption>{notes}</figcaption></figure>'

@@ -44,7 +44,7 @@ def run_columns(document: Document) -> list[Column]:
         Column("largest error", [_largest(run) for run in runs], [_size(run.largest_error) for run in runs]),
         Column("of", [run.largest_of or NOTHING for run in runs], [run.largest_of for run in runs], "short"),
         _numbers("conservative error", conservative, size_text),
-        Column("result", [_failure(run) or NOTHING for run in runs], [_failure(run) for run in runs], "short bad"),
+        Column("result", [_failure(run) or NOTHING for run in runs], [_failure(run) for run in runs], "short result"),
         _parts("truncation error", runs, "truncation"),
         _parts("time error", runs, "time"),
         _numbers("CPU time", [run.cpu_seconds for run in runs], seconds_text),
@@ -117,7 +117,11 @@ def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]
 def _run_table(name: str, document: Document, columns: Sequence[Column]) -> str:
     chosen = document.choice.run if document.choice is not None else None
     kinds = [
-        " ".join(kind for kind, holds in (("front", run.front), ("chosen", run.name == chosen)) if holds)
+        " ".join(
+            kind
+            for kind, holds in (("front", run.front), ("chosen", run.name == chosen), ("failed", bool(_failure(run))))
+            if holds
+        )
         for run in document.runs
     ]
     rows = [f' data-run="{number}"{_class(kind)}' for number, kind in enumerate(kinds)]

@@ -20,8 +20,7 @@ from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.reference import largest
-from gudgeon.pipeline.report.vectors.bases import Source, bases_of
-from gudgeon.pipeline.report.vectors.cost import Price, price_table, prices
+from gudgeon.pipeline.report.vectors.bases import Price, Source, bases_of, price_table, prices
 from gudgeon.pipeline.report.vectors.problem import problem_of
 from gudgeon.pipeline.report.vectors.travelling import (
     History,

@@ -22,8 +22,7 @@ from gudgeon.pipeline.report.bodies import report_scene
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.page.output import report_text
 from gudgeon.pipeline.report.vectors import report as report_module
-from gudgeon.pipeline.report.vectors.bases import OF_ALL
-from gudgeon.pipeline.report.vectors.cost import price_table
+from gudgeon.pipeline.report.vectors.bases import OF_ALL, price_table
 from gudgeon.pipeline.report.vectors.problem import Problem, problem_of
 from gudgeon.pipeline.report.vectors.report import ROOT, UNDER, Comparison, compare
 from gudgeon.pipeline.report.vectors.travelling import Root, Travel, difference, nodal_history, reduced_history
