@@ -40,17 +40,16 @@ def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ())
     meeting = [run for error, run in known if error <= tolerance]
     if meeting:
         best = min(meeting, key=lambda run: run.cpu_seconds)
-        return Choice(
-            tolerance, best.name, best.settings, best.largest_error, best.largest_of, best.cpu_seconds,
-            why=f"the fastest of {len(meeting)} of {len(known)} settings that meet {tick_text(tolerance)}",
-        )  # fmt: skip
+        why = f"the fastest of {len(meeting)} of {len(known)} settings that meet {tick_text(tolerance)}"
+        error, of = best.largest_error, best.largest_of
+        return Choice(tolerance, best.name, best.settings, error, of, cpu_seconds=best.cpu_seconds, why=why)
     if not known:
-        return Choice(tolerance, None, None, None, None, None, why="no run has an error that counts")
+        return Choice(tolerance, why="no run has an error that counts")
     error, nearest = min(known, key=lambda item: item[0])
     own = f", {size_text(error)} in {nearest.largest_of}"
     size = own if error == nearest.largest_error else f" with a conservative error of {size_text(error)}"
     why = f"none meets {tick_text(tolerance)}; nearest is {nearest.name}{size}"
-    return Choice(tolerance, None, None, nearest.largest_error, nearest.largest_of, None, why=why)
+    return Choice(tolerance, error=nearest.largest_error, of=nearest.largest_of, why=why)
 
 
 def kept_reports(job: Job) -> Iterator[Product]:

@@ -119,12 +119,12 @@ class Choice:
     """The fastest run within a tolerance; if there is none, error and quantity of the nearest one."""
 
     tolerance: float
-    run: str | None
-    settings: dict[str, Any] | None
-    error: float | None
-    of: str | None
-    cpu_seconds: float | None
-    why: str
+    run: str | None = None
+    settings: dict[str, Any] | None = None
+    error: float | None = None
+    of: str | None = None
+    cpu_seconds: float | None = None
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,8 @@ def _run(entry: Mapping[str, Any]) -> Run:
         for name, states in entry["stages"].items()
     }
     former = {one.metadata[FORMER]: one.name for one in fields(Run) if FORMER in one.metadata}
-    return Run(**{former.get(key, key): value for key, value in entry.items()} | {"stages": stages})
+    values: dict[str, Any] = {former.get(key, key): value for key, value in entry.items()}
+    return Run(**{**values, "stages": stages})
 
 
 def _plain(value: Any) -> Any:
