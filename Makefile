@@ -74,7 +74,7 @@ bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow
 
 reports: setup ## write error against run time and robustness cases of every scene to out/reports, timed ones first, and list them in docs/reports; what is done is kept
 	@mkdir -p out/reports; rm -f out/reports/seconds.csv; failed=; \
-	for command in report stress; do \
+	for command in report robustness; do \
 	    for file in $(SCENES); do \
 	        name=$$(echo $$file | sed 's,^data/,,; s,/scene\.toml$$,,; s,\.toml$$,,'); \
 	        echo "$(BIN)/gudgeon $$command $$file --out out/reports/$$name"; \

@@ -1,8 +1,8 @@
-"""`python -m docs.tools.report_listing FOLDER`: the lists of all reports below a folder, as `make reports` writes them.
+"""`python -m docs.tools.report_listing FOLDER`: write the lists of all reports below a folder, for `make reports`.
 
 Puts the main figures of every `report.json` and `robustness.json`, and the seconds of `seconds.csv` (scene, command,
-seconds), into `docs/reports/report.json`; scenes that the folder lacks keep theirs. Writes `docs/reports/README.md` and
-the table of the README from that file, and copies the pictures that the README shows.
+seconds), into `docs/reports/report.json`; scenes without a report in the folder keep theirs. Writes
+`docs/reports/README.md` and the table of the README from that file, and copies the pictures of the README.
 """
 
 import csv
@@ -19,16 +19,16 @@ Scenes = dict[str, dict[str, Any]]
 """By name, the path below `data` without `scene.toml` or `.toml`."""
 ROOT = Path(__file__).resolve().parents[2]
 REPORTS = ROOT / "docs" / "reports"
-SHOWN = ("piston/stroke/report.png", "beam-sphere/stress.png")
+SHOWN = ("piston/stroke/report.png", "beam-sphere/robustness.png")
 """Pictures of reports that the README shows."""
 KEPT = (
-    "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "conservative_error", "cpu_seconds",
-    "wall_seconds", "front",
+    "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "conservative_error",
+    "cpu_seconds", "wall_seconds", "front",
 )  # fmt: skip
-"""Of a run; its errors by quantity, stages and chains stand in the report of the scene alone."""
+"""Keys of a run; errors by quantity, stages and chains are only in the report of the scene."""
 HEAD = (
-    "scene", "reference", "cheapest run within the tolerance", "largest error", "CPU time", "full FE", "stress: right",
-    "refused", "wrong", "took",
+    "scene", "reference", "fastest run within the tolerance", "largest error", "CPU time", "full FE",
+    "robustness: right", "refused", "wrong", "took",
 )  # fmt: skip
 
 
@@ -42,7 +42,7 @@ def main_figures(folder: Path) -> Scenes:
         entry["runs"] = [{key: run[key] for key in KEPT} for run in report["runs"]]
     for path in sorted(folder.rglob("robustness.json")):
         entry = found.setdefault(path.parent.relative_to(folder).as_posix(), {})
-        entry["stress"] = json.loads(path.read_text(encoding="utf-8"))["counts"]
+        entry["robustness"] = json.loads(path.read_text(encoding="utf-8"))["counts"]
     if (folder / "seconds.csv").is_file():
         with (folder / "seconds.csv").open(newline="", encoding="utf-8") as file:
             for name, command, seconds in csv.reader(file):
@@ -51,13 +51,13 @@ def main_figures(folder: Path) -> Scenes:
 
 
 def scenes_text(scenes: Scenes) -> str:
-    """Return the main figures as JSON, one line a scene."""
+    """Return the main figures as JSON, one line per scene."""
     lines = (f"{json.dumps(name)}: {json.dumps(scenes[name], ensure_ascii=False)}" for name in sorted(scenes))
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
-    """Return the list as Markdown: one line a scene, then the table of the systems to outdo."""
+    """Return the list as Markdown: one line per scene, then the comparison with published systems."""
     total = sum(sum(scene.get("seconds", {}).values()) for scene in scenes.values())
     machine = next((scene["machine"] for scene in scenes.values() if "machine" in scene), None)
     where = "an unknown machine" if machine is None else f"{machine['cpu']}, {machine['cores']} cores"
@@ -73,7 +73,7 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
         "|---" * len(HEAD) + "|",
         *(f"| {' | '.join(_row(name, scenes[name]))} |" for name in sorted(scenes)),
         "",
-        "## Beside the systems to outdo",
+        "## Comparison with published systems",
         "",
         seeds_table(scenes, seeds, "../../"),
         "",
@@ -82,12 +82,12 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
 
 
 def with_table(text: str, table: str) -> str:
-    """Return a text with its table of the systems to outdo replaced."""
+    """Return a text with its table of published systems replaced."""
     return re.sub(r"^\| system \|(.*\n)(\|.*\n)*", lambda _: f"{table}\n", text, count=1, flags=re.MULTILINE)
 
 
 def _row(name: str, scene: dict[str, Any]) -> list[str]:
-    choice, verdicts = scene.get("choice") or {}, scene.get("stress", {})
+    choice, verdicts = scene.get("choice") or {}, scene.get("robustness", {})
     nodal = [run["cpu_seconds"] for run in scene.get("runs", []) if run["kind"] == "nodal"]
     seconds = sum(scene.get("seconds", {}).values())
     cells = [
@@ -108,7 +108,7 @@ def _number(value: float | None, form: str) -> str:
 
 
 def _copy_picture(source: Path, target: Path) -> None:
-    """Copy a PNG with a palette of 256 colours, a third of its size."""
+    """Copy a PNG with a palette of 256 colours, which reduces it to a third of its size."""
     from PIL import Image
 
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -116,7 +116,7 @@ def _copy_picture(source: Path, target: Path) -> None:
 
 
 def main(folder: Path) -> None:
-    """Bring figures, lists and pictures up to date with the reports below a folder."""
+    """Update figures, lists and pictures from the reports below a folder."""
     scenes: Scenes = json.loads((REPORTS / "report.json").read_text(encoding="utf-8"))
     for name, entry in main_figures(folder).items():
         scenes[name] = scenes.get(name, {}) | entry

@@ -1,4 +1,4 @@
-"""The table of the systems that the scenes are measured against: nothing in it but what their reports hold."""
+"""The comparison with published systems, made from the reports of the scenes that reproduce them."""
 
 import tomllib
 from collections.abc import Mapping
@@ -19,14 +19,14 @@ def read_seeds() -> dict[str, Any]:
 def seeds_table(scenes: Mapping[str, Mapping[str, Any]], seeds: Mapping[str, Any], link: str = "") -> str:
     """Return the table as Markdown.
 
-    Of each scene: the run that its report chose for the tolerance, or the best, marked as missed; and the cheapest
-    full-FE run within the tolerance, or the finest, marked as missed. A full-FE run that is the reference has no error of
-    its own.
+    Of each scene: the run that its report selected for the tolerance, or the most accurate one, marked as missed; and
+    the fastest full-FE run within the tolerance, or the most accurate one, marked as missed. A full-FE run that is the
+    reference has no error.
 
     Args:
         scenes: Main figures of reports by scene, as in `docs/reports/report.json`.
         seeds: `tolerance`, and `system`, a list of names and reports.
-        link: Leads to the root of the repository.
+        link: Relative path to the root of the repository.
     """
     rows = [_row(scenes, system, seeds["tolerance"], link) for system in seeds["system"]]
     head = f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}"
@@ -34,7 +34,7 @@ def seeds_table(scenes: Mapping[str, Mapping[str, Any]], seeds: Mapping[str, Any
 
 
 def scene_link(name: str, link: str = "") -> str:
-    """Return a scene's name that leads to its file."""
+    """Return the name of a scene as a link to its file."""
     return f"[`{name}`]({link}data/{name}{'.toml' if '/' in name else '/scene.toml'})"
 
 
@@ -61,7 +61,7 @@ def _row(scenes: Mapping[str, Mapping[str, Any]], system: dict[str, Any], tolera
 
 
 def _best(runs: list[dict[str, Any]], tolerance: float) -> dict[str, Any] | None:
-    """Return the cheapest run within the tolerance; where none is, the one nearest to it."""
+    """Return the fastest run within the tolerance; if there is none, the most accurate one."""
     able = [run for run in runs if run["largest_error"] is None or run["largest_error"] <= tolerance]
     if able:
         return min(able, key=lambda run: run["cpu_seconds"])

@@ -1,1 +1,1 @@
-"""Seconds, memory, the machine, and windows on histories."""
+"""Measured time and memory, the machine, and windowed force histories."""

@@ -1,4 +1,4 @@
-"""What something takes: wall and CPU seconds, and the fastest of some runs, one after the other."""
+"""Wall and CPU time of a piece of work, and of the fastest of several runs of it."""
 
 import time
 from collections.abc import Callable
@@ -10,25 +10,28 @@ Made = TypeVar("Made")
 
 @dataclass(frozen=True)
 class Seconds:
-    """What something took."""
+    """Wall time and CPU time of a piece of work [s]."""
 
     wall: float
     cpu: float
 
+    def __add__(self, other: "Seconds") -> "Seconds":
+        return Seconds(self.wall + other.wall, self.cpu + other.cpu)
+
 
 class Clock:
-    """Runs from when it is made; CPU seconds are those of this process, all threads together."""
+    """Starts when it is made; CPU seconds are those of all threads of this process."""
 
     def __init__(self) -> None:
         self._wall, self._cpu = time.perf_counter(), time.process_time()
 
     def read(self) -> Seconds:
-        """Return the seconds since it was made."""
+        """Return the time since the start."""
         return Seconds(time.perf_counter() - self._wall, time.process_time() - self._cpu)
 
 
 def fastest(make: Callable[[], Made], repeat: int) -> tuple[Made, Seconds]:
-    """Return what a function makes, and wall and CPU seconds of the run of least CPU time."""
+    """Return the result and the time of the run with the least CPU time."""
     found = []
     for _ in range(repeat):
         clock = Clock()

@@ -1,7 +1,7 @@
-"""Force histories on common ground: a zero-phase window, and means over other intervals. Both keep the impulse.
+"""Comparable force histories: a zero-phase window, and means over other intervals. Both preserve the impulse.
 
-Raw contact forces of modal and nodal models ring at their own cut-off; what can be compared is the force within a
-stated window.
+Contact forces of modal and full-FE models oscillate at their own cut-off frequency; they are compared after the same
+window.
 """
 
 import numpy as np
@@ -9,24 +9,21 @@ import numpy as np
 from gudgeon.pipeline.errors import StageError
 
 UNIFORM_RTOL = 1e-6
-"""Sample intervals may differ by rounding of their end times, not more."""
+"""Largest relative difference of sample intervals: round-off of their end times."""
 
 
 def hann_filter(times: np.ndarray, force: np.ndarray, width: float) -> np.ndarray:
-    """Smooth interval means with a symmetric Hann window: f̄_i = Σ_k w_k f_{i+k}, Σ w_k = 1.
+    """Return interval means filtered with a symmetric Hann window: f̄_i = Σ_k w_k f_{i+k}, Σ w_k = 1 [N], (s, ...).
 
-    The record is mirrored at both ends, so that the sum over all samples, and with it the impulse, stays the same.
+    The history is mirrored at both ends, so that the sum over all samples, and with it the impulse, is preserved.
 
     Args:
         times: Ends of the sample intervals, equally spaced [s], (s,).
         force: Mean over each interval [N], (s, ...).
-        width: Full width of the window [s]; where it spans less than two intervals nothing changes.
-
-    Returns:
-        Filtered force [N], (s, ...).
+        width: Full width of the window [s]; below two intervals the force is unchanged.
 
     Raises:
-        StageError: the intervals differ.
+        StageError: the intervals are not equal.
     """
     from scipy.ndimage import convolve1d
 
@@ -36,7 +33,7 @@ def hann_filter(times: np.ndarray, force: np.ndarray, width: float) -> np.ndarra
     interval = intervals.mean()
     if np.ptp(intervals) > UNIFORM_RTOL * interval + 4 * np.spacing(abs(times).max()):
         raise StageError(
-            f"force filter: sample intervals run from {intervals.min()} to {intervals.max()} s, need equal ones"
+            f"force filter: sample intervals of {intervals.min()} to {intervals.max()} s given, they must be equal"
         )
     reach = int(0.5 * width / interval * (1 - 1e-12))
     if reach < 1:
@@ -46,15 +43,12 @@ def hann_filter(times: np.ndarray, force: np.ndarray, width: float) -> np.ndarra
 
 
 def resample_mean(edges_times: np.ndarray, mean_force: np.ndarray, grid: np.ndarray) -> np.ndarray:
-    """Return the mean force over each interval of another grid, by differences of the impulse ∫ f dt.
+    """Return the mean force over each interval of another grid, by differences of the impulse ∫ f dt [N], (g, ...).
 
     Args:
         edges_times: Edges of the given intervals, ascending [s], (s + 1,).
         mean_force: Mean over each of them [N], (s, ...); outside of them the force is zero.
-        grid: Edges of the wanted intervals, ascending [s], (g + 1,).
-
-    Returns:
-        Mean force [N], (g, ...).
+        grid: Edges of the new intervals, ascending [s], (g + 1,).
     """
     flat = np.asarray(mean_force, float).reshape(len(edges_times) - 1, -1)
     impulse = np.zeros((len(edges_times), flat.shape[1]))

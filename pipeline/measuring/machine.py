@@ -1,4 +1,4 @@
-"""The machine that a report's seconds were measured on."""
+"""The machine on which the times of a report were measured."""
 
 import os
 import platform
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def machine() -> dict[str, Any]:
-    """Return processor, cores and Python's version."""
+    """Return processor, number of cores and version of Python."""
     return {"cpu": _cpu_name(), "cores": os.cpu_count(), "python": platform.python_version()}
 
 

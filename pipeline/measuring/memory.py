@@ -1,4 +1,4 @@
-"""The largest resident memory of this process over a stretch of its work."""
+"""Largest resident memory of this process during a piece of work."""
 
 import contextlib
 import re
@@ -11,14 +11,14 @@ RESET = Path("/proc/self/clear_refs")
 
 
 class Peak:
-    """Filled when the stretch is over."""
+    """Holds the result after the block."""
 
     mib = 0.0
 
 
 @contextlib.contextmanager
 def peak_memory() -> Iterator[Peak]:
-    """Measure the largest resident memory within the block [MiB]; of the whole run where that is not kept."""
+    """Measure the largest resident memory within the block [MiB]; of the whole process where Linux cannot reset it."""
     peak = Peak()
     with contextlib.suppress(OSError):
         RESET.write_text("5")

@@ -1,1 +1,1 @@
-"""Error against run time: what a scene is swept over, how its runs are timed, and what they tell."""
+"""`gudgeon report`: the settings of a sweep, their timed runs, errors, convergence and choice."""

@@ -1,4 +1,4 @@
-"""`gudgeon report` of a scene of contacts: its sweep against its reference, error beside run time."""
+"""`gudgeon report` of a scene of bodies: errors of a sweep against a reference, and the time of each run."""
 
 import difflib
 import math
@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from gudgeon.modaldb.records.nodal import NodalRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.changes import change_rows
@@ -17,7 +18,7 @@ from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.reference import Reference, errors_against, external_reference, reference_run, values_of
-from gudgeon.pipeline.report.slap.cycle import reproducible
+from gudgeon.pipeline.report.slaps import reproducible
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
 from gudgeon.pipeline.report.vectors.report import vectors_report
@@ -27,20 +28,20 @@ from gudgeon.solver.errors import SceneError, SolverError
 
 Tell = Callable[[str, float], None]
 PATIENCE = 20.0
-"""CPU seconds that a setting of the default sweep may take at least; more only where others take as much."""
+"""Limit on the CPU time of a setting of the default sweep [s]; ten times the slowest setting so far if that is more."""
 FINER = 6.0
-"""What finer runs take together, in times of the run itself."""
+"""CPU time of the finer runs of a setting together, over that of its own run."""
 TIMING = (
-    "CPU seconds of the solution alone, one thread, least of {repeat} runs after one that loads and compiles and is cut"
-    " off after {warm_up:.0f} CPU s; after {long:.0f} s none is repeated but the first. Timed runs never go beside each"
-    " other or beside anything else of the report: what --jobs spreads over processes are the finer runs that serve as"
-    " references only, afterwards. Cold: the stage in an empty database; warm: with everything at hand. full-FE runs: CPU"
-    " seconds of all their threads, least of {nodal} where the first takes {short:.0f} s at most, else its own."
+    "CPU time of the solution alone on one thread, least of {repeat} runs after a warm-up run, which loads and compiles"
+    " and ends after {warm_up:.0f} s of CPU time; after {long:.0f} s there are at most two runs. Timed runs are"
+    " sequential. With --jobs, only the finer reference runs are parallel; they follow the timed runs and are not"
+    " timed. Cold: the stage with an empty database; warm: with all records present. Full-FE runs: CPU time of all"
+    " threads, least of {nodal} runs if the first takes at most {short:.0f} s, otherwise that of the first."
 )
 
 
 def report_scene(job: Job, how: Effort, progress: Tell) -> Document:
-    """Write the report that a scene of bodies asks for: Ritz vectors, frequencies where nothing moves, or its sweep.
+    """Write the report of a scene of bodies: of a moving force, of frequencies if nothing moves, or of its sweep.
 
     Raises:
         InputError, StageError: see each.
@@ -56,56 +57,48 @@ def report_scene(job: Job, how: Effort, progress: Tell) -> Document:
 def report_job(job: Job, how: Effort, progress: Tell) -> Document:
     """Run a scene's sweep, write `report.{json,csv,png,html}` into the job's folder, and keep it in the database.
 
-    Everything that is finished is kept: after an interruption the report goes on where it was.
+    Finished runs are in the database: after an interruption they are not computed again.
 
     Raises:
-        InputError: a setting that the scene names is wrong, or what it names of a reference is, or the job's folder
-            holds the report of another scene.
+        InputError: a setting or the reference of the scene is wrong, or the folder holds the report of another scene.
         StageError: no setting ran.
     """
     with report_folder(job.out, job.name):
         settings, left_out = _settings(job)
-        return _report(job, settings, left_out, how, progress)
-
-
-def _report(
-    job: Job, settings: Sequence[Setting], left_out: list[dict[str, str]], how: Effort, progress: Tell
-) -> Document:
-    run_job(job, "morph", progress)
-    nodal = nodal_runs(job, progress)
-    external = external_reference(job, nodal)
-    points = _points(job, settings, left_out, how.repeat, progress)
-    points = _telling(points, external, left_out)
-    points = _with_finer(job, points, how.jobs, progress)
-    if not any(one.ran for one in points):
-        why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
-        raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
-    reference = external if external is not None and _says(external) else _finest(job, points)
-    _known(job, points, reference)
-    found = quantities(points, reference, nodal, job)
-    counting = {one.name for one in found if one.counts}
-    runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
-    document = replace(
-        new_document(job, how),
-        reference={"kind": reference.kind, "source": reference.source},
-        quantities=found,
-        runs=runs,
-        left_out=left_out,
-        changes=change_rows(job, progress),
-        choice=choose(runs, how.tolerance, doubtful(found, how.tolerance)),
-        window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
-        until=job.scene.report.until,
-        notes=_notes(job, nodal, found, reference.kind),
-        timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
-    )
-    keep(job, document)
-    write_report(document, job.out)
-    progress("report", 1.0)
-    return document
+        run_job(job, "morph", progress)
+        nodal = nodal_runs(job, progress)
+        external = external_reference(job, nodal)
+        points = _points(job, settings, left_out, how.repeat, progress)
+        points = _with_finer(job, _comparable(points, external, left_out), how.jobs, progress)
+        if not any(one.ran for one in points):
+            why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
+            raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
+        reference = _finest(job, points) if external is None or external.empty else external
+        _check_names(job, points, reference)
+        found = quantities(points, reference, nodal, job)
+        counting = {one.name for one in found if one.counts}
+        runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
+        document = replace(
+            new_document(job, how),
+            reference={"kind": reference.kind, "source": reference.source},
+            quantities=found,
+            runs=runs,
+            left_out=left_out,
+            changes=change_rows(job, progress),
+            choice=choose(runs, how.tolerance, doubtful(found, how.tolerance)),
+            window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
+            until=job.scene.report.until,
+            notes=_notes(job, nodal, found, reference.kind),
+            timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
+        )
+        keep(job, document)
+        write_report(document, job.out)
+        progress("report", 1.0)
+        return document
 
 
 def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
-    """Return what runs, and what contradicts itself; misspelt changes shall not come out after the full-FE runs."""
+    """Return the admissible settings and the others, checked before the full-FE runs start, as are design changes."""
     for changes in job.scene.report.changes.values():
         variant(job, changes)
     able, left_out = able_settings(job, settings_of(job))
@@ -119,7 +112,7 @@ def _settings(job: Job) -> tuple[list[Setting], list[dict[str, str]]]:
 def _points(
     job: Job, settings: Sequence[Setting], left_out: list[dict[str, str]], repeat: int, progress: Tell
 ) -> list[Point]:
-    """Time every setting, alone; one that was thought up and cannot be, or is far too slow, is left out."""
+    """Time every setting; one of the default sweep that is not admissible, or too slow, is omitted."""
     points: list[Point] = []
     for number, setting in enumerate(settings):
         stage = f"setting {number + 1} of {len(settings)}"
@@ -141,27 +134,27 @@ def _points(
     return points
 
 
-def _telling(points: list[Point], reference: Reference | None, left_out: list[dict[str, str]]) -> list[Point]:
-    """Leave out what was thought up and ran, but does not know what an impact is while the reference asks for impacts."""
+def _comparable(points: list[Point], reference: Reference | None, left_out: list[dict[str, str]]) -> list[Point]:
+    """Omit runs of the default sweep that do not have all quantities of the reference."""
     found = []
     for one in points:
         asked = reference.expected.keys() if reference is not None and one.ran else set()
-        lacks = sorted(asked - values_of(one.trajectory).keys()) if one.ran else []
-        if lacks and not one.setting.named:
-            left_out.append({"name": one.setting.name, "why": f"its run does not tell {', '.join(lacks)}"})
+        missing = sorted(asked - values_of(one.trajectory).keys()) if one.ran else []
+        if missing and not one.setting.named:
+            left_out.append({"name": one.setting.name, "why": f"its run has no {', '.join(missing)}"})
         else:
             found.append(one)
     return found
 
 
 def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) -> list[Point]:
-    """Give every point the runs that tell its time error."""
+    """Add to every point the runs of finer steps for its time error."""
     wanted = {
-        number: finer(one.job, one.setting, fineness(one.job, one.trajectory))
+        number: finer(one.job, one.setting, one.fineness)
         for number, one in enumerate(points)
         if one.timed is not None
         and one.ran
-        and finest_step(one, points) is None  # Else a step that is named is the reference.
+        and finest_step(one, points) is None  # Otherwise a finer step of the sweep is the reference.
         and (one.setting.named or FINER * one.timed.cpu < PATIENCE)
     }
     progress("finer steps", 0.0)
@@ -170,23 +163,21 @@ def _with_finer(job: Job, points: Sequence[Point], jobs: int, progress: Tell) ->
         job, [setting.changes for settings in wanted.values() for setting in settings], jobs,
         max(PATIENCE, 10 * dearest), lambda share: progress("finer steps", min(share, 0.999)),
     )  # fmt: skip
-    found = list(points)
-    for number, settings in wanted.items():
-        runs = []
-        for setting in settings:
-            changed = variant(job, setting.changes)
-            trajectory = kept_trajectory(changed)
-            if trajectory is not None and trajectory.result == "FINISHED":
-                runs.append((setting.name, fineness(changed, trajectory), trajectory))
-        found[number] = replace(points[number], finer=tuple(runs))
-    return found
+    return [replace(one, finer=_finished(job, wanted.get(number, []))) for number, one in enumerate(points)]
 
 
-def _known(job: Job, points: Sequence[Point], reference: Reference) -> None:
-    """Refuse names that no run knows: they would be taken for zero, or count for nothing.
+def _finished(job: Job, settings: Sequence[Setting]) -> tuple[tuple[str, float, Trajectory], ...]:
+    """Return name, fineness and run of the settings whose run is in the database and finished."""
+    variants = [(setting.name, variant(job, setting.changes)) for setting in settings]
+    runs = [(name, changed, kept_trajectory(changed)) for name, changed in variants]
+    return tuple((n, fineness(changed, run), run) for n, changed, run in runs if run and run.result == "FINISHED")
+
+
+def _check_names(job: Job, points: Sequence[Point], reference: Reference) -> None:
+    """Refuse names that no run has: their values would be taken for zero, or never count.
 
     Raises:
-        InputError: a name of `report.quantities` or `report.interest` is none.
+        InputError: a name of `report.quantities` or `report.interest` is unknown.
     """
     ran = [one for one in points if one.ran]
     told = set().union(*(values_of(one.trajectory) for one in ran))
@@ -197,17 +188,13 @@ def _known(job: Job, points: Sequence[Point], reference: Reference) -> None:
     for key, name, known in wrong:
         near = difflib.get_close_matches(name, known, 1)
         hint = f"did you mean '{near[0]}'? " if near else ""
-        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {hint}there is {', '.join(sorted(known))}")
+        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {hint}known are {', '.join(sorted(known))}")
     if lines:
         raise InputError("\n".join(lines))
 
 
-def _says(reference: Reference) -> bool:
-    return bool(reference.expected) or reference.force is not None or reference.slaps is not None
-
-
 def _finest(job: Job, points: Sequence[Point]) -> Reference:
-    """Return the finest run of the scheme that the scene itself has, or of the first one that ran."""
+    """Return the finest run of the scheme of the scene itself, or of the first scheme that ran."""
     own = point(Setting("", {}), job, None).scheme[0]
     for scheme in dict.fromkeys([own, *(one.scheme[0] for one in points)]):
         if (best := finest_of(points, scheme)) is not None:
@@ -227,13 +214,13 @@ def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], ki
         until = reproducible(job, list(nodal))
         if until < job.scene.run.duration * (1 - 1e-3):
             notes.append(
-                f"The two finest full-FE runs agree to 5 % in force up to {until * 1e3:.3g} ms; what comes later depends"
-                " on the last digits of any model."
+                f"The two finest full FE runs agree to 5 % in force up to {until * 1e3:.3g} ms. Later motion is not"
+                " reproducible by any model."
             )
     uncounted = [one.name for one in found if not one.counts and one.converges is False]
     if uncounted and kind == "finest":
         notes.append(
-            f"Not counted, because the sweep is the only reference and they do not converge over it:"
+            "These quantities do not count, because the sweep is the only reference and they do not converge over it:"
             f" {', '.join(uncounted)}."
         )
     return notes

@@ -1,4 +1,4 @@
-"""Design changes in a report: reuse against recompute, and the price of each against that of the first run."""
+"""Design changes in a report: reuse against recompute, in error and in wall time."""
 
 import tempfile
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from gudgeon.pipeline.stages.run_report import RunReport
 
 
 def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[str, Any]]:
-    """Return one row for each design change that a scene's report names; where it names none, for the scene's own."""
+    """Return one row for each design change of a scene's report; if it has none, for the change of the scene itself."""
     design, changes = job, job.scene.report.changes
     if not changes:
         design, changes = _own_change(job)
@@ -39,7 +39,7 @@ def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[s
 
 
 def _own_change(job: Job) -> tuple[Job, dict[str, dict[str, Any]]]:
-    """Return the scene without the profiles that move its surfaces, and those as a change."""
+    """Return the scene without the profiles that move its surfaces, and these profiles as a change."""
     moved = {
         name: component.change.profile
         for name, component in job.scene.component.items()
@@ -57,7 +57,7 @@ def _on_update(job: Job, update: str) -> Job:
 
 
 def _row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -> dict[str, Any]:
-    """Return the row of one change from its runs: cold and unchanged, changed by reuse, changed and recomputed."""
+    """Return the row of one change from its runs: cold and unchanged, changed with reuse, changed with recompute."""
     runs = [job.store.get(report.stages["solve"].key, "trajectory") for report in reports]
     cold, reused, recomputed = (sum(stage.seconds for stage in report.stages.values()) for report in reports)
     grid = np.linspace(0.0, job.scene.report.until or job.scene.run.duration, GRID + 1)

@@ -1,4 +1,4 @@
-"""The cheapest setting that meets a tolerance; kept in the database with the report that it comes from."""
+"""The fastest setting within a tolerance, and the reports of a scene in the database."""
 
 import itertools
 from collections.abc import Collection, Iterator, Sequence
@@ -20,42 +20,42 @@ from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
 
 def doubtful(quantities: Sequence[Quantity], tolerance: float) -> set[str]:
-    """Return the runs along which a quantity that counts does not converge: whatever their errors, they are luck.
+    """Return the runs of chains along which a quantity that counts does not converge, whatever their errors.
 
-    But for chains on which it wanders by less than the tolerance: there it has settled for what is asked.
+    Chains whose values agree within the tolerance are not among them.
     """
     chains = [chain for one in quantities if one.counts for chain in one.chains if chain.converges is False]
     return {run for chain in chains if np.ptp(chain.differences) > tolerance for run in chain.runs}
 
 
 def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ()) -> Choice:
-    """Return the cheapest reduced run whose conservative error is within a tolerance.
+    """Return the reduced run with the least CPU time whose conservative error is within a tolerance.
 
     Args:
         runs: With their conservative errors.
-        avoided: Names of runs that are not to be trusted.
+        avoided: Names of runs that are never chosen.
     """
     able = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED" and run.name not in avoided]
     known = [(run.conservative_error, run) for run in able if run.errors and run.conservative_error is not None]
     meeting = [run for error, run in known if error <= tolerance]
     if meeting:
         best = min(meeting, key=lambda run: run.cpu_seconds)
-        return Choice(
-            tolerance, best.name, best.settings, best.largest_error, best.largest_of, best.cpu_seconds,
-            why=f"the cheapest of {len(meeting)} of {len(known)} settings that meet {tick_text(tolerance)}",
-        )  # fmt: skip
+        why = f"the fastest of {len(meeting)} of {len(known)} settings that meet {tick_text(tolerance)}"
+        error, of = best.largest_error, best.largest_of
+        return Choice(tolerance, best.name, best.settings, error, of, cpu_seconds=best.cpu_seconds, why=why)
     if not known:
-        return Choice(tolerance, None, None, None, None, None, why="no run has an error that counts")
+        return Choice(tolerance, why="no run has an error that counts")
     error, nearest = min(known, key=lambda item: item[0])
-    where = f"in {nearest.largest_of}" if error == nearest.largest_error else "of its basis or step alone"
-    why = f"none meets {tick_text(tolerance)}; nearest is {nearest.name}, {size_text(error)} {where}"
-    return Choice(tolerance, None, None, nearest.largest_error, nearest.largest_of, None, why=why)
+    own = f", {size_text(error)} in {nearest.largest_of}"
+    size = own if error == nearest.largest_error else f" with a conservative error of {size_text(error)}"
+    why = f"none meets {tick_text(tolerance)}; nearest is {nearest.name}{size}"
+    return Choice(tolerance, error=nearest.largest_error, of=nearest.largest_of, why=why)
 
 
 def kept_reports(job: Job) -> Iterator[Product]:
-    """Yield the records of a scene's reports, whatever machine they were made on, the newest last but one.
+    """Yield the records of a scene's reports from any machine, in the order of time, and last that of the next report.
 
-    The last one is that of the report to come: records are never changed, and seconds are others every time.
+    Records are never changed, and measured times differ from report to report.
     """
     stages = {place: product.inputs for place, product in job.products(job.stages[:-1]).items()}
     settings = job.scene.report.model_dump(mode="json")
@@ -70,13 +70,13 @@ def kept_reports(job: Job) -> Iterator[Product]:
 
 
 def newest_report(job: Job) -> Document | None:
-    """Return the report of a scene that was made last, or None."""
+    """Return the newest report of a scene, or None."""
     *made, _ = kept_reports(job)
     return Document.from_json(job.store.get(made[-1].key, "report").document) if made else None
 
 
 def keep(job: Job, document: Document) -> None:
-    """Keep a report in the database as the newest of its scene, unless that is the same already."""
+    """Store a report as the newest of its scene, unless the newest one is equal."""
     *made, coming = kept_reports(job)
     found = document.as_json()
     if not made or job.store.get(made[-1].key, "report").document != found:
@@ -84,17 +84,19 @@ def keep(job: Job, document: Document) -> None:
 
 
 def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
-    """Return a job with the setting that its report found for a tolerance, and what to say of it.
+    """Return a job with the setting that its report selects for a tolerance, and a note on that setting.
 
     Raises:
-        InputError: the scene is of another kind, it has no report in the database, or no setting meets the tolerance.
+        InputError: the scene is of another kind or has no report in the database, or no setting meets the tolerance.
     """
     if not isinstance(job, Job) or job.scene.report.vectors is not None:
-        raise InputError(f"{job.path}: --tolerance: not for reports of wheels and vectors; set what the report names")
+        raise InputError(
+            f"{job.path}: --tolerance: not available for reports of wheels and vectors; enter the setting in the scene"
+        )
     document = newest_report(job)
     if document is None:
         raise InputError(
-            f"{job.path}: --tolerance: no report of this scene as it is; make one: gudgeon report {job.path}"
+            f"{job.path}: --tolerance: the database has no report of this scene; run: gudgeon report {job.path}"
         )
     found = choose(document.runs, tolerance, doubtful(document.quantities, tolerance))
     if found.run is None:
@@ -105,7 +107,7 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
 
 
 def run_chosen(job: SceneJob, tolerance: float, until: str, progress: Progress) -> RunReport:
-    """Run a scene with the setting that its report found for a tolerance; a note says which."""
+    """Run a scene with the setting that its report selects for a tolerance; a note names it."""
     ready, said = chosen(job, tolerance)
     report = run_job(ready, until, progress)
     return replace(report, notes=[*report.notes, f"--tolerance {tick_text(tolerance)}: {said}"])

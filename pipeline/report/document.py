@@ -1,28 +1,30 @@
-"""A report as data, whatever the kind of its scene; docs/report.md describes it for readers of `report.json`.
+"""A report as data, for every kind of scene; docs/report.md describes each field for readers of `report.json`.
 
 Errors are relative to the reference value and signed, absolute where the reference is zero; those of histories are
-relative L2 norms and of no sign. None stands for what a run does not have.
+relative L2 norms without sign. None is a value that a run does not have.
 """
 
 import csv
 import io
+import itertools
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
+from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.measuring.clock import Seconds
 
-SCHEMA = 2
-"""Version of the document; raised when a field changes its meaning or goes."""
+SCHEMA = 3
+"""Version of the document; raised when a field changes its meaning, its name or goes."""
 Errors = dict[str, float]
 """By the name of the quantity."""
 
 
 @dataclass(frozen=True)
 class StageSeconds:
-    """A stage in an empty database and with everything at hand, both with libraries loaded and loops compiled."""
+    """Time of a stage with an empty database, and with all records present."""
 
     cold: Seconds | None
     warm: Seconds | None
@@ -30,51 +32,48 @@ class StageSeconds:
 
 @dataclass(frozen=True)
 class Run:
-    """One setting, or one contestant: its errors beside what it took."""
+    """The errors, times and counts of one setting."""
 
     name: str
     kind: str
     """`reduced`, or `nodal`: full FE."""
     scheme: str
-    """What it has in common with runs that differ in basis or step only."""
+    """Common to runs that differ in basis or step only."""
     settings: dict[str, Any]
-    """What it changes of the scene, as nested tables."""
+    """Its changes of the scene, as nested tables."""
     coordinates: int
     result: str
-    """`FINISHED`, or why it failed."""
+    """`FINISHED`, or the reason of the failure."""
     errors: Errors
-    """By quantity, against the reference; a failed run has none."""
+    """By quantity; a failed run has none."""
     largest_error: float | None = None
-    """Of the quantities that count; see `Quantity.counts`."""
+    """Absolute value of the largest error in the quantities that count; see `Quantity.counts`."""
     largest_of: str | None = None
     truncation: Errors | None = None
-    """What its basis lacks: against the largest basis of the same scheme and step."""
+    """Difference from the largest basis of the same scheme and step."""
     truncation_against: str = ""
     """Name of that run, or why there is none."""
     time: Errors | None = None
-    """What its step adds: against the finest step of the same scheme and basis."""
+    """Difference from the finest step of the same scheme and basis."""
     time_against: str = ""
-    """Name of that run, or why there is none."""
     energy_drift: float | None = None
     momentum_residual: float | None = None
     step: float | None = None
-    """[s]; None where the integrator chooses its own."""
+    """[s]; None if the integrator chooses its own steps."""
     steps: int | None = None
     factorisations: int | None = None
-    """Of sparse matrices: for the bases of a reduced run, for the steps of a nodal one."""
     iterations: int | None = None
-    """Pivots of the contact problem, Newton iterations of the full-FE run."""
+    """Pivots of the contact problem, or Newton iterations of full FE."""
     cpu_seconds: float = 0.0
-    """Of the solution alone, least of the repeats: what the picture and the front show."""
+    """CPU time of the solution alone, the least of the repeats; chart and front use it [s]."""
     wall_seconds: float = 0.0
     stages: dict[str, StageSeconds] = field(default_factory=dict)
-    """`mesh`, `modes`, `morph`, `solve`."""
     peak_mib: float | None = None
-    """Largest resident memory of the process during the solution."""
+    """Largest resident memory of the process during the solution [MiB]."""
     front: bool = False
-    """Whether no other run is both faster and better by its conservative error."""
-    conservative_error: float | None = None
-    """The largest error, or what basis or step adds if that is larger: what is drawn, and chosen by."""
+    """Whether no other run is both faster and has a smaller conservative error."""
+    conservative_error: float | None = field(default=None, metadata={FORMER: "sound_error"})
+    """Largest of total, truncation and time error over the quantities that count; chart, front and choice use it."""
 
 
 @dataclass(frozen=True)
@@ -82,24 +81,24 @@ class Chain:
     """Values of a quantity along one axis of the sweep, coarse to fine, all else equal."""
 
     axis: str
-    """`basis` or `step`."""
+    """`basis`, `step` or `mesh`."""
     runs: list[str]
-    """Some may stand here only: finer steps that serve as references are no runs of the report."""
+    """Names; finer runs that serve as references only are not among the runs of the report."""
     sizes: list[float]
     """Coordinates of each; its step [s] or accuracy; its edge length [m]."""
     values: list[float]
-    """Errors, or values over the finest one."""
+    """Errors, or values relative to the finest one."""
     differences: list[float]
-    """Of each from the finest, relative; the last is 0."""
+    """Relative difference of each from the finest; the last is 0."""
     converges: bool | None
-    """None where there are too few."""
+    """None if there are too few runs."""
     order: float | None
-    """Fitted in 1/coordinates or step where it converges, else None."""
+    """Order of convergence in 1/coordinates, step or edge length, if it converges."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is compared."""
+    """A compared quantity and its convergence over the sweep."""
 
     name: str
     unit: str
@@ -107,31 +106,30 @@ class Quantity:
     """`relative`, `absolute` or `L2`."""
     reference: float | None
     counts: bool
-    """Whether it enters `largest_error`: not where its only reference is a sweep over which it does not converge."""
+    """Whether it enters `largest_error`: not if its only reference is a sweep over which it does not converge."""
     converges: bool | None
-    """Whether it settles along every chain; None where no chain is long enough to tell."""
+    """Along every chain; None if no chain is long enough."""
     why: str
-    """What was found, in words; flagged quantities say so here."""
+    """Result of the convergence check, in words."""
     chains: list[Chain]
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The cheapest run that meets a tolerance."""
+    """The fastest run within a tolerance; if there is none, error and quantity of the nearest one."""
 
     tolerance: float
-    run: str | None
-    settings: dict[str, Any] | None
-    error: float | None
-    of: str | None
-    cpu_seconds: float | None
-    why: str
-    """In words; where there is none, what comes nearest."""
+    run: str | None = None
+    settings: dict[str, Any] | None = None
+    error: float | None = None
+    of: str | None = None
+    cpu_seconds: float | None = None
+    why: str = ""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Something that a kind of scene reports beside its runs."""
+    """A further table of a kind of scene."""
 
     title: str
     columns: list[str]
@@ -141,7 +139,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Document:
-    """A whole report."""
+    """A report."""
 
     scene: str
     command: str
@@ -152,18 +150,18 @@ class Document:
     quantities: list[Quantity]
     runs: list[Run]
     left_out: list[dict[str, str]] = field(default_factory=list)
-    """Settings of the sweep that contradict themselves: `name` and `why`."""
+    """Omitted settings of the sweep: `name` and `why`."""
     changes: list[dict[str, Any]] = field(default_factory=list)
-    """Reuse against recompute, one row a design change."""
+    """Reuse against recompute, one row per design change."""
     choice: Choice | None = None
     window: float = 0.0
     """Full width of the Hann window on forces [s]."""
     until: float | None = None
-    """[s]"""
+    """Time up to which runs are compared [s]."""
     notes: list[str] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     timing: str = ""
-    """How seconds were taken."""
+    """How times were measured."""
     schema: int = SCHEMA
 
     def as_json(self) -> dict[str, Any]:
@@ -172,14 +170,14 @@ class Document:
 
     @classmethod
     def from_json(cls, found: Mapping[str, Any]) -> "Document":
-        """Return the document that `as_json` made; what was not finite is None."""
+        """Return the document that `as_json` made, of this schema or an earlier one; what was not finite is None."""
         parts = {
             "quantities": [_quantity(entry) for entry in found["quantities"]],
             "runs": [_run(entry) for entry in found["runs"]],
             "choice": None if found["choice"] is None else Choice(**found["choice"]),
             "tables": [Table(**entry) for entry in found["tables"]],
         }
-        return cls(**{**found, **parts})
+        return cls(**{**found, **parts, "schema": SCHEMA})
 
     def as_text(self) -> str:
         """Return the text of `report.json`."""
@@ -187,30 +185,22 @@ class Document:
 
 
 def csv_text(document: Document) -> str:
-    """Return `report.csv`: one line a run; columns of errors are named `error: QUANTITY` and the like."""
-    names = [quantity.name for quantity in document.quantities]
+    """Return `report.csv`: one line per run; columns of errors are named `error: QUANTITY` and the like."""
     plain = (
         "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "conservative_error",
         "energy_drift", "momentum_residual", "step", "steps", "factorisations", "iterations", "cpu_seconds",
         "wall_seconds", "peak_mib", "front",
     )  # fmt: skip
-    parts = (("error", "errors"), ("truncation", "truncation"), ("time", "time"))
-    stages = list(dict.fromkeys(stage for run in document.runs for stage in run.stages))
-    header = [*plain, *(f"{label}: {name}" for label, _ in parts for name in names)]
-    header += [
-        f"{stage} {state} {clock}" for stage in stages for state in ("cold", "warm") for clock in ("wall", "cpu")
-    ]
+    stages = dict.fromkeys(stage for run in document.runs for stage in run.stages)
+    columns: dict[str, list[Any]] = {name: [getattr(run, name) for run in document.runs] for name in plain}
+    for label, part in (("error", "errors"), ("truncation", "truncation"), ("time", "time")):
+        for one in document.quantities:
+            columns[f"{label}: {one.name}"] = [(getattr(run, part) or {}).get(one.name) for run in document.runs]
+    for stage, state, clock in itertools.product(stages, ("cold", "warm"), ("wall", "cpu")):
+        taken = [getattr(run.stages.get(stage), state, None) for run in document.runs]
+        columns[f"{stage} {state} {clock}"] = [getattr(seconds, clock, None) for seconds in taken]
     text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(header)
-    for run in document.runs:
-        row: list[Any] = [getattr(run, name) for name in plain]
-        row += [(getattr(run, part) or {}).get(name) for _, part in parts for name in names]
-        for stage in stages:
-            entry = run.stages.get(stage, StageSeconds(None, None))
-            for taken in (entry.cold, entry.warm):
-                row += [None, None] if taken is None else [taken.wall, taken.cpu]
-        writer.writerow(["" if value is None else value for value in row])
+    csv.writer(text).writerows([columns, *zip(*columns.values(), strict=True)])
     return text.getvalue()
 
 
@@ -223,7 +213,9 @@ def _run(entry: Mapping[str, Any]) -> Run:
         name: StageSeconds(*(None if states[key] is None else Seconds(**states[key]) for key in ("cold", "warm")))
         for name, states in entry["stages"].items()
     }
-    return Run(**{**entry, "stages": stages})
+    former = {one.metadata[FORMER]: one.name for one in fields(Run) if FORMER in one.metadata}
+    values: dict[str, Any] = {former.get(key, key): value for key, value in entry.items()}
+    return Run(**{**values, "stages": stages})
 
 
 def _plain(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""How much work a report may be, and what it is asked."""
+"""The options of `gudgeon report`, and the head of a report that they lead to."""
 
 import math
 import re
@@ -13,19 +13,19 @@ from gudgeon.pipeline.report.document import Document
 from gudgeon.pipeline.stages.base import SceneJob
 
 TOLERANCE = 0.01
-"""Where none is given."""
+"""Default tolerance."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """What the command line says."""
+    """The options of the command."""
 
     repeat: int = 3
-    """Timed runs of each setting; the least time counts."""
+    """Timed runs of each setting, of which the fastest counts."""
     jobs: int = 1
     """Processes for runs that are not timed."""
     tolerance: float = TOLERANCE
-    """Of the setting that is chosen."""
+    """Largest conservative error of the selected setting."""
 
 
 def new_document(job: SceneJob, how: Effort) -> Document:
@@ -37,7 +37,7 @@ def new_document(job: SceneJob, how: Effort) -> Document:
 
 
 def command_text(path: Path, overrides: Sequence[str], how: Effort) -> str:
-    """Return the command that makes a report of a scene again."""
+    """Return the command that repeats the report of a scene."""
     words = ["gudgeon", "report", str(path)]
     for text in overrides:
         words += ["--set", text]
@@ -60,5 +60,5 @@ def parse_tolerance(text: str) -> float:
     except ValueError:
         value = math.nan
     if not 0 < value < 1:
-        raise ValueError(f"{text!r} given, a share such as 1% or 0.01 is needed, above 0 and below 1")
+        raise ValueError(f"{text!r} given; expected a tolerance between 0 and 1, such as 1% or 0.01")
     return value

@@ -1,4 +1,4 @@
-"""Forces compared over time: impulse, and the force within the kept bandwidth, behind the same window on both sides."""
+"""Comparison of force histories: error of the impulse, and of the force after the same Hann window on both sides."""
 
 import json
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ GRID = 4000
 
 @dataclass(frozen=True)
 class ForceReference:
-    """A force history to compare with, on the common grid."""
+    """A reference force history on the common grid."""
 
     source: str
     grid: np.ndarray
@@ -27,6 +27,7 @@ class ForceReference:
     impulse: float
     """[N s]"""
     window: float
+    """Full width of the Hann window [s]."""
 
     def errors(self, times: np.ndarray, force: np.ndarray) -> tuple[float, float]:
         """Return the signed relative error of the impulse and the relative L2 error of the force.
@@ -44,13 +45,12 @@ class ForceReference:
 
 
 def smooth(times: np.ndarray, force: np.ndarray, grid: np.ndarray, window: float) -> np.ndarray:
-    """Return interval means on `grid`, windowed by a zero-phase Hann window of full width `window` [s], (GRID, k)."""
-    means = resample_mean(np.concatenate([[0.0], times]), force, grid)
-    return hann_filter(grid[1:], means, window) if window > 0 else means
+    """Return interval means on `grid` after a zero-phase Hann window of full width `window` [s], (g, k)."""
+    return hann_filter(grid[1:], resample_mean(np.concatenate([[0.0], times]), force, grid), window)
 
 
 def history_reference(job: Job, source: str, times: np.ndarray, force: np.ndarray) -> ForceReference:
-    """Return a run's forces as a reference.
+    """Return the forces of a run as a reference.
 
     Args:
         times: Ends of the intervals [s], (s,).
@@ -61,10 +61,10 @@ def history_reference(job: Job, source: str, times: np.ndarray, force: np.ndarra
 
 
 def pulse_reference(job: Job) -> ForceReference | None:
-    """Return the rectangular pulse that a scene's reference describes, or None where it names none.
+    """Return the rectangular pulse of `report.pulse`, or None if the scene has none.
 
     Raises:
-        InputError: the file lacks its values, or the contact is not against an obstacle.
+        InputError: the reference file does not have its values, or the contact is not against an obstacle.
     """
     report = job.scene.report
     if report.pulse is None or report.reference is None:
@@ -77,11 +77,11 @@ def pulse_reference(job: Job) -> ForceReference | None:
         raise InputError(f"{path}: not a reference file with the values of report.pulse ({error})") from error
     name, contact = next(iter(job.scene.contact.items()))
     if contact.against.shape not in ("plane", "bore"):
-        raise InputError(f"{job.path}: report.pulse: contact '{name}' is against another body, it needs an obstacle")
+        raise InputError(f"{job.path}: report.pulse: contact '{name}' is against another body; an obstacle is required")
     direction = obstacle_of(contact.against.model_dump()).direction(np.zeros((1, 3)))[0]
     exact, grid = np.outer(np.full(2, height) * [1, 0], direction), _grid(job)
-    means = resample_mean(np.array([0.0, duration, max(grid[-1], duration * (1 + 1e-9))]), exact, grid)
-    force = hann_filter(grid[1:], means, report.window) if report.window > 0 else means
+    times = np.array([duration, max(grid[-1], duration * (1 + 1e-9))])
+    force = smooth(times, exact, grid, report.window)
     return ForceReference(path.name, grid, force, height * duration, report.window)
 
 

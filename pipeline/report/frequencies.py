@@ -1,7 +1,7 @@
-"""`gudgeon report` of a scene in which nothing touches: frequencies of its components over meshes of several sizes.
+"""`gudgeon report` of a scene without contact: frequencies of its components on meshes of several sizes.
 
-The error of a frequency is against the scene's reference, or else against the finest mesh; the estimate that each run
-gives of it without a reference stands beside.
+The error of a frequency is against the scene's reference, or else against the finest mesh. The table also has the
+estimate of the error that each run makes without a reference.
 """
 
 import math
@@ -15,13 +15,13 @@ from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.reduction.frequency_table import FIELDS
 from gudgeon.pipeline.report.choice import choose, keep
+from gudgeon.pipeline.report.convergence import chain, settling
 from gudgeon.pipeline.report.document import Chain, Document, Errors, Quantity, Run, Table
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.page.words import NOTHING, error_text, size_text
 from gudgeon.pipeline.report.reference import Reference, external_reference, largest
-from gudgeon.pipeline.report.series import chain, settling
 from gudgeon.pipeline.report.sweep import Setting, able_settings, reason, settings_of
 from gudgeon.pipeline.report.timing import Prepared, prepared
 from gudgeon.pipeline.stages.job import Job, variant
@@ -29,14 +29,14 @@ from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 
 FACTORS = (2.0, 1.4, 1.0, 0.7)
-"""Edge lengths of the default sweep, over the scene's own."""
+"""Edge lengths of the default sweep, relative to that of the scene."""
 CELLS = {"tetra10": (4, 3), "triangle6": (3, 2), "line3": (2, 1), "beam2": (2, 2), "beam3": (2, 2)}
-"""Corners of a cell and dofs of a node, by type of cell."""
+"""Type of cell → its corners, and the dofs of a node."""
 FITTED = 3
-"""Meshes from which an order is fitted."""
+"""Smallest number of meshes for which an order is fitted."""
 TIMING = (
-    "CPU seconds for mesh and modes in an empty database, one thread, least of {repeat} runs, one after the other."
-    " Warm: with everything at hand."
+    "CPU time of mesh and modes with an empty database on one thread, least of {repeat} sequential runs. Warm: with all"
+    " records present."
 )
 
 
@@ -47,55 +47,51 @@ class Meshed:
     setting: Setting
     taken: Prepared
     dofs: int
-    """Of all nodes, those that are held among them."""
+    """Dofs of all nodes, supported ones included."""
     edges: dict[str, float]
     """Mean edge length of each component's mesh [m]."""
     frequencies: dict[str, float]
-    """By name, `COMPONENT.frequency1` and so on [Hz]."""
+    """Name, `COMPONENT.frequency1` and so on → frequency [Hz]."""
     estimates: dict[str, float]
-    """Relative errors as the run itself estimates them, of those that it can."""
+    """Name of a frequency → relative error as the run estimates it, where it can."""
     cells: str
 
 
 def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
-    """Compare meshes, write `report.{json,csv,png,html}` into the job's folder, and keep it in the database.
+    """Compare meshes, write `report.{json,csv,png,html}` into the job's folder, and store the report in the database.
 
     Raises:
-        InputError: a setting that the scene names is wrong, or its reference names frequencies that there are not.
+        InputError: a setting of the scene is wrong, or its reference has an unknown frequency.
         StageError: no setting ran.
     """
     with report_folder(job.out, job.name):
-        return _report(job, how, progress)
-
-
-def _report(job: Job, how: Effort, progress: Progress) -> Document:
-    reference = external_reference(job, [])
-    meshes, left_out = _meshes(job, how.repeat, progress)
-    if reference is None or not reference.expected:
-        name = meshes[-1].setting.name
-        reference = Reference("finest", f"the finest mesh: {name}", meshes[-1].frequencies, None, None)
-    _known(job, reference, meshes[-1])
-    found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
-    counting = {one.name for one in found if one.counts}
-    runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
-    document = replace(
-        new_document(job, how),
-        reference={"kind": reference.kind, "source": reference.source},
-        quantities=found,
-        runs=runs,
-        left_out=left_out,
-        choice=choose(runs, how.tolerance),
-        tables=[_table(found, meshes, reference)],
-        timing=TIMING.format(repeat=how.repeat),
-    )
-    keep(job, document)
-    write_report(document, job.out)
-    progress("report", 1.0)
-    return document
+        reference = external_reference(job, [])
+        meshes, left_out = _meshes(job, how.repeat, progress)
+        if reference is None or not reference.expected:
+            name = meshes[-1].setting.name
+            reference = Reference("finest", f"the finest mesh: {name}", meshes[-1].frequencies, None, None)
+        _known(job, reference, meshes[-1])
+        found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
+        counting = {one.name for one in found if one.counts}
+        runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
+        document = replace(
+            new_document(job, how),
+            reference={"kind": reference.kind, "source": reference.source},
+            quantities=found,
+            runs=runs,
+            left_out=left_out,
+            choice=choose(runs, how.tolerance),
+            tables=[_table(found, meshes, reference)],
+            timing=TIMING.format(repeat=how.repeat),
+        )
+        keep(job, document)
+        write_report(document, job.out)
+        progress("report", 1.0)
+        return document
 
 
 def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], list[dict[str, str]]]:
-    """Return the settings that have modes, coarse to fine, and those that have none, with the reason."""
+    """Return the settings that have modes, coarse to fine, and the others with the reason."""
     able, left_out = able_settings(job, sizes_of(job))
     meshes = []
     for number, setting in enumerate(able):
@@ -107,15 +103,15 @@ def _meshes(job: Job, repeat: int, progress: Progress) -> tuple[list[Meshed], li
                 raise
             left_out.append({"name": setting.name, "why": reason(job, error)})
     if not meshes:
-        raise StageError(f"{job.path}: report: no mesh has modes: {'; '.join(one['why'] for one in left_out)}")
+        raise StageError(f"{job.path}: report: no mesh gives modes: {'; '.join(one['why'] for one in left_out)}")
     return sorted(meshes, key=lambda one: one.dofs), left_out
 
 
 def sizes_of(job: Job) -> list[Setting]:
-    """Return the settings that a scene names in `report.models` and `report.sweep`, or its own mesh at other sizes.
+    """Return the settings of `report.models` and `report.sweep`, or else the scene at several mesh sizes.
 
     Raises:
-        InputError: a path of the sweep leads nowhere.
+        InputError: a path of the sweep is unknown.
     """
     if job.scene.report.models or job.scene.report.sweep:
         return settings_of(job)
@@ -169,12 +165,12 @@ def _known(job: Job, reference: Reference, finest: Meshed) -> None:
 
 
 def _errors(one: Meshed, expected: Mapping[str, float]) -> Errors:
-    """Return relative errors of the frequencies that both have."""
+    """Return the relative errors of the frequencies that have a reference value."""
     return {name: one.frequencies[name] / value - 1 for name, value in expected.items() if name in one.frequencies}
 
 
 def _quantity(job: Job, name: str, meshes: Sequence[Meshed], reference: Reference) -> Quantity:
-    """Return a frequency; it counts where there is a value to compare with."""
+    """Return a frequency as a compared quantity; it counts if it has a reference value."""
     having = [one for one in meshes if name in one.frequencies]
     exact = reference.expected.get(name)
     chains = []
@@ -199,8 +195,8 @@ def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
     cold = [stage.cold for name, stage in one.taken.stages.items() if name in ("mesh", "modes") and stage.cold]
     return Run(
         one.setting.name, "reduced", one.cells, one.setting.changes, one.dofs, "FINISHED",
-        errors=errors, largest_error=size, largest_of=worst, truncation_against="as many modes on every mesh",
-        time_against="modes have no time step",
+        errors=errors, largest_error=size, largest_of=worst,
+        truncation_against="every mesh has the same number of modes", time_against="modes have no time step",
         factorisations=one.taken.factorisations, cpu_seconds=sum(taken.cpu for taken in cold),
         wall_seconds=sum(taken.wall for taken in cold),
         stages={name: stage for name, stage in one.taken.stages.items() if name in ("mesh", "modes")},
@@ -209,7 +205,7 @@ def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
 
 
 def observed_order(found: Chain) -> float | None:
-    """Return the order at which a chain's errors shrink with the edge length, None where none can be fitted."""
+    """Return the order of a chain's errors in the edge length, None where none can be fitted."""
     errors = np.abs(found.values)
     if found.converges is not True or len(errors) < FITTED or not (errors > 0).all():
         return None
@@ -231,7 +227,7 @@ def _table(found: Sequence[Quantity], meshes: Sequence[Meshed], reference: Refer
         )  # fmt: skip
     columns = ["frequency", "reference [Hz]", "order", *(mesh.setting.name for mesh in meshes)]
     note = (
-        "Error / error as the run itself estimates it; the order is that of the error in the mean edge length. Modes"
-        " are compared by their number: on a coarse mesh they may stand in another order."
+        "Error / error as estimated by the run itself; the order is that of the error in the mean edge length. Modes"
+        " are compared by number; on a coarse mesh their sequence may differ."
     )
     return Table("Frequencies: error and estimate", columns, rows, note)

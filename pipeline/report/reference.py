@@ -1,4 +1,4 @@
-"""What runs are compared with, and how far they are from it: quantities, force within the bandwidth, slaps."""
+"""The reference of a report, and the errors of a run against it: quantities, windowed force and piston slaps."""
 
 import json
 import math
@@ -10,7 +10,7 @@ from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.report.document import Errors
 from gudgeon.pipeline.report.force import ForceReference, history_reference, pulse_reference
-from gudgeon.pipeline.report.slap.cycle import cycle_errors
+from gudgeon.pipeline.report.slaps import cycle_errors
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.summary import reference_values
@@ -18,19 +18,19 @@ from gudgeon.pipeline.stages.summary import reference_values
 Ran = Trajectory | NodalRecord
 DRIFT = "energy drift"
 BEYOND = "force, whole run"
-"""Compared beyond the time up to which the scene says that runs can be; left out where that is all there is."""
+"""Force error over the whole run, also beyond `report.until`; omitted if that is the end of the run."""
 HISTORIES = ("force", "liner displacement", BEYOND)
 """Quantities whose error is a relative L2 norm."""
 USUAL = (
     "impulse", "start", "duration", "first_duration", "first_impulse", "restitution", "largest_force", "force_peak",
     "pressure_peak", "deflection_peak", "deflection_end",
 )  # fmt: skip
-"""Quantities of a run that are compared where the scene names none."""
+"""Quantities of a run that are compared if the scene names none."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """Values that stand for the truth, or another run."""
+    """Reference values, or a reference run."""
 
     kind: str
     """`analytic`, `published`, `nodal` or `finest`."""
@@ -38,7 +38,12 @@ class Reference:
     expected: dict[str, float]
     force: ForceReference | None
     slaps: Ran | None
-    """The run whose slaps are the reference, of scenes with a slider-crank."""
+    """The run whose slaps are the reference, in scenes with a slider-crank."""
+
+    @property
+    def empty(self) -> bool:
+        """Whether it has nothing to compare with."""
+        return not self.expected and self.force is None and self.slaps is None
 
 
 def values_of(run: Ran) -> dict[str, float]:
@@ -47,10 +52,10 @@ def values_of(run: Ran) -> dict[str, float]:
 
 
 def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
-    """Return the reference that a scene names: a file, the finest full-FE run, or both for different quantities.
+    """Return the reference of a scene: its file, or else the finest full-FE run; None if it has neither.
 
     Raises:
-        InputError: the file is missing or lacks a name.
+        InputError: the file or one of its values is missing.
     """
     report, finest = job.scene.report, nodal[-1] if nodal else None
     expected = reference_values(report, job.folder)
@@ -72,7 +77,7 @@ def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Refe
     """Return a run as the reference of others, for the same quantities as another reference.
 
     Args:
-        like: Whose quantities; None takes the usual ones.
+        like: The other reference; None for the usual quantities.
         name: Of the run.
     """
     found = values_of(run)
@@ -87,9 +92,9 @@ def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Refe
 
 
 def errors_against(job: Job, run: Ran, reference: Reference) -> Errors:
-    """Return how far a run is from a reference; a quantity that it lacks is taken for zero.
+    """Return the errors of a run: signed and relative, absolute where the reference is zero; L2 norms of histories.
 
-    Signed and relative, absolute where the reference is zero; histories as relative L2 norms.
+    A quantity that the run does not have is taken for zero.
     """
     found, errors = values_of(run), {}
     for name, value in reference.expected.items():
@@ -112,7 +117,7 @@ def histories(job: Job, run: Ran) -> tuple[np.ndarray, np.ndarray]:
 
 
 def largest(errors: Errors, counting: set[str]) -> tuple[str | None, float | None]:
-    """Return the quantity that is farthest from its reference among those that count, and how far."""
+    """Return the quantity with the largest error among those that count, and the absolute value of that error."""
     sizes = {name: abs(error) for name, error in errors.items() if name in counting}
     if not sizes:
         return None, None

@@ -1,7 +1,7 @@
-"""What a report runs: the models that a scene names, crossed with its sweep; or, where it names neither, a default.
+"""The settings of a report: models of the scene, combined with its sweep, or a default sweep if it has neither.
 
-A setting is a change of the scene. Its basis is what `component.*.modes` says, its step what `run.step` and
-`run.accuracy` say, and its scheme all the rest: runs of one scheme differ by truncation and time error only.
+A setting is a change of the scene. Its basis is `component.*.modes`, its step is `run.step` and `run.accuracy`, and its
+scheme is all the rest: runs of one scheme differ by truncation and time error only.
 """
 
 import copy
@@ -17,24 +17,24 @@ from gudgeon.pipeline.scenes.reading import merge
 from gudgeon.pipeline.stages.job import Job, variant
 
 FACTORS = (0.25, 0.5, 1.0, 2.0)
-"""Numbers of modes of the default sweep, as shares of the scene's own."""
+"""Numbers of modes of the default sweep, relative to that of the scene."""
 REFINED = (2, 4)
-"""Parts into which a setting's own step is divided, for its time error."""
+"""Numbers of parts into which the step of a setting is divided for its time error."""
 TIGHTER, OWN_ACCURACY, LEAST_ACCURACY = 1e-2, 1e-8, 1e-12
-"""Of located forces: what a time error is measured with, what the integrator takes by itself, and the least allowed."""
+"""Accuracies: factor for the time error, default of the integrator, and least value."""
 LOOSER = (1e-4, 1e-6)
-"""Accuracies of the default sweep beside the scene's own."""
+"""Further accuracies of the default sweep."""
 SIMILAR = ("macneal", "ritz")
-"""Reductions of the default sweep: they take the same number of vectors."""
+"""Reductions of the default sweep, which have the same number of vectors."""
 WORDS = {
     "normal_count": "{} modes",
     "static_count": "{} static",
     "accuracy": "accuracy {:g}",
     "fixed_count": "{} fixed",
 }
-"""How values of a sweep are named; others are named by the value, or by key and value."""
+"""Names of the values of a sweep by key; others are named by the value, or by key and value."""
 NO_RUN = ("report", "plot", "robustness")
-"""Tables of a scene that say nothing of its motion."""
+"""Tables of a scene that do not affect its motion."""
 SELF_EXPLAINING = ("reduction", "method", "kind", "integrator", "dashpot")
 UNITS = {"step": (1e6, "µs")}
 
@@ -45,16 +45,16 @@ class Setting:
 
     name: str
     changes: dict[str, Any]
-    """Of the scene, as nested tables."""
+    """Changes of the scene, as nested tables."""
     named: bool = True
-    """Whether the scene names it; one that was thought up may contradict itself."""
+    """Whether the scene names it; a setting of the default sweep may be inadmissible."""
 
 
 def settings_of(job: Job) -> list[Setting]:
-    """Return what a report of a scene runs.
+    """Return the settings of the report of a scene.
 
     Raises:
-        InputError: a path of the sweep leads nowhere, or to what changes no run.
+        InputError: a path of the sweep is unknown, or its value does not affect the motion.
     """
     report = job.scene.report
     if not report.models and not report.sweep:
@@ -63,7 +63,7 @@ def settings_of(job: Job) -> list[Setting]:
     named = [(f"models.{model}", table) for model, changes in models.items() for table in changes]
     for where, table in [*named, *(("sweep", path.partition(".")[0]) for path in report.sweep)]:
         if table in NO_RUN:
-            raise InputError(f"{job.path}: report.{where}: '{table}' given, which changes no run; vary what moves")
+            raise InputError(f"{job.path}: report.{where}: '{table}' given, which does not affect the motion")
     axes = [[(path, value) for value in values] for path, values in report.sweep.items()]
     found = []
     for (name, changes), point in itertools.product(models.items(), itertools.product(*axes)):
@@ -76,11 +76,11 @@ def settings_of(job: Job) -> list[Setting]:
 
 
 def finer(job: Job, setting: Setting, step: float) -> list[Setting]:
-    """Return settings that tell a setting's time error; none where its integrator makes none.
+    """Return the settings of finer steps for the time error of a setting; none if its integrator has no time error.
 
     Args:
-        job: The scene with the setting put in.
-        step: That it took [s].
+        job: The scene with the setting.
+        step: Step of its run [s].
     """
     integrator = job.scene.capabilities
     if math.isinf(integrator.order):
@@ -99,11 +99,7 @@ def finer(job: Job, setting: Setting, step: float) -> list[Setting]:
 
 
 def scheme_of(job: Job) -> tuple[str, str]:
-    """Return what tells a setting's scheme from others, and its name.
-
-    Args:
-        job: The scene with the setting put in.
-    """
+    """Return the scheme of a setting, as text that is equal for runs of one scheme, and its name."""
     tables = copy.deepcopy(job.tables)
     for name in NO_RUN:
         tables.pop(name, None)
@@ -120,12 +116,12 @@ def scheme_of(job: Job) -> tuple[str, str]:
 
 
 def basis_of(job: Job) -> str:
-    """Return what tells a setting's basis from others."""
+    """Return the basis of a setting, as text that is equal for runs of one basis."""
     return json.dumps({n: c.modes.model_dump(mode="json") for n, c in job.scene.component.items()}, sort_keys=True)
 
 
 def word_of(path: str, value: Any) -> str:
-    """Return how a value of a sweep is called."""
+    """Return the name of a value of a sweep."""
     key = path.rsplit(".", 1)[-1]
     if key in WORDS and isinstance(value, int | float):
         return WORDS[key].format(value)
@@ -136,7 +132,7 @@ def word_of(path: str, value: Any) -> str:
 
 
 def _nested(job: Job, path: str, value: Any) -> dict[str, Any]:
-    """Return the nested tables that put a value at every place that a path means."""
+    """Return the nested tables that set a value at every place of a path with stars."""
     found: dict[str, Any] = {}
     for parts in _places(job.tables, path.split("."), []):
         tables: Any = value
@@ -144,7 +140,7 @@ def _nested(job: Job, path: str, value: Any) -> dict[str, Any]:
             tables = {part: tables}
         merge(found, tables)
     if not found:
-        raise InputError(f"{job.path}: report.sweep: '{path}' leads nowhere in this scene")
+        raise InputError(f"{job.path}: report.sweep: no key '{path}' in this scene")
     return found
 
 
@@ -164,7 +160,7 @@ def _is_rigid(component: Any) -> bool:
 
 
 def _default(job: Job) -> Iterator[Setting]:
-    """Yield shares of the scene's modes, then what else can carry the scene at its own number of modes."""
+    """Yield numbers of modes, then other reductions, integrators and methods at the number of modes of the scene."""
     elastic = {
         name: component.modes
         for name, component in job.scene.component.items()
@@ -197,10 +193,10 @@ def _default(job: Job) -> Iterator[Setting]:
 
 
 def able_settings(job: Job, settings: Sequence[Setting]) -> tuple[list[Setting], list[dict[str, str]]]:
-    """Return the settings that can be, and the others: `name` and `why`.
+    """Return the admissible settings, and `name` and `why` of the others.
 
     Raises:
-        InputError: none can be, or one that the scene names, or a key is misspelt.
+        InputError: no setting is admissible, one of the scene is not, or a key is unknown.
     """
     able, left_out = [], []
     for setting in settings:
@@ -213,10 +209,10 @@ def able_settings(job: Job, settings: Sequence[Setting]) -> tuple[list[Setting],
         else:
             able.append(setting)
     if not able:
-        raise InputError(f"{job.path}: report: no setting can be; {left_out[0]['name']}: {left_out[0]['why']}")
+        raise InputError(f"{job.path}: report: no setting is admissible; {left_out[0]['name']}: {left_out[0]['why']}")
     return able, left_out
 
 
 def reason(job: Job, error: Exception) -> str:
-    """Return the first line of an error without the scene's path."""
+    """Return the first line of an error without the path of the scene."""
     return str(error).splitlines()[0].removeprefix(f"{job.path}: ")

@@ -1,7 +1,7 @@
-"""Runs of a report and what they take: kept in the database, so that what is done is not done again. Starts the solver.
+"""Timed runs of a report, and its untimed reference runs; both are kept in the database and not repeated.
 
-A timed run stands alone: no other run of the report goes beside it, libraries are loaded and loops compiled before, and
-the least of its repeats counts. Runs that serve as references only are not timed and may go side by side.
+Timed runs are sequential, after a warm-up run that loads libraries and compiles loops; the least CPU time of the
+repeats counts. Reference runs are not timed and may be parallel.
 """
 
 import contextlib
@@ -35,15 +35,15 @@ from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
 WARM_UP = 5.0
-"""CPU seconds of the run itself before it is timed: all that it needs is then loaded and compiled."""
+"""CPU time of the warm-up run, which loads and compiles [s]."""
 LONG = 60.0
-"""Seconds after which a run is repeated no more, though it is to run more often."""
+"""Wall time of the repeats after which a run is not repeated again [s]."""
 Parts = dict[str, Seconds]
 
 
 @dataclass(frozen=True)
 class Timed:
-    """A run with what it took."""
+    """A run, with the time and memory of its solution."""
 
     trajectory: Trajectory
     coordinates: int
@@ -52,12 +52,12 @@ class Timed:
     stages: dict[str, StageSeconds]
     peak_mib: float
     factorisations: int
-    """Of the bases it stands on."""
+    """Of the bases of the run."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """What comes before the solver: mesh, modes, design."""
+    """Times, factorisations and memory of mesh, modes and design."""
 
     stages: dict[str, StageSeconds]
     factorisations: int
@@ -65,7 +65,7 @@ class Prepared:
 
 
 def compiled(job: Job) -> System:
-    """Return a job's system; its records are made where they are missing.
+    """Return the compiled system of a job; missing records are computed.
 
     Raises:
         InputError, StageError, SceneError, SolverError: see `run_job` and `compile_system`.
@@ -77,48 +77,48 @@ def compiled(job: Job) -> System:
 
 
 def kept_trajectory(job: Job) -> Trajectory | None:
-    """Return a job's run where it is in the database."""
-    return job.store.get(job.trajectory().key, "trajectory") if _has(job) else None
+    """Return the run of a job if it is in the database."""
+    key = job.trajectory().key
+    return job.store.get(key, "trajectory") if job.store.has(key) else None
 
 
 def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
-    """Return a job's run and what it takes, read back where both are in the database.
+    """Return a job's run and its times, from the database if both are there.
 
     Args:
-        repeat: Runs after one that loads and compiles, cut short where it is long; the least time counts.
-        limit: CPU seconds after which a run is given up.
+        repeat: Runs after the warm-up run; the least CPU time counts.
+        limit: CPU time after which a run is stopped [s].
 
     Raises:
-        StageError: it took longer than the limit.
+        StageError: the run exceeded the limit.
     """
     product = job.trajectory()
-    measured = measurement_product(job.name, product.key, _how(repeat))
+    measured = measurement_product(job.name, product.key, {"machine": machine(), "code": _code(), "repeat": repeat})
     before = prepared(job)
-    stages, factorisations = before.stages, before.factorisations
     if not (job.store.has(measured.key) and job.store.has(product.key)):
         trajectory, record = _measure(job, repeat, limit)
         job.store.put(product.key, product.kind, trajectory, product.inputs)
         job.store.put(measured.key, measured.kind, record, measured.inputs)
     trajectory, record = job.store.get(product.key, "trajectory"), job.store.get(measured.key, "measurement")
     least, first, again = (record.seconds[name] for name in ("integration", "cold", "warm"))
-    stages["solve"] = StageSeconds(Seconds(**first), Seconds(**again))
-    counts = trajectory.counts
+    stages = before.stages | {"solve": StageSeconds(Seconds(**first), Seconds(**again))}
     return Timed(
-        trajectory, counts["coordinates"], least["cpu"], least["wall"], stages, record.peak_mib, factorisations
+        trajectory, trajectory.counts["coordinates"], least["cpu"], least["wall"],
+        stages=stages, peak_mib=record.peak_mib, factorisations=before.factorisations,
     )  # fmt: skip
 
 
 def spread(
     job: Job, changes: Sequence[dict[str, Any]], jobs: int, limit: float, progress: Callable[[float], None]
 ) -> None:
-    """Make the trajectories of some variants that are not timed, on several processes; what fails is left out.
+    """Compute untimed runs of some variants, on several processes; runs that fail are omitted.
 
     Args:
-        changes: Of the scene, as nested tables.
-        jobs: Processes.
-        limit: CPU seconds after which a run is given up.
+        changes: Changes of the scene, as nested tables.
+        jobs: Number of processes.
+        limit: CPU time after which a run is stopped [s].
     """
-    missing = [item for item in changes if not _has(variant(job, item))]
+    missing = [item for item in changes if not job.store.has(variant(job, item).trajectory().key)]
     if jobs < 2 or len(missing) < 2:
         for number, item in enumerate(missing):
             progress(number / len(missing))
@@ -127,10 +127,6 @@ def spread(
     with ProcessPoolExecutor(min(jobs, len(missing)), multiprocessing.get_context("spawn")) as pool:
         for number, _ in enumerate(pool.map(_make, [job] * len(missing), missing, [limit] * len(missing))):
             progress((number + 1) / len(missing))
-
-
-def _has(job: Job) -> bool:
-    return job.store.has(job.trajectory().key)
 
 
 def _make(job: Job, changes: dict[str, Any], limit: float) -> None:
@@ -160,7 +156,7 @@ def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, Measureme
 
 
 def _least(parts: Sequence[Parts]) -> Parts:
-    """Return the least time of each part."""
+    """Return the time of each part in the run with its least CPU time."""
     return {name: min((one[name] for one in parts), key=lambda taken: taken.cpu) for name in parts[0]}
 
 
@@ -169,21 +165,21 @@ def _plain(parts: Parts) -> dict[str, dict[str, float]]:
 
 
 def _guard(limit: float) -> Callable[[float], None]:
-    """Return what ends a run after some CPU seconds."""
+    """Return the progress callback that stops a run after some CPU time [s]."""
     clock = Clock()
 
     def watch(share: float) -> None:
         if clock.read().cpu > limit:
-            raise StageError(f"given up at {share:.0%} after {limit:.0f} CPU s")
+            raise StageError(f"stopped at {share:.0%} of the duration: CPU time above the limit of {limit:.0f} s")
 
     return watch
 
 
 def prepared(job: Job, repeat: int = 1) -> Prepared:
-    """Return what mesh, modes and design take, read back where that is in the database; what they make is kept too.
+    """Return the times of mesh, modes and design, from the database if they are there; the records are stored as well.
 
     Args:
-        repeat: Runs in an empty database; the least time of each stage counts.
+        repeat: Runs with an empty database; the least CPU time of each stage counts.
 
     Raises:
         InputError, StageError: see `run_job`.
@@ -202,7 +198,7 @@ def prepared(job: Job, repeat: int = 1) -> Prepared:
 
 
 def _prepare(job: Job, repeat: int) -> MeasurementRecord:
-    """Run the stages before the solver in empty databases, and again with all at hand."""
+    """Run the stages before the solver with an empty database, and again with all records present."""
     found: list[Parts] = []
     counts = {}
     with peak_memory() as peak:
@@ -225,20 +221,16 @@ def _prepare(job: Job, repeat: int) -> MeasurementRecord:
 
 
 def _keep(made: Job, job: Job) -> None:
-    """Put what was made for a measurement into the database too."""
+    """Store the records of a measurement in the database of the job."""
     for steps in made.components().values():
         for step in steps.values():
             if not job.store.has(step.key):
                 job.store.put(step.key, step.kind, made.store.get(step.key, step.kind), step.inputs)
 
 
-def _how(repeat: int) -> dict[str, Any]:
-    return {"machine": machine(), "code": _code(), "repeat": repeat}
-
-
 @cache
 def _code() -> str:
-    """Return a digest of the code that is timed: what it takes may change where what it makes does not."""
+    """Return a digest of the solver's code: its times may change where its results do not."""
     digest = hashlib.sha256()
     for path in sorted(Path(solver.__file__).parent.rglob("*.py")):
         digest.update(path.read_bytes())

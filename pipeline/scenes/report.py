@@ -1,4 +1,4 @@
-"""What a scene says about its reference and its sweep."""
+"""Tables `[report]` and `[plot]` of a scene: reference, sweep and compared curves."""
 
 import itertools
 from typing import Annotated, Any
@@ -9,10 +9,12 @@ STRICT = ConfigDict(extra="forbid", frozen=True)
 
 
 class FullFE(BaseModel):
-    """The full FE beside the models; its finest run is the reference where no file is."""
+    """Full-FE runs; the finest one is the reference if no file is given."""
 
     model_config = STRICT
-    steps: tuple[float, ...] = Field(default=(2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Coarse to fine [s]")
+    steps: tuple[float, ...] = Field(
+        default=(2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Time steps, coarse to fine [s]"
+    )
 
     @field_validator("steps")
     @classmethod
@@ -23,7 +25,7 @@ class FullFE(BaseModel):
 
 
 class Pulse(BaseModel):
-    """An exact force history: constant from the first touch on."""
+    """An exact force history: constant from first contact on."""
 
     model_config = STRICT
     height: str = Field(description="Name under `expected` in the reference [N]")
@@ -31,17 +33,17 @@ class Pulse(BaseModel):
 
 
 class Vectors(BaseModel):
-    """Error against the number of vectors under a force that moves, and the price of making them again."""
+    """Error against the number of vectors under a moving force, and the CPU time of vectors for another place."""
 
     model_config = STRICT
     force: str = Field(description="Name of the force, of kind 'moving'")
     counts: tuple[int, ...] = Field(
         default=(2, 4, 8, 16, 32), min_length=1, description="Numbers of vectors, ascending"
     )
-    places: int = Field(default=16, ge=2, description="Equal parts of the way at which vectors are made again")
-    steps: int = Field(default=1600, ge=100, description="Time steps of a run; rounded up to 20 a place")
+    places: int = Field(default=16, ge=2, description="Number of equal parts of the path, each with its own vectors")
+    steps: int = Field(default=1600, ge=100, description="Time steps of a run, rounded up to a multiple of 20 places")
     root: float = Field(gt=0, description="Stress is compared within this distance of the supports [m]")
-    meshes: tuple[float, ...] = Field(default=(), description="Further edge lengths at which the price is measured [m]")
+    meshes: tuple[float, ...] = Field(default=(), description="Further edge lengths for the CPU time of vectors [m]")
 
     @field_validator("counts")
     @classmethod
@@ -59,10 +61,10 @@ class Vectors(BaseModel):
 
 
 class Report(BaseModel):
-    """Reference values and the models to compare."""
+    """Reference values and compared models."""
 
     model_config = STRICT
-    reference: str | None = Field(default=None, description="JSON file with reference values, beside the scene")
+    reference: str | None = Field(default=None, description="JSON file with reference values, relative to the scene")
     quantities: dict[str, str] = Field(
         default={}, description="Quantity of the run → name under `expected` in the reference"
     )
@@ -71,33 +73,33 @@ class Report(BaseModel):
         default=40e-6, ge=0, description="Full width of the Hann window on forces, both sides [s]; 0: none"
     )
     until: float | None = Field(
-        default=None, gt=0, description="Compare up to this time [s]; chatter may make later motion irreproducible"
+        default=None, gt=0, description="Compare up to this time [s]; after chatter no motion is reproducible"
     )
-    full_fe: FullFE | None = Field(default=None, description="Compare with the full-FE run on the same mesh")
+    full_fe: FullFE | None = Field(default=None, description="Compare with full-FE runs on the same mesh")
     vectors: Vectors | None = Field(
-        default=None, description="Compare numbers and kinds of vectors under a moving force, instead of models"
+        default=None, description="Compare kinds and numbers of vectors under a moving force, instead of models"
     )
     models: dict[str, dict[str, Any]] = Field(default={}, description="Name → changes of the scene, as nested tables")
     sweep: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
         default={},
-        description="Path of a key → its values, coarse to fine; every model runs with every combination. A star stands"
-        " for all names of a table: 'component.*.modes.normal_count'",
+        description="Path of a key → its values, coarse to fine; every model runs with every combination. A star is any"
+        " name of a table: 'component.*.modes.normal_count'",
     )
     interest: tuple[str, ...] = Field(
         default=(),
-        description="Quantities whose errors count for the front and for --tolerance: names of the run's quantities,"
-        " or force, impulse, energy drift and those of a slap; all that have a reference by default",
+        description="Quantities whose errors count for the front and for --tolerance: quantities of the run, force,"
+        " impulse, energy drift and the quantities of a slap. Default: all that have a reference",
     )
     changes: dict[str, dict[str, Any]] = Field(
-        default={}, description="Name → a design change, as nested tables; reuse is compared with recompute"
+        default={}, description="Name → design change, as nested tables; reuse is compared with recompute"
     )
 
 
 class Plot(BaseModel):
-    """What the pictures show beside the run itself."""
+    """Further curves of the pictures."""
 
     model_config = STRICT
-    label: str = Field(default="this run", description="Name of the run itself among the compared ones")
+    label: str = Field(default="this run", description="Name of the run itself in the legend")
     compare: dict[str, dict[str, Any]] = Field(
-        default={}, description="Name → changes of the scene, as nested tables; their curves stand in cycle.png"
+        default={}, description="Name → changes of the scene, as nested tables; cycle.png shows their curves"
     )

@@ -12,11 +12,11 @@ from gudgeon.pipeline.measuring.clock import Seconds, fastest
 from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.measuring.memory import peak_memory
 from gudgeon.pipeline.report.choice import choose
+from gudgeon.pipeline.report.convergence import chain, settling
 from gudgeon.pipeline.report.document import Document, Errors, Quantity, Run, StageSeconds, Table
 from gudgeon.pipeline.report.effort import Effort, command_text
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
-from gudgeon.pipeline.report.series import chain, settling
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.comparison import FREQUENCY, FULL, MAGNIFICATION, RESPONSE, TUNED, Comparison, InterfaceRow

@@ -10,8 +10,7 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.report.slap.cycle import mechanism_of
-from gudgeon.pipeline.report.slap.slaps import CycleHistory, Mechanism, history_of
+from gudgeon.pipeline.report.slaps import CycleHistory, Mechanism, history_of, mechanism_of
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
 

@@ -8,32 +8,22 @@ from pathlib import Path
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.report.document import Document, csv_text
-from gudgeon.pipeline.report.page.words import (
-    NOTHING,
-    count_text,
-    error_text,
-    flagged,
-    machine_text,
-    seconds_text,
-    size_text,
-    small_text,
-    tables_of,
-    verdict,
-)
+from gudgeon.pipeline.report.page.tables import markdown, run_columns
+from gudgeon.pipeline.report.page.words import NOTHING, error_text, flagged, machine_text, tables_of, verdict
 
 FILES = ("report.json", "report.csv", "report.html", "report.png")
 WIDE = 6
-"""Quantities up to which each has a column in the table that is printed; of more the largest error is shown."""
+"""Largest number of quantities that have a column each in the printed table; above it the largest error is printed."""
 
 
 @contextlib.contextmanager
 def report_folder(folder: Path, scene: str, *pictures: str) -> Iterator[None]:
-    """See to it that the folder of a report holds this one or none; one whose runs fail takes an earlier one's files.
+    """Remove the report files of a folder if the block fails, so that no older report is taken for the new one.
 
-    Wrong input and interruption leave what is there.
+    Wrong input and interruption change no file.
 
     Args:
-        pictures: Files that belong to it beside `FILES`.
+        pictures: Files of the report beside `FILES`.
 
     Raises:
         InputError: the folder holds the report of another scene.
@@ -51,7 +41,7 @@ def report_folder(folder: Path, scene: str, *pictures: str) -> Iterator[None]:
 
 
 def _scene_of(path: Path) -> str | None:
-    """Return the scene that a `report.json` is of, None where there is none that can be read."""
+    """Return the scene of a `report.json`, None if there is no readable one."""
     try:
         return str(json.loads(path.read_text(encoding="utf-8"))["scene"])
     except (OSError, ValueError, KeyError, TypeError):
@@ -78,7 +68,7 @@ def write_report(document: Document, folder: Path, *, picture: bytes | None = No
 
 
 def report_text(document: Document) -> str:
-    """Return a report as Markdown: reference, verdict, a table of runs, design changes, tables of the scene's kind."""
+    """Return a report as Markdown: reference, verdict, a table of runs, design changes and further tables."""
     lines = [
         f"Reference ({document.reference['kind']}): {document.reference['source']}; {machine_text(document)}",
         *([f"Compared up to {document.until * 1e3:g} ms."] if document.until else []),
@@ -90,34 +80,25 @@ def report_text(document: Document) -> str:
     ]
     for table in tables_of(document):
         lines += ["", f"{table.title}{': ' if table.note else ''}{table.note}", ""]
-        lines += _table(table.columns, table.rows)
+        lines += markdown(table.columns, table.rows)
     if document.left_out:
-        lines += ["", "Left out:", *(f"- {one['name']}: {one['why']}" for one in document.left_out)]
+        lines += ["", "Omitted settings:", *(f"- {one['name']}: {one['why']}" for one in document.left_out)]
     return "\n".join(lines)
 
 
 def _runs(document: Document) -> list[str]:
-    """Return one line a run; columns that no run fills are left out."""
-    window = f", Hann {document.window * 1e6:g} µs" if document.window else ""
-    columns = {"run": [run.name for run in document.runs]}
-    columns["coordinates"] = [count_text(run.coordinates) for run in document.runs]
+    """Return one line per run with its main figures; columns without an entry are omitted."""
+    known = {column.title: column.texts for column in run_columns(document)}
+    names, errors = ["coordinates"], {}
     if len(document.quantities) <= WIDE:
+        window = f", Hann {document.window * 1e6:g} µs" if document.window else ""
         for one in document.quantities:
-            title = one.name + (f" (L2{window})" if one.measure == "L2" else "")
-            columns[title] = [error_text(run.errors.get(one.name), one.measure, one.unit) for run in document.runs]
+            texts = [error_text(run.errors.get(one.name), one.measure, one.unit) for run in document.runs]
+            errors[one.name + (f" (L2{window})" if one.measure == "L2" else "")] = texts
     else:
-        columns["largest error"] = [size_text(run.largest_error) for run in document.runs]
-        columns["of"] = [run.largest_of or NOTHING for run in document.runs]
-    if any(run.conservative_error != run.largest_error for run in document.runs):
-        columns["conservative error"] = [size_text(run.conservative_error) for run in document.runs]
-    columns["result"] = [NOTHING if run.result == "FINISHED" else run.result for run in document.runs]
-    columns["energy drift"] = [small_text(run.energy_drift) for run in document.runs]
-    columns["steps"] = [count_text(run.steps) for run in document.runs]
-    columns["CPU time"] = [seconds_text(run.cpu_seconds) for run in document.runs]
-    kept = {key: cells for key, cells in columns.items() if any(cell != NOTHING for cell in cells)}
-    return _table(list(kept), [list(row) for row in zip(*kept.values(), strict=True)])
-
-
-def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
-    cells = [columns, ["---"] * len(columns), *rows]
-    return [f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in cells]
+        names += ["largest error", "of"]
+    names += ["conservative error", "result", "energy drift", "steps", "CPU time"]
+    columns = {"run": [run.name for run in document.runs], "coordinates": known["coordinates"], **errors}
+    columns |= {name: known[name] for name in names if name in known}
+    kept = {title: texts for title, texts in columns.items() if any(text != NOTHING for text in texts)}
+    return markdown(list(kept), list(zip(*kept.values(), strict=True)))

@@ -1,6 +1,6 @@
-"""The page of a report: one HTML file that needs neither network nor script; the script adds what moves.
+"""The page of a report: one HTML file that is complete without network and script; the script adds interaction.
 
-Everything that comes from a scene is escaped; a policy in the page itself forbids it to load anything.
+Every text of a scene is escaped; a content security policy in the page forbids it to load any file.
 """
 
 import base64
@@ -11,7 +11,7 @@ from importlib.resources import files
 from typing import Any
 
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Table
-from gudgeon.pipeline.report.page.picture import LEAST, Look, chain_chart, error_chart, looks
+from gudgeon.pipeline.report.page.picture import ERROR, LEAST, Look, chain_chart, error_chart, looks
 from gudgeon.pipeline.report.page.tables import errors_table, kind_table, quantities_table, runs_table
 from gudgeon.pipeline.report.page.words import (
     SETTLES,
@@ -30,10 +30,10 @@ SIZES: dict[str, Callable[[float], str]] = {
     "step": step_text,
     "accuracy": "{:.1g}".format,
 }
-"""Writes the size of a run, by what the sizes of a chain are."""
+"""Writes the size of a run, by the quantity that measures it."""
 WHAT = {"basis": "coordinates", "mesh": "edge length"}
 SIGNS = {"o": "●", "s": "■", "^": "▲", "D": "◆"}
-"""Of marks, in the legend."""
+"""Characters of the marks in the legend."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 
 
@@ -69,7 +69,7 @@ def _head(document: Document, title: str) -> str:
         "Command": f"<code>{escape(document.command)}</code>",
     }
     if document.window:
-        facts["Forces"] = f"after a Hann window of {document.window * 1e6:g} µs on both sides"
+        facts["Forces"] = f"filtered with a Hann window of {document.window * 1e6:g} µs, both sides"
     if document.until:
         facts["Compared"] = f"up to {document.until * 1e3:g} ms"
     rows = "".join(f"<dt>{key}</dt><dd>{value}</dd>" for key, value in facts.items())
@@ -78,7 +78,7 @@ def _head(document: Document, title: str) -> str:
     warning = ""
     if flags:
         names = ", ".join(escape(one.name) for one in flags)
-        warning = f'<p class="bad">Does not converge over this sweep, not fitted: {names}.</p>'
+        warning = f'<p class="bad">Not converged over this sweep; no order is fitted: {names}.</p>'
     return (
         f'<h1>{title}</h1>\n<dl class="facts">{rows}</dl>\n'
         f'<div class="verdict{unmet}"><p>{escape(verdict(document))}</p>{warning}</div>'
@@ -94,20 +94,20 @@ def _sections(document: Document, picture: bytes | None) -> list[str]:
         _convergence(document),
         *(_kind_section(table) for table in tables_of(document)),
         _picture(document, picture),
-        _listed("Settings left out", [f"{one['name']}: {one['why']}" for one in document.left_out]),
+        _listed("Omitted settings", [f"{one['name']}: {one['why']}" for one in document.left_out]),
         _listed("Notes", document.notes),
-        _section("How seconds were taken", f"<p>{escape(document.timing)}</p>") if document.timing else "",
+        _section("How times were measured", f"<p>{escape(document.timing)}</p>") if document.timing else "",
     ]
 
 
 _RUNS_NOTE = (
-    "<p>A blue dot marks the front: no other run is both faster and better. <em>basis</em> and <em>step</em> are the"
-    " parts of the largest error that the basis and the step add. A name opens to what the run changes of the scene;"
-    " stages are CPU seconds in an empty database and with everything at hand.</p>"
+    "<p>A blue dot marks a run on the Pareto front. The truncation error and the time error are given for the quantity"
+    " with the largest error. Select a name to see the settings of the run. Stages: CPU time with an empty database,"
+    " and with all records present.</p>"
 )
 _ERRORS_NOTE = (
-    "<p>Errors are relative to the reference and signed, absolute with their unit where it is zero; those of histories"
-    " are relative L2 norms. Below: the parts that basis and step add.</p>"
+    "<p>Errors are relative to the reference and signed; where the reference is zero, they are absolute, with their"
+    " unit. Errors of histories are relative L2 norms. Small print: truncation error and time error.</p>"
 )
 
 
@@ -116,8 +116,8 @@ def _section(title: str, body: str) -> str:
 
 
 def _chart(document: Document) -> str:
-    """Return the chart of the conservative errors and, hidden, that of each quantity, which the script shows instead."""
-    names = {"": "largest error of a run, its basis or step"} | {one.name: one.name for one in document.quantities}
+    """Return the chart of the conservative errors, and that of each quantity, hidden until the script shows it."""
+    names = {"": ERROR} | {one.name: one.name for one in document.quantities}
     options = "".join(f'<option value="{escape(value)}">{escape(name)}</option>' for value, name in names.items())
     charts = "".join(
         f'<div class="chart" data-quantity="{escape(name)}"{" hidden" if name else ""}>'
@@ -125,19 +125,23 @@ def _chart(document: Document) -> str:
         for name in names
     )
     legend = "".join(_legend(scheme, look) for scheme, look in looks(document).items())
-    lacking = ""
+    largest = ""
     if document.reference["kind"] == "finest":
-        lacking = " A largest basis, which is the reference, too, is taken to lack what the next smaller one does."
+        largest = (
+            " The largest basis is its own reference; its truncation error is estimated by that of the next smaller"
+            " basis."
+        )
     notes = (
-        "Shown is the largest error of a run, or what its basis or step adds where that is larger: errors that cancel"
-        f" are luck.{lacking} The line is the Pareto front of all runs: what"
-        " lies above it costs more or errs more than a run on it. Grey squares are full FE;"
-        " numbers are those of the table, a ring marks the run that is chosen. A hollow mark on the lower edge has an"
-        f" error below {LEAST:.0e}; a dotted line stands at the time of the reference."
+        "The chart shows the conservative error: the largest of the total error, the truncation error and the time"
+        f" error of a run. Errors of opposite sign therefore cannot cancel.{largest} The line is the Pareto front: for"
+        " every run above it, a run on the front is faster and no less accurate. Grey squares are full-FE runs. Numbers"
+        " are those of the table of runs; a ring marks the selected run. A hollow mark on the lower edge has an error"
+        f" below {LEAST:.0e}; a dotted line marks the CPU time of the reference."
     )
     return (
-        f'<figure><div class="controls"><label for="quantity">Error of</label><select id="quantity">{options}</select>'
-        f'<span class="faint">a mark shows its run, a scheme below turns on and off</span></div>'
+        f'<figure><div class="controls"><label for="quantity">Shown:</label><select id="quantity">{options}</select>'
+        f'<span class="faint">Select a mark to show its run. Select a scheme in the legend to show'
+        f" or hide it.</span></div>"
         f'<div id="charts">{charts}</div><ul class="legend">{legend}</ul><figcaption>{notes}</figcaption></figure>'
     )
 
@@ -155,8 +159,8 @@ def _convergence(document: Document) -> str:
     if not cards:
         return ""
     note = (
-        "<p>How far each value is from the finest one of its chain, all else equal; a line is a chain. Red does not"
-        " converge, grey is too short to tell.</p>"
+        "<p>Difference of each value from the finest one of its chain; each line is a chain of runs that differ in one"
+        " setting only. Red: not converged. Grey: fewer than three runs, not tested.</p>"
     )
     return _section("Convergence over the sweep", f'{note}<div class="cards">{"".join(cards)}</div>')
 
@@ -179,7 +183,7 @@ def _card(document: Document, quantity: Quantity) -> str:
 
 
 def axes_of(document: Document, quantity: Quantity) -> dict[str, list[Chain]]:
-    """Return the chains of a quantity by what their sizes are: coordinates, edge length, step or accuracy."""
+    """Return the chains of a quantity, by the kind of their sizes: coordinates, edge length, step or accuracy."""
     runs, found = {run.name: run for run in document.runs}, {}
     for one in quantity.chains:
         what = WHAT.get(one.axis, one.axis)
@@ -191,7 +195,7 @@ def axes_of(document: Document, quantity: Quantity) -> dict[str, list[Chain]]:
 
 
 def _orders(chains: Sequence[Chain]) -> list[float]:
-    """Return least and greatest order of some chains, one where they are the same."""
+    """Return the least and the greatest order of some chains, a single one if they agree."""
     found = [chain.order for chain in chains if chain.order is not None]
     return sorted({round(min(found), 1), round(max(found), 1)}) if found else []
 
@@ -205,7 +209,7 @@ def _picture(document: Document, picture: bytes | None) -> str:
     if picture is None:
         return ""
     text = base64.b64encode(picture).decode("ascii")
-    alt = escape(f"{document.scene}: the errors of its runs by choice; the tables hold the same numbers")
+    alt = escape(f"{document.scene}: errors of its runs; the tables have the same numbers")
     return _section("Picture", f'<img alt="{alt}" src="data:image/png;base64,{text}">')
 
 
@@ -217,7 +221,7 @@ def _listed(title: str, lines: Sequence[str]) -> str:
 
 
 def _embedded(name: str, value: Any) -> str:
-    """Return data for the script; no text in it can end the element or begin another."""
+    """Return data for the script, escaped so that no text in it ends the element or starts another."""
     text = json.dumps(value, allow_nan=False, ensure_ascii=False)
     for sign in "<>&\u2028\u2029":
         text = text.replace(sign, f"\\u{ord(sign):04x}")

@@ -1,7 +1,7 @@
-"""Pictures of a report: error of each run against its CPU time, and the convergence of each quantity over the sweep.
+"""Charts of a report: error of each run against its CPU time, and convergence of each quantity over the sweep.
 
-The chart of errors is drawn once, by `_draw_runs`: `draw` saves it as PNG with title and legend, `error_chart` as SVG
-whose points carry the numbers of their runs, so that the page's script can mark them.
+`_draw_runs` draws the chart of errors: `draw` saves it as PNG with title and legend, `error_chart` as SVG whose points
+have the numbers of their runs for the script of the page.
 """
 
 import io
@@ -24,36 +24,37 @@ from gudgeon.pipeline.report.page.words import flagged, run_lines, seconds_text,
 
 COLOURS = ("#1f5fa8", "#d9690b", "#2b8a57", "#a5287c", "#0e8090", "#8a5a2b", "#5b4bb0", "#b32d2a")
 MARKS = ("o", "^", "D")
-"""The next one, once all colours are taken."""
+"""The next mark is used once all colours are taken."""
 GREY, SETTLED = "#7b8690", "#1f5fa8"
+ERROR = "conservative error of a run"
 LEAST = 1e-12
-"""Errors below it stand on the lower edge, hollow: round-off, and the reference against itself."""
+"""Errors below it are round-off, drawn as hollow marks on the lower edge."""
 BOX = (5.4, 8.5)
 """Width of a digit and height of a number beside a point [pt]."""
 TICKS = 9
-"""Labels of an axis at most; a small plot has half as many."""
+"""Largest number of labels of an axis; small plots have half as many."""
 SCHEMES, RUNS = 12, 22
-"""Schemes and runs that the legend of the PNG names; of more runs, those on the front."""
+"""Largest numbers of schemes and runs in the legend of the PNG; of more runs, those on the front are named."""
 LINE = 0.0215
-"""Distance of the legend's lines, in the figure."""
+"""Distance of the lines of the legend, relative to the height of the figure."""
 SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
 
 
 class Look(NamedTuple):
-    """Of the points of a scheme."""
+    """Colour and mark of the points of a scheme."""
 
     colour: str
     mark: str
 
 
 class Spot(NamedTuple):
-    """A run that has an error to draw."""
+    """A drawn run and its error."""
 
     number: int
     """From 0, in the order of the document."""
     run: Run
     error: float
-    """Its size, relative."""
+    """Absolute value of the relative error."""
 
 
 def looks(document: Document) -> dict[str, Look]:
@@ -78,14 +79,14 @@ def drawn(runs: Sequence[Run], quantity: str = "") -> list[Spot]:
 
 
 def front_of(spots: Sequence[Spot], quantity: str = "") -> set[int]:
-    """Return the numbers of the runs on the front: that of the document, or that of one quantity."""
+    """Return the numbers of the runs on the front of the document, or on that of one quantity."""
     if not quantity:
         return {spot.number for spot in spots if spot.run.front}
     return {spots[i].number for i in pareto_front([(spot.run.cpu_seconds, spot.error) for spot in spots])}
 
 
 def floor_of(errors: Sequence[float]) -> float:
-    """Return the error that the lower edge stands for: below the least that is above round-off."""
+    """Return the error at the lower edge of the chart: a third of the least one above round-off."""
     seen = [error for error in errors if error >= LEAST]
     return min(seen) / 3 if seen else LEAST
 
@@ -93,11 +94,11 @@ def floor_of(errors: Sequence[float]) -> float:
 def places(
     points: Sequence[tuple[float, float]], texts: Sequence[str], important: Sequence[bool]
 ) -> list[tuple[float, float] | None]:
-    """Return where the lower left corner of each point's number stands beside it, None where there is no room.
+    """Return the offset of each number's lower left corner from its point [pt], None where there is no room.
 
     Args:
-        points: To the right and upwards [pt].
-        important: Whose number is shown even where another lies below it.
+        points: Coordinates to the right and upwards [pt].
+        important: Whether the number is always shown, even over others.
     """
     taken = [(x - 3, y - 3, x + 3, y + 3) for x, y in points]
     found: list[tuple[float, float] | None] = [None] * len(points)
@@ -131,7 +132,7 @@ def draw(document: Document, path: Path) -> None:
         _legend(figure, document)
         flags = ", ".join(one.name for one in flagged(document))
         if flags:
-            text = f"does not converge over this sweep, not fitted: {flags}"
+            text = f"not converged over this sweep; no order is fitted: {flags}"
             _line(figure, (0.035, 0.045), text, 125, fontsize=8, color=RED)
         if document.choice is not None:
             _line(figure, (0.035, 0.02), verdict(document), 125, fontsize=8, color=FAINT)
@@ -145,7 +146,7 @@ def error_chart(document: Document, quantity: str = "") -> str:
     """Return the chart of errors as SVG for the page; a point and its number have the run's number as `data-run`.
 
     Args:
-        quantity: Whose errors are drawn; the conservative errors where it is empty.
+        quantity: Quantity whose errors are drawn; the conservative errors if empty.
     """
     with styled():
         figure = Figure(figsize=(12.6, 5.6))
@@ -168,10 +169,10 @@ def error_chart(document: Document, quantity: str = "") -> str:
 
 
 def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain], text: Callable[[float], str]) -> str:
-    """Return the distance of a quantity from its finest value along one axis of the sweep as SVG, one line a chain.
+    """Return the difference of a quantity from its finest value along one axis as SVG, one line per chain.
 
     Args:
-        what: The sizes of the chains are.
+        what: Kind of the sizes of the chains.
         text: Writes a size.
     """
     lines = [(_chain_points(chain), chain.converges) for chain in chains]
@@ -187,7 +188,7 @@ def chain_chart(quantity: Quantity, what: str, chains: Sequence[Chain], text: Ca
             axes.plot(*np.array(line).reshape(-1, 2).T, color=colour, linewidth=1.2)
             axes.scatter(*np.array(line).reshape(-1, 2).T, s=14, color=colour, clip_on=False, zorder=3)
         axes.set_xlabel(what, parse_math=False)
-        root = _svg(figure, f"{quantity.name}: distance from the finest value by {what}")
+        root = _svg(figure, f"{quantity.name}: difference from the finest value against {what}")
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -195,7 +196,7 @@ def _draw_runs(axes: Axes, document: Document, quantity: str = "") -> None:
     """Draw the error of each run against its CPU seconds: references, tolerance, front, points and their numbers."""
     spots = drawn(document.runs, quantity)
     if not spots:
-        text = "no run has an error of it" if quantity else "no run has an error: there is no reference"
+        text = "no run has an error of this quantity" if quantity else "no errors: there is no reference"
         axes.text(0.5, 0.5, text, ha="center", transform=axes.transAxes)
         axes.set_axis_off()
         return
@@ -234,11 +235,11 @@ def _draw_runs(axes: Axes, document: Document, quantity: str = "") -> None:
         )  # fmt: skip
     _numbers(axes, at, spots, front)
     axes.set_xlabel("CPU time of a run")
-    axes.set_ylabel(f"error: {quantity}" if quantity else "largest error of a run, its basis or step", parse_math=False)
+    axes.set_ylabel(f"error: {quantity}" if quantity else ERROR, parse_math=False)
 
 
 def _numbers(axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int]) -> None:
-    """Write the number of each run beside its point where there is room; those on the front always."""
+    """Write the number of each run beside its point if there is room; numbers on the front always."""
     figure = axes.get_figure()
     assert figure is not None
     texts, important = [str(spot.number + 1) for spot in spots], [spot.number in front for spot in spots]
@@ -254,13 +255,13 @@ def _numbers(axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int])
 def _log_axes(
     axes: Axes, points: np.ndarray, texts: Sequence[Callable[[float], str]], most: int, floor: float | None = None
 ) -> None:
-    """Set logarithmic axes with room around points, half a decade long at least; label 1, 2, 5 times powers of ten.
+    """Set logarithmic axes of at least half a decade with room around points; labels are 1, 2, 5 times powers of ten.
 
     Args:
         points: (k, 2)
-        texts: Write a value of the horizontal and of the vertical axis.
-        most: Labels of an axis.
-        floor: Where the vertical axis begins.
+        texts: Writers of a value of the horizontal and of the vertical axis.
+        most: Largest number of labels of an axis.
+        floor: Lower end of the vertical axis.
     """
     axes.set(xscale="log", yscale="log")
     axes.tick_params(which="both", left=False, bottom=False)
@@ -280,7 +281,7 @@ def _log_axes(
 
 
 def _legend(figure: Figure, document: Document) -> None:
-    """Name the schemes, and the runs as far as there is room: else those on the front."""
+    """Write the legend of schemes and runs; of more runs than there is room for, those on the front."""
     left, height, found, spots = 0.65, 0.845, looks(document), drawn(document.runs)
     for scheme, look in list(found.items())[:SCHEMES]:
         mark = Line2D([left + 0.008], [height], marker=look.mark, color=look.colour, markersize=5.5)
@@ -288,7 +289,7 @@ def _legend(figure: Figure, document: Document) -> None:
         _line(figure, (left + 0.025, height), scheme, 40, fontsize=8)
         height -= 1.2 * LINE
     figure.add_artist(Line2D([left, left + 0.017], [height] * 2, color=INK, alpha=0.55, linewidth=1.1))
-    _line(figure, (left + 0.025, height), "Pareto front: nothing is faster and better", 42, fontsize=8)
+    _line(figure, (left + 0.025, height), "Pareto front: no run is faster and better", 42, fontsize=8)
     named = spots if len(spots) <= RUNS - len(found) else [spot for spot in spots if spot.run.front]
     title = "runs" if len(named) == len(spots) else f"on the front, of {len(spots)} runs"
     height -= 2.1 * LINE
@@ -308,13 +309,13 @@ def _legend(figure: Figure, document: Document) -> None:
 
 
 def _line(figure: Figure, at: tuple[float, float], text: str, most: int, **look: object) -> None:
-    """Write one line, shortened to so many characters."""
+    """Write one line, shortened to a number of characters."""
     short = text if len(text) <= most else f"{text[: most - 1].rstrip()}…"
     figure.text(*at, short, parse_math=False, va="center", **look)  # pyright: ignore[reportArgumentType]
 
 
 def _chain_points(chain: Chain) -> list[tuple[float, float]]:
-    """Return the points of a chain, but for its last one, which is what the others are compared with."""
+    """Return size and difference of the runs of a chain except the finest."""
     return [
         (size, max(abs(difference), LEAST))
         for size, difference in zip(chain.sizes[:-1], chain.differences[:-1], strict=True)
@@ -323,7 +324,7 @@ def _chain_points(chain: Chain) -> list[tuple[float, float]]:
 
 
 def _svg(figure: Figure, label: str) -> ElementTree.Element:
-    """Return a figure as SVG that stands in a page: text as text, no identifiers but ours, nothing that is loaded."""
+    """Return a figure as SVG for a page: with text as text, without foreign identifiers and references."""
     text = io.StringIO()
     with matplotlib.rc_context({"svg.fonttype": "none"}):
         figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))

@@ -1,7 +1,7 @@
-"""Tables of a report's page as HTML; what a cell sorts by stands beside its text."""
+"""Tables of a report as columns of texts, written as HTML for the page and as Markdown for the command."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -19,37 +19,38 @@ from gudgeon.pipeline.report.page.words import (
 )
 
 LONG = 30
-"""Characters of a cell that is text."""
+"""Number of characters above which a cell is text that wraps."""
+Key = float | str | None
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column: its heading, its cells and what they sort by."""
+    """One column of a table. Lines of a text after the first are notes, which only HTML shows."""
 
     title: str
-    cells: list[str]
-    """As HTML."""
-    keys: list[float | str | None]
+    texts: list[str]
+    keys: Sequence[Key] = ()
+    """What the cells are sorted by; empty in a table that is not sorted."""
     kind: str = ""
-    """Class of its cells."""
-    hint: str = ""
+    """CSS class of its cells."""
 
 
-def runs_table(document: Document) -> str:
-    """Return one row a run; columns that no run fills are left out."""
+def run_columns(document: Document) -> list[Column]:
+    """Return one row per run: size, errors, times and counts; columns without an entry are omitted."""
     runs = document.runs
-    luck = any(run.conservative_error != run.largest_error for run in runs)
+    conservative = [run.conservative_error for run in runs]
     columns = [
         _numbers("coordinates", [run.coordinates for run in runs], count_text),
-        Column("largest error", [_result(run) for run in runs], [_size(run.largest_error) for run in runs]),
-        Column("of", [escape(run.largest_of or NOTHING) for run in runs], [run.largest_of for run in runs], "short"),
-        *([_numbers("conservative error", [run.conservative_error for run in runs], size_text)] if luck else []),
-        _parts("basis", runs, "truncation"),
-        _parts("step", runs, "time"),
-        _numbers("CPU", [run.cpu_seconds for run in runs], seconds_text),
-        _numbers("wall", [run.wall_seconds for run in runs], seconds_text),
+        Column("largest error", [_largest(run) for run in runs], [_size(run.largest_error) for run in runs]),
+        Column("of", [run.largest_of or NOTHING for run in runs], [run.largest_of for run in runs], "short"),
+        _numbers("conservative error", conservative, size_text),
+        Column("result", [_failure(run) or NOTHING for run in runs], [_failure(run) for run in runs], "short result"),
+        _parts("truncation error", runs, "truncation"),
+        _parts("time error", runs, "time"),
+        _numbers("CPU time", [run.cpu_seconds for run in runs], seconds_text),
+        _numbers("wall time", [run.wall_seconds for run in runs], seconds_text),
         *(_stage(stage, runs) for stage in dict.fromkeys(name for run in runs for name in run.stages)),
-        _numbers("step size", [run.step for run in runs], step_text),
+        _numbers("step", [run.step for run in runs], step_text),
         _numbers("steps", [run.steps for run in runs], count_text),
         _numbers("factorisations", [run.factorisations for run in runs], count_text),
         _numbers("iterations", [run.iterations for run in runs], count_text),
@@ -57,146 +58,175 @@ def runs_table(document: Document) -> str:
         _numbers("momentum residual", [run.momentum_residual for run in runs], small_text),
         _numbers("memory [MiB]", [run.peak_mib for run in runs], count_text),
     ]
-    kept = [column for column in columns if any(key is not None for key in column.keys)]
-    return _run_rows("runs", document, kept)
+    if conservative == [run.largest_error for run in runs]:
+        del columns[3]
+    return [column for column in columns if any(text != NOTHING for text in column.texts)]
+
+
+def runs_table(document: Document) -> str:
+    """Return the table of runs as HTML; the name of a run opens to its settings."""
+    return _run_table("runs", document, run_columns(document))
 
 
 def errors_table(document: Document) -> str:
-    """Return the error of each quantity of each run, and below it what basis and step add."""
+    """Return the error of each run in each quantity as HTML, with its truncation and time error."""
     columns = [
         Column(
-            escape(one.name),
+            one.name,
             [_error(run, one) for run in document.runs],
             [_size(run.errors.get(one.name)) for run in document.runs],
         )
         for one in document.quantities
     ]
-    return _run_rows("errors", document, columns)
+    return _run_table("errors", document, columns)
 
 
 def quantities_table(document: Document) -> str:
-    """Return what is compared, with what, and whether it settles."""
-    rows = [
-        f'<tr><th scope="row">{escape(one.name)}</th><td class="short">{escape(one.unit)}</td>'
-        f'<td class="short">{escape(one.measure)}</td>'
-        f"<td>{NOTHING if one.reference is None else f'{one.reference:.6g}'}</td>"
-        f'<td class="short">{"yes" if one.counts else "no"}</td>'
-        f'<td class="text words"><span{_flag(one)}>{SETTLES[one.converges]}</span>'
-        f"{f'<small>{escape(one.why)}</small>' if one.why not in ('', SETTLES[one.converges]) else ''}</td></tr>"
-        for one in document.quantities
+    """Return the compared quantities as HTML, each with its reference and its convergence over the sweep."""
+    quantities = document.quantities
+    verdicts = [
+        SETTLES[one.converges] + (f"\n{one.why}" if one.why not in ("", SETTLES[one.converges]) else "")
+        for one in quantities
     ]
-    heads = ["quantity", "unit", "error is", "reference", "in the largest error", "over the sweep"]
-    kinds = ["", "short", "short", "", "short", "text"]
-    return _wrapped("quantities", _header(heads, kinds), rows)
+    columns = [
+        Column("unit", [one.unit for one in quantities], kind="short"),
+        Column("type of error", [one.measure for one in quantities], kind="short"),
+        Column("reference", [NOTHING if one.reference is None else f"{one.reference:.6g}" for one in quantities]),
+        Column("counts", ["yes" if one.counts else "no" for one in quantities], kind="short"),
+        Column("over the sweep", verdicts, kind="text words"),
+    ]
+    rows = [_class("flagged" if one.converges is False else "") for one in quantities]
+    return _html("quantities", "quantity", [escape(one.name) for one in quantities], columns, rows)
 
 
 def kind_table(table: Table) -> str:
-    """Return a table beside the runs; long cells are text that wraps."""
-    rows = []
-    for first, *others in table.rows:
-        cells = (f"<td{_class('text' if len(cell) > LONG else '')}>{escape(cell)}</td>" for cell in others)
-        rows.append(f'<tr><th scope="row">{escape(first)}</th>{"".join(cells)}</tr>')
-    return _wrapped("", _header(table.columns, [""] * len(table.columns)), rows)
+    """Return a further table of the report as HTML; columns of long cells wrap."""
+    first, *others = [
+        Column(title, texts, kind="text" if max(map(len, texts), default=0) > LONG else "")
+        for title, *texts in zip(table.columns, *table.rows, strict=True)
+    ]
+    return _html("", first.title, list(map(escape, first.texts)), others, [""] * len(first.texts))
 
 
-def _run_rows(name: str, document: Document, columns: Sequence[Column]) -> str:
+def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table as Markdown, of each cell its first line."""
+    cells = [columns, ["---"] * len(columns), *rows]
+    return [f"| {' | '.join(cell.partition(chr(10))[0].replace('|', '/') for cell in row)} |" for row in cells]
+
+
+def _run_table(name: str, document: Document, columns: Sequence[Column]) -> str:
     chosen = document.choice.run if document.choice is not None else None
-    rows = []
-    for number, run in enumerate(document.runs):
-        kinds = " ".join(kind for kind, holds in (("front", run.front), ("chosen", run.name == chosen)) if holds)
-        cells = "".join(
-            f'<td{_class(column.kind)} data-value="{_key(column.keys[number])}">{column.cells[number]}</td>'
-            for column in columns
+    kinds = [
+        " ".join(
+            kind
+            for kind, holds in (("front", run.front), ("chosen", run.name == chosen), ("failed", bool(_failure(run))))
+            if holds
         )
-        head = f'<th scope="row" data-value="{number + 1}">{_name(number, run)}</th>'
-        rows.append(f'<tr data-run="{number}"{_class(kinds)}>{head}{cells}</tr>')
-    heads = [("run", ""), *((column.title, column.kind) for column in columns)]
-    header = "".join(f'<th scope="col"{_class(kind)}>{title}</th>' for title, kind in heads)
-    return _wrapped(name, f"<tr>{header}</tr>", rows, "sortable")
+        for run in document.runs
+    ]
+    rows = [f' data-run="{number}"{_class(kind)}' for number, kind in enumerate(kinds)]
+    heads = [_name(number, run) for number, run in enumerate(document.runs)]
+    return _html(name, "run", heads, columns, rows)
+
+
+def _html(name: str, title: str, heads: Sequence[str], columns: Sequence[Column], rows: Sequence[str]) -> str:
+    """Return a table as HTML that scrolls by itself.
+
+    Args:
+        title: Of the first column.
+        heads: HTML of its cells.
+        rows: Attributes of each row.
+    """
+    header = "".join(
+        f'<th scope="col"{_class(kind)}>{_cell(text)}</th>'
+        for text, kind in ((title, ""), *((column.title, column.kind) for column in columns))
+    )
+    body = []
+    for number, (attributes, head) in enumerate(zip(rows, heads, strict=True)):
+        cells = "".join(
+            f"<td{_class(one.kind)}{_key(one.keys[number]) if one.keys else ''}>{_cell(one.texts[number])}</td>"
+            for one in columns
+        )
+        body.append(f'<tr{attributes}><th scope="row" data-value="{number + 1}">{head}</th>{cells}</tr>')
+    identity = f' id="{name}"' if name else ""
+    kind = _class("sortable" if any(column.keys for column in columns) else "")
+    return (
+        f'<div class="scroll" tabindex="0" role="region" aria-label="{name or "table"}"><table{identity}{kind}>'
+        f"<thead><tr>{header}</tr></thead>\n<tbody>\n{chr(10).join(body)}\n</tbody></table></div>"
+    )
 
 
 def _name(number: int, run: Run) -> str:
-    """Return number and name, which open to what the run changes of the scene."""
+    """Return the number and name of a run as HTML; they open to its settings and to the runs it is compared with."""
     name = f"{number + 1}&ensp;{escape(run.name)}"
     if run.front:
         name += '&nbsp;<span class="best-run" title="on the front">●</span>'
-    lines = [escape(text) for text in setting_texts(run)]
+    lines = setting_texts(run)
     for part, found, against in (
-        ("basis", run.truncation, run.truncation_against),
-        ("step", run.time, run.time_against),
+        ("truncation error", run.truncation, run.truncation_against),
+        ("time error", run.time, run.time_against),
     ):
         if against:
-            lines.append(f"{part}: {'—' if found is None else 'against'} {escape(against)}")
+            lines.append(f"{part}: {NOTHING if found is None else 'against'} {against}")
     if not lines:
         return name
-    return f"<details><summary>{name}</summary>{''.join(f'<code>{line}</code>' for line in lines)}</details>"
+    return f"<details><summary>{name}</summary>{''.join(f'<code>{escape(line)}</code>' for line in lines)}</details>"
 
 
-def _result(run: Run) -> str:
-    if run.result != "FINISHED":
-        return f'<span class="bad">{escape(run.result)}</span>'
-    if run.kind == "nodal" and run.largest_error is None:
-        return "reference"
-    return size_text(run.largest_error)
+def _failure(run: Run) -> str | None:
+    return None if run.result == "FINISHED" else run.result
+
+
+def _largest(run: Run) -> str:
+    is_reference = run.kind == "nodal" and run.largest_error is None and run.result == "FINISHED"
+    return "reference" if is_reference else size_text(run.largest_error)
 
 
 def _error(run: Run, quantity: Quantity) -> str:
-    text = error_text(run.errors.get(quantity.name), quantity.measure, quantity.unit)
+    """Return the error of a run in a quantity, and its truncation and time error as notes."""
+    name, measure, unit = quantity.name, quantity.measure, quantity.unit
     parts = [
-        f"{label} {error_text(found[quantity.name], quantity.measure, quantity.unit)}"
-        for label, found in (("basis", run.truncation), ("step", run.time))
-        if found and found.get(quantity.name) is not None
+        f"{label} {error_text(found[name], measure, unit)}"
+        for label, found in (("truncation", run.truncation), ("time", run.time))
+        if found and found.get(name) is not None
     ]
-    return text + "".join(f"<small>{part}</small>" for part in parts)
+    return "\n".join([error_text(run.errors.get(name), measure, unit), *parts])
 
 
 def _parts(title: str, runs: Sequence[Run], part: str) -> Column:
-    """Return what basis or step add to the quantity that is farthest off."""
+    """Return the truncation or time error of each run in the quantity of its largest error."""
     values = [_size((getattr(run, part) or {}).get(run.largest_of)) for run in runs]
     return _numbers(title, values, size_text)
 
 
 def _stage(stage: str, runs: Sequence[Run]) -> Column:
-    found = [run.stages.get(stage, StageSeconds(None, None)) for run in runs]
-    cold, warm = (
-        [None if one is None else one.cpu for one in states]
-        for states in zip(*((one.cold, one.warm) for one in found), strict=True)
-    )
-    cells = [
-        NOTHING if a is None and b is None else f"{seconds_text(a)} / {seconds_text(b)}"
-        for a, b in zip(cold, warm, strict=True)
-    ]
-    keys: list[float | str | None] = [b if a is None else a for a, b in zip(cold, warm, strict=True)]
-    return Column(f"{escape(stage)}<small>cold / warm</small>", cells, keys)
+    """Return the CPU time of a stage, with an empty database and with all records present."""
+    texts, keys = [], []
+    for run in runs:
+        entry = run.stages.get(stage, StageSeconds(None, None))
+        taken = [None if one is None else one.cpu for one in (entry.cold, entry.warm)]
+        texts.append(NOTHING if taken == [None, None] else " / ".join(map(seconds_text, taken)))
+        keys.append(taken[1] if taken[0] is None else taken[0])
+    return Column(f"{stage}\ncold / warm", texts, keys)
 
 
-def _numbers(title: str, values: Sequence[float | None], text) -> Column:
-    return Column(title, [text(value) for value in values], list(values))
+def _numbers(title: str, values: Sequence[float | None], text: Callable[[float | None], str]) -> Column:
+    return Column(title, [text(value) for value in values], values)
 
 
 def _size(value: float | None) -> float | None:
     return None if value is None else abs(value)
 
 
-def _key(value: float | str | None) -> str:
-    return "" if value is None or (isinstance(value, float) and not math.isfinite(value)) else escape(str(value))
+def _cell(text: str) -> str:
+    first, *notes = text.split("\n")
+    return escape(first) + "".join(f"<small>{escape(note)}</small>" for note in notes)
+
+
+def _key(value: Key) -> str:
+    unknown = value is None or (isinstance(value, float) and not math.isfinite(value))
+    return f' data-value="{"" if unknown else escape(str(value))}"'
 
 
 def _class(kind: str) -> str:
     return f' class="{kind}"' if kind else ""
-
-
-def _flag(quantity: Quantity) -> str:
-    return ' class="bad"' if quantity.converges is False else ""
-
-
-def _header(titles: Sequence[str], kinds: Sequence[str]) -> str:
-    cells = (f'<th scope="col"{_class(kind)}>{escape(title)}</th>' for title, kind in zip(titles, kinds, strict=True))
-    return f"<tr>{''.join(cells)}</tr>"
-
-
-def _wrapped(name: str, header: str, rows: Sequence[str], kind: str = "") -> str:
-    identity = f' id="{name}"' if name else ""
-    label = f' aria-label="{name or "table"}"'
-    body = f"<thead>{header}</thead>\n<tbody>\n{chr(10).join(rows)}\n</tbody>"
-    return f'<div class="scroll" tabindex="0" role="region"{label}><table{identity}{_class(kind)}>{body}</table></div>'

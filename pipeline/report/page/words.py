@@ -1,20 +1,25 @@
-"""Numbers and findings of a report as people read them, for its page, its picture and its table."""
+"""Texts of numbers, settings and verdicts of a report, for its page, its picture and its printed table."""
 
 import json
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from gudgeon.pipeline.report.convergence import TOO_FEW
 from gudgeon.pipeline.report.document import Document, Quantity, Run, Table
 
 NOTHING = "–"
 PERCENT = 1e-3
-"""Relative errors from here on are written in per cent."""
-SETTLES = {True: "converges", False: "does not converge over this sweep: not fitted", None: "too few runs to tell"}
+"""Relative errors from this size on are written in per cent."""
+SETTLES = {
+    True: "converges",
+    False: "does not converge over this sweep: not fitted",
+    None: TOO_FEW,
+}
 
 
 def error_text(value: float | None, measure: str = "relative", unit: str = "") -> str:
-    """Return an error: signed, but for L2 norms, which have no sign."""
+    """Return an error, with its sign unless it is an L2 norm."""
     if value is None or not math.isfinite(value):
         return NOTHING
     if value == 0:
@@ -28,12 +33,12 @@ def error_text(value: float | None, measure: str = "relative", unit: str = "") -
 
 
 def size_text(value: float | None) -> str:
-    """Return the size of a largest error."""
+    """Return the absolute value of a relative error."""
     return error_text(None if value is None else abs(value), "L2")
 
 
 def seconds_text(value: float | None) -> str:
-    """Return seconds with three digits and a fitting unit."""
+    """Return a duration with three digits, in s, ms or µs."""
     if value is None:
         return NOTHING
     if value >= 99.95:
@@ -43,52 +48,52 @@ def seconds_text(value: float | None) -> str:
 
 
 def step_text(value: float | None) -> str:
-    """Return a step of time."""
+    """Return a time step in µs."""
     return NOTHING if value is None else f"{value * 1e6:.4g} µs"
 
 
 def count_text(value: float | None) -> str:
-    """Return a whole number with its thousands parted."""
+    """Return a whole number with commas between thousands."""
     return NOTHING if value is None else f"{value:,.0f}"
 
 
 def small_text(value: float | None) -> str:
-    """Return what should be next to zero: a drift, a residual."""
+    """Return a drift or a residual with one digit."""
     return NOTHING if value is None else f"{value:.0e}"
 
 
 def tick_text(value: float) -> str:
-    """Return an error on an axis."""
+    """Return a relative error as the label of an axis."""
     return f"{value * 100:g}%" if value >= 0.99e-4 else f"{value:.0e}"
 
 
 def edge_text(value: float) -> str:
-    """Return an edge length."""
+    """Return an edge length in mm."""
     return f"{value * 1e3:.3g} mm"
 
 
 def run_lines(number: int, run: Run, error: float, quantity: str) -> list[str]:
-    """Return what a point of the chart says of its run, its number and name first.
+    """Return the text of a point of the chart: number and name of its run, errors, times and sizes.
 
     Args:
-        number: From 0.
-        error: That is drawn.
-        quantity: Whose error it is; empty for the largest one.
+        number: Number of the run, from 0.
+        error: The error that is drawn.
+        quantity: Quantity of that error; empty for the conservative error.
     """
     largest = f"{size_text(run.largest_error)} largest error, of {run.largest_of}"
     lines = [f"{number + 1}  {run.name}", f"{size_text(error)} {quantity}" if quantity else largest]
     if not quantity and run.largest_error is not None and error > run.largest_error:
-        lines.append(f"{size_text(error)} by its basis or step alone")
-    for part, errors in (("basis", run.truncation), ("step", run.time)):
+        lines.append(f"{size_text(error)} conservative error")
+    for part, errors in (("truncation", run.truncation), ("time", run.time)):
         if errors and (found := errors.get(quantity or run.largest_of or "")) is not None:
-            lines.append(f"of that, {part}: {size_text(found)}")
+            lines.append(f"{part} error: {size_text(found)}")
     lines.append(f"CPU {seconds_text(run.cpu_seconds)}, wall {seconds_text(run.wall_seconds)}")
     steps = "" if run.steps is None else f", {count_text(run.steps)} steps"
     return [*lines, f"{count_text(run.coordinates)} coordinates{steps}", run.scheme]
 
 
 def setting_texts(run: Run) -> list[str]:
-    """Return what a run changes of the scene, as `--set` takes it."""
+    """Return the settings of a run in the form of `--set`."""
     return [f"{path}={_toml(value)}" for path, value in _paths(run.settings)]
 
 
@@ -98,7 +103,7 @@ def flagged(document: Document) -> list[Quantity]:
 
 
 def machine_text(document: Document) -> str:
-    """Return the machine in one line."""
+    """Return processor, cores and versions in one line."""
     machine = document.machine
     parts = [str(machine.get("cpu", "unknown processor"))]
     if "cores" in machine:
@@ -108,10 +113,10 @@ def machine_text(document: Document) -> str:
 
 
 def verdict(document: Document) -> str:
-    """Return what the tolerance chooses, or how one is given."""
+    """Return the run chosen for the tolerance, or the reason why there is none."""
     choice = document.choice
     if choice is None:
-        return "No tolerance was given; --tolerance 1% names the cheapest run that meets it."
+        return "No tolerance was given; with --tolerance 1% the fastest run of that accuracy is selected."
     if choice.run is None:
         return f"Tolerance {tick_text(choice.tolerance)}: {choice.why}"
     return (
@@ -121,7 +126,7 @@ def verdict(document: Document) -> str:
 
 
 def tables_of(document: Document) -> list[Table]:
-    """Return the tables beside the runs: design changes, and what the kind of the scene reports."""
+    """Return the further tables of a report: design changes, and those of the kind of scene."""
     columns = list(dict.fromkeys(key for row in document.changes for key in row))
     rows = [[change_text(key, row.get(key)) for key in columns] for row in document.changes]
     changes = Table("Design changes: reuse against recompute", [key.replace("_", " ") for key in columns], rows)
@@ -129,7 +134,7 @@ def tables_of(document: Document) -> list[Table]:
 
 
 def change_text(key: str, value: Any) -> str:
-    """Return an entry of a design change by what its key ends with."""
+    """Return an entry of a design change, written by the ending of its key."""
     if isinstance(value, dict):
         return ", ".join(f"{name}: {change_text('', entry)}" for name, entry in value.items())
     if isinstance(value, bool) or not isinstance(value, int | float):

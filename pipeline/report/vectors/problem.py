@@ -1,4 +1,4 @@
-"""From a scene with `report.vectors` to a force on its way, on the scene's mesh or on a finer one."""
+"""From a scene with `report.vectors` to its moving force, on the scene's mesh or on another one."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -24,7 +24,7 @@ from gudgeon.pipeline.stages.mesh import build_mesh
 
 @dataclass(frozen=True)
 class Problem:
-    """What is compared."""
+    """A moving force of a scene, and the component under it."""
 
     job: Job
     settings: Vectors
@@ -40,16 +40,16 @@ class Problem:
         return f"component.{self.name}"
 
     def travel(self, mesh: MeshRecord) -> Travel:
-        """Return the force on its way over a mesh.
+        """Return the force on its path over a mesh.
 
         Raises:
-            InputError: supports leave the body rigid motions.
+            InputError: the supports permit rigid motions of the body.
         """
         part, where = self.component, self.where
         refuse_rigid(part.interface, where, "report.vectors")
         model = build_model(mesh, part.material, part.supports, where, part.geometry)
         if count := len(model.rigid_twists):
-            raise InputError(f"report.vectors: needs a held body, {where}.supports leave it {count} rigid motions")
+            raise InputError(f"report.vectors: {where}.supports permit {count} rigid motions; support the body fully")
         interface = self.force.interface
         space = traction_space(mesh, part.interface[interface], f"{where}.interface.{interface}")
         chart = TractionModes(space.chart, space.start, space.spacing, space.counts, np.empty((0, 0)), space.resultant)
@@ -57,7 +57,7 @@ class Problem:
         return Travel(model, inward, chart, self.force.amounts, self.force.places, self.job.scene.run.duration)
 
     def finer(self, size: float) -> Travel:
-        """Return the same on a mesh of another edge length [m]."""
+        """Return the force on a mesh of another edge length [m]."""
         mesh = self.component.mesh.model_copy(update={"size": size})
         return self.travel(build_mesh(self.component.model_copy(update={"mesh": mesh}), self.job.folder, self.name))
 
@@ -81,7 +81,7 @@ class Problem:
 
 
 def problem_of(job: Job) -> Problem:
-    """Return what a scene asks to compare.
+    """Return the moving force that a scene names in `report.vectors`.
 
     Raises:
         InputError: the scene has no such force, or a design change.
@@ -93,5 +93,5 @@ def problem_of(job: Job) -> Problem:
         raise InputError(f"report.vectors.force: no moving force '{settings.force}', the scene has {have}")
     name = job.scene.component_of(forces[settings.force].body)
     if job.components()[name]["morph"].inputs["profile"]:
-        raise InputError(f"report.vectors: knows no design change, leave component.{name}.change out")
+        raise InputError(f"report.vectors: design changes are not supported; remove component.{name}.change")
     return Problem(job, settings, forces[settings.force], job.scene.component[name], name)

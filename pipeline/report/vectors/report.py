@@ -1,8 +1,7 @@
-"""`gudgeon report` of a scene with `report.vectors`: how many vectors, and of which kind, a force that moves needs.
+"""`gudgeon report` of a scene with `report.vectors`: the error of each kind and number of vectors under a moving force.
 
-Its runs are bases at each number of vectors. The ordinary sweep knows neither vectors that are made again along the way
-nor full FE under a moving force: here both take the same time steps, so that they differ by what the vectors lack and
-by nothing else.
+Its runs are bases at each number of vectors. The ordinary sweep has neither vectors that change along the path nor full
+FE under a moving force. Here both use the same time steps, so that they differ by the truncation error only.
 """
 
 import math
@@ -11,18 +10,17 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.measuring.clock import Seconds, fastest
+from gudgeon.pipeline.measuring.clock import fastest
 from gudgeon.pipeline.measuring.memory import peak_memory
 from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.report.choice import choose
+from gudgeon.pipeline.report.convergence import chain, settling
 from gudgeon.pipeline.report.document import Document, Errors, Quantity, Run, StageSeconds, Table
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.reference import largest
-from gudgeon.pipeline.report.series import chain, settling
-from gudgeon.pipeline.report.vectors.bases import Source, bases_of
-from gudgeon.pipeline.report.vectors.cost import Price, price_table, prices
+from gudgeon.pipeline.report.vectors.bases import Price, Source, bases_of, price_table, prices
 from gudgeon.pipeline.report.vectors.problem import problem_of
 from gudgeon.pipeline.report.vectors.travelling import (
     History,
@@ -39,28 +37,28 @@ from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 
 SAMPLES = 20
-"""Of the stress, in the time of one place."""
+"""Samples of the stress while the force passes one place."""
 UNDER, ROOT = "displacement under the force", "stress at the root"
 TIMING = (
-    "CPU seconds from the assembled matrices to the last time step: factorisation of the stiffness and normal modes"
-    " where a basis needs them, each taken once; its vectors and the time steps, least of {repeat} runs of each, one"
-    " after the other. Warm: factor and normal modes at hand. All nodal degrees of freedom are run once."
+    "CPU time from the assembled matrices to the last time step: factorisation of the stiffness and normal modes where"
+    " a basis needs them, each measured once; vectors and time steps, least of {repeat} successive runs."
+    " Warm: without factorisation and normal modes. Full FE is run once."
 )
 
 
 class Comparison(NamedTuple):
-    """Every basis at each number of vectors, and the price of vectors for another place."""
+    """Runs of every basis at each number of vectors, and the CPU time of the vectors of one more place."""
 
     nodal: Run
-    """full FE; `time` is what half the step changes."""
+    """Full FE; its time error is against half the step."""
     runs: list[Run]
     """`scheme` is the basis, `coordinates` the number of vectors."""
     apart: dict[str, Errors]
-    """By the name of a run, its distance from the largest number of vectors of its basis."""
+    """Name of a run → its difference from the largest number of vectors of its basis."""
     prices: list[Price]
 
     def errors(self, basis: str, count: int) -> Errors | None:
-        """Return the errors of so many vectors of a basis, None where it needs more."""
+        """Return the errors of a number of vectors of a basis, None where the basis needs more."""
         found = [run.errors for run in self.runs if (run.scheme, run.coordinates) == (basis, count)]
         return found[0] if found else None
 
@@ -68,18 +66,15 @@ class Comparison(NamedTuple):
 def vectors_report(job: Job, how: Effort, progress: Progress) -> Document:
     """Compare the bases and write `report.{json,csv,png,html}` into the job's folder.
 
-    Args:
-        how: Its timed runs are those of each price and of each basis.
-
     Raises:
-        InputError: the scene names no such force, or its body is not held.
+        InputError: the scene has no such force, or its body is not fully supported.
     """
     settings, duration = job.scene.report.vectors, job.scene.run.duration
     assert settings is not None
     with report_folder(job.out, job.name):
         found = compare(job, how.repeat, progress)
         runs, steps = with_front([found.nodal, *found.runs]), steps_of(settings)
-        source = f"all {found.nodal.coordinates:,} full-FE dofs, the same {steps:,} time steps"
+        source = f"full FE, {found.nodal.coordinates:,} dofs, the same {steps:,} time steps"
         document = replace(
             new_document(job, how),
             reference={"kind": "nodal", "source": source},
@@ -99,10 +94,10 @@ def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
     """Compare the bases with full FE at the same time steps.
 
     Args:
-        repeat: Timed runs of each price and of each basis.
+        repeat: Timed runs of each basis and of each CPU time of vectors.
 
     Raises:
-        InputError: the scene names no such force, or its body is not held.
+        InputError: the scene has no such force, or its body is not fully supported.
     """
     with named(job.path, InputError):
         problem = problem_of(job)
@@ -117,7 +112,7 @@ def compare(job: Job, repeat: int, progress: Progress) -> Comparison:
     apart = {run.name: _apart(root, answer, last[run.scheme]) for run, answer in zip(runs, answers, strict=True)}
     cost = prices(travel, settings, repeat)
     for number, size in enumerate(settings.meshes):
-        progress(f"price at {size:g} m", number / len(settings.meshes))
+        progress(f"CPU time of vectors at {size:g} m", number / len(settings.meshes))
         cost += prices(problem.finer(size), settings, repeat)
     return Comparison(nodal, runs, apart, cost)
 
@@ -128,7 +123,7 @@ def steps_of(settings: Vectors) -> int:
 
 
 def _nodal(travel: Travel, root: Root, settings: Vectors, tell: Callable[[float], None]) -> tuple[Run, History]:
-    """Return full FE as a run, with what half the step changes, and what the bases are compared with."""
+    """Return full FE as a run, with its time error against half the step, and its results as the reference."""
     steps, samples = steps_of(settings), SAMPLES * settings.places
     with peak_memory() as peak:
         found, taken = fastest(lambda: nodal_history(travel, root, steps, samples, lambda x: tell(0.3 * x)), 1)
@@ -146,7 +141,7 @@ def _nodal(travel: Travel, root: Root, settings: Vectors, tell: Callable[[float]
 def _runs(
     travel: Travel, root: Root, settings: Vectors, reference: History, repeat: int, progress: Progress
 ) -> tuple[list[Run], list[History]]:
-    """Return each basis at each number of vectors that it can have as a run, and what is compared of it."""
+    """Return a run of each basis at each number of vectors that it can have, and its results."""
     runs, answers, steps, samples = [], [], steps_of(settings), SAMPLES * settings.places
     source, bases = Source.of(travel, settings.counts[-1]), bases_of(travel, settings.places)
     able = [(basis, count) for basis in bases for count in settings.counts if count >= basis.least]
@@ -156,14 +151,14 @@ def _runs(
             sets, made = fastest(lambda basis=basis, count=count: source.make(basis, count), repeat)
             ours, solved = fastest(lambda sets=sets: reduced_history(travel, root, sets, steps, samples), repeat)
         before, errors = source.before(basis, count), _apart(root, ours, reference)
-        cold = Seconds(before.wall + made.wall, before.cpu + made.cpu)
-        worst, size = largest(errors, set(errors))
+        cold = before + made
+        taken, (worst, size) = cold + solved, largest(errors, set(errors))
         run = Run(
             f"{basis.name}, {count} vectors", "reduced", basis.name, {}, count, "FINISHED", errors=errors,
             largest_error=size, largest_of=worst, truncation=errors,
             truncation_against="full FE at the same steps",
             time_against="the reference has the same steps", step=travel.duration / steps, steps=steps,
-            cpu_seconds=cold.cpu + solved.cpu, wall_seconds=cold.wall + solved.wall,
+            cpu_seconds=taken.cpu, wall_seconds=taken.wall,
             stages={"modes": StageSeconds(cold, made), "solve": StageSeconds(solved, solved)}, peak_mib=peak.mib,
         )  # fmt: skip
         runs.append(run)
@@ -194,10 +189,10 @@ def _table(found: Comparison, counts: Sequence[int]) -> Table:
         for basis in dict.fromkeys(run.scheme for run in found.runs)
     ]
     note = (
-        f"Relative L2 error of the {UNDER} / of the {ROOT}, by number of vectors; half the step changes the reference"
-        f" by {_cell(found.nodal.time)}."
+        f"Relative L2 error of the {UNDER} / of the {ROOT}, by number of vectors. Time error of the reference, from"
+        f" half the step: {_cell(found.nodal.time)}."
     )
-    return Table("Travelling", ["basis", *map(str, counts)], rows, note)
+    return Table("Moving force", ["basis", *map(str, counts)], rows, note)
 
 
 def _cell(errors: Errors | None) -> str:

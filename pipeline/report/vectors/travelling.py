@@ -1,9 +1,9 @@
-"""One force on its way over a held body: in full FE, and in vectors that may change along the way.
+"""Response of a supported body to one moving force: by full FE, and in vectors that may change along the path.
 
-Both take the midpoint rule with the force of the middle of each step, so that at equal steps they differ by what the
-vectors lack and by nothing else. Where vectors change, the displacement goes over by the K-orthogonal projection
-q⁺ = Λ⁺⁻¹ Φ⁺ᵀ K Φ q, which leaves the least strain energy behind, and the velocity by the M-orthogonal one,
-q̇⁺ = Φ⁺ᵀ M Φ q̇, the least kinetic energy. What is left behind is lost.
+Both use the midpoint rule with the force at the middle of each step, so that at equal steps they differ by the
+truncation error of the vectors only. Where the vectors change, the displacement is projected K-orthogonally,
+q⁺ = Λ⁺⁻¹ Φ⁺ᵀ K Φ q, which loses the least strain energy, and the velocity M-orthogonally, q̇⁺ = Φ⁺ᵀ M Φ q̇, which loses
+the least kinetic energy.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,38 +22,38 @@ from gudgeon.pipeline.nodal.body import MovingBody
 
 @dataclass(frozen=True)
 class Travel:
-    """A force, the surface that it travels over, and its way."""
+    """A moving force, the surface that it moves over, and its path."""
 
     model: FEModel
     B: sparse.csr_matrix
     """Inward displacement of the surface's functions, (F, dofs)."""
     space: TractionModes
-    """Its chart and splines; the rows are not used."""
+    """Chart and splines of the surface; the rows are not used."""
     size: Callable[[np.ndarray], np.ndarray]
-    """The force at given times [N], (t,) → (t,)."""
+    """Force at given times [N], (t,) → (t,)."""
     path: Callable[[np.ndarray], np.ndarray]
-    """Coordinates across and along at given times, (t,) → (t, 2)."""
+    """Coordinates on the surface at given times, (t,) → (t, 2)."""
     duration: float
     """[s]"""
 
     def weights(self, time: np.ndarray) -> sparse.csr_matrix:
-        """Return the share of the force that each function carries at given times, (t, F)."""
+        """Return the share of the force on each function of the surface at given times, (t, F)."""
         numbers, values = spline_weights(self.space, self.path(time))
         starts = np.arange(0, numbers.size + 1, numbers.shape[1])
         return sparse.csr_matrix((values.ravel(), numbers.ravel(), starts), shape=(len(time), self.B.shape[0]))
 
     def loads(self, shares: Sequence[float]) -> np.ndarray:
-        """Return the nodal forces of a unit force at shares of its way, (dofs, k)."""
+        """Return the nodal forces of a unit force at shares of its path, (dofs, k)."""
         return (self.weights(np.array(shares) * self.duration) @ self.B).toarray().T
 
 
 @dataclass(frozen=True)
 class Root:
-    """Part of a body whose stress is compared: ‖e‖² = eᵀ K e over its cells is the L2 norm of the stress's error in the
-    metric of complementary energy."""
+    """Cells whose stress is compared: ‖e‖² = eᵀ K e over them is the L2 norm of the stress error in the metric of
+    complementary energy."""
 
     dofs: np.ndarray
-    """(r,)"""
+    """Their dofs, (r,)."""
     K: sparse.csr_matrix
     """Stiffness of these cells alone [N/m], (r, r)."""
 
@@ -66,10 +66,10 @@ class Root:
 
 @dataclass(frozen=True)
 class History:
-    """What is compared of a run."""
+    """Compared results of a run."""
 
     under: np.ndarray
-    """Displacement under the force, along it, at the end of each step [m], (n,)."""
+    """Displacement under the force, in its direction, at the end of each step [m], (n,)."""
     root: np.ndarray
     """Displacements of the root's dofs at samples [m], (s, r)."""
 
@@ -77,7 +77,7 @@ class History:
 def nodal_history(
     travel: Travel, root: Root, steps: int, samples: int, progress: Callable[[float], None] = lambda share: None
 ) -> History:
-    """Integrate full FE.
+    """Integrate full FE under the moving force.
 
     Args:
         steps: A multiple of `samples`.
@@ -89,9 +89,8 @@ def nodal_history(
     middle = step * (np.arange(steps) + 0.5)
     given = travel.size(middle)[:, None] * travel.weights(middle)[:, used].toarray()
     ends = travel.weights(step * np.arange(1, steps + 1))[:, used].toarray()
-    at, under, fields = np.searchsorted(model.free, root.dofs), np.empty(steps), np.empty((samples, len(root.dofs)))
-    held = model.held[root.dofs]
-    stride = steps // samples
+    at, held = np.searchsorted(model.free, root.dofs), model.held[root.dofs]
+    under, fields, stride = np.empty(steps), np.empty((samples, len(root.dofs))), steps // samples
     for n in range(steps):
         body.predict(np.empty(0))
         body.advance(given[n])
@@ -104,18 +103,16 @@ def nodal_history(
 
 
 def reduced_history(travel: Travel, root: Root, sets: Sequence[NormalModes], steps: int, samples: int) -> History:
-    """Integrate the coordinates of vectors that change at equal parts of the time, one set for each.
+    """Integrate the coordinates of vectors, one set for each of equal parts of the duration.
 
     Args:
         steps: A multiple of `samples` and of the number of sets.
     """
     step, stride, part = travel.duration / steps, steps // samples, steps // len(sets)
     under, fields = np.empty(steps), np.empty((samples, len(root.dofs)))
-    previous, q, v = None, np.empty(0), np.empty(0)
+    previous, (q, v) = sets[0], np.zeros((2, len(sets[0].angular_frequencies)))
     for number, vectors in enumerate(sets):
-        if previous is None:
-            q, v = np.zeros(len(vectors.angular_frequencies)), np.zeros(len(vectors.angular_frequencies))
-        elif previous is not vectors:
+        if previous is not vectors:
             displacement, velocity = previous.Phi @ q, previous.Phi @ v
             q = vectors.Phi.T @ (travel.model.K @ displacement) / vectors.angular_frequencies**2
             v = vectors.Phi.T @ (travel.model.M @ velocity)
@@ -136,5 +133,5 @@ def reduced_history(travel: Travel, root: Root, sets: Sequence[NormalModes], ste
 
 
 def difference(one: np.ndarray, other: np.ndarray) -> float:
-    """Return ‖one − other‖ / ‖other‖ over time."""
+    """Return the relative L2 difference of two histories, ‖one − other‖ / ‖other‖."""
     return float(np.linalg.norm(one - other) / np.linalg.norm(other))

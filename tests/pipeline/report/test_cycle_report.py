@@ -7,7 +7,7 @@ import pytest
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.report.slap.cycle import GRID, cycle_errors, mechanism_of, reproducible
+from gudgeon.pipeline.report.slaps import GRID, cycle_errors, mechanism_of, reproducible
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 import re
 from dataclasses import fields
 from pathlib import Path
@@ -33,6 +34,20 @@ def test_every_key_is_listed(heading: str, kind: Any) -> None:
 
 def test_version() -> None:
     assert TEXT.startswith(f"# The report, schema version {SCHEMA}\n")
+
+
+@pytest.mark.parametrize("schema", [1, 2, 3])
+def test_documents_of_every_schema_are_read(schema: int) -> None:
+    """Schema 3 calls `conservative_error` what 1 and 2 called `sound_error`; nothing else has another name."""
+    document = documents.large()
+    found = document.as_json() | {"schema": schema}
+    if schema < 3:
+        for run in found["runs"]:
+            run["sound_error"] = run.pop("conservative_error")
+    read = Document.from_json(json.loads(json.dumps(found)))
+    assert read == document
+    assert read.schema == SCHEMA == 3
+    assert any(run.conservative_error for run in read.runs)
 
 
 def test_columns_of_the_csv() -> None:

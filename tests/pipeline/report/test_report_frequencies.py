@@ -158,7 +158,7 @@ def test_sizes_without_a_sweep(tmp_path: Path) -> None:
     ("change", "complaint"),
     [
         ({"report.quantities": {"bar.frequency9": "solid_3D_Hz/0"}}, "report.quantities: 'bar.frequency9' given, freq"),
-        ({"report.sweep": {"component.rod.mesh.size": [0.1]}}, "no setting can be; size 0.1: component.rod"),
+        ({"report.sweep": {"component.rod.mesh.size": [0.1]}}, "no setting is admissible; size 0.1: component.rod"),
         ({"report.sweep": {"component.bar.mesh.sise": [0.1]}}, "component.bar.mesh.sise: unknown key"),
     ],
 )  # fmt: skip

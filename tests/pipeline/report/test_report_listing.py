@@ -53,7 +53,7 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "one" / "robustness.json").write_text(
         '{"counts": {"right": 2, "refused": 1, "wrong": 0, "does not apply": 4}}'
     )
-    (tmp_path / "seconds.csv").write_text("one,report,30\none,stress,12\ntwo,report,18\n")
+    (tmp_path / "seconds.csv").write_text("one,report,30\none,robustness,12\ntwo,report,18\n")
     return tmp_path
 
 
@@ -90,8 +90,8 @@ def test_main_figures_are_those_of_the_reports(folder: Path) -> None:
     for kept, told in zip(scenes["one"]["runs"], report["runs"], strict=True):
         assert kept == {key: told[key] for key in kept}
         assert {"name", "largest_error", "cpu_seconds", "front"} < kept.keys()
-    assert scenes["one"]["stress"]["right"] == 2
-    assert scenes["one"]["seconds"] == {"report": 30.0, "stress": 12.0}
+    assert scenes["one"]["robustness"]["right"] == 2
+    assert scenes["one"]["seconds"] == {"report": 30.0, "robustness": 12.0}
 
 
 def test_table_in_a_text_is_replaced() -> None:

@@ -226,7 +226,7 @@ def test_says_what_an_engineer_asks() -> None:
         "Least of 3 runs",
         "20 µm barrel",
         "what comes later is chaotic",
-        "after a Hann window of 40 µs",
+        "filtered with a Hann window of 40 µs",
         "DIVERGED",
     ):
         assert wanted in text, wanted

@@ -12,7 +12,7 @@ import pytest
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.report.choice import choose, doubtful
-from gudgeon.pipeline.report.convergence import converges, order_of, said
+from gudgeon.pipeline.report.convergence import chain, converges, order_of, settling
 from gudgeon.pipeline.report.document import Chain, Choice, Quantity, Run
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.sweep import Setting, able_settings, basis_of, finer, scheme_of, settings_of
@@ -71,7 +71,7 @@ def test_what_contradicts_itself_is_left_out_with_its_reason() -> None:
     assert able == [fine]
     assert [one["name"] for one in left_out] == [bad.name]
     assert "'explicit' cannot carry" in left_out[0]["why"]
-    with pytest.raises(InputError, match="no setting can be"):
+    with pytest.raises(InputError, match="no setting is admissible"):
         able_settings(scene, [bad])
     with pytest.raises(InputError, match="'explicit' cannot carry"):
         able_settings(scene, [Setting("explicit", {"run": {"integrator": "explicit"}})])
@@ -124,12 +124,18 @@ def test_order_is_not_fitted_to_round_off() -> None:
 
 
 def test_words() -> None:
-    text = said("force", {"basis": True, "step": False}, ("1 µs", 0.38))
-    assert text == (
-        "force does not converge with step over this sweep; the run before '1 µs' is 38.0% from it: not fitted"
+    runs = ["4 µs", "2 µs", "1 µs"]
+    settled = chain("basis", ["10", "20", "40"], [10, 20, 40], [0.3, 0.1, 0.0], [0.3, 0.1, 0.0])
+    wandering = chain("step", runs, [4.0, 2.0, 1.0], [0.38, 0.38, 0.0], [0.38, 0.38, 0.0])
+    assert settling("force", [settled, wandering]) == (
+        False,
+        "force does not converge with step over this sweep; the run before '1 µs' differs from it by 38.0%: not fitted",
     )
-    assert said("force", {"basis": True, "step": True}, ("", 0.0)) == "settles with basis and step"
-    assert said("force", {}, ("", 0.0)) == "too few runs to tell"
+    other = chain("step", runs, [4.0, 2.0, 1.0], [0.4, 0.1, 0.0], [0.4, 0.1, 0.0])
+    assert settling("force", [settled, other]) == (True, "converges with basis and step")
+    lost = chain("step", runs, [4.0, 2.0, 1.0], [0.4, math.inf, 0.0], [0.4, math.inf, 0.0])
+    assert settling("force", [lost]) == (False, "force does not converge with step over this sweep: not fitted")
+    assert settling("force", []) == (None, "not tested: fewer than three runs")
 
 
 # The cheapest setting
@@ -174,7 +180,7 @@ def test_errors_that_cancel_make_no_setting() -> None:
     found = chosen([lucky, sound], 0.01, ["impulse"])
     assert (found.run, found.error) == ("sound", 8e-3)
     none = chosen([lucky], 0.01, ["impulse"])
-    assert none.why == "none meets 1%; nearest is lucky, 3.00% of its basis or step alone"
+    assert none.why == "none meets 1%; nearest is lucky with a conservative error of 3.00%"
     assert chosen([lucky, sound], 0.01, ["impulse", "other"]).run is None
 
 
@@ -211,4 +217,4 @@ def test_runs_that_do_not_converge_are_not_chosen() -> None:
 )
 def test_nodal_steps_that_are_none(steps: list[float]) -> None:
     with pytest.raises(InputError, match="steps must be positive, finite and different"):
-        job("rod-wall", nodal={"steps": steps})
+        job("rod-wall", full_fe={"steps": steps})

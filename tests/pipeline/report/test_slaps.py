@@ -11,13 +11,13 @@ import pytest
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
-from gudgeon.pipeline.report.slap.slaps import CycleHistory, Mechanism, Slap, differences, history_of, slaps, windowed
+from gudgeon.pipeline.report.slaps import CycleHistory, Mechanism, Slap, differences, history_of, slaps, windowed
 
 MASS, INERTIA = 0.5, 4e-4
 PUSH = 100.0
 CHANGE, HIT, END = 5e-3, 7e-3, 20e-3
 WINDOW, TOUCH = 2e-3, 1.0
-"""Length of a slap [s] and force of a touch [N], as `gudgeon.pipeline.report.slap.slaps` defines them."""
+"""Length of a slap [s] and force of a touch [N], as `gudgeon.pipeline.report.slaps` defines them."""
 SPEED = PUSH / MASS * (HIT - CHANGE)
 """At which it meets the other side [m/s]."""
 STEP = 1e-5
@@ -27,7 +27,7 @@ ROUND_OFF = 1e-9
 
 MECHANISM = Mechanism(
     MASS, INERTIA, np.array([1.0, 0, 0]), np.array([0, 0, 1.0]), np.where(EDGES[1:] < CHANGE + STEP / 2, -PUSH, PUSH),
-    EDGES, 0.04,
+    EDGES, cycle=0.04,
 )  # fmt: skip
 
 

@@ -1,1 +1,0 @@
-"""Slaps of a driven piston."""
