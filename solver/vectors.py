@@ -1,4 +1,4 @@
-"""Vectors as a scene writes them: finite, and a direction not zero."""
+"""Types of vectors in a scene file: finite components; a direction is not zero."""
 
 from typing import Annotated
 
@@ -8,7 +8,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Vector = tuple[Finite, Finite, Finite]
 Coordinate = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"unit": "m"})]
 Place = tuple[Coordinate, Coordinate, Coordinate]
-"""In metres."""
+"""Position [m]."""
 
 
 def _directed(vector: Vector) -> Vector:
@@ -18,4 +18,4 @@ def _directed(vector: Vector) -> Vector:
 
 
 Direction = Annotated[Vector, AfterValidator(_directed), Field(json_schema_extra={"unit": "1"})]
-"""Of any length."""
+"""Direction of any length."""

@@ -124,5 +124,5 @@ def test_scene_names_what_is_wrong() -> None:
     wrong["force"]["load"]["body"] = "beam"
     with pytest.raises(ValidationError, match=r"force\.load\.body: no body 'beam'"):
         Scene.model_validate(wrong)
-    with pytest.raises(ValidationError, match=r"'event' cannot carry force\.load"):
+    with pytest.raises(ValidationError, match=r"'event' does not support force\.load"):
         Scene.model_validate(scene() | {"run": {"duration": 1e-3, "integrator": "event"}})
