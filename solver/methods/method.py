@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-RESTITUTION = "restitution must be given with method 'impact', and only with it"
+RESTITUTION = "restitution is required by method 'impact' and not allowed with other methods"
 
 
 class Settings(Protocol):
