@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+import numpy as np
 from pydantic import AfterValidator, Field
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -19,3 +20,9 @@ def _directed(vector: Vector) -> Vector:
 
 Direction = Annotated[Vector, AfterValidator(_directed), Field(json_schema_extra={"unit": "1"})]
 """Direction of any length."""
+
+
+def unit(vector: tuple[float, ...] | np.ndarray) -> np.ndarray:
+    """Return a vector at length 1, (3,)."""
+    array = np.asarray(vector, float)
+    return array / np.linalg.norm(array)

@@ -184,7 +184,7 @@ def test_liner_that_is_too_short(
 @pytest.mark.parametrize(
     ("setting", "complaint"),
     [
-        ("joint.rod.along=[1.0, 0.0, 1.0]", "joint.rod: along and lateral must stand at right angles"),
+        ("joint.rod.along=[1.0, 0.0, 1.0]", "joint.rod: along and lateral must be at right angles"),
         ("joint.rod.along=[0, 0, 0]", "joint.rod.along: the vector is zero, it must have a direction"),
         ("joint.rod.speed=0", "joint.rod.speed: 0 given; input should be greater than 0"),
         ("joint.rod.crank_radius=nan", "joint.rod.crank_radius: nan given; input should be "),

@@ -505,7 +505,12 @@ def test_pairs_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     turned = records | {"b": rigid_records(1.0, {"l": (ORIGIN, UP)}, axes=(0,))}
     refused(tmp_path / "1", turned, scene, r"^contact\.ab\.against: interface 'l' does not face 'r'$")
     more = records | {"b": rigid_records(1.0, {"l": ([[0, 0, 0], [0, 1, 0]], BACK)}, axes=(0,))}
-    refused(tmp_path / "2", more, scene, r"^contact\.ab\.against\.interface: has 2 points, 1 face them; they must")
+    refused(
+        tmp_path / "2",
+        more,
+        scene,
+        r"^contact\.ab\.against\.interface: has 2 points, 1 face them; the numbers must be equal",
+    )
     two = [[0, 0, 0], [0, 1e-3, 0]]
     same = {
         "a": rigid_records(1.0, {"r": (two, X)}, axes=(0,)),
@@ -519,7 +524,7 @@ def test_pairs_that_do_not_fit_are_refused(tmp_path: Path) -> None:
 def test_rigid_bodies_without_any_compliance_are_refused(tmp_path: Path) -> None:
     records, scene = row([1.0, 1.0], [1e-3])
     scene["run"] = {"duration": 1e-3}
-    refused(tmp_path, records, scene, r"^contact\.ab\.surface_stiffness: is missing; rigid bodies need it")
+    refused(tmp_path, records, scene, r"^contact\.ab\.surface_stiffness: is missing; contact of rigid bodies needs it")
 
 
 @pytest.mark.parametrize("height", [0.0, 0.1])
