@@ -1,4 +1,4 @@
-"""How functions of the time loop are compiled.
+"""Compilation of the functions of the time loop.
 
 A function is compiled in three layers: itself, a wrapper for the interpreter and a wrapper for C. The wrappers unpack
 every array of every tuple argument and take longest, so only functions that the interpreter calls have the former, and
@@ -20,13 +20,13 @@ inner = njit(cache=True, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrappe
 
 
 embedded = njit(cache=True, fastmath=FAST, inline="always")  # type: ignore[call-overload]
-"""For a function of many tuples that is called once: it becomes part of its caller, which need not hand them over."""
+"""For a function of many tuples that is called once: it becomes part of its caller, without passing them."""
 
 
 ordered = njit(  # type: ignore[call-overload]
     cache=True, fastmath=FAST | {"nnan", "nsz"}, no_cpython_wrapper=True, no_cfunc_wrapper=True
 )
-"""For the largest of many values, which vector units find only where NaN need not be told; balances tell it."""
+"""For the largest of many values, vectorised only if NaN may be ignored; the energy balance detects NaN."""
 
 
 @inner
