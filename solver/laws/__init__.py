@@ -16,9 +16,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from gudgeon.solver.laws.base import Coefficients
+from gudgeon.solver.laws.base import Coefficients, Hertz
 from gudgeon.solver.laws.dissipative import LOSSES, Dissipative
-from gudgeon.solver.laws.hertz import Hertz
 from gudgeon.solver.laws.linear import Linear
 
 __all__ = ["LAWS", "Coefficients", "Law"]

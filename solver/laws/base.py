@@ -1,7 +1,7 @@
 """What the laws share: their four coefficients, and stiffness and exponent of a Hertzian contact."""
 
 from math import sqrt
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from pydantic import BaseModel, Field, model_validator
 
@@ -58,3 +58,9 @@ class HertzContact(BaseModel):
     def warning(self) -> str | None:
         """Return one line where the law is used outside its range of validity."""
         return None
+
+
+class Hertz(HertzContact):
+    """F = K dⁿ, elastic: without loss."""
+
+    kind: Literal["hertz"]
