@@ -1,4 +1,4 @@
-"""Errors of the modal database: each names the record, the file and what is wrong."""
+"""Errors of the modal database: each names the record, the file and the cause."""
 
 
 class ModalDBError(Exception):
@@ -6,18 +6,18 @@ class ModalDBError(Exception):
 
 
 class RecordMissing(ModalDBError, KeyError):
-    """No record stands under the key that was asked for."""
+    """The database has no record of this key."""
 
     def __str__(self) -> str:
         return str(self.args[0])
 
 
 class RecordDamaged(ModalDBError):
-    """A record's bytes are not the bytes that were written."""
+    """The bytes of a record have changed since it was written."""
 
 
 class RecordMismatch(ModalDBError):
-    """A record is sound but of another kind, or of a schema this release cannot read."""
+    """A record is undamaged, but of another kind or of a schema version that this release cannot read."""
 
 
 class StoreUnusable(ModalDBError):

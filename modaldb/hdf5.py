@@ -1,4 +1,4 @@
-"""Records as HDF5 files: the only module that imports h5py. The format is written down in docs/format.md.
+"""Records as HDF5 files: the only module that imports h5py. docs/format.md specifies the format.
 
 A file starts with a 512-byte user block that plain HDF5 readers skip: a magic line, the SHA-256 of everything after
 the block and of the kind, and the record's kind. It can be verified without HDF5, and opens in any HDF5 viewer.
@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
 
+import numpy as np
+
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
 from gudgeon.modaldb.records.types import FORMER, Json
@@ -31,7 +33,7 @@ def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> 
         path: Must not exist; the caller renames it when this returns.
         kind: A name in `KINDS`.
         record: An instance of that kind's dataclass.
-        inputs: Everything the record was made from, kept as provenance.
+        inputs: Everything that the record depends on, stored as provenance.
     """
     import h5py
 
@@ -50,10 +52,10 @@ def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> 
 
 
 def verify_record(path: Path) -> str:
-    """Check a file against its own digest and return its kind; needs nothing but the standard library.
+    """Check a file against its digest and return its kind; uses the standard library only.
 
     Raises:
-        RecordDamaged: the header is not ours, or a byte differs from what was written.
+        RecordDamaged: the header is not that of a record, or a byte has changed.
     """
     with path.open("rb") as raw:
         block = raw.read(USERBLOCK)
@@ -71,15 +73,13 @@ def read_record(path: Path, kind: str, only: Collection[str] | None = None) -> A
     Args:
         path: A file that `verify_record` accepts.
         kind: The kind expected.
-        only: Field paths to read, such as `interfaces/thrust/rows`; a path stands for all below it. Other optional
-            fields become None and other arrays empty. None reads everything.
+        only: Field paths to read, such as `interfaces/thrust/rows`; a path includes all below it. Other optional
+            fields become None and other arrays empty. None reads all fields.
 
     Raises:
-        RecordMismatch: another kind, or a schema version this release does not know.
+        RecordMismatch: another kind, or an unknown schema version.
     """
-    import h5py
-
-    with h5py.File(path, "r", locking=False) as file:
+    with _opened(path) as file:
         encoding, version = file.attrs.get("encoding-type"), file.attrs.get("encoding-version")
         if encoding != f"gudgeon-{kind}":
             raise RecordMismatch(f"{path}: holds {encoding}, expected gudgeon-{kind}")
@@ -99,28 +99,30 @@ def dataset_bytes(path: Path) -> dict[str, int]:
         if isinstance(item, h5py.Dataset):
             sizes[unquote(name)] = int(item.nbytes)
 
-    with h5py.File(path, "r", locking=False) as file:
+    with _opened(path) as file:
         file.visititems(note)
     return sizes
 
 
 def provenance(path: Path) -> dict[str, Any]:
     """Return the inputs that a record was made from."""
-    import h5py
-
-    with h5py.File(path, "r", locking=False) as file:
+    with _opened(path) as file:
         return json.loads(str(file.attrs["provenance"]))
 
 
+def _opened(path: Path) -> Any:
+    import h5py
+
+    return h5py.File(path, "r", locking=False)
+
+
 def _user_block(raw: BufferedReader | BufferedRandom, kind: bytes) -> bytes:
-    """Return the user block that belongs to a kind and to the rest of a file."""
+    """Return the user block, (512,) bytes, of a kind and of the rest of a file, read from its position on."""
     digest = hashlib.file_digest(raw, lambda: hashlib.sha256(kind)).hexdigest()
     return (MAGIC + digest.encode() + b"\n" + kind + b"\n").ljust(USERBLOCK, b"\0")
 
 
 def _write_group(group: Any, record: Any) -> None:
-    import numpy as np
-
     hints = typing.get_type_hints(type(record))
     for entry in fields(record):
         value, hint = getattr(record, entry.name), hints[entry.name]
@@ -148,14 +150,12 @@ def _read_group(group: Any, cls: type, prefix: str, only: Collection[str] | None
         if name not in group and name not in group.attrs:
             name = entry.name
         if hints[entry.name] == Json and name not in group.attrs and entry.default_factory is not MISSING:
-            continue  # Written before the field was there.
+            continue  # The file is older than the field: its default holds.
         values[entry.name] = _read_field(group, name, hints[entry.name], prefix + entry.name, only)
     return cls(**values)
 
 
 def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[str] | None) -> Any:
-    import numpy as np
-
     base, optional = _without_none(hint)
     if base is np.ndarray:
         if name in group and _wanted(path, only):
@@ -181,20 +181,18 @@ def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[st
 
 
 def _escaped(name: str) -> str:
-    """Return a member's name as HDF5 can hold it: `/` and `.` are no plain characters there."""
+    """Return a member's name percent-encoded, since HDF5 reserves `/` and `.`."""
     return quote(name, safe=" ").replace(".", "%2E")
 
 
 def _read_array(dataset: Any) -> Any:
-    import numpy as np
-
     array = np.empty(0) if dataset is None else dataset[()]
     array.setflags(write=False)
     return array
 
 
 def _wanted(path: str, only: Collection[str] | None) -> bool:
-    """Whether `path` is asked for: itself, something above it, or something below it."""
+    """Whether `only` contains `path`, a group above it, or a field below it."""
     return only is None or any(path == p or path.startswith(f"{p}/") or p.startswith(f"{path}/") for p in only)
 
 
@@ -207,8 +205,6 @@ def _without_none(hint: Any) -> tuple[Any, bool]:
 
 def _member_type(hint: Any) -> Any:
     """Return the type of the named members of a group hint `dict[str, X]`, or None where X is plain JSON."""
-    import numpy as np
-
     if typing.get_origin(hint) is dict:
         member = typing.get_args(hint)[1]
         if is_dataclass(member) or member is np.ndarray:

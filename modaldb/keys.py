@@ -1,6 +1,6 @@
 """Content keys: the SHA-256 of everything that a product depends on.
 
-Two inputs get the same key exactly when their canonical JSON is the same: keys sorted, no white space, floats in
+Two inputs have the same key if and only if their canonical JSON is the same: keys sorted, no white space, floats in
 their shortest round-trip form, NaN and infinities refused.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 
 
 def canonical_json(inputs: Mapping[str, Any]) -> str:
-    """Return the one JSON text that stands for `inputs`.
+    """Return the canonical JSON text of `inputs`.
 
     Raises:
         ValueError: a float is not finite.

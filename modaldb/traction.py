@@ -1,9 +1,9 @@
-"""What a traction space means: where a point lies on its chart, and the splines there. Part of the record format.
+"""Traction spaces: the coordinates of a point on the chart, and the splines there. Part of the record format.
 
 A chart gives two coordinates in metres: `across`, and `along`, the direction in which bodies slide. On a cylinder
 across = radius · (angle − middle) and along is the height along the axis; the angle is counted from the x axis (from
 z, if the axis is x) by the right hand. On a plane they are the coordinates along two given unit vectors.
-Along each of them stand uniform cubic B-splines: spline i is (1, 4, 1)/6 at its knots, centred at
+Along each of them there are uniform cubic B-splines: spline i is (1, 4, 1)/6 at its knots, centred at
 start + (i − 1)·spacing, so that four splines are non-zero at any point and they add up to one.
 """
 
@@ -29,7 +29,7 @@ def chart_coordinates(chart: dict[str, Any], points: np.ndarray) -> np.ndarray:
 
 
 def cross_axes(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two unit vectors from which and towards which angles about a unit axis are counted."""
+    """Return the two unit vectors across a unit axis; angles are counted from the first towards the second."""
     seed = np.array([1.0, 0, 0]) if abs(axis[0]) < 0.9 else np.array([0, 0, 1.0])
     first = seed - axis * (seed @ axis)
     first /= np.linalg.norm(first)
@@ -37,12 +37,12 @@ def cross_axes(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def along_direction(chart: dict[str, Any]) -> np.ndarray:
-    """Return the unit vector of the coordinate along, (3,)."""
+    """Return the unit vector of the coordinate `along`, (3,)."""
     return np.asarray(chart["axis" if chart["kind"] == "cylinder" else "along"], float)
 
 
 def spline_weights(space: TractionModes, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers and values of the functions at points: integers (p, 16) and (p, 16).
+    """Return numbers (p, 16) and values (p, 16) of the functions that are not zero at p points.
 
     Args:
         coordinates: Across and along [m], (p, 2), inside the space.

@@ -1,7 +1,7 @@
-"""What each integrator can do: the family by its capabilities, light, so that a scene is checked without a compiler.
+"""Capabilities of the integrators, without their compiled code, so that a scene is checked without a compiler.
 
 A new member is a class and a line here, a name in `Run.integrator`, and a folder of that name in `integrators`, whose
-`integrator.py` has the class that inherits it and runs.
+`integrator.py` has the class that inherits it and integrates.
 """
 
 import math
@@ -10,12 +10,12 @@ from typing import ClassVar
 
 
 class Feature(Enum):
-    """What a scene can have and not every integrator can carry."""
+    """Features of a scene that not every integrator supports."""
 
     COMPLIANT_CONTACT = "contact over residual flexibility or a surface layer, without a law"
     LINEAR_LAW = "contact with a linear law"
     SMOOTH_LAW = "contact with a nonlinear law"
-    RIGID_CONTACT = "contact by multipliers and impacts"
+    RIGID_CONTACT = "rigid contact by multipliers and impacts"
     SLIDING_PAIR = "points that slide over the traction space of another body"
     DASHPOT = "dashpots beside residual flexibility"
     DAMPING = "damping of modes"
@@ -28,33 +28,33 @@ class Feature(Enum):
 
 
 class Integrator:
-    """Attributes of an integrator; those without a value here are its own."""
+    """Capabilities of an integrator; every member sets those without a value here."""
 
     carries: ClassVar[frozenset[Feature]]
     order: ClassVar[float]
-    """Of its error in the step, infinite if motion is exact: then it takes no step."""
+    """Convergence order of its error in the step; infinite if its motion is exact, without a step."""
     promised_drift: ClassVar[float]
-    """Energy drift at the step that a scene comes with, beside round-off of the scene's numbers."""
+    """Largest energy drift at the default step, in addition to round-off of the scene's numbers."""
     own_steps: ClassVar[bool] = False
     """Whether it chooses its steps between samples."""
     step_factor: ClassVar[float] = 0.2
-    """dt·ω_c of the step that it takes where none is given."""
+    """dt·ω_c of the default step."""
     largest: ClassVar[float] = math.inf
-    """dt·ω_c of a given step above which it is divided, because it would step over impacts or gain energy."""
+    """dt·ω_c of a given step above which the step is divided, since it would miss impacts or gain energy."""
     stiffest: ClassVar[float] = math.inf
-    """ω_c over the highest kept frequency above which steps follow the latter."""
+    """ω_c over the highest kept frequency above which the latter determines the step."""
     conserves_energy: ClassVar[bool] = False
-    """Whether energy is kept to round-off at any step, so that impulses tell its accuracy and the drift does not."""
+    """Whether energy is conserved to round-off at any step, so that impulses measure its accuracy, not the drift."""
     counts_impacts: ClassVar[bool] = True
-    """Whether impacts in its force history and the velocities with which bodies leave are quantities of its runs."""
+    """Whether impacts in its force history and the rebound velocities of bodies are quantities of its runs."""
     staggered: ClassVar[bool] = False
     """Whether frames end half a step after their contact forces."""
     records_motion: ClassVar[bool] = True
-    """Whether it samples the rigid coordinates."""
+    """Whether it records the rigid coordinates at every sample."""
 
 
 class Explicit(Integrator):
-    """At dt·ω_c = 0.2 the skirt's energy drift is 1e-4, at 2 energy grows without bound."""
+    """For undamped bodies. At dt·ω_c = 0.2 the skirt's energy drift is 1e-4; at 2 energy grows without bound."""
 
     carries = frozenset({Feature.COMPLIANT_CONTACT, Feature.DASHPOT, Feature.GAUGES})
     order = 2
@@ -65,7 +65,7 @@ class Explicit(Integrator):
 
 
 class Implicit(Integrator):
-    """For driven and damped scenes; stiff surfaces do not shorten its step."""
+    """For driven and damped scenes; stiff surfaces do not reduce its step."""
 
     carries = frozenset(
         {
@@ -82,7 +82,7 @@ class Implicit(Integrator):
 
 
 class Event(Integrator):
-    """For linear and rigid contact of a few points."""
+    """For linear and rigid contact of a few points, with exact motion between events."""
 
     carries = frozenset(
         {
@@ -96,7 +96,7 @@ class Event(Integrator):
 
 
 class Collocation(Integrator):
-    """Four Lobatto points a step: order 6 at the ends of steps; a hundred times its accuracy of 1e-8 is its drift."""
+    """Four Lobatto points a step: order 6 at the ends of steps. Its drift is 100 times its default accuracy of 1e-8."""
 
     carries = frozenset(
         {Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES, Feature.SPRING, Feature.GRAVITY}
@@ -108,7 +108,7 @@ class Collocation(Integrator):
 
 
 class DiscreteGradient(Integrator):
-    """At dt·ω_c = 0.05 it resolves an impact in about sixty steps."""
+    """For contact laws, with exact energy. At dt·ω_c = 0.05 an impact takes about 60 steps."""
 
     carries = frozenset(
         {

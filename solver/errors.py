@@ -6,4 +6,4 @@ class SolverError(Exception):
 
 
 class SceneError(SolverError):
-    """The scene asks for what its bodies or its records do not have."""
+    """The scene is inconsistent, or its bodies and records lack something that it needs."""

@@ -1,4 +1,4 @@
-"""Numbers that scene files share."""
+"""Types of numbers in a scene file."""
 
 from typing import Annotated
 

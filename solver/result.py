@@ -1,4 +1,4 @@
-"""Every way in which a run can end, with the message for its user."""
+"""The ways in which a run can end, each with the message for its user."""
 
 from enum import Enum
 
@@ -7,27 +7,33 @@ class Result(Enum):
     """How a simulation ended."""
 
     FINISHED = "finished"
-    DIVERGED = "the motion left the range of numbers; the scene's data are inconsistent"
+    DIVERGED = "the solution overflowed; check the masses, stiffnesses and velocities of the scene"
     DEPENDENT_ROWS = (
-        "contact points are the same to round-off, or more than can be told apart, so their forces are not determined;"
-        " take fewer points, coarsen the interface, or let a surface layer yield (contact.NAME.surface_stiffness)"
+        "the contact forces are not unique: contact points coincide, or there are more points than independent"
+        " coordinates; use fewer points, coarsen the interface, or set contact.NAME.surface_stiffness"
     )
     INCOMPLETE = (
-        "the motion between two events is no sum of drifts and oscillations: dashpots at critical damping, or beside"
-        " slip, or slip that feeds motion; leave one of them out, or take another run.integrator"
+        "the motion between two events has no modal decomposition: a dashpot is critically damped, or slip couples with"
+        " a dashpot or drives the motion; remove one of them, or select another run.integrator"
     )
-    CHATTER = "contacts close and open for ever without time passing; use method 'residual', which needs no impact"
+    CHATTER = (
+        "the contacts open and close infinitely often within zero time; use method 'residual', which has no impact law"
+    )
     NOT_CONVERGED = (
-        "the contact force could not be found within a step; take a smaller step where the scene gives one, or a law"
-        " whose stiffness and exponent are in range"
+        "the iteration for the contact force of a step did not converge; reduce run.step where it is set, or change the"
+        " stiffness or the exponent of the contact law"
     )
-    INACCURATE = "the energy drift stays above run.accuracy at any step tried; state a larger accuracy, or leave it out"
-    ENERGY = "contact made energy from nothing; take a smaller step where the integrator has one, or state run.accuracy"
+    INACCURATE = "the energy drift exceeds run.accuracy at every step tried; increase run.accuracy, or remove it"
+    ENERGY = (
+        "the energy error exceeds 10 % of the energy exchanged in contact; reduce the step where the integrator has"
+        " one, or set run.accuracy"
+    )
     RESTITUTION = (
-        "an impact would make energy: Newton's restitution with so much friction; lower contact.NAME.restitution"
+        "an impact would increase the energy: Newton's restitution is not admissible with this friction; reduce"
+        " contact.NAME.restitution"
     )
 
     @property
     def ok(self) -> bool:
-        """Whether the answer can be used."""
+        """Whether the run finished, so that its results can be used."""
         return self is Result.FINISHED

@@ -17,16 +17,16 @@ from gudgeon.solver.results.trajectory import Histories, trajectory_of
 from gudgeon.solver.system.system import System
 
 CREATED_ENERGY = 0.1
-"""Energy error over energy exchanged above which a run is not an answer."""
+"""Energy error over energy exchanged in contact above which a run ends as `Result.ENERGY`."""
 MOST_HALVINGS = 8
-"""Of the step, before a stated accuracy is given up."""
+"""Largest number of halvings of the step to reach run.accuracy."""
 
 Progress = Callable[[float], None]
-"""Told the share done after every frame; an exception that it raises ends the run."""
+"""Called with the completed share after every frame; an exception that it raises ends the run."""
 
 
 def suggested(system: System) -> float:
-    """Return the step that a system's integrator takes by itself [s]; of one that chooses its steps, one for an impact.
+    """Return the default step of a system's integrator [s]; for one that chooses its steps, a step for an impact.
 
     Raises:
         SolverError: the contact's compliance is singular.
@@ -40,11 +40,11 @@ def suggested(system: System) -> float:
 def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     """Integrate a system over its scene's duration.
 
-    Where the scene states an accuracy and its integrator has a step, runs are repeated with half the step until the
-    energy drift is below it.
+    If run.accuracy is set and the integrator has a step, the run is repeated with half the step until the energy drift,
+    or the change of impulses where energy is conserved, is below it.
 
     Returns:
-        The trajectory; a run that failed physically is kept up to its last good frame, with the reason in `result`.
+        The trajectory; that of a run that failed physically ends with its last good frame, with the reason in `result`.
 
     Raises:
         SolverError: the contact's compliance is singular.
@@ -65,14 +65,14 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
 
 
 def _difference(one: Trajectory, other: Trajectory) -> float:
-    """Return the largest relative difference of a contact's impulse."""
+    """Return the largest relative difference of the impulse of a contact between two runs."""
     keys = [key for key in other.quantities if key.endswith(".impulse")]
     values = [(one.quantities[key]["value"], other.quantities[key]["value"]) for key in keys if key in one.quantities]
     return max((abs(a - b) / abs(b) for a, b in values if b), default=0.0)
 
 
 def start(system: System, plan: Plan) -> Marching:
-    """Return the run of a plan's integrator, at its start."""
+    """Return the integrator of a plan at the start of the run."""
     folder = plan.name.replace("-", "_")
     module = import_module(f"gudgeon.solver.integrators.{folder}.integrator")
     fixed = {} if plan.fixed_step is None else {"fixed_step": plan.fixed_step}
@@ -80,7 +80,7 @@ def start(system: System, plan: Plan) -> Marching:
 
 
 def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
-    """Integrate with given steps."""
+    """Integrate a system with the steps of a plan and return its trajectory."""
     schedule, integrator = plan.schedule, start(system, plan)
     histories = Histories.empty(system, schedule)
     result, done = Result.FINISHED, 0
@@ -104,7 +104,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
 
 
 def _drift(system: System, end: Outcome, found: Histories) -> float:
-    """Return the largest energy error over the energy exchanged at contacts, or by loads where there are none."""
+    """Return the largest energy error over the energy exchanged in contact, or by loads without contacts."""
     exchanged = float(end.extreme[2])
     if system.driving.given and not system.contacts:
         exchanged = float(np.abs(found.samples.energies[:, WORK]).max(initial=0.0))

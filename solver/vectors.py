@@ -1,14 +1,15 @@
-"""Vectors as a scene writes them: finite, and a direction not zero."""
+"""Types of vectors in a scene file: finite components; a direction is not zero."""
 
 from typing import Annotated
 
+import numpy as np
 from pydantic import AfterValidator, Field
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Vector = tuple[Finite, Finite, Finite]
 Coordinate = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"unit": "m"})]
 Place = tuple[Coordinate, Coordinate, Coordinate]
-"""In metres."""
+"""Position [m]."""
 
 
 def _directed(vector: Vector) -> Vector:
@@ -18,4 +19,10 @@ def _directed(vector: Vector) -> Vector:
 
 
 Direction = Annotated[Vector, AfterValidator(_directed), Field(json_schema_extra={"unit": "1"})]
-"""Of any length."""
+"""Direction of any length."""
+
+
+def unit(vector: tuple[float, ...] | np.ndarray) -> np.ndarray:
+    """Return a vector at length 1, (3,)."""
+    array = np.asarray(vector, float)
+    return array / np.linalg.norm(array)

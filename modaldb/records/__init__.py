@@ -14,7 +14,7 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 
 SCHEMA_VERSION = 6
 READABLE_VERSIONS = (1, 2, 3, 4, 5, 6)
-"""A field that an older version lacks takes its default; one that it names otherwise says so in its metadata."""
+"""A field that an older version lacks takes its default; a renamed field has its former name in its metadata."""
 
 KINDS: dict[str, type] = {
     "mesh": MeshRecord,
@@ -27,4 +27,4 @@ KINDS: dict[str, type] = {
     "measurement": MeasurementRecord,
     "report": ReportRecord,
 }
-"""Kinds of record that a store holds, by the name that stands in the file."""
+"""Kinds of record by their name in the file."""

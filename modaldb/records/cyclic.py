@@ -7,7 +7,7 @@ from gudgeon.modaldb.records.types import Array, Json
 
 @dataclass(frozen=True)
 class CyclicHarmonic:
-    """Elastic modes of one harmonic n of a wheel of N equal sectors: u_{j+1} = e^{2πi n/N} u_j in turning axes."""
+    """Elastic modes of one harmonic n of a wheel of N equal sectors: u_{j+1} = e^{2πi n/N} u_j in rotated axes."""
 
     harmonic: int
     multiplicity: int

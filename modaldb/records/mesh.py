@@ -13,7 +13,7 @@ class Surface:
     """Node numbers of each facet, corners first: (facets, 6) on tet10, (facets, 3) on triangles with the part on their
     left, (facets, 1) on a line or a rigid body."""
     shape: Json = field(default_factory=dict)
-    """The true surface, `{"kind": "cylinder", "radius", "axis", "origin"}` or `{}` where the nodes are all there is."""
+    """The true surface, `{"kind": "cylinder", "radius", "axis", "origin"}` or `{}` where only the nodes are known."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from gudgeon.modaldb.records.types import FORMER, Array, Json
 
 @dataclass(frozen=True)
 class InterfaceModes:
-    """What a contact needs of a body: one row per contact point of a named interface."""
+    """Contact points of a named interface of a body, and their displacement rows; one row per point."""
 
     nodes: Array
     """Node number of each contact point, (c,)."""
@@ -18,7 +18,7 @@ class InterfaceModes:
     areas: Array
     """Tributary areas [m^2], (c,)."""
     edge: Array
-    """Whether a point borders on surface that is not part of the interface, (c,); contact there may go on beyond."""
+    """Whether a point borders on surface that is not part of the interface, (c,); contact may extend beyond it."""
     rows: Array
     """B Φ: outward normal displacement per unit of each elastic coordinate [kg^-½], (c, m)."""
 
@@ -48,21 +48,21 @@ class TractionModes:
 
 @dataclass(frozen=True)
 class LoadModes:
-    """A load that is no contact, or a point that a joint holds: k generalised forces and their displacements."""
+    """A load, or a point held by a joint: k generalised forces and their displacements."""
 
     rows: Array
     """B Φ: displacement conjugate to each force per unit of each elastic coordinate, (k, m)."""
     resultant: Array
     """Force and moment about the component's origin per unit, (k, 6)."""
     point: Array
-    """Where it acts: the mean of its surface, or the reference point of a tie [m], (3,)."""
+    """Its point of action: the mean of its surface, or the reference point of a tie [m], (3,)."""
     unit: str
     """Of the generalised force: `N` of a mean's three, `N, N m` on a tie's reference point, `Pa` of a pressure."""
 
 
 @dataclass(frozen=True)
 class GaugeModes:
-    """A place where stress or strain is read: value = rows q + residual λ, k values.
+    """A point or surface where stress or strain is recorded: value = rows q + residual λ, k values.
 
     k = 1 is the bending stress of a beam; k = 6 are the components xx, yy, zz, xy, yz, zx of a tensor at a point, shear
     strain as ε_xy and not γ_xy; k = 6 s are these at s nodes of a surface, node by node.
@@ -71,12 +71,12 @@ class GaugeModes:
     rows: Array
     """Value per unit of each elastic coordinate, (k, m)."""
     residual: Array
-    """Quasi-static value per unit force of each row of R, what the kept coordinates lack, (k, C); (k, 0) of a surface
+    """Quasi-static value per unit force of each row of R, the part of the truncated modes, (k, C); (k, 0) of a surface
     where the reduction makes no R."""
     unit: str
     """Of the value, `Pa` or `1`."""
     nodes: Array | None = None
-    """Node numbers of a surface, (s,), ascending; None of a place."""
+    """Node numbers of a surface, (s,), ascending; None for a point."""
 
 
 @dataclass(frozen=True)
@@ -119,28 +119,28 @@ class ModalRecord:
     """Φ, nodal displacement per unit of each elastic coordinate, (n, 3, m)."""
     inertia_couplings: InertiaCouplings | None
     quality: Json
-    """What the extraction verified of itself: residuals, orthogonality, inertia count, dropped shapes."""
+    """Checks of the extraction: residuals, orthogonality, inertia count, dropped shapes."""
     tractions: dict[str, TractionModes] = field(default_factory=dict)
-    """Traction spaces by interface; their rows in R stand in `interface_rows`."""
+    """Traction spaces by interface; `interface_rows` has their rows in R."""
     loads: dict[str, LoadModes] = field(default_factory=dict)
-    """Loads by interface; their rows in R stand in `interface_rows`."""
+    """Loads by interface; `interface_rows` has their rows in R."""
     gauges: dict[str, GaugeModes] = field(default_factory=dict)
     residuals: Array | None = None
-    """‖KΦ − MΦω²‖ / ‖KΦ‖ of each coordinate over the free dofs, (m,): round-off of a normal mode, what a Ritz
-    vector lacks of being one; None in records before version 4."""
+    """‖KΦ − MΦω²‖ / ‖KΦ‖ of each coordinate over the free dofs, (m,): round-off for a normal mode, larger for
+    a Ritz vector; None in records before version 4."""
     algebraic_errors: Array | None = None
     """Bound on |δω|/ω of each coordinate against the nearest exact frequency of the same mesh, (m,)."""
     discretisation_errors: Array | None = None
-    """Estimate of (ω − ω_exact)/ω of each normal mode, what a finer mesh would take off, (m,); NaN for static shapes
+    """Estimate of (ω − ω_exact)/ω of each normal mode, the discretisation error, (m,); NaN for static shapes
     and Ritz vectors; None where the elements have no estimate."""
     participation: Array | None = None
-    """Tᵀ M Φ with T the unit translations [kg^½], (3, m): what gravity does to each coordinate; None where nothing is
-    held, as free modes take no part in translations."""
+    """Tᵀ M Φ with T the unit translations [kg^½], (3, m): the load of gravity on each coordinate; None without
+    supports, since free modes take no part in translations."""
 
 
 @dataclass(frozen=True)
 class MorphRecord:
-    """One design of a component: where its nodes and contact points stand, and which modes serve it."""
+    """One design of a component: its nodal positions and contact points, and the modes that it uses."""
 
     mesh_key: str
     modes_key: str
@@ -154,5 +154,5 @@ class MorphRecord:
     rigid_twists: Array
     """As in ModalRecord, always recomputed for this design."""
     nodes: Array | None
-    """Nodal positions of this design [m], (n, 3); None where nothing moved."""
+    """Nodal positions of this design [m], (n, 3); None where no node moved."""
     quality: Json

@@ -7,7 +7,7 @@ from gudgeon.modaldb.records.types import Array, Json
 
 @dataclass(frozen=True)
 class NodalRecord:
-    """A run of the full-FE run. s: steps."""
+    """A full-FE run of s steps."""
 
     step: float
     """[s]"""

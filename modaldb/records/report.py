@@ -7,19 +7,19 @@ from gudgeon.modaldb.records.types import Json
 
 @dataclass(frozen=True)
 class MeasurementRecord:
-    """What a product took, alone on one machine."""
+    """Time and memory that a product took, measured alone on one machine."""
 
     seconds: Json
-    """Part → {"wall", "cpu"} [s]: stages in an empty database, or a solution and what surrounds it."""
+    """Part → {"wall", "cpu"} [s]: stages in an empty database, or a solution with its preparation."""
     peak_mib: float
-    """Largest resident memory of the process meanwhile."""
+    """Largest resident memory of the process during the measurement [MiB]."""
     counts: Json
-    """Work that was done, `factorisations` of it."""
+    """Numbers of operations, such as `factorisations`."""
     machine: Json
 
 
 @dataclass(frozen=True)
 class ReportRecord:
-    """What a sweep over a scene found: the document of `report.json`."""
+    """The result of a sweep over a scene: the document of `report.json`."""
 
     document: Json

@@ -7,7 +7,7 @@ from gudgeon.modaldb.records.types import FORMER, Array, Json
 
 @dataclass(frozen=True)
 class ContactHistory:
-    """One contact over time."""
+    """Histories of one contact."""
 
     body: str
     interface: str
@@ -16,17 +16,17 @@ class ContactHistory:
     multipliers: Array
     """Contact force of each point at each frame [N], (f, c)."""
     areas: Array | None
-    """Tributary areas [m^2], (c,); None where the scene did not need them."""
+    """Tributary areas [m^2], (c,); None where the scene does not use them."""
     points: Array
     """Contact points in the body's own design position [m], (c, 3)."""
     master: Array | None = None
-    """Where another body's traction space is touched: mean outward normal displacement under each of its functions at
+    """For a contact on another body's traction space: mean outward normal displacement under each of its functions at
     each frame [m], (f, functions)."""
 
 
 @dataclass(frozen=True)
 class JointHistory:
-    """One joint over time."""
+    """Histories of one joint."""
 
     body: str
     interface: str
@@ -40,7 +40,7 @@ class JointHistory:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What a simulation found."""
+    """The results of a simulation: histories, frames and quantities."""
 
     result: str
     """A member name of `solver.Result`."""
@@ -72,6 +72,6 @@ class Trajectory:
     since the start [m, rad], their rates [m/s, rad/s], (s, 12)."""
     impacts: dict[str, Array] = field(default_factory=dict, metadata={FORMER: "episodes"})
     """Contact by contact, each impact: first and last time [s], impulse [N s], largest force [N], its time [s], closing
-    speed at the first time and opening speed at the last [m/s], (b, 7); empty where the integrator locates none."""
+    speed at the first time and opening speed at the last [m/s], (b, 7); empty where it locates no impacts."""
     gauges: dict[str, Array] = field(default_factory=dict)
     """`body.gauge` → value at the end of each sample interval, (s, k)."""

@@ -1,1 +1,1 @@
-"""Where records are kept."""
+"""Stores that keep records."""

@@ -17,7 +17,7 @@ from gudgeon.modaldb.errors import RecordDamaged, RecordMissing, StoreUnusable
 
 
 class Store(Protocol):
-    """What pipeline and solver ask of a database, wherever its records stand."""
+    """The database as pipeline and solver use it."""
 
     def has(self, key: str) -> bool: ...
     def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any: ...
@@ -39,15 +39,15 @@ class FolderStore:
         self._verified: dict[Path, tuple[int, int, int]] = {}
 
     def path(self, key: str) -> Path:
-        """Return where the record of `key` stands, whether or not it exists."""
+        """Return the path of the record of `key`, whether or not it exists."""
         return self.root / key[:2] / f"{key}.h5"
 
     def has(self, key: str) -> bool:
-        """Whether a sound record stands under `key`.
+        """Whether the database has an undamaged record of `key`.
 
         Raises:
-            RecordDamaged: a record is there but its bytes changed; it has been moved aside as `.damaged`, so that
-                the next run makes it anew.
+            RecordDamaged: the bytes of the record have changed; its file was renamed to `.damaged`, so that the next
+                run computes it again.
         """
         try:
             return self.path(key).is_file() and self._verify(self.path(key))
@@ -58,15 +58,15 @@ class FolderStore:
         """Read a record, or the fields named in `only`; see `hdf5.read_record`.
 
         Raises:
-            RecordMissing: nothing stands under `key`.
-            RecordDamaged, RecordMismatch: what stands there cannot be trusted or is something else.
+            RecordMissing: there is no record of `key`.
+            RecordDamaged, RecordMismatch: its bytes have changed, or it is of another kind or version.
         """
         if not self.has(key):
             raise RecordMissing(f"{self.root}: no {kind} record {key[:12]}…")
         return hdf5.read_record(self.path(key), kind, only)
 
     def put(self, key: str, kind: str, record: Any, inputs: dict[str, Any]) -> None:
-        """Write a record under its final name in one step; an equal key is left as it is.
+        """Write a record under its final name in one step; an existing record of the same key is kept.
 
         Raises:
             StoreUnusable: the folder cannot be written.
@@ -105,15 +105,15 @@ class FolderStore:
             except RecordDamaged as error:
                 aside = path.with_suffix(".damaged")
                 os.replace(path, aside)
-                raise RecordDamaged(f"{error}; moved aside to {aside.name}, run again to make it anew") from None
+                raise RecordDamaged(f"{error}; renamed to {aside.name}, run the command again to compute it") from None
             self._verified[path] = stamp
         return True
 
 
 @contextlib.contextmanager
 def _scratch_file(path: Path) -> Iterator[Path]:
-    """Yield a new name beside `path`; whatever still stands there afterwards is removed."""
-    # Named before it is made: Ctrl-C within mkdtemp would leave a folder that nobody knows.
+    """Yield a path in a new folder beside `path`; the folder is removed afterwards."""
+    # The name is known before the folder exists: Ctrl-C within mkdtemp would leave a folder of unknown name.
     folder = path.with_name(f".writing-{uuid.uuid4().hex}")
     try:
         folder.mkdir()
@@ -126,10 +126,10 @@ def open_store(location: str | Path) -> FolderStore:
     """Open the database at a folder, which need not exist yet.
 
     Raises:
-        StoreUnusable: the path is there but is not a folder, or it is a URL.
+        StoreUnusable: the path exists and is not a folder, or it is a URL.
     """
     if "://" in str(location):
-        raise StoreUnusable(f"{location}: this release opens folders only")
+        raise StoreUnusable(f"{location}: expected a folder, URLs are not supported")
     root = Path(location).expanduser()
     if root.exists() and not root.is_dir():
         raise StoreUnusable(f"{root}: not a folder")

@@ -1,1 +1,1 @@
-"""How a body moves."""
+"""Bodies of a scene and their coordinates."""

@@ -1,22 +1,24 @@
-"""A flexible body as the solver sees it: rigid twists, frequencies, contact rows. Nothing else is read."""
+"""A flexible body of the solver: rigid twists, frequencies and rows from its modal record."""
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import LoadModes, ModalRecord, MorphRecord
-from gudgeon.modaldb.stores.folder import Store
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.body import ALL_FREE, Body
 
 MOVES = 1e-9
-"""Share of a body's ways, or of its turns, below which a rigid motion does not move along an axis."""
+"""Relative size below which a component of a rigid motion, a translation or a rotation, is round-off."""
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class FlexibleBody:
-    """One body's share of the generalised coordinates: its rigid ones, then its elastic ones."""
+    """One body's part of the generalised coordinates: r rigid ones, then m elastic ones."""
 
     name: str
     morph_key: str
@@ -26,6 +28,8 @@ class FlexibleBody:
     """Mass-normalised rigid motions that the scene leaves free: translation, rotation about the centre, (r, 6)."""
     stiffness_factor: float
     """β of its damping [s]."""
+    first: int
+    """Its first coordinate in the system."""
 
     @property
     def rigid_count(self) -> int:
@@ -33,8 +37,18 @@ class FlexibleBody:
         return len(self.twists)
 
     @property
+    def rigid(self) -> slice:
+        """Its rigid coordinates in the system."""
+        return slice(self.first, self.first + len(self.twists))
+
+    @property
+    def elastic(self) -> slice:
+        """Its elastic coordinates in the system."""
+        return slice(self.rigid.stop, self.first + len(self.stiffness))
+
+    @property
     def stiffness(self) -> np.ndarray:
-        """ω² of all coordinates [rad²/s²], zero for rigid ones, (r + m,)."""
+        """ω² of its coordinates [rad²/s²], zero for rigid ones, (r + m,)."""
         return np.concatenate([np.zeros(self.rigid_count), self.modal.angular_frequencies**2])
 
     def rigid_rows(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
@@ -46,17 +60,17 @@ class FlexibleBody:
         return rows
 
     def wrench_rows(self, resultant: np.ndarray) -> np.ndarray:
-        """Return the displacement conjugate to loads per rigid coordinate, (k, r).
+        """Return the displacement conjugate to k loads per rigid coordinate, (k, r).
 
         Args:
-            resultant: Force and moment about the component's origin of each load, (k, 6).
+            resultant: Force and moment of each load about the component's origin, (k, 6).
         """
         at_origin = self.twists.copy()
         at_origin[:, :3] -= np.cross(self.twists[:, 3:], self.morph.centre)
         return resultant @ at_origin.T
 
     def rigid_velocity(self, velocity: np.ndarray, angular_velocity: np.ndarray) -> np.ndarray:
-        """Return the rigid coordinates' velocities (r,) of a motion given at the centre: Φ_rᵀ M ẋ."""
+        """Return the rigid coordinates' velocities Φ_rᵀ M ẋ, (r,), of a velocity and angular velocity at the centre."""
         momentum = np.concatenate([self.morph.mass * velocity, self.morph.inertia @ angular_velocity])
         return self.twists @ momentum
 
@@ -64,53 +78,43 @@ class FlexibleBody:
         """Return velocity and angular velocity at the centre (..., 6) of rigid coordinate rates (..., r)."""
         return rates @ self.twists
 
-    def load(self, interface: str, where: str) -> LoadModes:
-        """Return a load's rows.
-
-        Args:
-            where: The key that asks for it, for the message.
-
-        Raises:
-            SceneError: the record has none of that name.
-        """
-        if interface not in self.modal.loads:
-            have = ", ".join(sorted(self.modal.loads)) or "none"
-            raise SceneError(f"{where}: body '{self.name}' has no load or joint surface '{interface}', it has {have}")
-        return self.modal.loads[interface]
-
     def residual(self, one: str, other: str) -> np.ndarray:
-        """Return R between the rows of two interfaces, loads or traction spaces; zero where the record holds none."""
+        """Return R between the rows of two interfaces, loads or traction spaces; zero where the record has no R."""
         here, there = (slice(*self.modal.interface_rows[name]) for name in (one, other))
         if self.modal.residual_flexibility is None:
             return np.zeros((here.stop - here.start, there.stop - there.start))
         return self.modal.residual_flexibility[here, there]
 
 
-def load_body(
-    store: Store, name: str, settings: Body, morph_key: str, morph: MorphRecord, modal_fields: Iterable[str]
-) -> FlexibleBody:
-    """Read from the database just the named fields of the modes of a body's design."""
-    modal = store.get(morph.modes_key, "modes", only=list(modal_fields))
-    beta = settings.damping.stiffness_factor if settings.damping else 0.0
-    return FlexibleBody(name, morph_key, morph, modal, free_twists(morph, settings, name), beta)
+def named(members: Mapping[str, T], name: str, owner: str) -> T:
+    """Return a member of a record by its name.
+
+    Raises:
+        SceneError: there is no such member; its message begins with `owner`, "key: body 'b' has no".
+    """
+    if name not in members:
+        raise SceneError(f"{owner} '{name}', it has {', '.join(sorted(members)) or 'none'}")
+    return members[name]
 
 
 def free_twists(morph: MorphRecord, settings: Body, name: str) -> np.ndarray:
-    """Return the rigid motions that are left, mass-normalised among themselves."""
+    """Return the rigid motions that supports and `freedom` leave free, mass-normalised, (r, 6)."""
     if tuple(settings.freedom) == ALL_FREE or len(morph.rigid_twists) == 0:
         return morph.rigid_twists
     if len(morph.rigid_twists) < 6:
         held = [number for number, one in enumerate(ALL_FREE) if one not in settings.freedom]
         scaled = morph.rigid_twists.copy()
-        for part in (slice(3), slice(3, 6)):  # Ways and turns have units of their own.
+        for part in (slice(3), slice(3, 6)):  # Translations and rotations have different units.
             scaled[:, part] /= np.linalg.norm(scaled[:, part]) or 1.0
         _, values, right = np.linalg.svd(scaled[:, held].T)
         left = right[int((values > MOVES).sum()) :]
         if not len(left) and settings.freedom:
-            raise SceneError(f"body.{name}.freedom: {list(settings.freedom)} given, its component cannot move so alone")
+            raise SceneError(
+                f"body.{name}.freedom: {list(settings.freedom)} given, but the supports of its component forbid it"
+            )
         return left @ morph.rigid_twists
     chosen = np.eye(6)[[ALL_FREE.index(one) for one in settings.freedom]].reshape(-1, 6)
     mass = np.zeros((6, 6))
     mass[:3, :3], mass[3:, 3:] = morph.mass * np.eye(3), morph.inertia
-    # Not by eigenvectors: those of a small part mix masses with moments of inertia that are nothing beside them.
+    # Not by eigenvectors: for a small part they mix masses with much smaller moments of inertia.
     return np.linalg.solve(np.linalg.cholesky(chosen @ mass @ chosen.T), chosen)

@@ -1,7 +1,7 @@
-"""The matrix of a contact problem, row by row as it is asked for, and the products that a step is made of.
+"""The compliance matrix of a contact problem, computed row by row on demand, and the products of a step.
 
-Where bodies slide over a traction space the matrix is base + N M Nᵀ with weights N that move; a row is made when its
-point first becomes active in an era, and an era ends when the weights have moved too far.
+Where bodies slide over a traction space the matrix is base + N M Nᵀ with weights N that move; a row is computed when
+its point first becomes active in an era, and an era ends when the weights have moved too far.
 """
 
 from typing import NamedTuple
@@ -19,7 +19,7 @@ class Compliance(NamedTuple):
     values: np.ndarray
     """[m/N], (c, c); row i is valid where stamp[i] is the era."""
     base: np.ndarray
-    """What does not move [m/N], (c, c)."""
+    """Constant part [m/N], (c, c)."""
     stamp: np.ndarray
     """(c,)"""
     era: np.ndarray
@@ -29,9 +29,9 @@ class Compliance(NamedTuple):
     block: np.ndarray
     """First and last + 1 row of each contact, (k, 2)."""
     candidate: np.ndarray
-    """Whether points of each contact may touch in this step, (k,); gaps of others are left alone."""
+    """Whether points of each contact may touch in this step, (k,); gaps of other contacts are not computed."""
     space: np.ndarray
-    """Of each contact: first function, functions across, functions along; no functions where nothing slides, (k, 3)."""
+    """Of each contact: first function, functions across, functions along; zero without sliding, (k, 3)."""
     corner: np.ndarray
     """First function that each row touches at this era, negative outside of the space, (c,)."""
     across: np.ndarray
@@ -45,16 +45,16 @@ class Compliance(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """A vector by its entries that are not zero."""
+    """A sparse vector: the numbers and amounts of its entries that are not zero."""
 
     numbers: np.ndarray
     amounts: np.ndarray
     size: int
-    """Only the first so many of both stand for anything."""
+    """Number of entries in use."""
 
 
 def fixed(matrix: np.ndarray) -> Compliance:
-    """Return a matrix that does not move, of one contact."""
+    """Return a constant compliance matrix [m/N], (c, c), of one contact."""
     c = len(matrix)
     return Compliance(
         matrix, matrix, np.zeros(c, np.int64), np.zeros(1, np.int64), np.zeros((0, 0)), np.array([[0, c]]),
@@ -67,7 +67,7 @@ def fixed(matrix: np.ndarray) -> Compliance:
 def combine(matrix, listed, share, first, last, out):  # type: ignore[no-untyped-def]
     """Add share · Σₙ amounts[n] · matrix[numbers[n]] to `out`, in columns first to last − 1."""
     numbers, amounts, count = listed
-    # Slices, since an index from a range that does not begin at 0 could be negative, which no vector unit tells.
+    # Slices: an index from a range that does not begin at 0 could be negative, which prevents vectorisation.
     target = out[first:last]
     size, n = len(target), 0
     while n + 4 <= count:
@@ -86,7 +86,7 @@ def combine(matrix, listed, share, first, last, out):  # type: ignore[no-untyped
 
 @inner
 def pack(vector, first, last, numbers, amounts):  # type: ignore[no-untyped-def]
-    """List what is not zero in a part of a vector; returns how many there are."""
+    """Write the entries of a part of a vector that are not zero into a list; returns their number."""
     count = 0
     for i in range(first, last):
         if vector[i] != 0.0:
@@ -104,7 +104,7 @@ def window(matrix, k):  # type: ignore[no-untyped-def]
 
 @inner
 def prepare(matrix, i):  # type: ignore[no-untyped-def]
-    """Make row i valid."""
+    """Compute row i of the matrix if it is not valid in this era."""
     if matrix.stamp[i] == matrix.era[0]:
         return
     row, base, space, corner = matrix.values[i], matrix.base[i], matrix.space, matrix.corner
@@ -129,7 +129,7 @@ def prepare(matrix, i):  # type: ignore[no-untyped-def]
 
 @inner
 def gather(matrix, k, corner, along, field, out):  # type: ignore[no-untyped-def]
-    """Add N field to `out`, (c,): the field of functions at the points of contact k, nothing beyond its space."""
+    """Add N field to `out`, (c,): the field of functions at the points of contact k, zero outside of its space."""
     first, last, width = matrix.block[k, 0], matrix.block[k, 1], np.uint64(matrix.space[k, 1])
     corners, across, target = corner[first:last], matrix.across[first:last], out[first:last]
     p, q, r, s = along[0, first:last], along[1, first:last], along[2, first:last], along[3, first:last]
@@ -147,7 +147,7 @@ def gather(matrix, k, corner, along, field, out):  # type: ignore[no-untyped-def
 
 @inner
 def scatter(matrix, corner, along, listed, share, out):  # type: ignore[no-untyped-def]
-    """Add share · Nᵀ λ to `out`, (F,), with λ `Listed`; returns the first and last + 1 function that got some."""
+    """Add share · Nᵀ λ to `out`, (F,), with λ `Listed`; returns the first and last + 1 function changed."""
     low, high = len(out), 0
     for n in range(listed.size):
         i = listed.numbers[n]

@@ -1,9 +1,9 @@
 """The linear complementarity problem of frictionless contact: 0 ≤ λ ⊥ g + C λ ≥ 0, C symmetric positive definite.
 
-Block principal pivoting (Júdice & Pires 1994) with Murty's single pivot as its way out of cycles, warm-started from
-the last active set. The active block's Cholesky factor is kept and changed row by row, so an unchanged set costs two
-triangular solves. R couples points with either sign: pressing one can close its neighbour, so every candidate is
-checked at every solve, but for those of contacts that are proved to stay open.
+Block principal pivoting (Júdice & Pires 1994) with Murty's single pivot against cycles, warm-started from the
+last active set. The active block's Cholesky factor is kept and changed row by row, so an unchanged set costs two
+triangular solves. R couples points with either sign: a force at one point can close its neighbour, so every candidate
+is checked at every solve, except those of contacts that are proved to stay open.
 """
 
 from typing import NamedTuple
@@ -23,9 +23,9 @@ class ActiveSet(NamedTuple):
     """The closed rows of a contact problem, kept from solve to solve."""
 
     rows: np.ndarray
-    """Their numbers, in the first `size` entries, (c,)."""
+    """Numbers of the closed rows, in the first `size` entries, (c,)."""
     size: np.ndarray
-    """How many, (1,)."""
+    """Number of closed rows, (1,)."""
     factor: np.ndarray
     """Lower Cholesky factor of C[rows, rows], (c, c)."""
 
@@ -37,7 +37,7 @@ def empty_set(c: int) -> ActiveSet:
 
 @entry
 def solve_lcp(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
-    """Find the contact forces [N] that close no gap too far and pull nowhere, over the rows of candidate contacts.
+    """Compute the contact forces λ ≥ 0 [N] that keep all gaps ≥ 0, over the rows of candidate contacts.
 
     Args:
         matrix: The Compliance C [m/N], (c, c).
@@ -45,10 +45,10 @@ def solve_lcp(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[
         active: The ActiveSet to start from; changed in place.
         multipliers: λ [N] on exit, (c,).
         gaps: g + C λ [m] on exit, (c,).
-        tolerance: Violation of a gap that counts as none [m].
+        tolerance: Allowed violation of a gap [m].
 
     Returns:
-        How many rows were opened and closed; −1 where C proved singular.
+        Number of rows opened and closed; −1 where C is singular.
     """
     _evaluate(matrix, g, active, multipliers, gaps)
     if _fits(matrix, active, multipliers, gaps, tolerance):
@@ -58,7 +58,7 @@ def solve_lcp(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[
 
 @inner
 def _fits(matrix, active, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
-    """Whether no gap is closed too far, active ones included, and no active multiplier pulls."""
+    """Whether no gap, active ones included, and no active multiplier is below −tolerance."""
     for a in range(active.size[0]):
         i = active.rows[a]
         if multipliers[i] < -tolerance / matrix.values[i, i]:
@@ -74,7 +74,7 @@ def _fits(matrix, active, multipliers, gaps, tolerance):  # type: ignore[no-unty
 
 @inner
 def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
-    """Change the active set until it fits."""
+    """Change the active set until gaps and multipliers fit; returns the number of changes, −1 where C is singular."""
     c, C = len(g), matrix.values
     is_active, is_candidate = np.zeros(c, np.bool_), np.zeros(c, np.bool_)
     for a in range(active.size[0]):
@@ -85,7 +85,7 @@ def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-
     while True:
         violated, last = 0, -1
         for i in range(c):
-            # Rows that are not active may not have been made yet; only active ones need their diagonal.
+            # Rows that are not active may not be computed yet; only active ones need their diagonal.
             wrong = multipliers[i] < -tolerance / C[i, i] if is_active[i] else is_candidate[i] and gaps[i] < -tolerance
             if wrong:
                 violated += 1
@@ -137,7 +137,7 @@ def _evaluate(matrix, g, active, multipliers, gaps):  # type: ignore[no-untyped-
 
 @inner
 def append(matrix, active, row):  # type: ignore[no-untyped-def]
-    """Add a row to the active set and to its Cholesky factor; False where it depends on the others."""
+    """Add a row to the active set and to its Cholesky factor; returns False where it depends on the others."""
     prepare(matrix, row)
     C, rows, count, L = matrix.values, active.rows, active.size[0], active.factor
     pivot = C[row, row]

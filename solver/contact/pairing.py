@@ -1,10 +1,10 @@
-"""Which points of two interfaces face each other."""
+"""Pairs of points that face each other on two interfaces."""
 
 import numpy as np
 
 
 def facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the point of another body that faces each point (c,), the gap between them and how far it is aside [m].
+    """Return the number of the point of another body that faces each point, their gap and their offset [m], (c,) each.
 
     Args:
         placed: Points [m], (c, 3).

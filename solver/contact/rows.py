@@ -1,4 +1,4 @@
-"""The rows of one contact: where points are, how their gaps move, and what another body's surface adds."""
+"""The rows of one contact: its points, their gaps, and their displacement per coordinate of its bodies."""
 
 from dataclasses import dataclass, replace
 
@@ -6,61 +6,25 @@ import numpy as np
 
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.modaldb.traction import along_direction, chart_coordinates, inside, spline_weights
-from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.pairing import facing
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import basic_surface
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.vectors import unit
 
 TOUCHING = 1e-9
-"""Depth, relative to what the points' coordinates measure, that counts as touching and not as penetration."""
+"""Depth relative to the size of the points' coordinates up to which points touch and do not penetrate."""
 ROUND_OFF = 1e-8
-"""Share of R in a point's whole flexibility below which it is round-off."""
+"""Share of R in the total flexibility of a point below which R is round-off."""
 ASIDE = 0.02
-"""How far two points may stand beside each other's normal, relative to their gap and to the size of the bodies."""
+"""Largest offset of paired points across the normal, relative to their gap and to the size of the bodies."""
 FACING = 0.99
-"""Cosine between a surface's normal and the line to its obstacle, below which rows along the normal mislead."""
-
-
-@dataclass(frozen=True)
-class ContactBlock:
-    """One contact's rows on the body that has the points, c of them."""
-
-    name: str
-    body: str
-    interface: str
-    rows: np.ndarray
-    """∂g/∂q over the body's own coordinates, (c, r + m)."""
-    gap: np.ndarray
-    residual: np.ndarray
-    """R [m/N], (c, c)."""
-    layer: np.ndarray
-    """Compliance of the surface layer [m/N], (c,)."""
-    dashpot: np.ndarray
-    points: np.ndarray
-    directions: np.ndarray
-    areas: np.ndarray | None
-    edge: np.ndarray
-    other: "OtherBlock | None"
-    surface: "SurfaceRows"
-
-
-@dataclass(frozen=True)
-class SurfaceRows:
-    """What the surfaces of c points do beside a layer."""
-
-    restitution: np.ndarray
-    """Of rigid contact; −1 where contact is compliant, (c,)."""
-    law: np.ndarray
-    """K, n, χ, c of the law at each point; K = 0 where there is none, (c, 4)."""
-    tangents: np.ndarray
-    """Displacement along the line of friction over the body's own coordinates, (c, r + m)."""
-    friction: np.ndarray
-    """Static and kinetic coefficient, (c, 2)."""
-    belt: np.ndarray
-    """Velocity of the obstacle along the line [m/s], (c,)."""
+"""Least cosine between a surface's normal and the direction to its obstacle: rows act along the normal."""
+PER_ROW = {"gap": (), "layer": (), "dashpot": (), "restitution": (), "law": (4,), "friction": (2,), "belt": ()}
+"""Shape of the entry per contact row of the arrays of `System` that every contact contributes to."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +44,38 @@ class OtherBlock:
 
 
 @dataclass(frozen=True)
+class ContactPoints:
+    """The c points of one contact, on the first of its bodies."""
+
+    name: str
+    body: str
+    interface: str
+    points: np.ndarray
+    """In the body's design position [m], (c, 3)."""
+    directions: np.ndarray
+    """Direction of the force on the body, (c, 3)."""
+    areas: np.ndarray | None
+    edge: np.ndarray
+    other: OtherBlock | None
+
+
+@dataclass(frozen=True)
+class ContactBlock(ContactPoints):
+    """One contact's rows over the coordinates of its bodies."""
+
+    rows: np.ndarray
+    """∂g/∂q over the body's own coordinates, (c, r + m)."""
+    tangents: np.ndarray
+    """Displacement along the line of friction over the body's own coordinates, (c, r + m)."""
+    residual: np.ndarray
+    """R [m/N], (c, c)."""
+    per_row: dict[str, np.ndarray]
+    """The arrays of `System` with one entry per row: those in `PER_ROW`."""
+
+
+@dataclass(frozen=True)
 class SlidingBlock:
-    """What the traction space of another body adds to one contact: F functions in the order along, across."""
+    """The traction space of another body in one contact: F functions in the order along, across."""
 
     body: str
     interface: str
@@ -108,23 +102,21 @@ class SlidingBlock:
 
 
 @dataclass(frozen=True)
-class ContactRows:
-    """One contact's rows in the system."""
+class ContactRows(ContactPoints):
+    """One contact's place in the system."""
 
-    name: str
-    body: str
-    interface: str
     rows: slice
-    points: np.ndarray
-    """[m], (c, 3), in the body's design position."""
-    directions: np.ndarray
-    """Direction of the force on the body, (c, 3)."""
-    areas: np.ndarray | None
-    edge: np.ndarray
     master: SlidingBlock | None
-    other: OtherBlock | None
     functions: slice
     """Of its traction space among all functions."""
+
+    @property
+    def sides(self) -> list[tuple[str, str, np.ndarray, np.ndarray, float]]:
+        """Body, interface, order of points in the record, points, and sign of the force, of each side with points."""
+        sides = [(self.body, self.interface, np.arange(len(self.points)), self.points, 1.0)]
+        if (other := self.other) is not None:
+            sides.append((other.body, other.interface, other.order, other.points, -1.0))
+        return sides
 
 
 def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleBody | None) -> ContactBlock:
@@ -152,60 +144,54 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
             raise SceneError(f"contact.{name}.against: the obstacle does not face interface '{contact.interface}'")
     gap = _outside(gap, placed, name, body.name)
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
-    areas = interface.areas if contact.surface_stiffness is not None else None
-    residual = _residual(contact, name, body)
+    residual = _residual(contact, name, body, contact.interface)
     if other is not None and master is not None:
         residual = residual + _residual(contact, name, master, other.interface)[np.ix_(other.order, other.order)]
+        if contact.friction is not None:
+            other = replace(other, tangents=-_tangents(contact, name, master, other.points, other.rows.shape[1]))
     layer = np.zeros(len(gap))
     if contact.surface_stiffness is not None:
         layer = 1.0 / (contact.surface_stiffness * interface.areas)
     elif contact.law is not None and contact.law.kind == "linear":
         layer = np.full(len(gap), 1.0 / contact.law.stiffness)
-    _check_yielding(scene, name, (body, master), _noticed(residual.diagonal(), interface, body) + layer)
-    surface = _surface(scene, name, body, points, rows.shape[1])
-    if other is not None and master is not None and contact.friction is not None:
-        far = _surface(scene, name, master, other.points, other.rows.shape[1])
-        other = replace(other, tangents=-far.tangents)
+    _check_compliance(scene, name, (body, master), _noticed(residual.diagonal(), interface, body) + layer)
+    per_row = _surface(contact, len(gap)) | {
+        "gap": gap,
+        "layer": layer,
+        "dashpot": _dashpot(contact, name, (body, master), residual + np.diag(layer)),
+    }
     return ContactBlock(
-        name, body.name, contact.interface, rows, gap, residual, layer,
-        _dashpot(contact, name, (body, master), residual + np.diag(layer)), points, directions, areas, interface.edge,
-        other, surface,
+        name=name, body=body.name, interface=contact.interface, points=points, directions=directions,
+        areas=interface.areas if contact.surface_stiffness is not None else None, edge=interface.edge, other=other,
+        rows=rows, tangents=_tangents(contact, name, body, points, rows.shape[1]), residual=residual, per_row=per_row,
     )  # fmt: skip
 
 
 def _noticed(residual: np.ndarray, interface: InterfaceModes, body: FlexibleBody) -> np.ndarray:
-    """Return R's diagonal with what is round-off of the whole flexibility taken for nothing [m/N], (c,)."""
+    """Return R's diagonal with entries that are round-off of the total flexibility set to zero [m/N], (c,)."""
     whole = residual.copy()
     if len(body.modal.angular_frequencies):
         whole = whole + (interface.rows**2 / body.modal.angular_frequencies**2).sum(axis=1)
     return np.where(residual > ROUND_OFF * whole, residual, 0.0)
 
 
-def _check_yielding(
+def _check_compliance(
     scene: Scene, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], compliance: np.ndarray
 ) -> None:
-    """Refuse a compliant contact in which nothing yields.
-
-    Raises:
-        SceneError: the bodies are rigid, or their shapes hold all that the interface can do.
-    """
+    """Raise a SceneError for compliant contact without compliance: of rigid bodies, or where R = 0."""
     contact = scene.contact[name]
     if METHODS[contact.method].rigid or contact.smooth_law or compliance.min() > 0:
         return
     if all(body is None or body.modal.reduction == "rigid" for body in bodies):
-        raise SceneError(f"contact.{name}.surface_stiffness: is missing; rigid bodies need it to be pressed")
+        raise SceneError(f"contact.{name}.surface_stiffness: is missing; contact of rigid bodies needs it")
     raise SceneError(
-        f"contact.{name}.method: '{contact.method}' has no residual flexibility to act on, the bodies' shapes hold all"
-        " that the interface can do; keep fewer of them, or take method 'constraint'"
+        f"contact.{name}.method: '{contact.method}' needs residual flexibility, but the retained shapes already contain"
+        " all interface motion (R = 0); keep fewer shapes, or use method 'constraint'"
     )
 
 
 def _outside(gap: np.ndarray, placed: np.ndarray, name: str, body: str) -> np.ndarray:
-    """Return gaps that do not begin below zero.
-
-    Raises:
-        SceneError: points begin inside by more than the round-off of their coordinates.
-    """
+    """Return initial gaps at or above zero; a SceneError where points start inside by more than round-off."""
     if gap.min() < -TOUCHING * max(float(np.abs(placed).max()), float(np.ptp(placed, axis=0).max())):
         raise SceneError(
             f"contact.{name}: {int((gap < 0).sum())} of {len(gap)} points start inside the obstacle, the worst by"
@@ -222,7 +208,7 @@ def _reach(body: FlexibleBody, points: np.ndarray) -> float:
 def _pair(
     scene: Scene, name: str, sides: tuple[FlexibleBody, FlexibleBody], placed: np.ndarray, normals: np.ndarray
 ) -> tuple[OtherBlock, np.ndarray]:
-    """Find the point of the other body that faces each point, and the gap between them.
+    """Return the points of the other body that face each point, and the gaps between them [m], (c,).
 
     Raises:
         SceneError: the interfaces do not pair, or do not face each other.
@@ -234,7 +220,9 @@ def _pair(
     points = master.morph.points[against.interface]
     there = points + np.asarray(scene.body[master.name].position)
     if len(there) != len(placed):
-        raise SceneError(f"{where}.interface: has {len(there)} points, {len(placed)} face them; they must be as many")
+        raise SceneError(
+            f"{where}.interface: has {len(there)} points, {len(placed)} face them; the numbers must be equal"
+        )
     order, gap, beside = facing(placed, normals, there)
     if len(set(order.tolist())) < len(order):
         raise SceneError(f"{where}.interface: two points face the same point; mesh both faces alike, or use a 'patch'")
@@ -244,40 +232,38 @@ def _pair(
     near = ASIDE * max(float(np.abs(gap).max()), _reach(body, placed - at), _reach(master, points))
     if beside.max() > near + TOUCHING * float(np.abs(placed).max()):
         raise SceneError(
-            f"{where}: the points pass each other {beside.max():.3g} m aside; a contact of two bodies acts along the"
-            " line through its points, move the bodies or their interfaces"
+            f"{where}: the points are offset by {beside.max():.3g} m across the contact normal; a contact of two bodies"
+            " acts along the line through its points, so move the bodies or their interfaces"
         )
     return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), points[order], order), gap
 
 
-def _surface(scene: Scene, name: str, body: FlexibleBody, points: np.ndarray, size: int) -> SurfaceRows:
-    """Return what the surfaces do.
-
-    Raises:
-        SceneError: friction on an elastic body.
-    """
-    contact, c = scene.contact[name], len(points)
-    restitution = np.full(c, METHODS[contact.method].restitution(contact))
-    law = np.zeros((c, 4))
+def _surface(contact: Contact, c: int) -> dict[str, np.ndarray]:
+    """Return restitution, law, friction coefficients and belt velocity of c points, see `System`."""
+    law, friction, belt = np.zeros((c, 4)), np.zeros((c, 2)), np.zeros(c)
     if contact.law is not None:
         law[:] = contact.law.coefficients()
-    tangents, friction, belt = np.zeros((c, size)), np.zeros((c, 2)), np.zeros(c)
     if contact.friction is not None:
-        if size > body.rigid_count:
-            raise SceneError(f"contact.{name}.friction: body '{body.name}' is elastic; friction acts on rigid bodies")
-        line = np.asarray(contact.friction.direction, float)
-        line /= np.linalg.norm(line)
-        tangents = body.rigid_rows(points, np.broadcast_to(line, points.shape))
         friction[:] = contact.friction.static, contact.friction.sliding
-        belt[:] = line @ np.asarray(getattr(contact.against, "velocity", (0.0, 0.0, 0.0)))
-    return SurfaceRows(restitution, law, tangents, friction, belt)
+        belt[:] = unit(contact.friction.direction) @ np.asarray(getattr(contact.against, "velocity", (0.0, 0.0, 0.0)))
+    restitution = np.full(c, METHODS[contact.method].restitution(contact))
+    return {"restitution": restitution, "law": law, "friction": friction, "belt": belt}
+
+
+def _tangents(contact: Contact, name: str, body: FlexibleBody, points: np.ndarray, size: int) -> np.ndarray:
+    """Return the displacement of points along the line of friction per coordinate, (c, size); zero without friction."""
+    if contact.friction is None:
+        return np.zeros((len(points), size))
+    if size > body.rigid_count:
+        raise SceneError(f"contact.{name}.friction: body '{body.name}' is elastic; friction acts on rigid bodies")
+    return body.rigid_rows(points, np.broadcast_to(unit(contact.friction.direction), points.shape))
 
 
 def sliding_block(scene: Scene, name: str, block: ContactBlock, master: FlexibleBody) -> SlidingBlock:
-    """Build what a contact's points slide over.
+    """Build the rows of the traction space over which a contact's points slide.
 
     Raises:
-        SceneError: the master has no such traction space, or all points lie beside it.
+        SceneError: the master has no such traction space, or no point lies over it.
     """
     against = scene.contact[name].against
     assert isinstance(against, MasterSurface)
@@ -290,7 +276,7 @@ def sliding_block(scene: Scene, name: str, block: ContactBlock, master: Flexible
         raise SceneError(f"contact.{name}.against: no point of '{block.interface}' faces '{against.interface}'")
     across, along = (int(count) for count in space.counts)
     numbers, values = spline_weights(space, middle)
-    # At the start along, the first of the four splines is 1/6: what stands beside it are the values across.
+    # At the start along, the first of the four splines is 1/6: times 6, its products are the values across.
     first = numbers[:, 0] // along
     weights = values.reshape(-1, 4, 4)[:, :, 0] * 6
     order = np.arange(across * along).reshape(across, along).T.ravel()
@@ -306,25 +292,16 @@ def sliding_block(scene: Scene, name: str, block: ContactBlock, master: Flexible
 
 
 def _points(interface: str, where: str, body: FlexibleBody) -> InterfaceModes:
-    if interface not in body.modal.interfaces:
-        have = ", ".join(sorted(body.modal.interfaces)) or "none"
-        raise SceneError(f"{where}: body '{body.name}' has no '{interface}', it has {have}")
-    return body.modal.interfaces[interface]
+    return named(body.modal.interfaces, interface, f"{where}: body '{body.name}' has no")
 
 
 def _space(against: MasterSurface, name: str, master: FlexibleBody) -> TractionModes:
-    if against.interface not in master.modal.tractions:
-        have = ", ".join(sorted(master.modal.tractions)) or "none"
-        raise SceneError(
-            f"contact.{name}.against.interface: body '{master.name}' has no traction space '{against.interface}',"
-            f" it has {have}"
-        )
-    return master.modal.tractions[against.interface]
+    owner = f"contact.{name}.against.interface: body '{master.name}' has no traction space"
+    return named(master.modal.tractions, against.interface, owner)
 
 
-def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str | None = None) -> np.ndarray:
-    """Return R of a body's interface, the contact's own by default; zero where the method leaves it out."""
-    interface = interface or contact.interface
+def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str) -> np.ndarray:
+    """Return R of a body's interface [m/N], (c, c); zero where the method does not use it."""
     if METHODS[contact.method].flexible:
         if body.modal.residual_flexibility is None:
             if body.modal.reduction != "rigid":
@@ -333,7 +310,7 @@ def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str | 
                     f" '{body.name}' was reduced by '{body.modal.reduction}'"
                 )
             if contact.surface_stiffness is None and contact.law is None and not isinstance(contact.against, OtherBody):
-                raise SceneError(f"contact.{name}.surface_stiffness: is missing; a rigid body needs it to be pressed")
+                raise SceneError(f"contact.{name}.surface_stiffness: is missing; contact of a rigid body needs it")
         return body.residual(interface, interface)
     return np.zeros((len(body.morph.points[interface]),) * 2)
 
@@ -341,18 +318,18 @@ def _residual(contact: Contact, name: str, body: FlexibleBody, interface: str | 
 def _dashpot(
     contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], compliance: np.ndarray
 ) -> np.ndarray:
-    """Impedance of the truncated waves: d = (2/π)/(R ω_N), which is ρcA on a uniform bar.
+    """Impedance of the truncated waves [N s/m], (c,): d = (2/π)/(R ω_N), which is ρcA on a uniform bar.
 
-    Between two bars their dashpots stand one behind the other, as their R do.
+    Between two bars their dashpots are in series, as their R are.
     """
     if contact.law is not None and contact.law.kind == "linear":
         return np.full(len(compliance), contact.law.damping)
     if contact.dashpot == "none":
         return np.zeros(len(compliance))
     if len(compliance) > 1:
-        raise SceneError(f"contact.{name}.dashpot: 'wave-guide' is for single-point contacts on bars, not surfaces")
-    yielding = 0.0
+        raise SceneError(f"contact.{name}.dashpot: 'wave-guide' needs a single-point contact on a bar")
+    flexibility = 0.0
     for body, interface in zip(bodies, (contact.interface, getattr(contact.against, "interface", "")), strict=True):
         if body is not None and len(body.modal.angular_frequencies):
-            yielding += body.residual(interface, interface)[0, 0] * body.modal.angular_frequencies.max()
-    return np.array([2 / np.pi / yielding])
+            flexibility += body.residual(interface, interface)[0, 0] * body.modal.angular_frequencies.max()
+    return np.array([2 / np.pi / flexibility])

@@ -1,4 +1,4 @@
-"""Force elements. A new one is a file and a line here."""
+"""Force elements of a scene."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""Gas pressure on a surface, given over the angle of a crank."""
+"""Gas pressure on a surface as a function of a crank angle."""
 
 from collections.abc import Callable
 from typing import Literal
@@ -11,23 +11,23 @@ from gudgeon.solver.vectors import Finite
 
 
 class GasPressure(BaseModel):
-    """Pressure above ambient on an interface of kind 'pressure', by the angle of a joint's crank."""
+    """Pressure above ambient on an interface of kind 'pressure', as a function of a joint's crank angle."""
 
     model_config = STRICT
     kind: Literal["gas"]
     body: str
     interface: str = Field(description="Interface of kind 'pressure'")
-    joint: str = Field(description="Joint whose crank angle counts")
+    joint: str = Field(description="Joint that defines the crank angle")
     table: str | None = Field(
-        default=None, description="CSV: crank angle [deg], absolute pressure [Pa]; must close over its span"
+        default=None, description="CSV: crank angle [deg], absolute pressure [Pa]; periodic over its span"
     )
     values: tuple[tuple[Finite, Finite], ...] = Field(
         default=(),
-        description="The same as pairs; read from the table where one is named",
+        description="The same as pairs; read from the table if one is given",
         json_schema_extra={"unit": ["deg", "Pa"]},
     )
     ambient: Finite = Field(
-        default=1.0e5, description="Pressure on the other side [Pa]", json_schema_extra={"unit": "Pa"}
+        default=1.0e5, description="Pressure on the other side of the surface [Pa]", json_schema_extra={"unit": "Pa"}
     )
 
     @model_validator(mode="after")

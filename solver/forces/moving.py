@@ -1,4 +1,4 @@
-"""A force that travels over a surface at constant speed, or stands still; it comes up at once or smoothly."""
+"""A force that moves over a surface at constant speed, or is fixed; it starts as a step or rises smoothly."""
 
 from typing import Literal
 
@@ -10,31 +10,29 @@ from gudgeon.solver.vectors import Coordinate, Finite
 
 
 class MovingForce(BaseModel):
-    """Force against the outward normal of a traction space, on a body that is undeformed before it."""
+    """Force against the outward normal of a traction space, on a body that is undeformed at the start."""
 
     model_config = STRICT
     kind: Literal["moving"]
     body: str
     interface: str = Field(description="Interface of kind 'traction'; its knot spacing is the size of the footprint")
-    force: Finite = Field(
-        description="Positive where it presses the surface inwards [N]", json_schema_extra={"unit": "N"}
-    )
+    force: Finite = Field(description="Force, positive inwards [N]", json_schema_extra={"unit": "N"})
     at: tuple[Coordinate, Coordinate] = Field(description="Coordinates across and along at the start [m]")
-    speed: Finite = Field(default=0.0, description="Along [m/s]; 0: it stands still", json_schema_extra={"unit": "m/s"})
+    speed: Finite = Field(default=0.0, description="Speed along [m/s]; 0: at rest", json_schema_extra={"unit": "m/s"})
     rise: float = Field(
         default=0.0,
         ge=0,
         allow_inf_nan=False,
-        description="Time in which it comes up, as half a cosine [s]; 0: at once",
+        description="Rise time, as half a cosine [s]; 0: a step",
         json_schema_extra={"unit": "s"},
     )
 
     def places(self, time: np.ndarray) -> np.ndarray:
-        """Return the coordinates across and along at given times [m], (t, 2)."""
+        """Return the coordinates across and along [m], (t, 2), at times [s], (t,)."""
         return np.column_stack([np.full(len(time), self.at[0]), self.at[1] + self.speed * time])
 
     def amounts(self, time: np.ndarray) -> np.ndarray:
-        """Return the force at given times [N], (t,)."""
+        """Return the force [N], (t,), at times [s], (t,)."""
         if self.rise == 0:
             return np.full(len(time), self.force)
         return self.force * 0.5 * (1 - np.cos(np.pi * np.clip(time / self.rise, 0.0, 1.0)))

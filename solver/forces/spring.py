@@ -1,4 +1,4 @@
-"""A spring between a point of a body and the ground, or a point of another body."""
+"""A spring between a point of a body and the ground or another body."""
 
 from typing import Literal
 
@@ -9,14 +9,14 @@ from gudgeon.solver.vectors import Coordinate, Direction, Place
 
 
 class Spring(BaseModel):
-    """Linear spring along one direction, relaxed at the start; it acts on rigid motion."""
+    """Linear spring along one direction, relaxed at the start; it acts on rigid bodies."""
 
     model_config = STRICT
     kind: Literal["spring"]
     body: str
-    against: str | None = Field(default=None, description="Other body; the ground by default")
-    direction: Direction = Field(description="Any length")
-    at: Place = Field(default=(0.0, 0.0, 0.0), description="Point of the body from its component's origin [m]")
+    against: str | None = Field(default=None, description="Other body; default: the ground")
+    direction: Direction = Field(description="Direction of any length")
+    at: Place = Field(default=(0.0, 0.0, 0.0), description="Point of the body relative to its component's origin [m]")
     stiffness: Positive = Field(json_schema_extra={"unit": "N/m"})
     damping: float = Field(default=0.0, ge=0, allow_inf_nan=False, json_schema_extra={"unit": "N s/m"})
     stretch: Coordinate = Field(default=0.0, description="Elongation at the start [m]")

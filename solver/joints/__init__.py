@@ -1,4 +1,4 @@
-"""Joints: each prescribes a motion and holds a point of a body. A new one is a file and a line here."""
+"""Joints: each prescribes the motion of a point of a body."""
 
 from gudgeon.solver.joints.slider_crank import SliderCrank
 

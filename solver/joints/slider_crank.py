@@ -1,4 +1,4 @@
-"""A crank that turns at constant speed and a massless rod that holds a point of a body at its length."""
+"""A crank of constant speed with a massless rod of constant length to a point of a body."""
 
 from typing import Literal
 
@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from gudgeon.solver.numbers import STRICT, Length, Positive
-from gudgeon.solver.vectors import Direction, Finite, Place
+from gudgeon.solver.vectors import Direction, Finite, Place, unit
 
 
 class SliderCrank(BaseModel):
@@ -26,13 +26,13 @@ class SliderCrank(BaseModel):
     )
     centre: Place = Field(default=(0.0, 0.0, 0.0), description="Crank axis [m]")
     along: Direction = Field(default=(0.0, 0.0, 1.0), description="From the crank axis to the upper dead centre")
-    lateral: Direction = Field(default=(1.0, 0.0, 0.0), description="Where the crank pin goes after that")
+    lateral: Direction = Field(default=(1.0, 0.0, 0.0), description="Velocity direction of the pin at that point")
 
     @model_validator(mode="after")
     def _fits(self) -> "SliderCrank":
         along, lateral = self.axes
         if abs(along @ lateral) > 1e-9:
-            raise ValueError("along and lateral must stand at right angles")
+            raise ValueError("along and lateral must be at right angles")
         if self.rod_length <= self.crank_radius:
             raise ValueError(
                 f"rod_length is {self.rod_length} m, it must be above crank_radius = {self.crank_radius} m plus the"
@@ -42,17 +42,16 @@ class SliderCrank(BaseModel):
 
     @property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Unit vectors along and lateral."""
-        along, lateral = np.asarray(self.along, float), np.asarray(self.lateral, float)
-        return along / np.linalg.norm(along), lateral / np.linalg.norm(lateral)
+        """Unit vectors `along` and `lateral`, (3,) each."""
+        return unit(self.along), unit(self.lateral)
 
     @property
     def rate(self) -> float:
-        """[rad/s]"""
+        """Speed of the crank [rad/s]."""
         return self.speed * 2 * np.pi / 60
 
     def angle(self, time: np.ndarray) -> np.ndarray:
-        """Return the crank angle [rad] at given times [s]."""
+        """Return the crank angle [rad] at times [s]."""
         return np.radians(self.start) + self.rate * time
 
     def crank_pin(self, time: np.ndarray) -> np.ndarray:
@@ -68,13 +67,10 @@ class SliderCrank(BaseModel):
         )  # fmt: skip
 
     def piston_pin(self, time: np.ndarray, lateral: float) -> np.ndarray:
-        """Return position, velocity and acceleration along of a pin that keeps its lateral place, SI units, (t, 3).
-
-        Args:
-            lateral: Lateral coordinate of the pin [m].
+        """Return position, velocity and acceleration along of a pin at a lateral coordinate [m], SI units, (t, 3).
 
         Raises:
-            ValueError: the rod is too short to reach it all around.
+            ValueError: the rod does not reach the pin at every time.
         """
         pin = self.crank_pin(time)
         across = lateral - pin[:, 0]

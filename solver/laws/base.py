@@ -1,36 +1,11 @@
-"""What the laws share: their coefficients, and the elastic part of those after Hertz."""
+"""What the laws share: their four coefficients, and stiffness and exponent of a Hertzian contact."""
 
 from math import sqrt
-from typing import Annotated, NamedTuple
+from typing import Literal, NamedTuple
 
-from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
-from gudgeon.solver.laws.restitution import SMALLEST
 from gudgeon.solver.numbers import STRICT, Length, Positive
-
-
-def _above_zero(restitution: float) -> float:
-    if restitution < SMALLEST:
-        raise ValueError(
-            f'restitution is {restitution:g}, this law needs more than 0: use method "impact" for restitution 0'
-        )
-    return restitution
-
-
-Restitution = Annotated[
-    float,
-    Field(
-        ge=0,
-        le=1,
-        allow_inf_nan=False,
-        description="Speed of leaving by speed of approach [1]",
-        json_schema_extra={"unit": "1"},
-    ),
-]
-"""Coefficient of restitution [1]."""
-
-RestitutionAboveZero = Annotated[Restitution, AfterValidator(_above_zero)]
-"""The same where the loss grows without bound towards 0."""
 
 
 class Coefficients(NamedTuple):
@@ -44,11 +19,6 @@ class Coefficients(NamedTuple):
     """χ [1]."""
     damping: float
     """c [N s/m]."""
-
-    def energy(self, indentation: float) -> float:
-        """Return what the elastic part stores [J] at an indentation [m], K dⁿ⁺¹/(n+1); none out of contact."""
-        depth = max(indentation, 0.0)
-        return self.stiffness * depth ** (self.exponent + 1) / (self.exponent + 1)
 
 
 class HertzContact(BaseModel):
@@ -79,16 +49,18 @@ class HertzContact(BaseModel):
         return self
 
     def coefficients(self) -> Coefficients:
-        """Return K and n, without any loss."""
+        """Return K and n, without loss or damping."""
         if self.radius is not None and self.modulus is not None:
             return Coefficients(4 / 3 * self.modulus * sqrt(self.radius), self.exponent, 0.0, 0.0)
         assert self.stiffness is not None
         return Coefficients(self.stiffness, self.exponent, 0.0, 0.0)
 
-    def energy(self, indentation: float) -> float:
-        """Return what the elastic part stores [J] at an indentation [m]."""
-        return self.coefficients().energy(indentation)
-
     def warning(self) -> str | None:
-        """Return one line where the law is used outside its validity."""
+        """Return one line where the law is used outside its range of validity."""
         return None
+
+
+class Hertz(HertzContact):
+    """F = K dⁿ, elastic: without loss."""
+
+    kind: Literal["hertz"]

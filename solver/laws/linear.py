@@ -1,4 +1,4 @@
-"""A spring, with a dashpot beside it where one is given."""
+"""The linear law: a spring, with an optional parallel dashpot."""
 
 from typing import Literal
 
@@ -11,8 +11,8 @@ from gudgeon.solver.numbers import STRICT, Positive
 class Linear(BaseModel):
     """F = K d + c ḋ: Kelvin-Voigt. With a dashpot the force jumps to c v⁻ as contact begins.
 
-    It ends where the force vanishes, at d > 0. There is no one restitution to deliver: it falls with the damping
-    ratio c/(2 √(K m)) and so depends on the mass.
+    Contact ends where the force vanishes, at d > 0. The restitution decreases with the damping ratio c/(2 √(K m)), so
+    it depends on the mass.
 
     W. Goldsmith, Impact (1960); K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440-445 on its flaws.
     """
@@ -28,10 +28,6 @@ class Linear(BaseModel):
         """Return K, n = 1 and c."""
         return Coefficients(self.stiffness, 1.0, 0.0, self.damping)
 
-    def energy(self, indentation: float) -> float:
-        """Return what the spring stores [J] at an indentation [m]."""
-        return self.coefficients().energy(indentation)
-
     def warning(self) -> str | None:
-        """Return nothing: a spring holds anywhere."""
+        """Return None: a spring is valid at any indentation."""
         return None

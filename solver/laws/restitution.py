@@ -9,8 +9,8 @@ h = χ (1 + e)/2 it becomes Langevin's function,
 
     (1 − e)/(1 + e) = L(h) = coth h − 1/h,   χ = h (1 + L(h)),
 
-which grows from 0 to 1, so that either direction is one root of a smooth increasing function. A contact under this
-law ends with its indentation at zero and not earlier: χ e < 1.
+which increases from 0 to 1, so that both functions here are a root of a smooth increasing function. A contact under
+this law ends at zero indentation: χ e < 1.
 """
 
 from collections.abc import Callable
@@ -21,13 +21,13 @@ SMALLEST = 1e-300
 """Least restitution: its loss, the inverse, is still a number."""
 
 TOLERANCE = 0.02
-"""Part of the restitution by which what a law delivers may depart from what was asked."""
+"""Allowed relative difference of the restitution delivered from the one given."""
 
 ROUND_OFF = 16 * float_info.epsilon
-"""Relative step of a root at which it stands: round-off of the function, near h = 1, is half of that."""
+"""Relative step below which a root has converged: round-off of the function, near h = 1, is half of that."""
 
 NEWTON_STEPS = 100
-"""Far above the five or so that a root takes; each that leaves the bracket halves it instead."""
+"""Largest number; a root takes about five. A step that leaves the bracket is replaced by bisection."""
 
 
 def loss_of_restitution(restitution: float) -> float:
@@ -79,14 +79,7 @@ def _langevin(h: float) -> tuple[float, float, float]:
 
 
 def _root(residual: Callable[[float], tuple[float, float]], lower: float, upper: float, start: float) -> float:
-    """Return the root of an increasing function between positive bounds.
-
-    Args:
-        residual: Returns the function's value and its derivative by ln x.
-        lower: Bound.
-        upper: Bound.
-        start: First guess.
-    """
+    """Return the root of an increasing function between positive bounds; `residual` gives it and its d/d ln x."""
     x = start
     for _ in range(NEWTON_STEPS):
         value, slope = residual(x)
@@ -103,20 +96,14 @@ def _root(residual: Callable[[float], tuple[float, float]], lower: float, upper:
 
 
 def departure(kind: str, asked: float, loss: Callable[[float], float]) -> str | None:
-    """Return one line where a law delivers another restitution than was asked.
-
-    Args:
-        kind: Name of the law.
-        asked: Restitution [1].
-        loss: The law's factor χ [1] of the restitution [1].
-    """
+    """Return one line where a law, with χ [1] = loss(restitution [1]), does not deliver the restitution given."""
     if _holds(asked, loss):
         return None
     delivered = delivered_restitution(loss(asked))
     percent = f" ({100 * (delivered / asked - 1):+.3g} %)" if asked > 0 else ""
     return (
-        f'law "{kind}": restitution {asked:g} asked, {delivered:.4g} delivered{percent}; it holds within'
-        f' {100 * TOLERANCE:g} % for {_where_it_holds(loss)}, law "exact" for any'
+        f'law "{kind}": restitution {asked:g} given, {delivered:.4g} delivered{percent}; the law is accurate to'
+        f' {100 * TOLERANCE:g} % for {_valid_ranges(loss)}, law "exact" for any'
     )
 
 
@@ -124,8 +111,8 @@ def _holds(asked: float, loss: Callable[[float], float]) -> bool:
     return abs(delivered_restitution(loss(asked)) - asked) <= TOLERANCE * asked
 
 
-def _where_it_holds(loss: Callable[[float], float]) -> str:
-    """Return the ranges of restitution in which a law delivers what is asked, measured in steps of 0.01."""
+def _valid_ranges(loss: Callable[[float], float]) -> str:
+    """Return the ranges of restitution that a law delivers within TOLERANCE, measured in steps of 0.01."""
     ranges: list[list[float]] = []
     for restitution in (hundredth / 100 for hundredth in range(1, 101)):
         if not _holds(restitution, loss):

@@ -1,7 +1,4 @@
-"""How a gap is kept from closing further: the family of contact methods. A new one is a file and a line here.
-
-Each member is a module-level `Method`: what it makes of the settings of a contact, and of the bodies' flexibility.
-"""
+"""The family of contact methods: how penetration is prevented. Each member is a module-level `Method`."""
 
 from gudgeon.solver.methods.constraint import CONSTRAINT
 from gudgeon.solver.methods.impact import IMPACT

@@ -1,5 +1,5 @@
 """Constraint addition and deletion (Wu & Haug 1990): a gap that closes is held at zero, with the velocity jump of the
-reduced mass, until its force would pull."""
+reduced mass, until its force would become tensile."""
 
 from gudgeon.solver.methods.method import RESTITUTION, Method, Settings, rigid_refuses
 

@@ -1,4 +1,4 @@
-"""Newton's restitution at each impact; impacts that follow ever faster end in a constraint, as with restitution 0."""
+"""Newton's restitution at each impact; an accumulation of impacts ends in a constraint, as with restitution 0."""
 
 from gudgeon.solver.methods.method import RESTITUTION, Method, Settings, rigid_refuses
 

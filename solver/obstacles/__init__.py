@@ -1,4 +1,4 @@
-"""Rigid obstacles: each gives gap and gap direction at points. A new one is a file and a line here."""
+"""Rigid obstacles: each computes gap and gap direction at points."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any
@@ -15,12 +15,12 @@ Obstacle = Annotated[Bore | Plane, Field(discriminator="shape")]
 
 
 def obstacle_of(against: Mapping[str, Any]) -> Obstacle:
-    """Return the obstacle that a contact's `against` table describes: its gap and gap direction at any points."""
+    """Return the obstacle that a contact's `against` table describes."""
     return TypeAdapter(Obstacle).validate_python(against)
 
 
 def basic_surface(chart: Mapping[str, Any], position: np.ndarray) -> Bore | Plane:
-    """Return the undeformed surface of a traction space's chart on a body that stands at `position` [m], (3,)."""
+    """Return the undeformed surface of a traction space's chart on a body with its origin at `position` [m], (3,)."""
     origin = tuple(np.asarray(chart["origin"], float) + position)
     if chart["kind"] == "plane":
         return Plane(shape="plane", point=origin, normal=tuple(chart["normal"]))

@@ -1,4 +1,4 @@
-"""A rigid cylindrical bore around a body: the true cylinder, no facets."""
+"""A rigid cylindrical bore around a body: the exact cylinder, without facets."""
 
 from typing import Literal
 
@@ -6,11 +6,11 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from gudgeon.solver.numbers import STRICT, Length
-from gudgeon.solver.vectors import Direction, Place
+from gudgeon.solver.vectors import Direction, Place, unit
 
 
 class Bore(BaseModel):
-    """Inside of a circular cylinder."""
+    """The inside of a circular cylinder."""
 
     model_config = STRICT
     shape: Literal["bore"]
@@ -28,7 +28,6 @@ class Bore(BaseModel):
         return -radial / np.linalg.norm(radial, axis=1, keepdims=True)
 
     def _radial(self, points: np.ndarray) -> np.ndarray:
-        axis = np.asarray(self.axis, float)
-        axis = axis / np.linalg.norm(axis)
+        axis = unit(self.axis)
         arm = points - np.asarray(self.origin, float)
         return arm - np.outer(arm @ axis, axis)

@@ -6,19 +6,19 @@ import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from gudgeon.solver.numbers import STRICT
-from gudgeon.solver.vectors import Direction, Place, Vector
+from gudgeon.solver.vectors import Direction, Place, Vector, unit
 
 
 class Plane(BaseModel):
-    """Half-space behind a plane."""
+    """The half-space behind a plane."""
 
     model_config = STRICT
     shape: Literal["plane"]
     point: Place = Field(description="A point of the plane [m]")
-    normal: Direction = Field(description="Out of the obstacle, any length")
+    normal: Direction = Field(description="Normal out of the obstacle, of any length")
     velocity: Vector = Field(
         default=(0.0, 0.0, 0.0),
-        description="Of the obstacle's surface along itself, for friction [m/s]",
+        description="Velocity of the obstacle's surface, tangential to it, for friction [m/s]",
         json_schema_extra={"unit": "m/s"},
     )
 
@@ -31,12 +31,8 @@ class Plane(BaseModel):
 
     def gap(self, points: np.ndarray) -> np.ndarray:
         """Return the gaps [m], (c,), of points (c, 3)."""
-        return (points - np.asarray(self.point)) @ self._unit()
+        return (points - np.asarray(self.point)) @ unit(self.normal)
 
     def direction(self, points: np.ndarray) -> np.ndarray:
         """Return the gaps' gradients, unit vectors away from the obstacle, (c, 3)."""
-        return np.broadcast_to(self._unit(), points.shape).copy()
-
-    def _unit(self) -> np.ndarray:
-        normal = np.asarray(self.normal, float)
-        return normal / np.linalg.norm(normal)
+        return np.broadcast_to(unit(self.normal), points.shape).copy()

@@ -1,1 +1,1 @@
-"""What a run found: histories, quantities, contact events, momentum."""
+"""Results of a run: histories, quantities, contact events, momentum."""

@@ -1,4 +1,4 @@
-"""What impacts, peaks and departures are, as quantities: pure functions of histories, whoever integrated them."""
+"""Impacts, force peaks and rebound velocities as quantities: pure functions of histories of any integrator."""
 
 import numpy as np
 
@@ -10,13 +10,13 @@ PER_IMPACT = (
     ("opening", "m/s"),
 )  # fmt: skip
 SHOWN = 10
-"""Impacts that have quantities of their own."""
+"""Number of impacts that are quantities."""
 NOTICED = 1e-12
 """Share of the largest component of a motion below which another is round-off."""
 
 
 def impact_quantities(impacts: np.ndarray) -> dict[str, Quantity]:
-    """Return what located impacts (b, 7), see `Trajectory.impacts`, tell of a contact; b is 1 at least."""
+    """Return the quantities of a contact from its impacts, (b, 7) as `Trajectory.impacts`; b is 1 at least."""
     first, highest = impacts[0], impacts[impacts[:, 3].argmax()]
     values = {
         "force_peak": (float(highest[3]), "N"),
@@ -51,22 +51,17 @@ def sampled_impacts(force: np.ndarray, interval: float) -> np.ndarray:
     impacts = np.full((len(ends) // 2, 7), np.nan)
     for impact, first, end in zip(impacts, ends[::2], ends[1::2], strict=True):
         highest = first + int(force[first:end].argmax())
-        impact[:5] = (
-            first * interval,
-            end * interval,
-            interval * force[first:end].sum(),
-            force[highest],
-            (highest + 0.5) * interval,
-        )
+        impulse = interval * force[first:end].sum()
+        impact[:5] = first * interval, end * interval, impulse, force[highest], (highest + 0.5) * interval
     return impacts
 
 
 def merged(impacts: np.ndarray, resolution: float) -> np.ndarray:
-    """Return impacts with those joined that part for less than what the model resolves.
+    """Return impacts, with those merged that are separated by less than the resolution of the model.
 
     Args:
         impacts: (b, 7), in order of time, see `Trajectory.impacts`.
-        resolution: Period of the highest frequency that it carries [s].
+        resolution: Period of the highest kept frequency [s].
     """
     found: list[np.ndarray] = []
     for impact in impacts:
@@ -82,9 +77,9 @@ def merged(impacts: np.ndarray, resolution: float) -> np.ndarray:
 
 
 def smoothed_peak(history: np.ndarray, interval: float, resolution: float) -> dict[str, Quantity]:
-    """Return the largest mean force over one period of the highest frequency that is carried, and that period.
+    """Return the largest mean force over one period of the highest kept frequency [N], and that period [s].
 
-    What stands within a shorter time rings at the cut-off and does not converge.
+    A force over a shorter time contains the cut-off frequency and does not converge.
 
     Args:
         history: Mean force over each sample interval [N], (s,).
@@ -97,13 +92,13 @@ def smoothed_peak(history: np.ndarray, interval: float, resolution: float) -> di
 
 
 def rebound(along: np.ndarray, own: np.ndarray, other: np.ndarray | None, alone: bool) -> dict[str, Quantity]:
-    """Return how a body's centre leaves a contact, seen from the other body's where there is one.
+    """Return the velocity of a body's centre after a contact, of the other body's, and the restitution.
 
     Args:
         along: Direction of the force on the body, (3,).
         own: Velocity of its centre before and after [m/s], (2, 3).
         other: The same of the other body.
-        alone: Whether nothing else acts on them, so that there is a restitution.
+        alone: Whether no other force acts on them, so that a restitution is defined.
     """
     before, after = own @ along
     values = {"rebound_velocity": (float(after), "m/s")}
@@ -117,7 +112,7 @@ def rebound(along: np.ndarray, own: np.ndarray, other: np.ndarray | None, alone:
 
 
 def departure(after: np.ndarray, shift: np.ndarray, before: np.ndarray) -> dict[str, Quantity]:
-    """Return velocity and shift of a body's centre at the end, along what it moves.
+    """Return velocity and shift of a body's centre at the end, along the axes along which it moves.
 
     Args:
         after: Velocity and angular velocity [m/s, rad/s], (6,).

@@ -1,4 +1,4 @@
-"""Gauges read over time."""
+"""Histories of gauges."""
 
 import numpy as np
 
@@ -7,14 +7,14 @@ from gudgeon.solver.system.system import System
 
 
 def recorded_gauges(system: System, values: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the readings of each gauge of values (s, G), (s,) or (s, k)."""
+    """Return the values of each gauge, (s,) or (s, k), from the values of all, (s, G)."""
     names = np.array(system.gauges)
     columns = {name: np.flatnonzero(names == name) for name in dict.fromkeys(names.tolist())}
     return {name: values[:, own[0] if len(own) == 1 else own].copy() for name, own in columns.items()}
 
 
 def gauge_quantities(system: System, readings: dict[str, np.ndarray]) -> Json:
-    """Return the largest equivalent stress after von Mises of each gauge that reads a stress tensor."""
+    """Return the largest von Mises stress [Pa] of each gauge that records a stress tensor."""
     found: Json = {}
     for name, values in readings.items():
         body, _, gauge = name.partition(".")

@@ -1,29 +1,29 @@
-"""The momentum balance of a run."""
+"""Momentum balance of a run."""
 
 import numpy as np
 
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import Outcome
 from gudgeon.solver.system.system import System
+from gudgeon.solver.vectors import unit
 
 
 def momentum_residual(system: System, end: Outcome, loads: np.ndarray, duration: float) -> float:
     """Return the largest error of a body's linear and angular momentum balance, relative to the impulse.
 
-    Momentum comes from the rigid twists, impulse from forces, directions and arms: two independent ways. Angular
-    momentum is measured about the centre of mass, per radius of the contact points.
+    Momentum is computed from the rigid twists, impulse independently from forces, directions and arms. Angular momentum
+    is about the centre of mass, divided by the largest distance of a contact point from it.
 
     Args:
         loads: Impulse of each load row, (L,).
-        duration: Of gravity [s].
+        duration: Time over which gravity acts [s].
     """
     worst = 0.0
     for name, body in system.bodies.items():
         if not body.rigid_count:
             continue
-        first = system.offsets[name]
-        columns = slice(first, first + body.rigid_count)
-        given, size, radius = _driven(system, name, loads, duration)
+        columns = body.rigid
+        (given, size), radius = _driven(system, name, loads, duration), 0.0
         for number, contact in enumerate(system.contacts):
             pushed, arm, length = _pressed(system, end, contact, number, name)
             given, size, radius = given + pushed, size + arm, max(radius, length)
@@ -31,7 +31,7 @@ def momentum_residual(system: System, end: Outcome, loads: np.ndarray, duration:
         if len(end.springs):
             size += float(np.abs(end.springs[np.any(system.springs.rows[:, columns], axis=1)]).sum())
         if size > 0:
-            # Coordinates' own momentum against twist times wrench; what supports hold takes no part.
+            # Momentum of the coordinates against twist times wrench; supported motions have no coordinate.
             error = np.abs(end.v[columns] - system.velocity[columns] + pulled - body.twists @ given)
             scale = np.linalg.norm(body.twists[:, :3], axis=1) + (radius or 1.0) * np.linalg.norm(
                 body.twists[:, 3:], axis=1
@@ -56,17 +56,13 @@ def _about(centre: np.ndarray, wrench: np.ndarray) -> np.ndarray:
 def _pressed(
     system: System, end: Outcome, contact: ContactRows, number: int, name: str
 ) -> tuple[np.ndarray, float, float]:
-    """Return impulse and moment about its centre that a contact gives a body, their size, and their largest arm [m]."""
+    """Return the impulse and moment of a contact on a body about its centre, (6,), their size and largest arm [m]."""
     given, size, radius, centre = np.zeros(6), 0.0, 0.0, system.bodies[name].morph.centre
     impulses = end.impulses[contact.rows, None] * contact.directions
     friction = system.scene.contact[contact.name].friction
     if friction is not None and len(end.drags):
-        line = np.asarray(friction.direction, float)
-        impulses = impulses + end.drags[contact.rows, None] * line / np.linalg.norm(line)
-    sides = [(contact.body, contact.points, 1.0)]
-    if contact.other is not None:
-        sides.append((contact.other.body, contact.other.points, -1.0))
-    for owner, points, sign in sides:
+        impulses = impulses + end.drags[contact.rows, None] * unit(friction.direction)
+    for owner, _, _, points, sign in contact.sides:
         if owner == name:
             arm = points - centre
             radius = max(radius, float(np.sqrt((arm * arm).sum(axis=1).max())))
@@ -82,20 +78,19 @@ def _pressed(
     return given, size, radius
 
 
-def _driven(system: System, name: str, loads: np.ndarray, duration: float) -> tuple[np.ndarray, float, float]:
-    """Return the impulse and its moment about the centre that loads give a body, its size, and its largest arm [m]."""
-    body, given, driving = system.bodies[name], np.zeros(6), system.driving
-    size, radius, centre = 0.0, 0.0, body.morph.centre
-    wrenches = []
+def _driven(system: System, name: str, loads: np.ndarray, duration: float) -> tuple[np.ndarray, float]:
+    """Return the impulse and moment of the loads on a body about its centre, (6,), and their size [N s]."""
+    body, driving, wrenches = system.bodies[name], system.driving, []
+    given, size = np.zeros(6), 0.0
     for number, held in enumerate(driving.joints):
         along, lateral = held.joint.axes
-        if held.body == name:
+        if held.joint.body == name:
             resultant = body.modal.loads[held.joint.interface].resultant
             force = loads[2 * number] * lateral + loads[2 * number + 1] * along
             wrenches.append(force @ resultant)
     wrenches += [loads[at] @ load.resultant for load, at in driving.given_rows() if load.body == name]
     for wrench in wrenches:
-        given += _about(centre, wrench)
+        given += _about(body.morph.centre, wrench)
         size += float(np.linalg.norm(wrench[:3]))
-    given[:3] += duration * body.morph.mass * np.asarray(system.scene.run.gravity) if body.rigid_count else 0.0
-    return given, size, radius
+    given[:3] += duration * body.morph.mass * np.asarray(system.scene.run.gravity)
+    return given, size

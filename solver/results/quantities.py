@@ -1,4 +1,4 @@
-"""Quantities of interest of a run."""
+"""Quantities of a run: impulses, forces, times and velocities of its contacts and bodies."""
 
 from collections.abc import Mapping
 
@@ -20,11 +20,11 @@ from gudgeon.solver.results.contact_events import (
 from gudgeon.solver.system.system import System
 
 SLIPS = 3
-"""Changes between sliding and sticking that have quantities of their own."""
+"""Number of changes between sliding and sticking that are quantities."""
 
 
 def quantities(system: System, plan: Plan, end: Outcome, forces: np.ndarray, multipliers: np.ndarray) -> Json:
-    """Return name → {"value", "unit"} for every contact, names led by the contact's.
+    """Return the quantities of all contacts and bodies, `CONTACT.name` or `BODY.name` → {"value", "unit"}.
 
     Args:
         forces: Mean resultants over each sample [N], (s, k, 3).
@@ -58,7 +58,7 @@ def quantities(system: System, plan: Plan, end: Outcome, forces: np.ndarray, mul
 
 
 def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
-    """Return the displacement under each travelling force, along it: its largest, when, and the last one.
+    """Return the displacement under each moving force, along it: the largest one, its time, and the last one.
 
     Args:
         times: Of the frames [s], (f,).
@@ -73,18 +73,18 @@ def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
 
 
 def _named(owner: str, values: Mapping[str, Quantity]) -> Json:
-    """Return quantities of a contact, force or body as they are recorded."""
+    """Return the quantities of a contact, force or body in the form of a record."""
     return {f"{owner}.{name}": {"value": value, "unit": unit} for name, (value, unit) in values.items()}
 
 
 def _leaving(system: System, end: Outcome) -> Json:
-    """Return the velocity with which each body's centre of mass leaves, along what it can move."""
+    """Return velocity and shift of each body's centre of mass at the end, along its free motions."""
     found: Json = {}
     for name, body in system.bodies.items():
         if not body.rigid_count:
             continue
-        columns = slice(system.offsets[name], system.offsets[name] + body.rigid_count)
-        rates = [end.v[columns], end.q[columns] - system.position[columns], system.velocity[columns]]
+        own = body.rigid
+        rates = [end.v[own], end.q[own] - system.position[own], system.velocity[own]]
         found |= _named(name, departure(*body.centre_motion(np.array(rates))))
     return found
 
@@ -92,7 +92,7 @@ def _leaving(system: System, end: Outcome) -> Json:
 def _of_samples(
     system: System, plan: Plan, end: Outcome, contact: ContactRows, forces: np.ndarray, along: np.ndarray
 ) -> dict[str, Quantity]:
-    """Return what a history of resultants (s, 3) tells of a contact that pushes `along`."""
+    """Return the quantities of a contact from its history of resultants [N], (s, 3), with mean direction `along`."""
     interval, dt = plan.schedule.interval, 0.0 if plan.integrator.own_steps else plan.schedule.dt
     pushed, touching = forces @ along, np.flatnonzero(np.abs(forces).sum(axis=1))
     first, last = end.extreme[4], end.extreme[5]
@@ -109,7 +109,7 @@ def _of_samples(
 
 
 def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, Quantity]:
-    """Return when points begin to slip and when they stick again, the first few, and the last period."""
+    """Return the first times at which points begin to slip and to stick, and the last slip period [s]."""
     values = {}
     for name, kind in (("slip", True), ("stick", False)):
         times = [time for time, begins in changes if begins is kind]
@@ -120,14 +120,9 @@ def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, Quantity]:
 
 
 def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarray) -> dict[str, Quantity]:
-    """Return how the body's centre leaves, seen from the other body's where there is one."""
+    """Return the rebound velocities of the contact's bodies and the restitution, see `rebound`."""
     sides = [contact.body] if contact.other is None else [contact.body, contact.other.body]
-    speeds = [np.array([_velocity(system, side, v) for v in (system.velocity, end.v)]) for side in sides]
+    bodies, states = [system.bodies[side] for side in sides], (system.velocity, end.v)
+    speeds = [np.array([body.centre_motion(v[body.rigid])[:3] for v in states]) for body in bodies]
     alone = len(system.contacts) == 1 and not any(system.scene.run.gravity) and not system.scene.force
     return rebound(along, speeds[0], speeds[1] if len(speeds) > 1 else None, alone)
-
-
-def _velocity(system: System, body: str, v: np.ndarray) -> np.ndarray:
-    """Return the velocity of a body's centre of mass [m/s], (3,)."""
-    first, item = system.offsets[body], system.bodies[body]
-    return item.centre_motion(v[first : first + item.rigid_count])[:3]

@@ -1,4 +1,4 @@
-"""A run's histories, put into a record."""
+"""The record of a run from its histories."""
 
 from typing import NamedTuple
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
@@ -16,7 +17,7 @@ from gudgeon.solver.system.system import System
 
 
 class Histories(NamedTuple):
-    """What a run fills: all its samples, and the state at each of f frames."""
+    """Arrays that a run fills: all its samples, and the state at each of f frames."""
 
     samples: Samples
     frames: np.ndarray
@@ -41,11 +42,11 @@ class Histories(NamedTuple):
         return cls(samples, *(np.zeros((schedule.frames, size)) for size in sizes))
 
     def part(self, here: slice) -> Samples:
-        """Return some of the samples."""
+        """Return a range of the samples."""
         return Samples(*(one[here] for one in self.samples))
 
     def cut(self, frames: int, schedule: Schedule) -> "Histories":
-        """Keep what was finished."""
+        """Return the first frames and their samples."""
         _, *states = self
         return Histories(self.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states))
 
@@ -70,9 +71,7 @@ def trajectory_of(
             multipliers=found.multipliers[:, contact.rows],
             areas=contact.areas,
             points=contact.points,
-            master=None
-            if contact.master is None
-            else _recorded(found.masters[:, contact.functions], contact.master.order),
+            master=_recorded(found, contact),
         )
         for number, contact in enumerate(system.contacts)
     }
@@ -100,7 +99,7 @@ def trajectory_of(
 
 
 def _counts(system: System, plan: Plan, end: Outcome) -> Json:
-    """Return the integrator, its step, and how much work it did."""
+    """Return the integrator, its step, and numbers of operations."""
     return {
         "integrator": plan.name,
         "steps": plan.schedule.steps,
@@ -115,11 +114,10 @@ def _counts(system: System, plan: Plan, end: Outcome) -> Json:
     } | end.work
 
 
-def _recorded(masters: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """Put functions back into the order of the record."""
-    back = np.empty_like(masters)
-    back[:, order] = masters
-    return back
+def _recorded(found: Histories, contact: ContactRows) -> np.ndarray | None:
+    """Return the displacements of a contact's traction space in the order of the record [m], (f, F)."""
+    over = contact.master
+    return None if over is None else found.masters[:, contact.functions][:, np.argsort(over.order)]
 
 
 def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, JointHistory]:
@@ -130,13 +128,13 @@ def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, Jo
         force = loads[:, :1] * lateral + loads[:, 1:] * along
         violation = samples.snapshots[:, 2 * len(system.rigid) + number]
         histories[held.name] = JointHistory(
-            held.body, held.joint.interface, held.joint.angle(times), force, violation.copy()
+            held.joint.body, held.joint.interface, held.joint.angle(times), force, violation.copy()
         )
     return histories
 
 
 def _motion(system: System, snapshots: np.ndarray) -> dict[str, np.ndarray]:
-    """Return each body's motion at its centre, (s, 12)."""
+    """Return the motion of each body's centre, (s, 12)."""
     r, first, motion = len(system.rigid), 0, {}
     for name, body in system.bodies.items():
         columns = slice(first, first + body.rigid_count)

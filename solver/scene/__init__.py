@@ -1,1 +1,1 @@
-"""What a scene file may say of the dynamics: bodies, contacts, the run."""
+"""Models of the dynamics in a scene file: bodies, contacts, the run."""

@@ -14,14 +14,20 @@ ALL_FREE: tuple[Freedom, ...] = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class Damping(BaseModel):
-    """Stiffness-proportional damping, given by the ratio that it has at one frequency."""
+    """Stiffness-proportional damping, given by its damping ratio at one frequency."""
 
     model_config = STRICT
     ratio: Annotated[
         float,
-        Field(gt=0, lt=1, allow_inf_nan=False, description="Of critical damping", json_schema_extra={"unit": "1"}),
+        Field(
+            gt=0,
+            lt=1,
+            allow_inf_nan=False,
+            description="Damping ratio at `frequency`, relative to critical damping",
+            json_schema_extra={"unit": "1"},
+        ),
     ]
-    frequency: Positive = Field(description="Where it holds [Hz]", json_schema_extra={"unit": "Hz"})
+    frequency: Positive = Field(description="Frequency of that damping ratio [Hz]", json_schema_extra={"unit": "Hz"})
 
     @property
     def stiffness_factor(self) -> float:
@@ -30,23 +36,25 @@ class Damping(BaseModel):
 
 
 class Body(BaseModel):
-    """A component put into the scene."""
+    """A component placed in the scene, with its state at the start."""
 
     model_config = STRICT
-    component: str | None = Field(default=None, description="Name of its component; the body's own name by default")
+    component: str | None = Field(default=None, description="Name of its component; default: the name of the body")
     position: Vector = Field(
         default=(0.0, 0.0, 0.0),
-        description="Where the component's origin stands at the start [m]",
+        description="Position of the component's origin at the start [m]",
         json_schema_extra={"unit": "m"},
     )
     velocity: Vector = Field(
         default=(0.0, 0.0, 0.0),
-        description="Of the centre of mass at the start [m/s]",
+        description="Velocity of the centre of mass at the start [m/s]",
         json_schema_extra={"unit": "m/s"},
     )
     angular_velocity: Vector = Field(
-        default=(0.0, 0.0, 0.0), description="At the start [rad/s]", json_schema_extra={"unit": "rad/s"}
+        default=(0.0, 0.0, 0.0),
+        description="Angular velocity at the start [rad/s]",
+        json_schema_extra={"unit": "rad/s"},
     )
-    freedom: tuple[Freedom, ...] = Field(default=ALL_FREE, description="Rigid motions that it may make; all by default")
+    freedom: tuple[Freedom, ...] = Field(default=ALL_FREE, description="Free rigid motions; default: all")
     damping: Damping | None = None
-    gauges: tuple[str, ...] = Field(default=(), description="Gauges of its component to read over time")
+    gauges: tuple[str, ...] = Field(default=(), description="Gauges of its component to record over time")

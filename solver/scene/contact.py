@@ -12,7 +12,7 @@ from gudgeon.solver.vectors import Direction
 
 
 class MasterSurface(BaseModel):
-    """The traction space of another body, over which the points slide."""
+    """The traction space of another body on which the contact points slide."""
 
     model_config = STRICT
     shape: Literal["surface"]
@@ -21,12 +21,12 @@ class MasterSurface(BaseModel):
 
 
 class OtherBody(BaseModel):
-    """An interface of another body, point against point."""
+    """An interface of another body, paired point by point."""
 
     model_config = STRICT
     shape: Literal["body"]
     body: str
-    interface: str = Field(description="Interface of kind 'points' or 'patch' with as many points")
+    interface: str = Field(description="Interface of kind 'points' or 'patch' with the same number of points")
 
 
 class Friction(BaseModel):
@@ -34,14 +34,15 @@ class Friction(BaseModel):
 
     model_config = STRICT
     static: Annotated[
-        float, Field(ge=0, allow_inf_nan=False, description="Coefficient that holds", json_schema_extra={"unit": "1"})
+        float,
+        Field(ge=0, allow_inf_nan=False, description="Coefficient of static friction", json_schema_extra={"unit": "1"}),
     ]
     kinetic: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
         default=None,
-        description="Coefficient while sliding; the static one by default",
+        description="Coefficient of kinetic friction; default: the static coefficient",
         json_schema_extra={"unit": "1"},
     )
-    direction: Direction = Field(description="Line along which the point slides, any length")
+    direction: Direction = Field(description="Direction of sliding, of any length")
 
     @property
     def sliding(self) -> float:
@@ -51,7 +52,7 @@ class Friction(BaseModel):
     @model_validator(mode="after")
     def _ordered(self) -> "Friction":
         if self.sliding > self.static:
-            raise ValueError(f"kinetic {self.sliding} is above static {self.static}; it must not be")
+            raise ValueError(f"kinetic {self.sliding} is above static {self.static}; it must not exceed it")
         return self
 
 
@@ -64,25 +65,30 @@ class Contact(BaseModel):
     against: Annotated[Bore | Plane | MasterSurface | OtherBody, Field(discriminator="shape")]
     method: Literal["residual", "penalty", "constraint", "impact"] = Field(
         default="residual",
-        description="residual: gap = g₀ + BΦq + Rλ, no stiffness to tune; penalty: a spring or a law at each point;"
-        " constraint: the gap is held at zero from touch until its force would pull (addition-deletion);"
-        " impact: Newton's restitution at each impact",
+        description="residual: gap = g₀ + BΦq + Rλ, with no stiffness parameter; penalty: a spring or a law at each"
+        " point; constraint: the gap is held at zero from closing until its force would become tensile"
+        " (addition-deletion); impact: Newton's restitution at each impact",
     )
     surface_stiffness: Positive | None = Field(
         default=None,
-        description="Stiffness of a surface layer per area [N/m^3]: asperities, or the penalty's springs",
+        description="Stiffness per area of a surface layer, such as asperities, or of the penalty springs [N/m^3]",
         json_schema_extra={"unit": "N/m^3"},
     )
-    law: Law | None = Field(default=None, description="Force of one point over indentation, instead of a layer")
+    law: Law | None = Field(
+        default=None, description="Force of each point as a function of indentation, instead of a surface layer"
+    )
     restitution: Annotated[float, Field(ge=0, le=1)] | None = Field(
         default=None,
-        description="Separation speed over approach speed, for method 'impact'; 0 sticks until pulled",
+        description="Separation speed over approach speed, for method 'impact'; with 0 the contact stays closed until"
+        " its force would become tensile",
         json_schema_extra={"unit": "1"},
     )
-    friction: Friction | None = Field(default=None, description="For rigid contact of rigid bodies; static = 0 is none")
+    friction: Friction | None = Field(
+        default=None, description="Coulomb friction, for rigid contact of rigid bodies; static = 0 means no friction"
+    )
     dashpot: Literal["none", "wave-guide"] = Field(
         default="none",
-        description="wave-guide: impedance of the truncated modes beside R; for single-point contacts on bars only",
+        description="wave-guide: impedance of the truncated modes in parallel to R, for single-point contacts on bars",
     )
 
     @field_validator("friction")

@@ -1,37 +1,49 @@
-"""How long and how finely a scene runs."""
+"""Duration, steps and integrator of a run."""
 
+from math import isfinite
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
+from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.numbers import STRICT, Positive
 from gudgeon.solver.vectors import Vector
 
+STEPPING = {name: one for name, one in INTEGRATORS.items() if not one.own_steps}
+"""Integrators with a fixed step."""
+DEFAULTS = ", ".join(f"{one.step_factor:g}/ω_c ({name})" for name, one in STEPPING.items())
+LIMITS = ", ".join(f"{one.largest:g}/ω_c ({name})" for name, one in INTEGRATORS.items() if isfinite(one.largest))
+
 
 class Run(BaseModel):
-    """How long, and how fine."""
+    """Duration, steps and integrator of a run, and its gravity."""
 
     model_config = STRICT
-    duration: Positive = Field(description="[s]", json_schema_extra={"unit": "s"})
+    duration: Positive = Field(description="Duration of the run [s]", json_schema_extra={"unit": "s"})
     step: Positive | None = Field(
         default=None,
-        description="[s]; automatic if left out: 0.2/ω_c, or what the accuracy asks for; a larger one is divided into"
-        " substeps, and one that does not divide the run is so much shorter; integrator 'event' has none",
+        description=f"Time step [s]. Default: {DEFAULTS}, or the step that run.accuracy requires. A step above the"
+        f" limit of the integrator, {LIMITS}, is divided into substeps; a step that does not divide the duration is"
+        " reduced. Integrator 'event' has no step.",
         json_schema_extra={"unit": "s"},
     )
     accuracy: Annotated[float, Field(ge=1e-12, le=0.1)] | None = Field(
         default=None,
-        description="Relative error that the step is chosen for: of the force where a law is integrated (1e-8 by"
-        " default), of the energy balance elsewhere; event location needs none",
+        description="Relative error that determines the step: of the contact force with collocation (default 1e-8), of"
+        " the impulse with discrete-gradient, of the energy balance with explicit and implicit; not used by event",
         json_schema_extra={"unit": "1"},
     )
     integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(
         default="auto",
         description="event: exact motion between located events, for linear and rigid contact of a few points;"
-        " collocation: high order, for contact laws; discrete-gradient: energy to round-off at any step; explicit: explicit"
-        " contact, step 0.2/ω_c; implicit: implicit contact, for damping, joints, loads and sliding pairs; auto takes"
-        " what the scene's contacts ask for",
+        " collocation: high order, for contact laws; discrete-gradient: conserves energy to round-off at any step;"
+        " explicit: contact impulses at the middle of each step; implicit: trapezoidal rule, for damping, joints, loads"
+        " and sliding pairs; auto: selected from the features of the scene",
     )
-    gravity: Vector = Field(default=(0.0, 0.0, 0.0), description="[m/s^2]", json_schema_extra={"unit": "m/s^2"})
-    samples: int = Field(default=4000, ge=10, le=1_000_000, description="Points of the force and energy histories")
-    frames: int = Field(default=200, ge=2, le=10_000, description="Stored deformations")
+    gravity: Vector = Field(
+        default=(0.0, 0.0, 0.0), description="Acceleration of gravity [m/s^2]", json_schema_extra={"unit": "m/s^2"}
+    )
+    samples: int = Field(
+        default=4000, ge=10, le=1_000_000, description="Number of points of the force and energy histories"
+    )
+    frames: int = Field(default=200, ge=2, le=10_000, description="Number of stored deformations")

@@ -1,4 +1,4 @@
-"""The solver's part of a scene: bodies, contacts, and how long to run. SI units."""
+"""The solver's part of a scene: bodies, contacts, joints, forces and the run. SI units."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -19,7 +19,7 @@ from gudgeon.solver.scene.run import Run
 
 
 class Scene(BaseModel):
-    """Everything the solver needs to know beside the records."""
+    """Everything that the solver needs besides the records."""
 
     model_config = STRICT
     body: dict[str, Body] = Field(min_length=1)
@@ -44,7 +44,7 @@ class Scene(BaseModel):
                 raise ValueError(f"force.{name}.joint: no joint '{force.joint}', the scene has {have}")
         for name, other in self.others().items():
             if other.body == self.contact[name].body:
-                raise ValueError(f"contact.{name}.against.body: a contact needs two bodies")
+                raise ValueError(f"contact.{name}.against.body: a contact needs two different bodies")
         _ = self.integrator
         return self
 
@@ -57,32 +57,32 @@ class Scene(BaseModel):
         return {n: c.against for n, c in self.contact.items() if isinstance(c.against, MasterSurface | OtherBody)}
 
     def given(self) -> dict[str, GasPressure | MovingForce]:
-        """Return the forces that are given over time."""
+        """Return the forces prescribed over time by name: gas pressures and moving forces."""
         return {n: f for n, f in self.force.items() if isinstance(f, GasPressure | MovingForce)}
 
     def gas(self) -> dict[str, GasPressure]:
-        """Return the gas pressures."""
+        """Return the gas pressures of the scene by name."""
         return {n: f for n, f in self.force.items() if isinstance(f, GasPressure)}
 
     def moving(self) -> dict[str, MovingForce]:
-        """Return the forces that travel over a surface."""
+        """Return the moving forces of the scene by name."""
         return {n: f for n, f in self.force.items() if isinstance(f, MovingForce)}
 
     def springs(self) -> dict[str, Spring]:
-        """Return the springs."""
+        """Return the springs of the scene by name."""
         return {n: f for n, f in self.force.items() if isinstance(f, Spring)}
 
     def carriers(self) -> list[str]:
-        """Return the integrators that can carry the scene, in the order in which `auto` prefers them."""
+        """Return the integrators that support all features of the scene, in the order in which `auto` prefers them."""
         demands = dict(_demands(self))
         return [name for name in INTEGRATORS if not _lacking(demands, name)]
 
     @property
     def integrator(self) -> str:
-        """The integrator that it names, or that `auto` takes for what the scene has.
+        """Name of the integrator: the one given, or the one that `auto` selects from the features of the scene.
 
         Raises:
-            ValueError: the one that it names cannot carry what it has, or nothing can carry all that it has.
+            ValueError: the integrator given, or every integrator, lacks a feature of the scene.
         """
         demands, able, named = dict(_demands(self)), self.carriers(), self.run.integrator
         if named == "auto":
@@ -90,19 +90,21 @@ class Scene(BaseModel):
                 return able[0]
             least = min((_lacking(demands, name) for name in INTEGRATORS), key=len)
             others = " and ".join(what for what in demands if what not in least)
-            raise ValueError(f"run.integrator: none carries {least[0]} beside {others}; leave one of them out")
-        if lacking := _lacking(demands, named):
-            advice = f"take {' or '.join(map(repr, ('auto', *able)))}" if able else "none carries the whole scene"
-            raise ValueError(f"run.integrator: '{named}' cannot carry {lacking[0]}; {advice}")
-        if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
             raise ValueError(
-                f"run.step: integrator '{named}' locates events on exact motion and has no step; leave it out"
+                f"run.integrator: no integrator supports {least[0]} together with {others}; remove one of them"
             )
+        if lacking := _lacking(demands, named):
+            advice = (
+                f"use {' or '.join(map(repr, ('auto', *able)))}" if able else "no integrator supports the whole scene"
+            )
+            raise ValueError(f"run.integrator: '{named}' does not support {lacking[0]}; {advice}")
+        if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
+            raise ValueError(f"run.step: integrator '{named}' has no step, since its motion is exact; remove run.step")
         return named
 
     @property
     def capabilities(self) -> type[Integrator]:
-        """What this integrator can do."""
+        """Features, order and step limits of this integrator."""
         return INTEGRATORS[self.integrator]
 
     def component_of(self, body: str) -> str:
@@ -111,12 +113,12 @@ class Scene(BaseModel):
 
 
 def _lacking(demands: Mapping[str, Feature], name: str) -> list[str]:
-    """Return what asks for a feature that an integrator does not carry."""
+    """Return the elements of a scene that need a feature which an integrator does not support."""
     return [what for what, feature in demands.items() if feature not in INTEGRATORS[name].carries]
 
 
 def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
-    """Yield what a scene has that not every integrator can carry, by the name of what asks for it."""
+    """Yield the features that a scene needs, each with the name of the element that needs it."""
     for name, body in scene.body.items():
         if body.damping is not None:
             yield f"damping of body.{name}", Feature.DAMPING

@@ -1,5 +1,5 @@
-"""What drives a scene: joints that prescribe motion, given loads, gravity. Each load row is a displacement that a
-generalised force works on; rows 2 j and 2 j + 1 are the lateral and along displacement of joint j's point."""
+"""Joints, given loads and gravity of a scene. Each load row is the displacement conjugate to a generalised force;
+rows 2 j and 2 j + 1 are the displacement of joint j's point, lateral and along."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import TractionModes
+from gudgeon.modaldb.records.modes import LoadModes, TractionModes
 from gudgeon.modaldb.traction import inside, spline_weights
-from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.moving import MovingForce
@@ -18,23 +18,22 @@ from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
 
 ON_THE_SPACE = 1e-9
-"""Of its size: how far beside a traction space the ends of a path may lie."""
+"""Distance relative to its size by which the ends of a path may lie outside a traction space."""
 
 
 @dataclass(frozen=True)
 class HeldPoint:
-    """A joint on a body."""
+    """A joint, and the point of a body that it holds."""
 
     name: str
     joint: Joint
-    body: str
     anchor: np.ndarray
     """Lateral and along coordinate of its point at q = 0 [m], (2,)."""
 
 
 @dataclass(frozen=True)
 class GivenLoad:
-    """A force given over time, as k generalised forces."""
+    """A force prescribed over time, as k generalised forces."""
 
     name: str
     body: str
@@ -44,12 +43,12 @@ class GivenLoad:
     amounts: Callable[[np.ndarray], np.ndarray]
     """Generalised forces at given times [s], (t,) → (t, k)."""
     travels: bool
-    """Whether it moves over its interface, on a body that is undeformed before it."""
+    """Whether it is a moving force: the body is undeformed at the start."""
 
 
 @dataclass(frozen=True)
 class Driving:
-    """Shapes: L load rows, m coordinates, c contact rows."""
+    """Joints, given loads and gravity. Shapes: L load rows, m coordinates, c contact rows."""
 
     joints: list[HeldPoint]
     given: list[GivenLoad]
@@ -58,14 +57,14 @@ class Driving:
     residual: np.ndarray
     """R among the loads, (L, L)."""
     to_gap: np.ndarray
-    """Change of the gaps under unit loads through R, (c, L)."""
+    """Change of the gaps under unit loads due to R, (c, L)."""
     damping: np.ndarray
     """β of each row's body [s], (L,)."""
     gravity: np.ndarray
     """Generalised force, (m,)."""
 
     def loads(self, start: np.ndarray, dt: float) -> np.ndarray:
-        """Return the given loads' mean over steps that begin at given times, zero for joints, (t, L)."""
+        """Return the given loads at the middle of steps dt [s] from `start` [s], (t,); zero for joints, (t, L)."""
         found = np.zeros((len(start), len(self.rows)))
         for load, at in self.given_rows():
             found[:, at] = load.amounts(start + 0.5 * dt)
@@ -80,17 +79,17 @@ class Driving:
             first = last
 
     def deflections(self, time: np.ndarray, frames: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the displacement under each travelling force, along it [m], (t,); of none where it is zero.
+        """Return the displacement under each moving force, along it [m], (t,), where the force is never zero.
 
         Args:
-            time: After the start [s], (t,).
+            time: Times [s], (t,).
             frames: All coordinates at these times, (t, m).
         """
         loads = self.loads(time, 0.0)
         moved = frames @ self.rows.T + loads @ self.residual
         found = {}
         for load, at in self.given_rows():
-            # Splines add up to one, so that their forces add up to the whole force.
+            # Splines add up to one, so that their forces add up to the total force.
             size = np.abs(loads[:, at].sum(axis=1))
             if load.travels and (size > 0).all():
                 found[load.name] = np.einsum("tk,tk->t", loads[:, at], moved[:, at]) / size
@@ -101,23 +100,20 @@ class Driving:
         pins = [held.joint.crank_pin(time) for held in self.joints]
         return np.stack(pins, axis=1) if pins else np.zeros((len(time), 0, 4))
 
-    def begin(
-        self, bodies: Mapping[str, FlexibleBody], offsets: Mapping[str, int], position: np.ndarray, velocity: np.ndarray
-    ) -> np.ndarray:
-        """Place driven bodies where the crank has them, deformed as the start's loads and gravity ask; the loads, (L,).
+    def begin(self, bodies: Mapping[str, FlexibleBody], position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Set bodies to the crank's position at the start, deformed by loads and gravity; returns the loads, (L,).
 
         Args:
             position, velocity: Of all coordinates, changed in place, (m,).
 
         Raises:
-            SceneError: a rod does not reach its point all around.
+            SceneError: a rod does not reach its point at every crank angle.
         """
         loads = self.loads(np.zeros(1), 0.0)[0]
         for load, at in self.given_rows():
             loads[at] *= not load.travels
         for number, held in enumerate(self.joints):
-            body, first = bodies[held.body], offsets[held.body]
-            along, _lateral = held.joint.axes
+            body, along = bodies[held.joint.body], held.joint.axes[0]
             turn = np.linspace(0.0, 2 * np.pi / held.joint.rate, 721)
             try:
                 held.joint.piston_pin(turn, held.anchor[0])
@@ -127,10 +123,9 @@ class Driving:
                     f" the pin from the crank axis, {held.anchor[0]:g} m; {error}"
                 ) from None
             height, speed, rate = held.joint.piston_pin(np.zeros(1), held.anchor[0])[0]
-            columns = slice(first, first + body.rigid_count)
-            position[columns] += body.rigid_velocity(along * (height - held.anchor[1]), np.zeros(3))
-            velocity[columns] += body.rigid_velocity(along * speed, np.zeros(3))
-            push = body.twists.T @ (self.rows.T @ loads + self.gravity)[columns]
+            position[body.rigid] += body.rigid_velocity(along * (height - held.anchor[1]), np.zeros(3))
+            velocity[body.rigid] += body.rigid_velocity(along * speed, np.zeros(3))
+            push = body.twists.T @ (self.rows.T @ loads + self.gravity)[body.rigid]
             # Of the mass-normalised motions, M Σ twist (twist·force) is the force itself.
             given = body.morph.mass * float(push[:3] @ along)
             tangent = held.joint.tangent(np.zeros(1), held.anchor[0])[0]
@@ -139,35 +134,25 @@ class Driving:
             loads[2 * number], loads[2 * number + 1] = rod * tangent * upright, rod * upright
         force = self.rows.T @ loads + self.gravity
         for name, body in bodies.items():
-            elastic = slice(offsets[name] + body.rigid_count, offsets[name] + len(body.stiffness))
-            if any(item.body == name for item in [*self.joints, *self.given]) or self.gravity[elastic].any():
-                position[elastic] = force[elastic] / body.modal.angular_frequencies**2
-        self._fit_rods(bodies, offsets, position, loads)
+            loaded = name in {*(held.joint.body for held in self.joints), *(load.body for load in self.given)}
+            if loaded or self.gravity[body.elastic].any():
+                position[body.elastic] = force[body.elastic] / body.modal.angular_frequencies**2
+        self._fit_rods(bodies, position, loads)
         return loads
 
-    def _fit_rods(
-        self,
-        bodies: Mapping[str, FlexibleBody],
-        offsets: Mapping[str, int],
-        position: np.ndarray,
-        loads: np.ndarray,
-    ) -> None:
-        """Shift bodies along so that their deformed points stand at rod length."""
+    def _fit_rods(self, bodies: Mapping[str, FlexibleBody], position: np.ndarray, loads: np.ndarray) -> None:
+        """Shift bodies along so that their deformed points are at rod length."""
         place = self.rows @ position + self.residual @ loads
         for number, held in enumerate(self.joints):
             lateral, along = held.anchor + place[2 * number : 2 * number + 2]
-            body, first = bodies[held.body], offsets[held.body]
+            body = bodies[held.joint.body]
             height = held.joint.piston_pin(np.zeros(1), lateral)[0, 0]
             shift = held.joint.axes[0] * (height - along)
-            position[first : first + body.rigid_count] += body.rigid_velocity(shift, np.zeros(3))
+            position[body.rigid] += body.rigid_velocity(shift, np.zeros(3))
 
 
 def compile_driving(
-    scene: Scene,
-    bodies: Mapping[str, FlexibleBody],
-    offsets: Mapping[str, int],
-    contacts: Sequence[ContactRows],
-    size: int,
+    scene: Scene, bodies: Mapping[str, FlexibleBody], contacts: Sequence[ContactRows], size: int
 ) -> Driving:
     """Build the rows of joints and loads.
 
@@ -177,14 +162,14 @@ def compile_driving(
     joints, given, rows, owners = [], [], [], []
     for name, joint in scene.joint.items():
         body = bodies[joint.body]
-        load = body.load(joint.interface, f"joint.{name}.interface")
+        load = _load(body, joint.interface, f"joint.{name}.interface")
         if len(load.rows) != 3:
             raise SceneError(f"joint.{name}.interface: '{joint.interface}' is no interface of kind 'mean'")
         along, lateral = joint.axes
         place = load.point + np.asarray(scene.body[joint.body].position)
-        joints.append(HeldPoint(name, joint, joint.body, np.array([place @ lateral, place @ along])))
+        joints.append(HeldPoint(name, joint, np.array([place @ lateral, place @ along])))
         for axis in (lateral, along):
-            rows.append(_over_all(body, offsets, axis @ body.wrench_rows(load.resultant), axis @ load.rows, size))
+            rows.append(_over_all(body, axis @ body.wrench_rows(load.resultant), axis @ load.rows, size))
         owners.append((joint.body, joint.interface, np.array([lateral, along])))
     for name, force in scene.given().items():
         body = bodies[force.body]
@@ -192,7 +177,7 @@ def compile_driving(
         load, elastic = make(scene, name, body)
         given.append(load)
         for rigid, row in zip(body.wrench_rows(load.resultant), elastic, strict=True):
-            rows.append(_over_all(body, offsets, rigid, row, size))
+            rows.append(_over_all(body, rigid, row, size))
         owners.append((force.body, force.interface, np.eye(len(elastic))))
     residual = np.zeros((len(rows), len(rows)))
     to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(rows)))
@@ -206,12 +191,10 @@ def compile_driving(
             if body == contact.body and METHODS[scene.contact[contact.name].method].flexible:
                 to_gap[contact.rows, here] = -bodies[body].residual(contact.interface, interface) @ mix.T
     gravity = np.zeros(size)
-    for name, body in bodies.items():
-        pull = body.rigid_velocity(np.asarray(scene.run.gravity), np.zeros(3))
-        gravity[offsets[name] : offsets[name] + body.rigid_count] = pull
+    for body in bodies.values():
+        gravity[body.rigid] = body.rigid_velocity(np.asarray(scene.run.gravity), np.zeros(3))
         if body.modal.participation is not None:
-            elastic = slice(offsets[name] + body.rigid_count, offsets[name] + len(body.stiffness))
-            gravity[elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
+            gravity[body.elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
     damping = np.array([bodies[body].stiffness_factor for body, _, mix in owners for _ in mix])
     stacked = np.array(rows).reshape(-1, size)
     return Driving(
@@ -220,16 +203,11 @@ def compile_driving(
 
 
 def _pressing(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, np.ndarray]:
-    """Return a gas pressure and its row, (1, m).
-
-    Raises:
-        SceneError: the body has no such interface.
-    """
+    """Return a gas pressure and its row, (1, m)."""
     force = scene.gas()[name]
-    load, joint = body.load(force.interface, f"force.{name}.interface"), scene.joint[force.joint]
+    load, joint = _load(body, force.interface, f"force.{name}.interface"), scene.joint[force.joint]
     if len(load.rows) != 1:
         raise SceneError(f"force.{name}.interface: '{force.interface}' is no interface of kind 'pressure'")
-
     pressure = force.over_angle()
 
     def amounts(time: np.ndarray) -> np.ndarray:
@@ -239,29 +217,23 @@ def _pressing(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, n
 
 
 def _travelling(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, np.ndarray]:
-    """Return a moving force on the functions of its traction space, and their rows, (k, m).
-
-    Raises:
-        SceneError: the body has no such traction space, or the force leaves it.
-    """
+    """Return a moving force on the functions of its traction space, and their rows, (k, m)."""
     force, where = scene.moving()[name], f"force.{name}"
-    spaces = body.modal.tractions
-    if force.interface not in spaces:
-        raise SceneError(f"{where}.interface: body '{body.name}' has no traction space '{force.interface}'")
-    space = spaces[force.interface]
+    owner = f"{where}.interface: body '{body.name}' has no traction space"
+    space = named(body.modal.tractions, force.interface, owner)
     ends = force.places(np.array([0.0, scene.run.duration]))
     end = space.start + space.spacing * (space.counts - 3)
-    # Round-off of speed × duration must not end a path beside the space.
+    # Round-off of speed × duration must not place the end of a path outside the space.
     if not inside(space, ends + ON_THE_SPACE * (space.start + end - 2 * ends)).all():
         raise SceneError(
             f"{where}: it moves from {ends[0].tolist()} to {ends[1].tolist()} m across and along by run.duration, its"
-            f" traction space reaches from {space.start.tolist()} to {end.tolist()}; change `at`, or take a shorter run"
+            f" traction space reaches from {space.start.tolist()} to {end.tolist()}; change `at` or run.duration"
         )
     return GivenLoad(name, body.name, force.interface, space.resultant, _spread(force, space), True), space.rows
 
 
 def _spread(force: MovingForce, space: TractionModes) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the forces on the functions over time; outward ones are positive."""
+    """Return the forces on the functions over time, positive outward."""
 
     def amounts(time: np.ndarray) -> np.ndarray:
         numbers, values = spline_weights(space, force.places(time))
@@ -272,10 +244,12 @@ def _spread(force: MovingForce, space: TractionModes) -> Callable[[np.ndarray], 
     return amounts
 
 
-def _over_all(
-    body: FlexibleBody, offsets: Mapping[str, int], rigid: np.ndarray, elastic: np.ndarray, size: int
-) -> np.ndarray:
-    row, first = np.zeros(size), offsets[body.name]
-    row[first : first + body.rigid_count] = rigid
-    row[first + body.rigid_count : first + body.rigid_count + len(elastic)] = elastic
+def _load(body: FlexibleBody, interface: str, where: str) -> LoadModes:
+    return named(body.modal.loads, interface, f"{where}: body '{body.name}' has no load or joint surface")
+
+
+def _over_all(body: FlexibleBody, rigid: np.ndarray, elastic: np.ndarray, size: int) -> np.ndarray:
+    """Return a row over all coordinates, (size,), of its rigid and elastic part."""
+    row = np.zeros(size)
+    row[body.rigid], row[body.elastic] = rigid, elastic
     return row

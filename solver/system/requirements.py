@@ -1,8 +1,6 @@
-"""What a scene needs and what it leaves out. Decided once, from the scene and from what records hold, before any array
-is read.
+"""The terms of a scene's equations of motion, present and omitted, from the scene and the contents of its records.
 
-Each term names the record fields that it reads; a term that is not in the list reads nothing and costs nothing in
-the time loop.
+Each term names the record fields that it reads; a term that is omitted reads nothing and takes no time in the loop.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,7 +12,7 @@ from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.scene import Scene
 
 PLACES = ("interfaces", "tractions", "loads", "gauges")
-"""Groups of a modal record in which places have names."""
+"""Groups of a modal record whose members are named by the user."""
 
 
 @dataclass(frozen=True)
@@ -26,23 +24,23 @@ class Term:
     present: bool
     reason: str
     fields: tuple[str, ...] = ()
-    """`record:path` of what it reads, or would read."""
+    """`record:path` of the fields that it reads, or would read if present."""
 
 
 @dataclass(frozen=True)
 class Stock:
-    """What the records of a body's component hold, as far as terms depend on it."""
+    """Contents of the records of a body's component on which terms depend."""
 
     elastic: bool = True
-    """Whether it deforms."""
+    """Whether it has elastic coordinates or R."""
     held: bool = True
-    """Whether supports hold it, so that modes take part in translations."""
+    """Whether it has supports, so that modes take part in translations."""
     places: tuple[str, ...] = ()
     """`group/name` of its interfaces, traction spaces, loads and gauges."""
 
     @classmethod
     def of(cls, sizes: Mapping[str, int]) -> "Stock":
-        """Return what the datasets of a modal record tell, by their sizes."""
+        """Return the contents of a modal record from the sizes of its datasets [bytes]."""
         places = dict.fromkeys(
             path.rpartition("/")[0] for path in sizes if path.startswith(tuple(f"{group}/" for group in PLACES))
         )
@@ -51,10 +49,10 @@ class Stock:
 
 
 def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list[Term]:
-    """List the terms of every body, present and left out, in the order in which they are compiled.
+    """List the terms of every body, present and omitted, in the order in which they are compiled.
 
     Args:
-        stocks: What the records of each body hold; without it, all that a scene can ask of them.
+        stocks: Contents of the records of each body; without them, every field that a scene can need is assumed.
     """
     terms = []
     for body in scene.body:
@@ -78,15 +76,15 @@ def fields_read(terms: list[Term], body: str, record: str) -> list[str]:
 
 def _motion(body: str, stock: Stock) -> Iterator[Term]:
     yield Term(
-        "rigid motion", body, True, "what supports and freedom leave of it",
+        "rigid motion", body, True, "motions that supports and freedom leave free",
         ("morph:centre", "morph:inertia", "morph:rigid_twists"),
     )  # fmt: skip
-    reason = "modes move exactly" if stock.elastic else "a rigid body does not deform"
+    reason = "modes are integrated exactly" if stock.elastic else "a rigid body does not deform"
     yield Term("elastic flight", body, stock.elastic, reason, ("modes:angular_frequencies",))
 
 
 def _contacts(scene: Scene, body: str) -> Iterator[Term]:
-    """Yield what contacts ask of a body on either side of them."""
+    """Yield the terms of contacts on a body, on either of their sides."""
     masters, others = scene.masters(), scene.others()
     for name, contact in scene.contact.items():
         if contact.body == body:
@@ -119,7 +117,7 @@ def _own_side(name: str, contact: Contact) -> Iterator[Term]:
     yield Term(f"restitution of {name}", body, bounce, f"method is '{contact.method}'")
     rubs, moves = contact.friction is not None, isinstance(contact.against, Plane) and any(contact.against.velocity)
     yield Term(f"friction of {name}", body, rubs, f"friction {'is given' if rubs else 'is not given, or zero'}")
-    reason = f"the obstacle {'moves' if moves else 'stands still'}" if rubs else "nothing rubs on it"
+    reason = f"the obstacle {'moves' if moves else 'does not move'}" if rubs else "the contact has no friction"
     yield Term(f"belt of {name}", body, rubs and moves, reason)
     yield Term(f"dashpot of {name}", body, contact.dashpot != "none", f"dashpot is '{contact.dashpot}'")
 
@@ -132,7 +130,7 @@ def _faced(contact: Contact) -> str:
 
 
 def _elements(scene: Scene, body: str) -> Iterator[Term]:
-    """Yield joints, springs and loads of a body, or that it has none."""
+    """Yield the joints, springs and loads of a body, or one omitted term for each kind that it lacks."""
     joints = [
         Term(f"joint {n}", body, True, f"a {j.kind} holds {j.interface}", (f"modes:loads/{j.interface}",))
         for n, j in scene.joint.items()
@@ -157,7 +155,7 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
 
 
 def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
-    """Yield what acts on the whole of a body, and what is read off it."""
+    """Yield gauges, damping, gravity and residual flexibility of a body."""
     settings, touching = scene.body[body], _touching(scene, body)
     pressed = [name for name in touching if name not in scene.masters() or scene.contact[name].body == body]
     read, reason = bool(settings.gauges), f"body.{body}.gauges names {', '.join(settings.gauges) or 'none'}"
@@ -190,7 +188,7 @@ def _residual(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Ter
 
 
 def _touching(scene: Scene, body: str) -> list[str]:
-    """Name the contacts that a body has a part in."""
+    """Return the names of the contacts in which a body takes part."""
     others = scene.others()
     return [
         name
@@ -200,11 +198,11 @@ def _touching(scene: Scene, body: str) -> list[str]:
 
 
 def _unused(own: list[Term], body: str, stock: Stock) -> Iterator[Term]:
-    """Yield the places of a component that nothing in the scene asks for."""
-    asked = [f"{field.partition(':')[2]}/" for term in own if term.present for field in term.fields]
+    """Yield the interfaces, traction spaces, loads and gauges of a component that the scene does not use."""
+    used = [f"{field.partition(':')[2]}/" for term in own if term.present for field in term.fields]
     for place in stock.places:
         group, _, name = place.partition("/")
-        if not any(field.startswith(f"{place}/") for field in asked):
+        if not any(field.startswith(f"{place}/") for field in used):
             kind = {"interfaces": "interface", "tractions": "traction space", "loads": "load surface"}.get(group)
             reason = "nothing acts on it" if kind else f"body.{body}.gauges does not name it"
             points = (f"morph:points/{name}",) if group == "interfaces" else ()
@@ -216,6 +214,6 @@ def _never(body: str) -> list[Term]:
         Term("inertia couplings", body, False, "motion is small: frame and elastic inertia do not couple",
              ("modes:inertia_couplings",)),
         Term("mode shapes", body, False, "needed for pictures only", ("modes:shapes",)),
-        Term("surface and volume mesh", body, False, "contact rows stand in the modes",
+        Term("surface and volume mesh", body, False, "the modes contain the contact rows",
              ("mesh:nodes", "mesh:cells", "mesh:surfaces", "morph:nodes")),
     ]  # fmt: skip

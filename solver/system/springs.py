@@ -1,4 +1,4 @@
-"""Springs compiled: rows, stiffness and damping of a scene's springs."""
+"""Compiled springs: rows, stiffness and damping."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,7 @@ import numpy as np
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.vectors import unit
 
 
 @dataclass(frozen=True)
@@ -23,17 +24,16 @@ class Springs:
     """Elongation at q = 0 [m], (b,)."""
 
 
-def compile_springs(scene: Scene, bodies: dict[str, FlexibleBody], offsets: dict[str, int], size: int) -> Springs:
-    """Build the springs.
+def compile_springs(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> Springs:
+    """Build the springs of a scene.
 
     Raises:
-        SceneError: a spring on an elastic body, or one that cannot stretch.
+        SceneError: a spring acts on an elastic body, or no motion changes its length.
     """
     springs = scene.springs()
     rows = np.zeros((len(springs), size))
     for number, (name, spring) in enumerate(springs.items()):
-        line = np.asarray(spring.direction, float)
-        line /= np.linalg.norm(line)
+        line = unit(spring.direction)
         place = np.asarray(scene.body[spring.body].position) + spring.at
         for owner, sign in ((spring.body, 1.0), (spring.against, -1.0)):
             if owner is None:
@@ -42,8 +42,7 @@ def compile_springs(scene: Scene, bodies: dict[str, FlexibleBody], offsets: dict
             if len(body.modal.angular_frequencies):
                 raise SceneError(f"force.{name}: body '{owner}' is elastic; a spring acts on a rigid body")
             point = place - np.asarray(scene.body[owner].position)
-            part = sign * body.rigid_rows(point[None], line[None])[0]
-            rows[number, offsets[owner] : offsets[owner] + len(part)] += part
+            rows[number, body.rigid] += sign * body.rigid_rows(point[None], line[None])[0]
         if not np.any(rows[number]):
             raise SceneError(f"force.{name}.direction: the body cannot move along it")
     values = [(spring.stiffness, spring.damping, spring.stretch) for spring in springs.values()]

@@ -1,4 +1,4 @@
-"""A scene compiled against its records: the arrays of the time loop, and nothing that the scene does not need."""
+"""A compiled scene: the arrays of the time loop, limited to what the scene needs."""
 
 from dataclasses import dataclass
 
@@ -15,16 +15,15 @@ from gudgeon.solver.system.requirements import Term
 from gudgeon.solver.system.springs import Springs
 
 DEPENDENT = 1e-13
-"""Pivot of a point's compliance, relative to it, at which the point depends on others."""
+"""Pivot relative to the diagonal of the compliance below which a contact point depends on others."""
 
 
 @dataclass(frozen=True)
 class System:
-    """All coordinates of all bodies, all rows of all contacts. Shapes: m coordinates, c rows, F functions."""
+    """All bodies and contacts as arrays. Shapes: m coordinates, c contact rows, F functions of traction spaces."""
 
     scene: Scene
     bodies: dict[str, FlexibleBody]
-    offsets: dict[str, int]
     contacts: list[ContactRows]
     stiffness: np.ndarray
     """ω² [rad²/s²], (m,)."""
@@ -73,6 +72,11 @@ class System:
     terms: list[Term]
 
     @property
+    def offsets(self) -> dict[str, int]:
+        """First coordinate of each body."""
+        return {name: body.first for name, body in self.bodies.items()}
+
+    @property
     def resolution(self) -> float:
         """Period of the highest kept frequency [s]; 0 where nothing is elastic."""
         top = float(self.stiffness.max(initial=0.0))
@@ -90,13 +94,14 @@ class System:
 
     @property
     def coupled(self) -> bool:
-        """Whether a contact force at one point closes or opens another through R."""
+        """Whether R couples the gap of one point with the contact force of another."""
         return bool(np.any(self.residual - np.diag(self.residual.diagonal())))
 
     def _yielding(self) -> np.ndarray:
-        """Return the compliance of each nonlinear law at the deepest that its start's energy can press it [m/N], (c,).
+        """Return the compliance of each nonlinear law at the largest indentation that the start can cause [m/N], (c,).
 
-        Gravity aside: the kinetic energy of a mass that a row sees, at the greatest speed that it can have.
+        Its energy is the kinetic energy of a row's effective mass at its largest possible speed, and the work of
+        gravity until closing.
         """
         found = np.zeros(len(self.gap))
         for row in np.flatnonzero((self.law[:, 0] > 0) & (self.layer == 0)):
@@ -135,11 +140,7 @@ class System:
 
 
 def _factored(compliance: np.ndarray) -> np.ndarray:
-    """Return the Cholesky factor of C, lower.
-
-    Raises:
-        LinAlgError: C is singular, or so near to it that its pivots are round-off.
-    """
+    """Return the lower Cholesky factor of C; a LinAlgError where a pivot is zero, negative or round-off."""
     lower = linalg.cholesky(compliance, lower=True)
     if (np.diag(lower) ** 2 < DEPENDENT * np.diag(compliance)).any():
         raise linalg.LinAlgError("pivots are round-off")
@@ -149,10 +150,7 @@ def _factored(compliance: np.ndarray) -> np.ndarray:
 def _single(stiffness: np.ndarray, row: np.ndarray, compliance: float) -> float:
     """Return the root of the largest eigenvalue of Λ + row rowᵀ/C by its secular equation 1 = Σ rowᵢ²/C/(x − λᵢ).
 
-    Newton on the inverse of the sum converges from above without overshoot.
-
-    Raises:
-        SolverError: C is not positive.
+    Newton's method on the inverse of the sum converges from above without overshoot.
     """
     if not compliance > 0:
         raise SolverError(f"contact: {Result.DEPENDENT_ROWS.value}")

@@ -3,7 +3,7 @@
 What they hold is written down here and not taken from `tests.modaldb.samples`, which may follow the schema.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,12 @@ def ramp(*shape: int, start: float = 0.0) -> np.ndarray:
     return start + np.arange(np.prod(shape), dtype=float).reshape(shape) / 8
 
 
+def front(names: Collection[str]) -> str:
+    """Return the name of the contact beside `back`: `knock` up to version 5, `bore` since."""
+    (name,) = {"knock", "bore"} & set(names)
+    return name
+
+
 def check_mesh(record: Any) -> None:
     assert record.cell_type == "tetra10"
     assert np.array_equal(record.nodes, ramp(10, 3))
@@ -33,7 +39,7 @@ def check_mesh(record: Any) -> None:
 
 
 def check_modes(record: Any) -> None:
-    assert (record.mesh_key, record.recipe) == ("ab" * 32, "macneal")
+    assert (record.mesh_key, record.reduction) == ("ab" * 32, "macneal")
     assert (record.normal_count, record.static_count, record.mass) == (2, 1, 0.15)
     assert np.array_equal(record.angular_frequencies, [1.0e4, 2.5e4, 3.0e5])
     assert np.array_equal(record.centre, ramp(3, start=1.0))
@@ -55,7 +61,7 @@ def check_modes(record: Any) -> None:
 
 
 def check_morph(record: Any) -> None:
-    assert (record.mesh_key, record.modes_key, record.rung) == ("ab" * 32, "cd" * 32, "reuse")
+    assert (record.mesh_key, record.modes_key, record.update) == ("ab" * 32, "cd" * 32, "reuse")
     assert np.array_equal(record.points["thrust"], ramp(2, 3, start=4.0))
     assert np.array_equal(record.points["anti"], ramp(1, 3, start=5.0))
     assert record.mass == 0.1501
@@ -79,18 +85,19 @@ def check_trajectory(record: Any) -> None:
     assert (record.result, record.bodies) == ("FINISHED", {"skirt": "ef" * 32})
     assert record.coordinate_offsets == {"skirt": 0}
     assert np.array_equal(record.times, ramp(4, start=1.0))
-    knock, back = record.contacts["knock"], record.contacts["back"]
-    assert (knock.body, knock.interface, back.interface) == ("skirt", "thrust", "anti")
-    assert np.array_equal(knock.force, ramp(4, 3))
-    assert np.array_equal(knock.multipliers, ramp(2, 2))
-    assert np.array_equal(knock.areas, ramp(2))
-    assert np.array_equal(knock.points, ramp(2, 3))
+    name = front(record.contacts)
+    bore, back = record.contacts[name], record.contacts["back"]
+    assert (bore.body, bore.interface, back.interface) == ("skirt", "thrust", "anti")
+    assert np.array_equal(bore.force, ramp(4, 3))
+    assert np.array_equal(bore.multipliers, ramp(2, 2))
+    assert np.array_equal(bore.areas, ramp(2))
+    assert np.array_equal(bore.points, ramp(2, 3))
     assert back.areas is None
     assert np.array_equal(back.force, ramp(4, 3, start=3.0))
     assert np.array_equal(record.frame_times, ramp(2, start=1.0))
     assert np.array_equal(record.frames, ramp(2, 9))
     assert np.array_equal(record.velocities, ramp(2, 9, start=5.0))
-    assert record.quantities == {"knock.impulse": {"value": 0.0625, "unit": "N s"}}
+    assert record.quantities == {f"{name}.impulse": {"value": 0.0625, "unit": "N s"}}
     assert (record.energy_drift, record.momentum_residual) == (1e-6, 2e-16)
     assert record.counts == {"steps": 400, "step": 7.5e-7}
 
@@ -175,16 +182,16 @@ def check_modes_2(record: Any) -> None:
 
 
 def check_nodal_2(record: Any) -> None:
-    assert np.array_equal(record.forces["knock"], ramp(4, 3, start=3.0))
+    assert np.array_equal(record.forces[front(record.forces)], ramp(4, 3, start=3.0))
     assert np.array_equal(record.forces["rod"], ramp(4, 3, start=4.0))
     assert np.array_equal(record.motion["skirt"], ramp(4, 12, start=5.0))
     assert np.array_equal(record.frame_times, ramp(2, start=1.0))
-    assert np.array_equal(record.masters["knock"], ramp(2, 16))
+    assert np.array_equal(record.masters[front(record.masters)], ramp(2, 16))
 
 
 def check_trajectory_2(record: Any) -> None:
     assert np.array_equal(record.energies, ramp(4, 5))
-    assert record.contacts["knock"].master is None
+    assert record.contacts[front(record.contacts)].master is None
     assert np.array_equal(record.contacts["back"].master, ramp(2, 16))
     rod = record.joints["rod"]
     assert (rod.body, rod.interface) == ("skirt", "pin")
@@ -215,14 +222,14 @@ def check_modes_4(record: Any) -> None:
 
 def check_trajectory_3(record: Any) -> None:
     check_trajectory_2(record)
-    assert np.array_equal(record.episodes["knock"], ramp(2, 7, start=7.0))
-    assert record.episodes["back"].shape == (0, 7)
+    assert np.array_equal(record.impacts[front(record.impacts)], ramp(2, 7, start=7.0))
+    assert record.impacts["back"].shape == (0, 7)
     assert np.array_equal(record.gauges["skirt.crown"], ramp(4, start=8.0))
 
 
 def check_nodal_5(record: Any) -> None:
     check_nodal_2(record)
-    assert record.quantities == {"knock.start": {"value": 0.25, "unit": "s"}}
+    assert record.quantities == {f"{front(record.forces)}.start": {"value": 0.25, "unit": "s"}}
 
 
 CHECKS: dict[str, Callable[[Any], None]] = {
@@ -243,6 +250,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v3": {"modes": check_modes_3, "nodal": check_nodal_2, "trajectory": check_trajectory_3},
     "v4": {"modes": check_modes_4, "nodal": check_nodal_2, "trajectory": check_trajectory_3},
     "v5": {"modes": check_modes_4, "nodal": check_nodal_5, "trajectory": check_trajectory_3},
+    "v6": {"modes": check_modes_4, "nodal": check_nodal_5, "trajectory": check_trajectory_3},
 }
 """What those of one version hold, or lack."""
 
@@ -265,6 +273,22 @@ def test_archive_is_complete() -> None:
     """Every version up to the current one, and every kind of the current one."""
     assert {path.parent.name for path in FILES} == {f"v{version}" for version in range(1, SCHEMA_VERSION + 1)}
     assert {path.stem for path in FILES if path.parent.name == f"v{SCHEMA_VERSION}"} == KINDS.keys()
+
+
+@pytest.mark.parametrize(
+    ("kind", "group", "former", "name"),
+    [
+        ("modes", "/", "recipe", "reduction"),
+        ("morph", "/", "rung", "update"),
+        ("trajectory", None, "episodes/back", "impacts/back"),
+    ],
+)
+def test_names_changed_with_version_6(kind: str, group: str | None, former: str, name: str) -> None:
+    for version, own, other in (("v5", former, name), ("v6", name, former)):
+        outline = _outline(ARCHIVE / version / f"{kind}.h5")
+        names = outline if group is None else outline[group]
+        assert own in names
+        assert other not in names
 
 
 def test_current_writer_still_writes_this_schema(tmp_path: Path) -> None:

@@ -102,5 +102,5 @@ def test_integrators_that_cannot_carry_it_are_refused(method: str) -> None:
         if asked in integrator.carries:
             Scene.model_validate(settings)
         else:
-            with pytest.raises(ValidationError, match=f"run.integrator: '{name}' cannot carry"):
+            with pytest.raises(ValidationError, match=f"run.integrator: '{name}' does not support"):
                 Scene.model_validate(settings)

@@ -1,5 +1,5 @@
-"""Every reduction, on solids of curved and of straight elements, plane parts and bars, free, held and tied, and on beams
-free, hinged and clamped: orthonormal, diagonal, never too soft, exact in statics where it promises."""
+"""Every reduction, on solids of curved and of straight elements, plane parts and bars, free, held and tied, and on
+beams free, hinged and clamped: orthonormal, diagonal, never too soft, exact in statics where it promises."""
 
 from dataclasses import replace
 

@@ -172,11 +172,11 @@ def test_sizes_and_provenance(tmp_path: Path) -> None:
         "times": 32,
         "force": 96,
         "energies": 96,
-        "forces/impact": 96,
+        "forces/bore": 96,
         "forces/rod": 96,
         "motion/skirt": 384,
         "frame_times": 16,
-        "masters/impact": 256,
+        "masters/bore": 256,
     }
     assert hdf5.provenance(path) == INPUTS
 
@@ -245,7 +245,7 @@ def test_newer_schema_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         patch.setattr(hdf5, "SCHEMA_VERSION", SCHEMA_VERSION + 1)
         path = written(tmp_path / "r.h5", "mesh", mesh())
     hdf5.verify_record(path)
-    message = rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, {SCHEMA_VERSION}"
+    message = rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, {SCHEMA_VERSION}"
     with pytest.raises(RecordMismatch, match=message):
         hdf5.read_record(path, "mesh")
 

@@ -51,7 +51,7 @@ def test_kick_is_refused_what_it_cannot_carry(name: str) -> None:
     scene, reason = NEEDY[name]
     with pytest.raises(ValidationError) as error:
         Scene.model_validate(merged(scene, {"run": {"integrator": "explicit"}}))
-    assert f"run.integrator: 'explicit' cannot carry {reason}; take 'auto' or 'implicit'" in str(error.value)
+    assert f"run.integrator: 'explicit' does not support {reason}; use 'auto' or 'implicit'" in str(error.value)
     for integrator in ("auto", "implicit"):
         chosen = Scene.model_validate(merged(scene, {"run": {"integrator": integrator}}))
         assert chosen.integrator == "implicit"
@@ -62,13 +62,15 @@ def test_first_of_what_it_cannot_carry_is_named_with_those_that_can() -> None:
     for name, first in {"explicit": "damping of body.plate", "event": "damping of body.plate"}.items():
         with pytest.raises(ValidationError) as error:
             Scene.model_validate(merged(pulled, {"run": {"integrator": name}}))
-        assert f"run.integrator: '{name}' cannot carry {first}; take 'auto' or 'implicit'" in str(error.value)
+        assert f"run.integrator: '{name}' does not support {first}; use 'auto' or 'implicit'" in str(error.value)
     both = merged(
         pulled, {"contact": {"left": {"law": {"kind": "hertz", "stiffness": 1e9}, "surface_stiffness": None}}}
     )
     with pytest.raises(ValidationError) as error:
         Scene.model_validate(both)
-    assert "run.integrator: none carries the law of contact.left beside damping of body.plate" in str(error.value)
+    assert "run.integrator: no integrator supports the law of contact.left together with damping of body.plate" in str(
+        error.value
+    )
 
 
 def test_plain_impact_keeps_the_explicit_integrator() -> None:

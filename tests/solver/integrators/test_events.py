@@ -174,7 +174,7 @@ def test_a_dashpot_beside_slip_is_named(tmp_path: Path) -> None:
         "force": {"spring": spring},
         "run": {"duration": 0.1, "gravity": [0, 0, -9.81]},
     }
-    with pytest.raises(SolverError, match=r"^contact floor: .*dashpots at critical damping, or beside slip"):
+    with pytest.raises(SolverError, match=r"^contact floor: .*a dashpot is critically damped, or slip couples with"):
         run(tmp_path, {"a": ball(1.0)}, scene)
 
 
@@ -505,7 +505,12 @@ def test_pairs_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     turned = records | {"b": rigid_records(1.0, {"l": (ORIGIN, UP)}, axes=(0,))}
     refused(tmp_path / "1", turned, scene, r"^contact\.ab\.against: interface 'l' does not face 'r'$")
     more = records | {"b": rigid_records(1.0, {"l": ([[0, 0, 0], [0, 1, 0]], BACK)}, axes=(0,))}
-    refused(tmp_path / "2", more, scene, r"^contact\.ab\.against\.interface: has 2 points, 1 face them; they must")
+    refused(
+        tmp_path / "2",
+        more,
+        scene,
+        r"^contact\.ab\.against\.interface: has 2 points, 1 face them; the numbers must be equal",
+    )
     two = [[0, 0, 0], [0, 1e-3, 0]]
     same = {
         "a": rigid_records(1.0, {"r": (two, X)}, axes=(0,)),
@@ -519,7 +524,7 @@ def test_pairs_that_do_not_fit_are_refused(tmp_path: Path) -> None:
 def test_rigid_bodies_without_any_compliance_are_refused(tmp_path: Path) -> None:
     records, scene = row([1.0, 1.0], [1e-3])
     scene["run"] = {"duration": 1e-3}
-    refused(tmp_path, records, scene, r"^contact\.ab\.surface_stiffness: is missing; rigid bodies need it")
+    refused(tmp_path, records, scene, r"^contact\.ab\.surface_stiffness: is missing; contact of rigid bodies needs it")
 
 
 @pytest.mark.parametrize("height", [0.0, 0.1])
@@ -566,15 +571,15 @@ def test_dashpots_on_coupled_points_are_refused(tmp_path: Path) -> None:
 BOUNCE = {"method": "impact", "restitution": 0.5}
 CHOICES: list[tuple[dict[str, Any], dict[str, Any], str]] = [
     (BOUNCE, {"integrator": "explicit"},
-     "'explicit' cannot carry the rigid contact contact.wall (method 'impact'); take 'auto' or 'event'"),
+     "'explicit' does not support the rigid contact contact.wall (method 'impact'); use 'auto' or 'event'"),
     ({"method": "constraint"}, {"integrator": "implicit"},
-     "'implicit' cannot carry the rigid contact contact.wall (method 'constraint'); take 'auto' or 'event'"),
+     "'implicit' does not support the rigid contact contact.wall (method 'constraint'); use 'auto' or 'event'"),
     ({"method": "constraint"}, {"integrator": "collocation"},
-     "'collocation' cannot carry the rigid contact contact.wall (method 'constraint'); take 'auto' or 'event'"),
+     "'collocation' does not support the rigid contact contact.wall (method 'constraint'); use 'auto' or 'event'"),
     (BOUNCE, {"integrator": "event", "step": 1e-6},
-     "run.step: integrator 'event' locates events on exact motion and has no step; leave it out"),
+     "run.step: integrator 'event' has no step, since its motion is exact; remove run.step"),
     ({"law": {"kind": "hertz", "stiffness": 1e9}}, {"integrator": "event"},
-     "'event' cannot carry the law of contact.wall; take 'auto' or 'collocation' or 'discrete-gradient'"),
+     "'event' does not support the law of contact.wall; use 'auto' or 'collocation' or 'discrete-gradient'"),
 ]  # fmt: skip
 
 
@@ -608,7 +613,9 @@ def test_damper_beside_a_law_is_refused() -> None:
     """Contact laws are integrated on undamped motion."""
     scene = block_scene(method="penalty", law={"kind": "hertz", "stiffness": 1e9})
     spring = {"kind": "spring", "body": "part", "direction": X, "stiffness": 100.0, "damping": 2.0}
-    with pytest.raises(ValidationError, match=r"none carries the law of contact\.wall beside force\.spring"):
+    with pytest.raises(
+        ValidationError, match=r"no integrator supports the law of contact\.wall together with force\.spring"
+    ):
         Scene.model_validate(scene | {"force": {"spring": spring}})
     assert Scene.model_validate(scene | {"force": {"spring": spring | {"damping": 0.0}}}).integrator == "collocation"
 
@@ -616,13 +623,13 @@ def test_damper_beside_a_law_is_refused() -> None:
 SURFACE = {"surface_stiffness": 1e12}
 LAW = {"law": {"kind": "hertz", "stiffness": 1e9}}
 MIXED: list[tuple[dict[str, Any], str]] = [
-    ({"method": "penalty"}, "method 'penalty' needs surface_stiffness [N/m^3] or a law, one of them"),
-    ({"method": "penalty"} | SURFACE | LAW, "method 'penalty' needs surface_stiffness [N/m^3] or a law, one of them"),
-    (SURFACE | LAW, "surface_stiffness and law both stand for the surface"),
-    ({"method": "constraint"} | LAW, "method 'constraint' is rigid, so it takes neither"),
-    ({"method": "impact"}, "method 'impact' needs it"),
-    ({"restitution": 0.5}, "restitution goes with method 'impact'"),
-    ({"method": "penalty", "dashpot": "wave-guide"} | SURFACE, "so it needs method 'residual'"),
+    ({"method": "penalty"}, "method 'penalty' needs either surface_stiffness [N/m^3] or a law"),
+    ({"method": "penalty"} | SURFACE | LAW, "method 'penalty' needs either surface_stiffness [N/m^3] or a law"),
+    (SURFACE | LAW, "surface_stiffness and law both describe the surface"),
+    ({"method": "constraint"} | LAW, "method 'constraint' is rigid; remove surface_stiffness and law"),
+    ({"method": "impact"}, "restitution is required by method 'impact'"),
+    ({"restitution": 0.5}, "not allowed with other methods"),
+    ({"method": "penalty", "dashpot": "wave-guide"} | SURFACE, "it needs method 'residual'"),
     ({"friction": {"static": 0.1, "direction": X}}, "friction needs method 'constraint' or 'impact'"),
     ({"method": "constraint", "friction": {"static": 0.1, "kinetic": 0.2, "direction": X}}, "kinetic 0.2 is above"),
     ({"against": WALL | {"velocity": X}}, "velocity must lie in the plane"),
