@@ -16,7 +16,7 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.solid import mass_properties, nodal_jacobians, solid_twists
 from gudgeon.pipeline.geometry.profile import ProfileTable, UniformProfile
-from gudgeon.pipeline.geometry.surfaces import cylindrical, radial_directions
+from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions
 
 NEIGHBOURS = 4
 """Surface nodes that an inner node follows, weighted by inverse square distance; more where some are as near."""
@@ -129,10 +129,7 @@ def moved_mesh(mesh: MeshRecord, movement: Movement) -> MeshRecord:
 
 
 def _cylinder(mesh: MeshRecord, movement: Movement) -> Surface:
-    if movement.surface not in mesh.surfaces:
-        have = ", ".join(sorted(mesh.surfaces))
-        raise InputError(f"{movement.where}.surface: the mesh has no surface '{movement.surface}', it has {have}")
-    surface = mesh.surfaces[movement.surface]
+    surface = find_surface(mesh, movement.surface, f"{movement.where}.surface")
     if surface.shape.get("kind") != "cylinder":
         raise InputError(f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one")
     return surface

@@ -17,6 +17,15 @@ class MassProperties:
     inertia: np.ndarray
 
 
+def point_masses(points: np.ndarray, masses: np.ndarray) -> MassProperties:
+    """Return the mass properties of masses [kg], (p,), at points [m], (p, 3)."""
+    mass = float(masses.sum())
+    centre = masses @ points / mass
+    arm = points - centre
+    second = (masses[:, None] * arm).T @ arm
+    return MassProperties(mass, centre, np.trace(second) * np.eye(3) - second)
+
+
 @dataclass(frozen=True)
 class LineStiffness:
     """Stiffness of bar or beam elements before it is added up: strain energy without the round-off of K Φ.
@@ -111,6 +120,13 @@ class FEModel:
         columns = (d * nodes[:, None] + np.arange(d)).ravel()
         points = np.repeat(np.arange(len(nodes)), d)
         return sparse.csr_matrix((along.ravel(), (points, columns)), shape=(len(nodes), self.K.shape[0]))
+
+    def weighted(self, nodes: np.ndarray, weights: np.ndarray) -> sparse.csr_matrix:
+        """Return Σ weights · u over nodes (k,), one row for each set of weights (j, k, 3), (j, dofs)."""
+        columns = np.tile((3 * nodes[:, None] + np.arange(3)).ravel(), len(weights))
+        rows = np.repeat(np.arange(len(weights)), 3 * len(nodes))
+        shape = (len(weights), 3 * len(self.nodes))
+        return self.on_dofs(sparse.csr_matrix((weights.ravel(), (rows, columns)), shape=shape))
 
     def on_dofs(self, nodal: sparse.csr_matrix) -> sparse.csr_matrix:
         """Turn rows over nodal vectors (k, 3n), node by node, into rows over the dofs, (k, dofs)."""

@@ -9,6 +9,7 @@ from scipy import linalg
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.scenes.supports import Support
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -43,10 +44,7 @@ def surface_nodes(mesh: MeshRecord, name: str, where: str) -> np.ndarray:
     Raises:
         InputError: the mesh has no such surface.
     """
-    if name not in mesh.surfaces:
-        have = ", ".join(sorted(mesh.surfaces)) or "none"
-        raise InputError(f"{where}: the mesh has no surface '{name}', it has {have}")
-    return np.unique(mesh.surfaces[name].facets)
+    return np.unique(find_surface(mesh, name, where).facets)
 
 
 def remaining_twists(model: FEModel, held: np.ndarray, what: str) -> np.ndarray:

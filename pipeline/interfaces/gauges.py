@@ -13,7 +13,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.beam import turn_gradient
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
-from gudgeon.pipeline.geometry.mesh_file import FACES
+from gudgeon.pipeline.geometry.cells import FACES, side_counts
 from gudgeon.pipeline.geometry.shapes.beam import SIDES, Beam
 from gudgeon.pipeline.interfaces.stress_recovery import complete_strain, hooke, interpolation, strain_rows
 from gudgeon.pipeline.scenes.component import Component
@@ -74,9 +74,7 @@ def gauge_nodes(mesh: MeshRecord, gauge: Gauge, where: str) -> np.ndarray:
         return surface_nodes(mesh, gauge.surface, where)
     if mesh.cell_type != "tetra10":
         return np.unique(mesh.cells)
-    faces = mesh.cells[:, FACES].reshape(-1, 6)
-    _, first, count = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
-    return np.unique(faces[first[count == 1]])
+    return np.unique(mesh.cells[:, FACES][side_counts(mesh.cells, FACES) == 1])
 
 
 def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, where: str) -> None:

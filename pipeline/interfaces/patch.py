@@ -10,8 +10,8 @@ from scipy import sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.interfaces.loads import surface_weights
-from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points, facet_points, named_surface, thickness_of
+from gudgeon.pipeline.geometry.surfaces import find_surface
+from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points, facet_points, surface_weights
 from gudgeon.pipeline.scenes.interface import Interface
 
 FLATNESS = 1e-6
@@ -19,18 +19,15 @@ FLATNESS = 1e-6
 
 
 def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
-    """Return the centroid of a flat surface with its normal and area as the one contact point.
-
-    Args:
-        where: The interface's key in the scene, for messages.
+    """Return the centroid of a flat surface with its normal and area as the only contact point.
 
     Raises:
         InputError: the mesh has no such surface, or it is not flat.
     """
-    surface = named_surface(mesh, interface, where)
+    surface = find_surface(mesh, interface.surface, f"{where}.surface")
     if surface.facets.shape[1] == 1:
         return contact_points(mesh, interface, where)
-    _, points, vectors = facet_points(mesh.nodes, surface.facets, thickness=thickness_of(surface))
+    _, points, vectors = facet_points(mesh.nodes, surface)
     places, elements = points.reshape(-1, 3), vectors.reshape(-1, 3)
     areas = np.linalg.norm(elements, axis=1)
     area = float(areas.sum())
@@ -56,10 +53,5 @@ def patch_row(mesh: MeshRecord, model: FEModel, interface: Interface, where: str
         InputError: the mesh has no such surface, or it is not flat.
     """
     normal = patch_point(mesh, interface, where).normals[0]
-    nodes, shares, _ = surface_weights(mesh, named_surface(mesh, interface, where))
-    weights = (shares / shares.sum())[:, None] * normal
-    columns = 3 * nodes[:, None] + np.arange(3)
-    shape = (1, 3 * len(mesh.nodes))
-    return model.on_dofs(
-        sparse.csr_matrix((weights.ravel(), (np.zeros(weights.size, int), columns.ravel())), shape=shape)
-    )
+    nodes, areas, _ = surface_weights(mesh, mesh.surfaces[interface.surface])
+    return model.weighted(nodes, ((areas / areas.sum())[:, None] * normal)[None])

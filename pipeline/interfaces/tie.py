@@ -20,8 +20,9 @@ from scipy import linalg, sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.loads import LoadRows
-from gudgeon.pipeline.interfaces.points import facet_points, named_surface, thickness_of
+from gudgeon.pipeline.interfaces.points import facet_points
 from gudgeon.pipeline.scenes.interface import Interface
 
 ON_A_LINE = 1e-6
@@ -50,18 +51,15 @@ class Tie:
 
 
 def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
-    """Return how a surface hangs on its reference point.
-
-    Args:
-        where: The interface's key in the scene, for messages.
+    """Return how a surface is tied to its reference point; `where` is the interface's key in the scene, for messages.
 
     Raises:
         InputError: the mesh has no such surface, or it has too few nodes to turn with a point.
     """
-    surface = named_surface(mesh, interface, where)
+    surface = find_surface(mesh, interface.surface, f"{where}.surface")
     nodes, slot = np.unique(surface.facets, return_inverse=True)
     _refuse_few(mesh.nodes[nodes], surface.facets.shape[1], f"{where}.surface: '{interface.surface}' given,")
-    N, places, elements = facet_points(mesh.nodes, surface.facets, thickness=thickness_of(surface))
+    N, places, elements = facet_points(mesh.nodes, surface)
     areas = np.linalg.norm(elements, axis=2)
     centroid = np.einsum("fq,fqi->i", areas, places) / areas.sum()
     point = centroid if interface.point is None else np.array(interface.point)
@@ -83,13 +81,9 @@ def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
 
 def tie_rows(model: FEModel, tie: Tie) -> LoadRows:
     """Return the motions of a reference point as rows, with the forces and moments on it conjugate to them."""
-    count, size = len(tie.twists), 3 * len(model.nodes)
-    columns = np.tile((3 * tie.nodes[:, None] + np.arange(3)).ravel(), count)
-    places = np.repeat(np.arange(count), 3 * len(tie.nodes))
-    rows = sparse.csr_matrix((tie.weights.ravel(), (places, columns)), shape=(count, size))
     resultant = tie.twists.copy()
     resultant[:, 3:] += np.cross(tie.point, tie.twists[:, :3])
-    return LoadRows(model.on_dofs(rows), resultant, tie.point, "N, N m")
+    return LoadRows(model.weighted(tie.nodes, tie.weights), resultant, tie.point, "N, N m")
 
 
 def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEModel, sparse.csr_matrix]:

@@ -6,7 +6,7 @@ edges of the space keep their tails where the surface goes on beyond it, so that
 as smooth as one inside; where the surface ends, they are cut.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -16,7 +16,8 @@ from gudgeon.modaldb.records.types import Json
 from gudgeon.modaldb.traction import chart_coordinates, cubic_weights
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.interfaces.points import facet_points, named_surface
+from gudgeon.pipeline.geometry.surfaces import find_surface
+from gudgeon.pipeline.interfaces.points import facet_points
 from gudgeon.pipeline.scenes.interface import Interface
 
 MOST_FUNCTIONS = 1000
@@ -70,15 +71,12 @@ class _Grid:
 
 
 def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> TractionSpace:
-    """Build the traction space of an interface of kind `traction`.
-
-    Args:
-        where: The interface's key in the scene, for messages.
+    """Return the traction space of an interface of kind `traction`; `where` is its key in the scene, for messages.
 
     Raises:
         InputError: the surface is no cylinder or plane, the space is not on it, or it has too many functions.
     """
-    surface = named_surface(mesh, interface, where)
+    surface = find_surface(mesh, interface.surface, f"{where}.surface")
     grid = _grid(mesh, surface, interface, where)
     areas, weights, moments = _integrals(mesh, surface, grid)
     least = LEAST_SHARE * float(grid.spacing.prod())
@@ -198,7 +196,7 @@ def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str)
             raise InputError(f"{where}.{name}: is for cylinders, '{interface.surface}' is a plane")
     if interface.along is None:
         raise InputError(f"{where}.along: is missing; a traction space on a plane needs the direction of sliding")
-    outward = facet_points(mesh.nodes, surface.facets)[2].sum(axis=(0, 1))
+    outward = facet_points(mesh.nodes, surface)[2].sum(axis=(0, 1))
     normal = np.asarray(surface.shape["normal"], float)
     normal = normal / np.linalg.norm(normal) * np.sign(normal @ outward)
     length = float(np.linalg.norm(interface.along))
@@ -232,7 +230,7 @@ def _integrals(mesh: MeshRecord, surface: Surface, grid: _Grid) -> tuple[np.ndar
     at_once = max(BATCH // (6 * pieces**2), 1)
     for begin in range(0, len(facets), at_once):
         some = facets[begin : begin + at_once]
-        N, points, elements = facet_points(mesh.nodes, some, pieces)
+        N, points, elements = facet_points(mesh.nodes, replace(surface, facets=some), pieces)
         splines = _splines(grid, points.reshape(-1, 3))
         elements = elements.reshape(-1, 3)
         areas += splines.T @ np.linalg.norm(elements, axis=1)

@@ -23,7 +23,7 @@ def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | No
     """Assemble a beam; the inertia about its own axis is unknown to it, and zero."""
     if not isinstance(geometry, Beam):
         raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
-    axis, h = geometry.axis, _lengths(mesh)
+    axis, h = geometry.axis, element_lengths(mesh)
     blocks = (_timoshenko if mesh.cell_type == "beam3" else _euler_bernoulli)(h, material, geometry)
     dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(len(h), -1)
     K, M = (scatter(block, dofs, 2 * len(mesh.nodes)) for block in blocks)
@@ -42,7 +42,7 @@ def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | No
     return FEModel(K, M, mesh, DIRECTIONS, rotations, properties, twists, np.zeros(K.shape[0], bool), parts)
 
 
-def _lengths(mesh: MeshRecord) -> np.ndarray:
+def element_lengths(mesh: MeshRecord) -> np.ndarray:
     """Return the length of each element [m], (e,)."""
     ends = mesh.nodes[mesh.cells[:, :2]]
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -53,7 +53,7 @@ def turn_gradient(mesh: MeshRecord, node: int) -> np.ndarray:
 
     The axial strain of a fibre at height z is z θ′, in both theories: θ′ = −w″ where there is no shear.
     """
-    row, h = np.zeros(2 * len(mesh.nodes)), _lengths(mesh)
+    row, h = np.zeros(2 * len(mesh.nodes)), element_lengths(mesh)
     cells, places = np.nonzero(mesh.cells == node)
     for cell, place in zip(cells, places, strict=True):
         own, xi = h[cell : cell + 1], np.array([(-1.0, 1.0, 0.0)[place]])

@@ -11,8 +11,9 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.assembly import NodePairs
-from gudgeon.pipeline.fem.elements.reference import reference
-from gudgeon.pipeline.fem.model import FEModel, MassProperties
+from gudgeon.pipeline.fem.elements.reference import quadrature, reference
+from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
+from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 from gudgeon.pipeline.scenes.material import Material
 
@@ -22,8 +23,6 @@ add to both, and going higher changes no frequency of the skirt in its seventh d
 
 BATCH = 4096
 """Elements assembled at once: the largest work array is about 60 MB."""
-EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
-"""Corners at the ends of each mid-side node's edge, in meshio's order."""
 STRAIGHT = 8 * np.finfo(float).eps
 """How far a mid-side node may lie from the middle of its edge, as a share of the largest coordinate."""
 
@@ -90,7 +89,7 @@ def _by_quadrature(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return stiffness blocks (e, 3, 3, k) and masses (e, k) of curved tet10."""
     lam, mu = material.lame
-    _, grad, dx = solid_quadrature(mesh, STIFFNESS_ORDER, cells)
+    _, grad, dx = quadrature(mesh, STIFFNESS_ORDER, cells)
     flat = grad.reshape(len(dx), 30, -1)
     G = np.matmul(flat * dx[:, None], flat.transpose(0, 2, 1)).reshape(-1, 10, 3, 10, 3)
     # Advanced indices apart: the pairs come first.
@@ -99,20 +98,9 @@ def _by_quadrature(
     shear = mu * np.einsum("eiik->ek", G)
     for i in range(3):
         stiffness[:, i, i] += shear
-    N, _, dx = solid_quadrature(mesh, MASS_ORDER, cells)
+    N, _, dx = quadrature(mesh, MASS_ORDER, cells)
     masses = material.rho * np.matmul(N * dx[:, None], N.T)
     return stiffness, masses[:, pairs.first, pairs.second]
-
-
-def solid_quadrature(mesh: MeshRecord, order: int, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return N (10, q), ∂N/∂x (e, 10, 3, q) and weights × |J| (e, q) of the chosen curved tet10."""
-    N, dN, W = reference("tetra10", order)
-    x = mesh.nodes[mesh.cells[cells]]
-    J = np.einsum("eai,akq->eqik", x, dN)
-    det = np.linalg.det(J)
-    refuse_degenerate(x, det, cells)
-    grad = np.einsum("akq,eqki->eaiq", dN, np.linalg.inv(J), optimize=True)
-    return N, grad, det * W
 
 
 def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
@@ -129,12 +117,7 @@ def mass_properties(mesh: MeshRecord, rho: float) -> MassProperties:
     N, dN, W = reference("tetra10", MASS_ORDER)
     x = mesh.nodes[mesh.cells]
     weights = (rho * W * _determinants(x, dN)).ravel()
-    points = np.matmul(N.T, x).reshape(-1, 3)
-    mass = float(weights.sum())
-    centre = weights @ points / mass
-    arm = points - centre
-    second = (weights[:, None] * arm).T @ arm
-    return MassProperties(mass, centre, np.trace(second) * np.eye(3) - second)
+    return point_masses(np.matmul(N.T, x).reshape(-1, 3), weights)
 
 
 def _determinants(x: np.ndarray, dN: np.ndarray) -> np.ndarray:

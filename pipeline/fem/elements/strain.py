@@ -11,10 +11,9 @@ import numpy as np
 from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.beam import hermite_curvature, timoshenko_strains
-from gudgeon.pipeline.fem.elements.plane import plane_lame, plane_quadrature
-from gudgeon.pipeline.fem.elements.reference import extrapolation, reference
-from gudgeon.pipeline.fem.elements.solid import solid_quadrature
+from gudgeon.pipeline.fem.elements.beam import element_lengths, hermite_curvature, timoshenko_strains
+from gudgeon.pipeline.fem.elements.plane import plane_lame
+from gudgeon.pipeline.fem.elements.reference import extrapolation, quadrature, reference
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.plane import PlanePart
@@ -56,28 +55,24 @@ def strain_samples(model: FEModel, material: Material, geometry: BaseModel | Non
     return None if make is None else make(model.mesh, material, geometry)
 
 
-def _solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
-    N, grad, dx = solid_quadrature(mesh, GAUSS_ORDER, np.arange(len(mesh.cells)))
-    strains = _from_gradients(mesh, grad, elasticity(material))
-    points = np.matmul(N.T, mesh.nodes[mesh.cells])
-    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("tetra10"), 6, strains)
-
-
-def _plane(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
-    if not isinstance(geometry, PlanePart):
+def _continuum(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    N, grad, dx = quadrature(mesh, GAUSS_ORDER)
+    if mesh.cell_type == "tetra10":
+        D = elasticity(material)
+    elif isinstance(geometry, PlanePart):
+        lam, mu = plane_lame(material, geometry)
+        D = geometry.thickness * np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
+    else:
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
-    N, grad, dx = plane_quadrature(mesh, GAUSS_ORDER)
-    lam, mu = plane_lame(material, geometry)
-    D = np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
-    strains = _from_gradients(mesh, grad, geometry.thickness * D)
     points = np.matmul(N.T, mesh.nodes[mesh.cells])
-    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("triangle6"), 3, strains)
+    strains, carry = _from_gradients(mesh, grad, D), _quadratic(mesh.cell_type)
+    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *carry, len(D), strains)
 
 
 def _bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
     area = next(iter(mesh.surfaces.values())).shape["area"]
     N, dN, _ = reference("line3", GAUSS_ORDER)
-    h = _lengths(mesh)
+    h = element_lengths(mesh)
     scale = np.sqrt(material.E * area)
 
     def strains(columns: np.ndarray) -> np.ndarray:
@@ -91,7 +86,7 @@ def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> S
     if not isinstance(geometry, Beam):
         raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
     N, _, _ = reference("line3", GAUSS_ORDER)
-    h, section = _lengths(mesh), geometry.section
+    h, section = element_lengths(mesh), geometry.section
     xi = 2 * (N[1] + N[2] / 2) - 1
     nodes, cells = mesh.nodes, mesh.cells
     bending = np.sqrt(material.E * section.second_moment)
@@ -113,8 +108,8 @@ def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> S
 
 
 SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {
-    "tetra10": _solid,
-    "triangle6": _plane,
+    "tetra10": _continuum,
+    "triangle6": _continuum,
     "line3": _bar,
     "beam2": _beam,
     "beam3": _beam,
@@ -152,8 +147,3 @@ def _quadratic(cell_type: str) -> tuple[np.ndarray, np.ndarray]:
     """Return what carries values at the Gauss points to the nodes, (a, q), and ∫ N Nᵀ over the unit of size, (a, a)."""
     N, _, W = reference(cell_type, 4)
     return extrapolation(cell_type, GAUSS_ORDER), (N * W) @ N.T / W.sum()
-
-
-def _lengths(mesh: MeshRecord) -> np.ndarray:
-    """Return the length of each line element [m], (e,)."""
-    return np.linalg.norm(mesh.nodes[mesh.cells[:, 1]] - mesh.nodes[mesh.cells[:, 0]], axis=1)

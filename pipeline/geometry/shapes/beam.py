@@ -6,9 +6,10 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.section import General, Section
+from gudgeon.pipeline.geometry.surfaces import point_surface
 
 ENDS = ("left", "right")
 NEAREST = 1e-6
@@ -85,19 +86,15 @@ class Beam(BaseModel):
         cells = np.column_stack([2 * first, 2 * first + 2, 2 * first + 1] if quadratic else [first, first + 1])
         nodes = x[:, None] * self.axis
         surfaces = {}
+        area, up = self.section.area, np.array([0.0, 0.0, 1.0])
         for name, place in self.places().items():
-            facets = np.array([[int(np.abs(x - place).argmin())]])
-            along = {"left": -1.0, "right": 1.0}.get(name, 0.0)
-            up = np.array([0.0, 0.0, 1.0])
-            surfaces[name] = self._point(facets, along * self.axis if along else up, place * self.axis)
+            node, at = int(np.abs(x - place).argmin()), place * self.axis
+            along = {"left": -self.axis, "right": self.axis}.get(name, up)
+            surfaces[name] = point_surface(node, along, area, at)
             for side, sign in SIDES.items():
-                at = place * self.axis + sign * self.section.height / 2 * up
-                surfaces[f"{name}-{side}"] = self._point(facets, sign * up, at)
+                fibre = at + sign * self.section.height / 2 * up
+                surfaces[f"{name}-{side}"] = point_surface(node, sign * up, area, fibre)
         return MeshRecord(nodes, cells, "beam3" if quadratic else "beam2", surfaces)
-
-    def _point(self, facets: np.ndarray, normal: np.ndarray, origin: np.ndarray) -> Surface:
-        shape = {"kind": "point", "normal": normal.tolist(), "area": self.section.area, "origin": origin.tolist()}
-        return Surface(facets, shape)
 
 
 def _divided(start: float, end: float, size: float) -> np.ndarray:

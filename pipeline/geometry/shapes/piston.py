@@ -3,20 +3,16 @@
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, model_validator
 
-from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.numbers import STRICT, Coordinate, Length
-from gudgeon.pipeline.geometry.occ import REVOLVED, SurfaceRule, build_solid, cylinder, plane, revolve
-
-ROUND_OFF = 1e-9
-"""Relative: what is as large as its limit but for round-off touches, and gmsh cannot mesh what merely touches."""
+from gudgeon.pipeline.geometry.numbers import Coordinate, Length
+from gudgeon.pipeline.geometry.occ import REVOLVED, Solid, revolve
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
 
 
-class Piston(BaseModel):
+class Piston(Solid):
     """Piston along z: the open end at z = 0, the crown on top, the pin along y, thrust sides at ±x. Metres."""
 
-    model_config = STRICT
+    OPTIONS = REVOLVED
     kind: Literal["piston"]
     outer_radius: Length
     """Of the skirt."""
@@ -42,15 +38,7 @@ class Piston(BaseModel):
     relief_height: Length = 0.004
     """Height of the cone from skirt to belt; a step of `belt_relief` would make elements as thin as that."""
 
-    @model_validator(mode="after")
-    def _fits(self) -> "Piston":
-        for key, value, limit, meaning in self._limits():
-            if value >= limit * (1 - ROUND_OFF):
-                raise ValueError(f"{key} is {value:.6g} m, it must be below {meaning} = {limit:.6g} m")
-        return self
-
-    def _limits(self) -> list[tuple[str, float, float, str]]:
-        """Return what must fit: key, its value, the limit and what the limit is."""
+    def limits(self) -> list[tuple[str, float, float, str]]:
         inner, under = self.outer_radius - self.wall, self.height - self.crown
         reach = abs(self.pin_offset) + self.boss_radius
         deep = 2 * np.sqrt(max(inner**2 - reach**2, 0.0))
@@ -69,7 +57,6 @@ class Piston(BaseModel):
         ]
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
-        """Return the named surfaces with the true shape of each."""
         return {
             "skirt": cylinder(self.outer_radius),
             "belt": cylinder(self.outer_radius - self.belt_relief),
@@ -80,11 +67,7 @@ class Piston(BaseModel):
             "pin_bore": cylinder(self.pin_radius, (0, 1, 0), (self.pin_offset, 0, self.pin_height)),
         }
 
-    def build(self, size: float) -> MeshRecord:
-        """Mesh the piston with curved tet10 of edge length `size` [m]."""
-        return build_solid(self._draw, size, self.surface_shapes(), options=REVOLVED)
-
-    def _draw(self, occ: Any) -> None:
+    def draw(self, occ: Any) -> None:
         inner, belt = self.outer_radius - self.wall, self.outer_radius - self.belt_relief
         under, relieved = self.height - self.crown, self.skirt_height + self.relief_height
         section = [(inner, 0), (self.outer_radius, 0), (self.outer_radius, self.skirt_height), (belt, relieved)]

@@ -5,8 +5,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, Field, field_validator
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.geometry.numbers import STRICT, Direction, Point, Positive
+from gudgeon.pipeline.geometry.surfaces import point_surface
 
 Moment = Annotated[float, Field(ge=0, allow_inf_nan=False, json_schema_extra={"unit": "kg m^2"})]
 
@@ -48,6 +49,5 @@ class Rigid(BaseModel):
         surfaces = {}
         for node, (name, point) in enumerate(self.points.items(), start=1):
             normal = np.array(point.normal) / np.linalg.norm(point.normal)
-            shape = {"kind": "point", "normal": normal.tolist(), "area": point.area, "origin": list(point.at)}
-            surfaces[name] = Surface(np.array([[node]]), shape)
+            surfaces[name] = point_surface(node, normal, point.area, places[node])
         return MeshRecord(np.array(places), np.arange(len(places))[:, None], "vertex", surfaces)
