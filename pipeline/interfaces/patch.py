@@ -1,7 +1,7 @@
 """One contact row for a flat surface: its mean outward normal displacement, ∫ n·u dA / A.
 
 The force conjugate to it is a uniform pressure of unit resultant, with the consistent weights ∫ N dA / A of the
-facets: next to nothing at the corners of quadratic ones.
+facets, which are almost zero at the corners of quadratic ones.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points, fa
 from gudgeon.pipeline.scenes.interface import Interface
 
 FLATNESS = 1e-6
-"""Of normals, and of distances from the plane over the surface's size: far above round-off, far below any curve."""
+"""Largest difference of normals, and distance from the plane over the surface's size: far above round-off."""
 
 
 def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
@@ -39,7 +39,7 @@ def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPo
     if max(bend, bulge) > FLATNESS:
         raise InputError(
             f"{where}.surface: '{interface.surface}' given, kind 'patch' needs a flat surface; its normals differ by"
-            f" {bend:.2g} and its points by {bulge:.2g} of its size"
+            f" {bend:.2g}, its points lie {bulge:.2g} of its size off a plane"
         )
     nodes = np.unique(surface.facets)
     nearest = nodes[[int(np.linalg.norm(mesh.nodes[nodes] - centroid, axis=1).argmin())]]

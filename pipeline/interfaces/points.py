@@ -1,23 +1,22 @@
-"""Where a component is touched or loaded, and the contact points of a named surface.
+"""Contact points of a named surface, and integrals over its curved facets.
 
-On quadratic triangles the consistent weight of a corner is zero, so contact lives on mid-side nodes: a uniform
-pressure p gives each the force p·a, a = Σ ∫ N dA over its facets. On the edges of plane parts corners have a sixth of
-an edge each, and all nodes are contact points.
+On quadratic triangles the consistent weight of a corner is zero, so the contact points are the mid-side nodes: under a
+uniform pressure p each has the force p·a, a = Σ ∫ N dA over its facets. On the edges of plane parts a corner has a
+sixth of each edge, and all nodes are contact points.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.reference import reference, rule, shape_functions
-from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, true_surface
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylindrical, find_surface, true_surface
 from gudgeon.pipeline.scenes.interface import Interface
 
 ON_A_LINE = 1e-6
-"""Extent of points across a line over that along it: below, they have one coordinate only."""
+"""Extent of points across a line over the extent along it; below, one coordinate is enough."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +55,10 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge)
 
 
-def surface_coordinates(points: np.ndarray, shape: dict[str, Any]) -> np.ndarray:
-    """Return smooth coordinates over a patch of points, each scaled to [−1, 1], (c, 2), or (c, 1) along a line.
+def surface_coordinates(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
+    """Return smooth coordinates of the points of a surface, each scaled to [−1, 1], (c, 2), or (c, 1) along a line.
 
-    Arc and height on a cylinder; the two principal directions of the points anywhere else.
+    Arc and height on a cylinder, the two principal directions of the points on other shapes.
     """
     if shape.get("kind") == "cylinder":
         radius, angle, height = cylindrical(points, shape)
@@ -115,22 +114,22 @@ def surface_weights(mesh: MeshRecord, surface: Surface) -> tuple[np.ndarray, np.
 
 
 def _first_weighted(facets: np.ndarray) -> int:
-    """Return the first of a facet's nodes with a weight of its own: the first mid-side node, on edges any node."""
+    """Return the first column of a facet's nodes with a weight: the mid-side nodes; on edges, all nodes."""
     return 3 if facets.shape[1] == 6 else 0
 
 
 def _neighbours(facets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Return all nodes that carry weight of the facets that hold one of `nodes`."""
+    """Return all nodes with a weight of the facets that contain one of `nodes`, a subset of them."""
     own = facets[:, _first_weighted(facets) :]
     return np.unique(own[np.isin(own, nodes).any(axis=1)])
 
 
-def _inside(points: np.ndarray, interface: Interface, shape: dict[str, Any], where: str) -> np.ndarray:
+def _inside(points: np.ndarray, interface: Interface, shape: SurfaceRule, where: str) -> np.ndarray:
     keep = np.ones(len(points), bool)
     if interface.sector_deg is None and interface.height is None:
         return keep
     if shape.get("kind") != "cylinder":
-        raise InputError(f"{where}: sector_deg and height need a cylindrical surface, '{interface.surface}' is none")
+        raise InputError(f"{where}: sector_deg and height need a cylinder, '{interface.surface}' is none")
     _, angle, height = cylindrical(points, shape)
     if interface.sector_deg is not None:
         low, high = np.radians(interface.sector_deg)

@@ -1,11 +1,12 @@
-"""Traction spaces: the smooth tractions that a body offers to points of another body which slide over its surface.
+"""Traction spaces: smooth tractions on a surface over which points of another body slide.
 
 Chart and splines are those of `modaldb.traction`. The row of function a is the mean normal displacement under its unit
-traction, ∫ N_a n·u dA / ∫ N_a dA, over the curved facets with their true outward normal n. The splines next to the
-edges of the space keep their tails where the surface goes on beyond it, so that a force near an edge of the space is
-as smooth as one inside; where the surface ends, they are cut.
+traction, ∫ N_a n·u dA / ∫ N_a dA, over the curved facets with their true outward normal n. Where the surface extends
+beyond the space, the splines next to its edges keep their tails, so that a force there is as smooth as one inside;
+where the surface ends, they are cut off.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,11 +22,11 @@ from gudgeon.pipeline.interfaces.points import facet_points
 from gudgeon.pipeline.scenes.interface import Interface
 
 MOST_FUNCTIONS = 1000
-"""Of one component: R has a row for each, and each costs a solve."""
+"""Of one component: R has a row for each, and each needs a static solution."""
 PIECES_PER_SPACING = 2
 """Quadrature triangles along one knot interval at least: splines are smooth pieces between knots."""
 LEAST_SHARE = 1e-4
-"""Of one knot rectangle, that a function must find on the mesh; one cut at a corner still has 1/24² of it."""
+"""Least share of a knot rectangle that a function must have on the mesh; one cut at a corner has 1/24²."""
 IN_PLANE = 1e-3
 """Largest normal part of the unit vector `along` of a plane."""
 BATCH = 40_000
@@ -33,13 +34,24 @@ BATCH = 40_000
 
 
 @dataclass(frozen=True)
-class TractionSpace:
-    """A traction space on a mesh; see TractionModes for chart, start, spacing and counts."""
+class Grid:
+    """Chart and knots of a traction space; see TractionModes for chart, start, spacing and counts."""
 
     chart: Json
     start: np.ndarray
     spacing: np.ndarray
     counts: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Number of functions."""
+        return int(self.counts.prod())
+
+
+@dataclass(frozen=True)
+class TractionSpace(Grid):
+    """A traction space on a mesh."""
+
     areas: np.ndarray
     """∫ N_a dA [m^2], (f,)."""
     weights: sparse.csr_matrix
@@ -56,18 +68,6 @@ class TractionSpace:
         """Coordinates of the functions' centres, scaled so that the space is [−1, 1], (f, 2)."""
         axes = [2 * (np.arange(count) - 1) / (count - 3) - 1 for count in self.counts]
         return np.column_stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")])
-
-
-@dataclass(frozen=True)
-class _Grid:
-    chart: Json
-    start: np.ndarray
-    spacing: np.ndarray
-    counts: np.ndarray
-
-    @property
-    def size(self) -> int:
-        return int(self.counts.prod())
 
 
 def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> TractionSpace:
@@ -88,51 +88,33 @@ def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> Tracti
             f"{where}: {int((areas < least).sum())} functions of the traction space find no surface, such as the one at"
             f" ({at[0]:.4g}, {at[1]:.4g}) m across and along; keep {limits} within '{interface.surface}'"
         )
-    scale = sparse.diags(1 / areas)
-    return TractionSpace(
-        grid.chart, grid.start, grid.spacing, grid.counts, areas,
-        sparse.csr_matrix(scale @ weights), moments / areas[:, None],
-    )  # fmt: skip
+    means = sparse.csr_matrix(sparse.diags(1 / areas) @ weights)
+    return TractionSpace(**vars(grid), areas=areas, weights=means, resultant=moments / areas[:, None])
 
 
 def refuse_too_many(spaces: dict[str, TractionSpace], where: str) -> None:
-    """Check the number of functions of all traction spaces of a component.
-
-    Args:
-        where: The component's key in the scene, for messages.
+    """Check the numbers of functions of a component's traction spaces; `where` is the key of its interfaces.
 
     Raises:
-        InputError: there are more than MOST_FUNCTIONS.
+        InputError: there are more than MOST_FUNCTIONS, or more in a space than there are nodes under it.
     """
-    total = sum(len(space.areas) for space in spaces.values())
+    total = sum(space.size for space in spaces.values())
     if total > MOST_FUNCTIONS:
-        each = ", ".join(f"{len(space.areas)} in {name}" for name, space in spaces.items())
-        factor = _coarsening([(space.spacing, space.counts) for space in spaces.values()])
+        each = ", ".join(f"{space.size} in {name}" for name, space in spaces.items())
         raise InputError(
             f"{where}: {total} traction functions ({each}), at most {MOST_FUNCTIONS} in a component; spacings"
-            f" {factor:.3g} times as large fit"
+            f" {_coarsening(spaces.values()):.3g} times as large fit"
         )
-
-
-def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
-    """Check that a mesh has at least as many nodes under each traction space as this has functions.
-
-    Args:
-        where: The component's key in the scene, for messages.
-
-    Raises:
-        InputError: a space has more.
-    """
     for name, space in spaces.items():
         nodes = len(np.unique(space.weights.indices // 3))
-        if len(space.areas) > nodes:
+        if space.size > nodes:
             raise InputError(
-                f"{where}.{name}: {len(space.areas)} traction functions on {nodes} nodes, which cannot tell them apart;"
-                " take a larger spacing or a finer mesh"
+                f"{where}.{name}: {space.size} traction functions on {nodes} nodes, which do not determine them; use a"
+                " larger spacing or a finer mesh"
             )
 
 
-def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> _Grid:
+def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> Grid:
     if mesh.cell_type != "tetra10" or surface.shape.get("kind") not in ("cylinder", "plane"):
         raise InputError(f"{where}: a traction space needs a cylinder or a plane, '{interface.surface}' is none")
     build = _cylinder if surface.shape["kind"] == "cylinder" else _plane
@@ -140,9 +122,9 @@ def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) 
     assert interface.spacing is not None
     # Round-off must not add an interval where the spacing divides the length.
     intervals = np.maximum(np.ceil((high - low) / np.array(interface.spacing) - 1e-9), 1).astype(int)
-    grid = _Grid(chart, low, (high - low) / intervals, intervals + 3)
+    grid = Grid(chart, low, (high - low) / intervals, intervals + 3)
     if grid.size > MOST_FUNCTIONS:
-        fits = _coarsening([(grid.spacing, grid.counts)]) * grid.spacing
+        fits = _coarsening([grid]) * grid.spacing
         raise InputError(
             f"{where}.spacing: {grid.counts[0]} × {grid.counts[1]} = {grid.size} functions, at most {MOST_FUNCTIONS};"
             f" spacing = [{fits[0]:.4g}, {fits[1]:.4g}] m fits"
@@ -150,11 +132,11 @@ def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) 
     return grid
 
 
-def _coarsening(grids: list[tuple[np.ndarray, np.ndarray]]) -> float:
-    """Return the factor on the spacings of grids (spacing, counts) with which they have few enough functions."""
+def _coarsening(grids: Iterable[Grid]) -> float:
+    """Return the factor on the spacings of grids with which they have few enough functions."""
 
     def size(factor: float) -> int:
-        return sum(int((np.ceil((counts - 3) / factor).astype(int) + 3).prod()) for _, counts in grids)
+        return sum(int((np.ceil((grid.counts - 3) / factor).astype(int) + 3).prod()) for grid in grids)
 
     factor = 1.0
     while size(factor) > MOST_FUNCTIONS and factor < 1e6:
@@ -219,7 +201,7 @@ def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str)
     return chart, coordinates.min(axis=0), coordinates.max(axis=0)
 
 
-def _integrals(mesh: MeshRecord, surface: Surface, grid: _Grid) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
+def _integrals(mesh: MeshRecord, surface: Surface, grid: Grid) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
     """Integrate over the facets: ∫ N_a dA (f,), ∫ N_a n N_b dA (f, 3n), and force and moment of N_a n (f, 6)."""
     corners = mesh.nodes[surface.facets[:, :3]]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
@@ -240,7 +222,7 @@ def _integrals(mesh: MeshRecord, surface: Surface, grid: _Grid) -> tuple[np.ndar
     return areas, total, resultants
 
 
-def _near(nodes: np.ndarray, grid: _Grid, edge: float) -> np.ndarray:
+def _near(nodes: np.ndarray, grid: Grid, edge: float) -> np.ndarray:
     """Return which nodes may belong to a facet on which some function is not zero, (n,)."""
     coordinates, margin = chart_coordinates(grid.chart, nodes), 3 * grid.spacing + edge
     end = grid.start + grid.spacing * (grid.counts - 3)
@@ -256,7 +238,7 @@ def _displacements(N: np.ndarray, facets: np.ndarray, elements: np.ndarray, size
     return sparse.csr_matrix((values.ravel(), columns.ravel(), starts), shape=(len(elements), size))
 
 
-def _splines(grid: _Grid, points: np.ndarray) -> sparse.csr_matrix:
+def _splines(grid: Grid, points: np.ndarray) -> sparse.csr_matrix:
     """Return all functions at points (p, 3), tails beyond the space included, (p, f)."""
     place = (chart_coordinates(grid.chart, points) - grid.start) / grid.spacing
     first = np.floor(place).astype(int)

@@ -1,7 +1,7 @@
 """Plane elements: straight and curved triangles of six nodes, in plane stress or plane strain.
 
-Isoparametric as the solids are. Under plane stress λ is 2λμ/(λ + 2μ), so that σ_zz vanishes; under plane strain it is
-the solid's own.
+Isoparametric as the solids. Under plane stress λ is 2λμ/(λ + 2μ), so that σ_zz vanishes; under plane strain it is that
+of the solid.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ ones add to both."""
 
 
 def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
-    """Assemble a plane part, which moves along x and y; its inertia is a lamina's, without thickness."""
+    """Assemble a plane part, which moves along x and y; its inertia [kg m^2] is that of a thin lamina."""
     if not isinstance(geometry, PlanePart):
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
     lam, mu = plane_lame(material, geometry)
@@ -48,6 +48,6 @@ def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | N
 
 
 def plane_lame(material: Material, geometry: PlanePart) -> tuple[float, float]:
-    """Return the Lamé constants λ and μ that act in the plane [Pa]."""
+    """Return the Lamé constants λ and μ of plane stress or plane strain [Pa]."""
     lam, mu = material.lame
     return (2 * lam * mu / (lam + 2 * mu) if geometry.state == "plane-stress" else lam), mu

@@ -18,13 +18,13 @@ from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 from gudgeon.pipeline.scenes.material import Material
 
 STIFFNESS_ORDER, MASS_ORDER = 4, 6
-"""Polynomial degree that the quadrature integrates exactly. A straight tet10 needs 2 and 4; the curved ones' Jacobians
-add to both, and going higher changes no frequency of the skirt in its seventh digit."""
+"""Polynomial degree that the quadrature integrates exactly. A straight tet10 needs 2 and 4; the Jacobians of curved
+ones add to both. Higher degrees do not change the first seven digits of any frequency of the skirt."""
 
 BATCH = 4096
 """Elements assembled at once: the largest work array is about 60 MB."""
 STRAIGHT = 8 * np.finfo(float).eps
-"""How far a mid-side node may lie from the middle of its edge, as a share of the largest coordinate."""
+"""Largest distance of a mid-side node from the middle of its edge, over the largest coordinate."""
 
 
 def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
@@ -50,7 +50,7 @@ def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | N
 
 
 def straight_elements(mesh: MeshRecord) -> np.ndarray:
-    """Return which tet10 have each mid-side node amid its corners, but for round-off of the nodes, (e,)."""
+    """Return which tet10 have straight edges with the mid-side node in the middle, but for round-off, (e,)."""
     x = mesh.nodes[mesh.cells]
     away = x[:, 4:] - 0.5 * (x[:, EDGES[:, 0]] + x[:, EDGES[:, 1]])
     return np.abs(away).max(axis=(1, 2)) <= STRAIGHT * np.abs(mesh.nodes).max(initial=0.0)
@@ -104,7 +104,7 @@ def _by_quadrature(
 
 
 def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
-    """Return det(∂x/∂ξ) of every tet10 at its ten nodes, (e, 10); positive in a sound element."""
+    """Return det(∂x/∂ξ) of every tet10 at its ten nodes, (e, 10); positive in a valid element."""
     from skfem import ElementTetP2
 
     element = ElementTetP2()
@@ -132,7 +132,7 @@ def _determinants(x: np.ndarray, dN: np.ndarray) -> np.ndarray:
 
 
 def solid_twists(properties: MassProperties) -> np.ndarray:
-    """Return the six mass-normalised rigid motions of a solid: x, y, z, then turns about the principal axes, (6, 6)."""
+    """Return the six mass-normalised rigid motions of a solid: x, y, z, rotations about the principal axes, (6, 6)."""
     moments, axes = np.linalg.eigh(properties.inertia)
     twists = np.zeros((6, 6))
     twists[:3, :3] = np.eye(3) / np.sqrt(properties.mass)

@@ -1,7 +1,7 @@
-"""Strains inside elements, as energy sees them: D^½ ε at points through which they are linear in each element.
+"""Strains inside elements, scaled to energy: D^½ ε at the points of the smallest Gauss rule.
 
-Quadratic solids and bars have linear strains where they are straight, and so have bending and shear of both beams; the
-d + 1 points of the least Gauss rule in d dimensions are where a smooth field's strains are most exact (Barlow 1976).
+Straight quadratic solids and bars have linear strains, and so have both kinds of beams in bending and shear. At the
+d + 1 points of this rule in d dimensions the strains of a smooth field are most accurate (Barlow 1976).
 """
 
 from collections.abc import Callable
@@ -29,28 +29,28 @@ SHEARS = ((1, 2), (0, 2), (0, 1))
 
 @dataclass(frozen=True)
 class StrainSamples:
-    """Where strains are taken in a mesh, and how they follow from displacements."""
+    """Sampling points of the strain in a mesh, and the strain there over the displacements."""
 
     nodes: np.ndarray
     """Corners and middles of sides [m], (n, 3)."""
     cells: np.ndarray
     """Numbers of each element's corners, then of its middles, (e, a)."""
     points: np.ndarray
-    """Where strains are taken [m], (e, q, 3)."""
+    """Sampling points [m], (e, q, 3)."""
     sizes: np.ndarray
     """Volume or length of each element, (e,)."""
     to_nodes: np.ndarray
-    """Carries values at the points to the element's nodes, linearly, (a, q)."""
+    """Linear extrapolation from the points to the element's nodes, (a, q)."""
     mass: np.ndarray
     """∫ N_a N_b of a reference element of unit size, quadratic N, (a, a)."""
     components: int
-    """Of a strain, s."""
+    """Number of strain components, s."""
     strains: Callable[[np.ndarray], np.ndarray]
     """From dof columns (dofs, k) to D^½ ε, whose square is the density of twice the strain energy, (e, q, s, k)."""
 
 
 def strain_samples(model: FEModel, material: Material, geometry: BaseModel | None) -> StrainSamples | None:
-    """Return where strains of a model are taken; None where its cells have no strains known here."""
+    """Return the strain samples of a model; None for cell types without them."""
     make = SAMPLERS.get(model.mesh.cell_type)
     return None if make is None else make(model.mesh, material, geometry)
 
@@ -117,7 +117,7 @@ SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSam
 
 
 def elasticity(material: Material) -> np.ndarray:
-    """Return D of an isotropic solid [Pa] for strains xx, yy, zz, yz, xz, xy, shears in engineers' measure, (6, 6)."""
+    """Return D of an isotropic solid [Pa] for strains xx, yy, zz and engineering shears yz, xz, xy, (6, 6)."""
     lam, mu = material.lame
     D = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
     D[:3, :3] += lam
@@ -125,7 +125,7 @@ def elasticity(material: Material) -> np.ndarray:
 
 
 def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what turns dof columns into D^½ ε, given ∂N/∂x (e, a, d, q) and D in components xx, yy, zz, yz, xz, xy."""
+    """Return the function from dof columns to D^½ ε, given ∂N/∂x (e, a, d, q) and D in xx, yy, zz, yz, xz, xy."""
     d = grad.shape[2]
     slopes = np.ascontiguousarray(grad.transpose(0, 3, 2, 1)).reshape(len(grad), -1, grad.shape[1])
     pairs = [(i, i) for i in range(d)] + [(i, j) for i, j in SHEARS if max(i, j) < d]
@@ -144,6 +144,6 @@ def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Callab
 
 
 def _quadratic(cell_type: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return what carries values at the Gauss points to the nodes, (a, q), and ∫ N Nᵀ over the unit of size, (a, a)."""
+    """Return the extrapolation from Gauss points to nodes, (a, q), and ∫ N Nᵀ over an element of unit size, (a, a)."""
     N, _, W = reference(cell_type, 4)
     return extrapolation(cell_type, GAUSS_ORDER), (N * W) @ N.T / W.sum()
