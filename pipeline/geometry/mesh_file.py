@@ -1,7 +1,7 @@
-"""A solid from a mesh file: whatever meshio reads, as tet10 with named, outward surfaces.
+"""Solids from mesh files: any format of meshio, as tet10 with named, outward surfaces.
 
 Surfaces get their names from gmsh's physical groups of dimension 2, from sets of triangles or nodes, from integer
-cell or point arrays (non-zero = member), or from their true shape alone.
+cell or point arrays (non-zero = member), or from their true shape only.
 """
 
 import contextlib
@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, Field
+from pydantic import BaseModel, Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import EDGES, FACES, GMSH_ORDER, MIRRORED_TETRA, compacted, side_counts
-from gudgeon.pipeline.geometry.numbers import STRICT, Length, Point
-from gudgeon.pipeline.geometry.numbers import Direction as AnyDirection
+from gudgeon.pipeline.geometry.numbers import STRICT, Length, Point, UnitVector
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
-from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylindrical, true_surface
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surface
 
 ON_SHAPE = 1e-5
 """How far corners may lie from a true shape, relative to its size: the round-off of files with six digits."""
@@ -30,7 +29,7 @@ FACING = 0.5
 cylinder, but its normal is perpendicular to the radius."""
 
 LIFTS = 30
-"""Alternating projections onto shapes that meet in an edge; one is enough where they meet at right angles."""
+"""Alternating projections onto shapes with a common edge; one is enough where they meet at right angles."""
 
 FLAT = 1e-9
 """Least 6 × volume of a tetrahedron by its longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
@@ -52,23 +51,13 @@ ABAQUS_TYPES = [
 """Solids and triangles of a deck by the name in meshio; other elements (springs, beams) are omitted."""
 
 
-def _unit_vector(vector: AnyDirection) -> AnyDirection:
-    length = float(np.linalg.norm(vector))
-    if length == 0:
-        raise ValueError("the vector is zero, it must have a direction")
-    return vector[0] / length, vector[1] / length, vector[2] / length
-
-
-Direction = Annotated[AnyDirection, AfterValidator(_unit_vector)]
-
-
 class CylinderShape(BaseModel):
     """A circular cylinder."""
 
     model_config = STRICT
     kind: Literal["cylinder"]
     radius: Length
-    axis: Direction
+    axis: UnitVector
     origin: Point
     """A point of the axis [m]."""
 
@@ -78,7 +67,7 @@ class PlaneShape(BaseModel):
 
     model_config = STRICT
     kind: Literal["plane"]
-    normal: Direction
+    normal: UnitVector
     origin: Point
     """A point of the plane [m]."""
 
@@ -95,13 +84,13 @@ class MeshFile(BaseModel):
     unit: Length = 1.0
     """Metres per unit of length of the file."""
     surfaces: dict[str, SurfaceShape] = Field(default_factory=dict)
-    """True shapes [m]. A name that the file lacks is found as the boundary facets that lie on its shape."""
+    """True shapes [m]. A name that is not in the file gets the boundary facets that lie on its shape."""
 
     def build(self, size: float | None) -> MeshRecord:
         """Read the mesh; `size` is not used, the file has its own.
 
         Raises:
-            InputError: the file is missing, no mesh, not one solid of tetrahedra, or off its declared surfaces.
+            InputError: the file is missing or no mesh, not one solid of tetrahedra, or not on its declared surfaces.
         """
         mesh = read_mesh(self.path)
         points = self.unit * np.asarray(mesh.points, float)
@@ -125,7 +114,7 @@ class MeshFile(BaseModel):
         self, name: str, shape: SurfaceRule, corners: np.ndarray, members: dict[str, np.ndarray]
     ) -> np.ndarray:
         """Return which boundary facets, with `corners` [m] (f, 3, 3), belong to the surface `name` of a true shape."""
-        off = _distance(corners.reshape(-1, 3), shape).reshape(-1, 3)
+        off = distance(corners.reshape(-1, 3), shape).reshape(-1, 3)
         limit = ON_SHAPE * shape.get("radius", np.ptp(corners.reshape(-1, 3), axis=0).max())
         hint = "check `unit` and the shape, which is in metres"
         if name in members and (worst := off[members[name]].max()) > limit:
@@ -146,13 +135,6 @@ class MeshFile(BaseModel):
                 f" names {have}; {hint}"
             )
         return found
-
-
-def _distance(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
-    """Return the distance of points (k, 3) from a plane or a cylinder [m], (k,)."""
-    if shape["kind"] == "plane":
-        return np.abs((points - np.asarray(shape["origin"])) @ np.asarray(shape["normal"]))
-    return np.abs(cylindrical(points, shape)[0] - shape["radius"])
 
 
 def _lift(nodes: np.ndarray, facets: dict[str, np.ndarray], shapes: dict[str, SurfaceRule]) -> None:
@@ -218,7 +200,7 @@ def _skin(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _with_mid_nodes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Turn linear tetrahedra (e, 4) into straight tet10 (e, 10); new nodes stand behind the old."""
+    """Turn linear tetrahedra (e, 4) into straight tet10 (e, 10); new nodes are last."""
     edges, numbers = np.unique(np.sort(cells[:, EDGES].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
     middle = len(nodes) + numbers.reshape(-1, 6)
     return np.concatenate([nodes, nodes[edges].mean(axis=1)]), np.hstack([cells, middle])

@@ -11,7 +11,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.geometry.cells import GMSH_ORDER, compacted
 from gudgeon.pipeline.geometry.numbers import STRICT
-from gudgeon.pipeline.geometry.surfaces import SurfaceRule
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance
 
 GMSH_TETRA4, GMSH_TETRA10, GMSH_TRIANGLE6 = 4, 11, 9
 
@@ -19,10 +19,10 @@ ON_SURFACE = 1e-5
 """How far a CAD face's nodes may lie from the named shape, relative to its size."""
 
 FLAT = 1e-3
-"""Least signed inverse condition number of a straight element, 1 where it is regular; sound meshes keep 0.1."""
+"""Least signed inverse condition number of a straight element, 1 for a regular one; valid meshes have at least 0.1."""
 
 TURN = 14
-"""Least elements around a full circle: fewer on a pin bore leave curved elements that are nearly inside out."""
+"""Least elements around a full circle: with fewer, curved elements on a pin bore are nearly inverted."""
 
 REVOLVED: dict[str, float] = {
     "Geometry.OCCUnionUnify": 0,  # keeps the halves of `revolve` apart
@@ -31,7 +31,7 @@ REVOLVED: dict[str, float] = {
     "Mesh.MeshSizeFromCurvature": TURN,
     "Mesh.MeshSizeMin": 0,
 }
-"""Options for solids with walls and bores of few elements. The skirt goes without: its meshes are published."""
+"""Options for solids with walls and bores of few elements. Not for the skirt, whose meshes are published."""
 
 
 ROUND_OFF = 1e-9
@@ -186,20 +186,11 @@ def _collect(mesh: Any, faces: list[int], surfaces: dict[str, SurfaceRule]) -> M
         _, face_nodes = mesh.getElementsByType(GMSH_TRIANGLE6, face)
         triangles = number[face_nodes.astype(int).reshape(-1, 6)]
         for name, shape in surfaces.items():
-            if _lies_on(nodes[triangles.ravel()], shape):
+            points = nodes[triangles.ravel()]
+            if distance(points, shape).max() < ON_SURFACE * shape.get("radius", np.ptp(points, axis=0).max()):
                 facets[name].append(triangles)
     for name, found in facets.items():
         if not found:
             raise StageError(f"geometry: no face of the solid lies on surface '{name}'")
     named = {name: Surface(np.concatenate(facets[name]), surfaces[name]) for name in surfaces}
     return MeshRecord(nodes, cells, "tetra10", named)
-
-
-def _lies_on(points: np.ndarray, shape: SurfaceRule) -> bool:
-    from_origin = points - np.asarray(shape["origin"])
-    if shape["kind"] == "plane":
-        return bool(np.abs(from_origin @ np.asarray(shape["normal"])).max() < ON_SURFACE * np.ptp(points, axis=0).max())
-    if shape["kind"] == "cylinder":
-        axis = np.asarray(shape["axis"])
-        from_origin = from_origin - np.outer(from_origin @ axis, axis)
-    return bool(np.abs(np.linalg.norm(from_origin, axis=1) / shape["radius"] - 1).max() < ON_SURFACE)

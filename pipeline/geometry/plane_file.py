@@ -52,7 +52,7 @@ class PlaneFile(PlanePart):
 
 
 def _triangles(mesh: Any, path: str) -> np.ndarray:
-    """Return the file's triangles (e, 6); other faces and solids are refused, lines and points left out."""
+    """Return the file's triangles (e, 6); other faces and solids are refused, lines and points omitted."""
     kinds = {block.type for block in mesh.cells if len(block.data) and block.dim >= 2}
     if kinds != {"triangle6"}:
         raise InputError(

@@ -62,7 +62,7 @@ def box_faces(lx: float, ly: float, lz: float) -> dict[str, SurfaceRule]:
 def cylindrical(points: np.ndarray, shape: SurfaceRule) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return radius [m], angle [rad] and height [m] of points (k, 3) about a shape's axis.
 
-    The angle is counted from the x axis (from z, if the axis is x) by the right hand.
+    The angle is measured from the x axis (from z, if the axis is x) by the right-hand rule.
     """
     axis = np.asarray(shape["axis"], float)
     axis = axis / np.linalg.norm(axis)
@@ -79,6 +79,15 @@ def radial_directions(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
     arm = points - np.asarray(shape["origin"], float)
     radial = arm - np.outer(arm @ axis, axis)
     return radial / np.linalg.norm(radial, axis=1, keepdims=True)
+
+
+def distance(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
+    """Return the distance of points (k, 3) from a true shape [m], (k,)."""
+    if shape["kind"] == "plane":
+        return np.abs((points - np.asarray(shape["origin"])) @ np.asarray(shape["normal"]))
+    sphere = shape["kind"] == "sphere"
+    radius = np.linalg.norm(points - shape["origin"], axis=1) if sphere else cylindrical(points, shape)[0]
+    return np.abs(radius - shape["radius"])
 
 
 def true_surface(points: np.ndarray, outward: np.ndarray, shape: SurfaceRule) -> tuple[np.ndarray, np.ndarray]:

@@ -93,10 +93,10 @@ def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> Tracti
 
 
 def refuse_too_many(spaces: dict[str, TractionSpace], where: str) -> None:
-    """Check the numbers of functions of a component's traction spaces; `where` is the key of its interfaces.
+    """Refuse traction spaces of a component, with key `where`, that together have more than MOST_FUNCTIONS functions.
 
     Raises:
-        InputError: there are more than MOST_FUNCTIONS, or more in a space than there are nodes under it.
+        InputError: they have.
     """
     total = sum(space.size for space in spaces.values())
     if total > MOST_FUNCTIONS:
@@ -105,6 +105,14 @@ def refuse_too_many(spaces: dict[str, TractionSpace], where: str) -> None:
             f"{where}: {total} traction functions ({each}), at most {MOST_FUNCTIONS} in a component; spacings"
             f" {_coarsening(spaces.values()):.3g} times as large fit"
         )
+
+
+def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
+    """Refuse traction spaces of a component, with key `where`, that have more functions than nodes under them.
+
+    Raises:
+        InputError: one has.
+    """
     for name, space in spaces.items():
         nodes = len(np.unique(space.weights.indices // 3))
         if space.size > nodes:

@@ -16,7 +16,7 @@ from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
 from gudgeon.pipeline.interfaces.patch import patch_point, patch_row
 from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points, surface_coordinates
 from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
-from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too_many, traction_space
+from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
 from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
@@ -148,6 +148,7 @@ def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:
         elif interface.kind == "tie":
             ties[key] = tie_of(mesh, interface, f"{where}.interface.{key}")
     refuse_too_many(tractions, f"{where}.interface")
+    refuse_unresolved(tractions, f"{where}.interface")
     return _Touched(points, tractions, {}, {}, {}, ties)
 
 

@@ -336,7 +336,7 @@ def test_mistake_on_the_command_line(arguments: list[str], complaint: str, capsy
     ("setting", "complaint"),
     [
         (f"{THRUST}.surface=skrt", f"{THRUST}.surface: the mesh has no surface 'skrt', it has crown, crown_inner,"),
-        (f"{THRUST}.surface=crown", f"{THRUST}: sector_deg and height need a cylindrical surface, 'crown' is none"),
+        (f"{THRUST}.surface=crown", f"{THRUST}: sector_deg and height need a cylinder, 'crown' is none"),
         (f"{THRUST}.sector_deg=[1.0, 1.001]", f"{THRUST}: no contact point of surface 'skirt' lies in its sector"),
         ("component.skirt.modes.normal_count=100000", "component.skirt.modes.normal_count: 100000 "),
         (f"{SUPPORTS}=['hat']", f"{SUPPORTS}: the mesh has no surface 'hat', it has crown, crown_inner, inner,"),

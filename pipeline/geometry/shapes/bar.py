@@ -1,4 +1,4 @@
-"""A straight bar along x on a line mesh: axial motion only, no solid, no gmsh."""
+"""A straight bar along x on a line mesh, with axial motion only."""
 
 from typing import Literal
 

@@ -15,19 +15,19 @@ ON_FACE = 1e-9
 
 
 class BladedSector(Solid):
-    """A sector of a bladed disk about the z axis, half of it on either side of the x axis; the blade stands along x.
+    """A sector of a bladed disk about the z axis, symmetric about the x axis, with the blade along x.
 
-    The mesh of face `high` is that of face `low`, turned. The blade's elements end at the rim's radius. Metres.
+    The mesh of face `high` is that of face `low`, rotated. The blade's elements end at the rim's radius. Metres.
     """
 
     OPTIONS: ClassVar[dict[str, float]] = {"Mesh.MeshSizeFromCurvature": TURN, "Mesh.MeshSizeMin": 0}
     kind: Literal["bladed-sector"]
-    sectors: int = Field(default=24, ge=3, le=360, description="Of the whole wheel: a sector takes 2π/sectors")
+    sectors: int = Field(default=24, ge=3, le=360, description="Number of sectors of the wheel; one has 2π/sectors")
     bore_radius: Length = 0.04
     hub_radius: Length = 0.065
     hub_width: Length = Field(default=0.05, description="Along the axis [m]")
     web: Length = Field(default=0.012, description="Thickness of the disk between hub and rim [m]")
-    rim_radius: Length = Field(default=0.18, description="Where the blade stands [m]")
+    rim_radius: Length = Field(default=0.18, description="Root radius of the blade [m]")
     rim_height: Length = Field(default=0.018, description="Radial thickness of the rim [m]")
     rim_width: Length = Field(default=0.045, description="Along the axis [m]")
     tip_radius: Length = 0.27
@@ -54,7 +54,7 @@ class BladedSector(Solid):
 
     @property
     def blade_radius(self) -> float:
-        """Distance from the axis beyond which elements are the blade's [m]."""
+        """Distance from the axis beyond which elements belong to the blade [m]."""
         return self.rim_radius
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
@@ -97,7 +97,7 @@ class BladedSector(Solid):
         occ.fragment(disk, cut)
 
     def _tie(self, model: Any) -> None:
-        """Let gmsh mesh the high face as the low one, turned."""
+        """Let gmsh mesh the high face as the low one, rotated."""
         angle, shapes = 2 * np.pi / self.sectors, self.surface_shapes()
         found: dict[str, list[int]] = {"low": [], "high": []}
         for _, tag in model.getEntities(2):

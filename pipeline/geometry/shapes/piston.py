@@ -30,13 +30,13 @@ class Piston(Solid):
     """x of the pin's axis."""
     boss_radius: Length
     boss_gap: Length
-    """Room for the rod between the bosses."""
+    """Width between the bosses, for the rod."""
     rib_width: Length = 0.012
     """Thickness in x of the ribs from the bosses to the crown, the path of the gas force to the pin."""
     belt_relief: Length = 0.0003
-    """By how much the belt's radius is less than the skirt's."""
+    """Radius of the skirt less that of the belt."""
     relief_height: Length = 0.004
-    """Height of the cone from skirt to belt; a step of `belt_relief` would make elements as thin as that."""
+    """Height of the cone from skirt to belt; a step would need elements as thin as `belt_relief`."""
 
     def limits(self) -> list[tuple[str, float, float, str]]:
         inner, under = self.outer_radius - self.wall, self.height - self.crown
@@ -93,6 +93,6 @@ class Piston(Solid):
         reach = 1.1 * self.outer_radius
         x, z = self.pin_offset, self.pin_height
         rod = occ.addCylinder(x, -reach, z, 0, 2 * reach, 0, radius)
-        # OCC puts the seam straight above the axis, `pin_offset` beside the skirt's: edges as short as that.
+        # OCC puts the seam above the axis, at `pin_offset` from the seam of the skirt: edges would be as short as that.
         occ.rotate([(3, rod)], x, 0, z, 0, 1, 0, np.pi / 2)
         return rod

@@ -1,4 +1,4 @@
-"""Plane parts in z = 0: what they share, and the rectangle."""
+"""Plane parts in z = 0: their common keys and edges, and the rectangle."""
 
 from typing import Literal
 
@@ -10,22 +10,22 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import compacted, side_counts, turned
 from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.occ import GMSH_TRIANGLE6, ON_SURFACE, meshing, positions_by_tag
-from gudgeon.pipeline.geometry.surfaces import SurfaceRule, plane
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, plane
 
 UP = np.array([0.0, 0.0, 1.0])
 
 EDGES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])
-"""First corner, second corner, middle of each edge of a triangle of positive area, the part on the left."""
+"""Corners and middle of each edge of a triangle of positive area, which is on the left of the edge."""
 
 
 class PlanePart(BaseModel):
-    """A part of constant thickness that moves in its plane alone."""
+    """A part of constant thickness that moves in its plane only."""
 
     model_config = STRICT
-    thickness: Length = Field(description="Across the plane [m]")
+    thickness: Length = Field(description="Thickness across the plane [m]")
     state: Literal["plane-stress", "plane-strain"] = Field(
         default="plane-stress",
-        description="plane-stress: a thin sheet, free to thin; plane-strain: a slice of a long body, which is not",
+        description="plane-stress: a thin sheet with no stress across it; plane-strain: a slice of a long body",
     )
 
 
@@ -66,11 +66,11 @@ class Rectangle(PlanePart):
         cells = turned(nodes, cells, UP)
         edges, surfaces = boundary_edges(cells), {}
         for name, shape in self.surface_shapes().items():
-            off = np.abs((nodes[edges] - shape["origin"]) @ np.array(shape["normal"])).max(axis=1)
+            off = distance(nodes[edges], shape).max(axis=1)
             surfaces[name] = Surface(edges[off < ON_SURFACE * max(self.lx, self.ly)], shape)
         return MeshRecord(nodes, cells, "triangle6", surfaces)
 
 
 def boundary_edges(cells: np.ndarray) -> np.ndarray:
-    """Return the edges that belong to one triangle (e, 6) only, the part on their left, (f, 3)."""
+    """Return the edges that belong to one triangle (e, 6) only, (f, 3), with the part on their left."""
     return cells[:, EDGES][side_counts(cells, EDGES) == 1]
