@@ -23,25 +23,19 @@ from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surfa
 
 ON_SHAPE = 1e-5
 """How far corners may lie from a true shape, relative to its size: the round-off of files with six digits."""
-
 FACING = 0.5
 """Least cosine between the normals of facet and true shape: a facet of an end face may have all three corners on the
 cylinder, but its normal is perpendicular to the radius."""
-
 LIFTS = 30
 """Alternating projections onto shapes with a common edge; one is enough where they meet at right angles."""
-
 FLAT = 1e-9
 """Least 6 × volume of a tetrahedron by its longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
-
 MID_REACH = 0.35
 """How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
-
 SOLIDS = ("tetra", "tetra10")
 FACETS = {1: ("line", "line3"), 2: ("triangle", "triangle6")}
 """Types of the cells that can name a boundary, by their dimension."""
 READABLE = "allowed: .msh (saved without Mesh.SaveAll), .inp, .vtu or another format of meshio"
-
 ABAQUS_TYPES = [
     (re.compile(r"D?C3D(4|10)[A-Z]*"), r"C3D\1"),
     (re.compile(r"(C3D\d+[A-Z]*)"), r"\1"),
@@ -58,8 +52,7 @@ class CylinderShape(BaseModel):
     kind: Literal["cylinder"]
     radius: Length
     axis: UnitVector
-    origin: Point
-    """A point of the axis [m]."""
+    origin: Point = Field(description="A point of the axis [m]")
 
 
 class PlaneShape(BaseModel):
@@ -68,8 +61,7 @@ class PlaneShape(BaseModel):
     model_config = STRICT
     kind: Literal["plane"]
     normal: UnitVector
-    origin: Point
-    """A point of the plane [m]."""
+    origin: Point = Field(description="A point of the plane [m]")
 
 
 SurfaceShape = Annotated[CylinderShape | PlaneShape, Field(discriminator="kind")]
@@ -81,10 +73,10 @@ class MeshFile(BaseModel):
     model_config = STRICT
     kind: Literal["file"]
     path: str
-    unit: Length = 1.0
-    """Metres per unit of length of the file."""
-    surfaces: dict[str, SurfaceShape] = Field(default_factory=dict)
-    """True shapes [m]. A name that is not in the file gets the boundary facets that lie on its shape."""
+    unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
+    surfaces: dict[str, SurfaceShape] = Field(
+        default={}, description="True shapes by name; a name that is not in the file gets the facets on its shape"
+    )
 
     def build(self, size: float | None) -> MeshRecord:
         """Read the mesh; `size` is not used, the file has its own.
@@ -222,7 +214,7 @@ def named_facets(mesh: Any, number: np.ndarray, facets: np.ndarray, dimension: i
     sets = {name: np.asarray(nodes, int) for name, nodes in mesh.point_sets.items()}
     sets |= {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if _marks(name, values)}
     for name, nodes in sets.items():
-        found.setdefault(name.strip('"'), np.isin(facets, number[nodes]).all(axis=1))
+        found.setdefault(name.strip('"'), np.asarray(np.isin(facets, number[nodes]).all(axis=1)))
     return {name: chosen for name, chosen in found.items() if chosen.any()}
 
 

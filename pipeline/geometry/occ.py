@@ -14,16 +14,12 @@ from gudgeon.pipeline.geometry.numbers import STRICT
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance
 
 GMSH_TETRA4, GMSH_TETRA10, GMSH_TRIANGLE6 = 4, 11, 9
-
 ON_SURFACE = 1e-5
 """How far a CAD face's nodes may lie from the named shape, relative to its size."""
-
 FLAT = 1e-3
 """Least signed inverse condition number of a straight element, 1 for a regular one; valid meshes have at least 0.1."""
-
 TURN = 14
 """Least elements around a full circle: with fewer, curved elements on a pin bore are nearly inverted."""
-
 REVOLVED: dict[str, float] = {
     "Geometry.OCCUnionUnify": 0,  # keeps the halves of `revolve` apart
     "Mesh.Algorithm": 1,  # MeshAdapt: the others can make triangles out of three nodes of one straight edge
@@ -32,7 +28,6 @@ REVOLVED: dict[str, float] = {
     "Mesh.MeshSizeMin": 0,
 }
 """Options for solids with walls and bores of few elements. Not for the skirt, whose meshes are published."""
-
 
 ROUND_OFF = 1e-9
 """Relative: a length that equals its limit but for round-off makes faces that touch, and gmsh cannot mesh those."""

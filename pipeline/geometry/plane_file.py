@@ -7,6 +7,7 @@ or from integer cell or point arrays (non-zero = member). All of the boundary is
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
@@ -26,8 +27,7 @@ class PlaneFile(PlanePart):
 
     kind: Literal["plane-file"]
     path: str
-    unit: Length = 1.0
-    """Metres per unit of length of the file."""
+    unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
 
     def build(self, size: float | None) -> MeshRecord:
         """Read the mesh; `size` is not used, the file has its own.

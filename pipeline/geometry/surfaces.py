@@ -104,9 +104,8 @@ def true_surface(points: np.ndarray, outward: np.ndarray, shape: SurfaceRule) ->
         normals = (points - origin) / np.linalg.norm(points - origin, axis=1, keepdims=True)
         moved = origin + shape["radius"] * normals
     else:
-        radial = radial_directions(points, shape)
-        radius, _, _ = cylindrical(points, shape)
-        moved = points if shape.get("profiled") else points + radial * (shape["radius"] - radius)[:, None]
-        normals = radial
+        normals = radial_directions(points, shape)
+        inside = shape["radius"] - cylindrical(points, shape)[0]
+        moved = points if shape.get("profiled") else points + normals * inside[:, None]
     side = np.sign(np.einsum("ki,ki->k", normals, outward))
     return moved, normals * side[:, None]

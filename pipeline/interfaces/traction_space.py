@@ -29,6 +29,8 @@ LEAST_SHARE = 1e-4
 """Least share of a knot rectangle that a function must have on the mesh; one cut at a corner has 1/24²."""
 IN_PLANE = 1e-3
 """Largest normal part of the unit vector `along` of a plane."""
+KEYS = {"cylinder": ("sector_deg", "height"), "plane": ("along", "extent")}
+"""Keys of an interface that are for one shape only."""
 BATCH = 40_000
 """Quadrature points at once: about 100 MB of work arrays."""
 
@@ -125,7 +127,11 @@ def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
 def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> Grid:
     if mesh.cell_type != "tetra10" or surface.shape.get("kind") not in ("cylinder", "plane"):
         raise InputError(f"{where}: a traction space needs a cylinder or a plane, '{interface.surface}' is none")
-    build = _cylinder if surface.shape["kind"] == "cylinder" else _plane
+    kind = surface.shape["kind"]
+    build, other = (_cylinder, "plane") if kind == "cylinder" else (_plane, "cylinder")
+    for name in KEYS[other]:
+        if getattr(interface, name) is not None:
+            raise InputError(f"{where}.{name}: is for {other}s, '{interface.surface}' is a {kind}")
     chart, low, high = build(mesh, surface, interface, where)
     assert interface.spacing is not None
     # Round-off must not add an interval where the spacing divides the length.
@@ -158,9 +164,6 @@ def _cylinder(
     """Return chart, least and largest coordinates of a space on a cylinder."""
     if interface.sector_deg is None:
         raise InputError(f"{where}.sector_deg: is missing; a traction space on a cylinder needs it")
-    for name in ("along", "extent"):
-        if getattr(interface, name) is not None:
-            raise InputError(f"{where}.{name}: is for planes, '{interface.surface}' is a cylinder")
     first, last = np.radians(interface.sector_deg)
     if last - first > 2 * np.pi * (1 + 1e-12):
         raise InputError(f"{where}.sector_deg: {list(interface.sector_deg)} given, allowed is one turn at most")
@@ -181,9 +184,6 @@ def _cylinder(
 
 def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> tuple[Json, np.ndarray, np.ndarray]:
     """Return chart, least and largest coordinates of a space on a plane; across × along is the outward normal."""
-    for name in ("sector_deg", "height"):
-        if getattr(interface, name) is not None:
-            raise InputError(f"{where}.{name}: is for cylinders, '{interface.surface}' is a plane")
     if interface.along is None:
         raise InputError(f"{where}.along: is missing; a traction space on a plane needs the direction of sliding")
     outward = facet_points(mesh.nodes, surface)[2].sum(axis=(0, 1))

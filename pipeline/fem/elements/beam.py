@@ -77,14 +77,13 @@ def _timoshenko(h: np.ndarray, material: Material, beam: Beam) -> tuple[np.ndarr
     """Return stiffness and mass of elements of length h (e,), (e, 6, 6) each."""
     xi, weights = np.polynomial.legendre.leggauss(4)
     N, _ = _quadratic(xi)
-    zeros = np.zeros((3, len(xi)))
     K, M = np.empty((2, len(h), 6, 6))
     G = material.E / 2 / (1 + material.nu)
     section = beam.section
     bends, shears = timoshenko_strains(h, xi)
     for e, length in enumerate(h):
         w = np.stack([N, length / 12 * SECOND * (xi - xi**3)], axis=1).reshape(6, -1)
-        theta = np.stack([zeros, N], axis=1).reshape(6, -1)
+        theta = np.stack([np.zeros_like(N), N], axis=1).reshape(6, -1)
         bend, shear = bends[e].T, shears[e].T
         dx = weights * length / 2
         K[e] = material.E * section.second_moment * (bend * dx) @ bend.T

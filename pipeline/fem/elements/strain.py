@@ -25,6 +25,7 @@ EDGES = {1: ((0, 1),), 2: ((0, 1), (1, 2), (2, 0)), 3: ((0, 1), (1, 2), (2, 0), 
 """Corners of each side with a mid-node, in meshio's order, by dimension."""
 SHEARS = ((1, 2), (0, 2), (0, 1))
 """Directions of the shear components, in order."""
+Strains = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class StrainSamples:
     """∫ N_a N_b of a reference element of unit size, quadratic N, (a, a)."""
     components: int
     """Number of strain components, s."""
-    strains: Callable[[np.ndarray], np.ndarray]
+    strains: Strains
     """From dof columns (dofs, k) to D^½ ε, whose square is the density of twice the strain energy, (e, q, s, k)."""
 
 
@@ -56,7 +57,7 @@ def strain_samples(model: FEModel, material: Material, geometry: BaseModel | Non
 
 
 def _continuum(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
-    N, grad, dx = quadrature(mesh, GAUSS_ORDER)
+    _, grad, dx = quadrature(mesh, GAUSS_ORDER)
     if mesh.cell_type == "tetra10":
         D = elasticity(material)
     elif isinstance(geometry, PlanePart):
@@ -64,22 +65,19 @@ def _continuum(mesh: MeshRecord, material: Material, geometry: BaseModel | None)
         D = geometry.thickness * np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
     else:
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
-    points = np.matmul(N.T, mesh.nodes[mesh.cells])
-    strains, carry = _from_gradients(mesh, grad, D), _quadratic(mesh.cell_type)
-    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *carry, len(D), strains)
+    return _sampled(mesh.cell_type, mesh.nodes, mesh.cells, dx.sum(axis=1), len(D), _from_gradients(mesh, grad, D))
 
 
 def _bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
     area = next(iter(mesh.surfaces.values())).shape["area"]
-    N, dN, _ = reference("line3", GAUSS_ORDER)
+    _, dN, _ = reference("line3", GAUSS_ORDER)
     h = element_lengths(mesh)
     scale = np.sqrt(material.E * area)
 
     def strains(columns: np.ndarray) -> np.ndarray:
         return scale * np.einsum("aq,eak,e->eqk", dN[:, 0], columns[mesh.cells], 1 / h)[:, :, None]
 
-    points = np.matmul(N.T, mesh.nodes[mesh.cells])
-    return StrainSamples(mesh.nodes, mesh.cells, points, h, *_quadratic("line3"), 1, strains)
+    return _sampled("line3", mesh.nodes, mesh.cells, h, 1, strains)
 
 
 def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
@@ -103,8 +101,17 @@ def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> S
     def strains(columns: np.ndarray) -> np.ndarray:
         return np.einsum("eqsd,edk->eqsk", rows, columns[dofs])
 
-    points = np.matmul(N.T, nodes[cells])
-    return StrainSamples(nodes, cells, points, h, *_quadratic("line3"), rows.shape[2], strains)
+    return _sampled("line3", nodes, cells, h, rows.shape[2], strains)
+
+
+def _sampled(
+    cell_type: str, nodes: np.ndarray, cells: np.ndarray, sizes: np.ndarray, components: int, strains: Strains
+) -> StrainSamples:
+    """Return the samples at the Gauss points of quadratic elements."""
+    points = np.matmul(reference(cell_type, GAUSS_ORDER)[0].T, nodes[cells])
+    N, _, W = reference(cell_type, 4)
+    mass = (N * W) @ N.T / W.sum()
+    return StrainSamples(nodes, cells, points, sizes, extrapolation(cell_type, GAUSS_ORDER), mass, components, strains)
 
 
 SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {
@@ -124,7 +131,7 @@ def elasticity(material: Material) -> np.ndarray:
     return D
 
 
-def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Strains:
     """Return the function from dof columns to D^½ ε, given ∂N/∂x (e, a, d, q) and D in xx, yy, zz, yz, xz, xy."""
     d = grad.shape[2]
     slopes = np.ascontiguousarray(grad.transpose(0, 3, 2, 1)).reshape(len(grad), -1, grad.shape[1])
@@ -141,9 +148,3 @@ def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Callab
         return scaled @ slope
 
     return strains
-
-
-def _quadratic(cell_type: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the extrapolation from Gauss points to nodes, (a, q), and ∫ N Nᵀ over an element of unit size, (a, a)."""
-    N, _, W = reference(cell_type, 4)
-    return extrapolation(cell_type, GAUSS_ORDER), (N * W) @ N.T / W.sum()

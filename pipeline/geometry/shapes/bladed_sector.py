@@ -1,5 +1,6 @@
 """One sector of a bladed disk: hub with a bore, web, rim, and a flat staggered blade on it."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -20,7 +21,7 @@ class BladedSector(Solid):
     The mesh of face `high` is that of face `low`, rotated. The blade's elements end at the rim's radius. Metres.
     """
 
-    OPTIONS: ClassVar[dict[str, float]] = {"Mesh.MeshSizeFromCurvature": TURN, "Mesh.MeshSizeMin": 0}
+    OPTIONS: ClassVar[Mapping[str, float]] = {"Mesh.MeshSizeFromCurvature": TURN, "Mesh.MeshSizeMin": 0}
     kind: Literal["bladed-sector"]
     sectors: int = Field(default=24, ge=3, le=360, description="Number of sectors of the wheel; one has 2π/sectors")
     bore_radius: Length = 0.04

@@ -2,6 +2,8 @@
 
 from typing import Any, Literal
 
+from pydantic import Field
+
 from gudgeon.pipeline.geometry.numbers import Length
 from gudgeon.pipeline.geometry.occ import REVOLVED, Solid, revolve
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
@@ -16,8 +18,7 @@ class Liner(Solid):
     wall: Length
     length: Length
     flange_height: Length
-    flange_width: Length
-    """Radial extent of the flange beyond the tube [m]."""
+    flange_width: Length = Field(description="Radial extent of the flange beyond the tube [m]")
 
     def limits(self) -> list[tuple[str, float, float, str]]:
         return [("flange_height", self.flange_height, self.length, "length")]

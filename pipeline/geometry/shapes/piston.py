@@ -3,6 +3,7 @@
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from gudgeon.pipeline.geometry.numbers import Coordinate, Length
 from gudgeon.pipeline.geometry.occ import REVOLVED, Solid, revolve
@@ -14,29 +15,20 @@ class Piston(Solid):
 
     OPTIONS = REVOLVED
     kind: Literal["piston"]
-    outer_radius: Length
-    """Of the skirt."""
+    outer_radius: Length = Field(description="Radius of the skirt [m]")
     height: Length
-    crown: Length
-    """Thickness of the crown."""
-    skirt_height: Length
-    """Of the part that slides; the ring belt is above it."""
-    wall: Length
-    """Thickness of the skirt."""
+    crown: Length = Field(description="Thickness of the crown [m]")
+    skirt_height: Length = Field(description="Height of the sliding part, below the ring belt [m]")
+    wall: Length = Field(description="Thickness of the skirt [m]")
     pin_radius: Length
-    pin_height: Length
-    """z of the pin's axis."""
-    pin_offset: Coordinate = 0.0
-    """x of the pin's axis."""
+    pin_height: Length = Field(description="z of the pin's axis [m]")
+    pin_offset: Coordinate = Field(default=0.0, description="x of the pin's axis [m]")
     boss_radius: Length
-    boss_gap: Length
-    """Width between the bosses, for the rod."""
-    rib_width: Length = 0.012
-    """Thickness in x of the ribs from the bosses to the crown, the path of the gas force to the pin."""
-    belt_relief: Length = 0.0003
-    """Radius of the skirt less that of the belt."""
-    relief_height: Length = 0.004
-    """Height of the cone from skirt to belt; a step would need elements as thin as `belt_relief`."""
+    boss_gap: Length = Field(description="Width between the bosses, for the rod [m]")
+    rib_width: Length = Field(default=0.012, description="Thickness in x of the ribs from the bosses to the crown [m]")
+    belt_relief: Length = Field(default=0.0003, description="Radius of the skirt less that of the belt [m]")
+    # A step instead of the cone would need elements as thin as `belt_relief`.
+    relief_height: Length = Field(default=0.004, description="Height of the cone from skirt to belt [m]")
 
     def limits(self) -> list[tuple[str, float, float, str]]:
         inner, under = self.outer_radius - self.wall, self.height - self.crown
