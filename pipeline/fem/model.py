@@ -34,7 +34,7 @@ class LineStiffness:
     """
 
     blocks: np.ndarray
-    """(e, a, a)"""
+    """Stiffness matrix of each element [N/m], (e, a, a)."""
     dofs: np.ndarray
     """Dofs of each element, (e, a): a bar's nodes; deflection and rotation of each node of a beam."""
     distances: np.ndarray | None = None
@@ -79,12 +79,12 @@ class FEModel:
 
     @property
     def nodes(self) -> np.ndarray:
-        """[m], (n, 3)"""
+        """Nodal positions [m], (n, 3)."""
         return self.mesh.nodes
 
     @property
     def rigid_modes(self) -> np.ndarray:
-        """Φ_r, mass-orthonormal, (dofs, r)."""
+        """Rigid modes Φ_r, mass-orthonormal, (dofs, r)."""
         if not len(self.rigid_twists):
             return np.empty((len(self.held), 0))
         arm = self.nodes - self.properties.centre

@@ -132,9 +132,7 @@ def _check_grid(table: ProfileTable) -> None:
         if abs(span - 360) > 1e-6 or len(table.angles) < 4:
             raise InputError(f"{table.source}: angles must span 360 degrees in at least 4 columns, they span {span:g}")
         if not np.allclose(table.deviations[:, 0], table.deviations[:, -1], rtol=0, atol=1e-12):
-            raise InputError(
-                f"{table.source}: the first and last angle are the same direction but differ in deviation"
-            )
+            raise InputError(f"{table.source}: the first and last angle are the same direction but differ in deviation")
 
 
 def _number(cell: str, path: Path, row: int) -> float:

@@ -23,18 +23,18 @@ class Rectangle(BaseModel):
     shear_form: ClassVar[float] = 5 / 6
     """κ by the energy of the shear stress."""
     kind: Literal["rectangle"]
-    width: Length = Field(description="Across the plane of bending [m]")
-    height: Length = Field(description="In the plane of bending [m]")
+    width: Length = Field(description="Width across the plane of bending [m]")
+    height: Length = Field(description="Height in the plane of bending [m]")
     shear_coefficient: Coefficient | None = SHEAR
 
     @property
     def area(self) -> float:
-        """[m^2]"""
+        """Area [m^2]."""
         return self.width * self.height
 
     @property
     def second_moment(self) -> float:
-        """[m^4]"""
+        """Second moment of area about the axis of bending [m^4]."""
         return self.width * self.height**3 / 12
 
 
@@ -50,17 +50,17 @@ class Circle(BaseModel):
 
     @property
     def height(self) -> float:
-        """[m]"""
+        """Height in the plane of bending [m]."""
         return 2 * self.radius
 
     @property
     def area(self) -> float:
-        """[m^2]"""
+        """Area [m^2]."""
         return np.pi * self.radius**2
 
     @property
     def second_moment(self) -> float:
-        """[m^4]"""
+        """Second moment of area about the axis of bending [m^4]."""
         return np.pi * self.radius**4 / 4
 
 
@@ -69,8 +69,8 @@ class IBeam(BaseModel):
 
     model_config = STRICT
     kind: Literal["i-beam"]
-    height: Length = Field(description="Over all [m]")
-    width: Length = Field(description="Of the flanges [m]")
+    height: Length = Field(description="Overall height [m]")
+    width: Length = Field(description="Width of the flanges [m]")
     flange: Length = Field(description="Thickness of each flange [m]")
     web: Length = Field(description="Thickness of the web [m]")
     shear_coefficient: Coefficient | None = SHEAR
@@ -97,12 +97,12 @@ class IBeam(BaseModel):
 
     @property
     def area(self) -> float:
-        """[m^2]"""
+        """Area [m^2]."""
         return 2 * self.width * self.flange + self.web * self._clear
 
     @property
     def second_moment(self) -> float:
-        """[m^4]"""
+        """Second moment of area about the axis of bending [m^4]."""
         return (self.width * self.height**3 - (self.width - self.web) * self._clear**3) / 12
 
     @property

@@ -33,12 +33,12 @@ TWISTS = {6: range(6), 3: (0, 1, 5)}
 
 @dataclass(frozen=True)
 class Tie:
-    """One surface and its reference point."""
+    """A surface and its reference point: how the point moves with the nodes."""
 
     nodes: np.ndarray
-    """Of the surface, (k,)."""
+    """Nodes of the surface, (k,)."""
     point: np.ndarray
-    """[m], (3,)"""
+    """Reference point [m], (3,)."""
     twists: np.ndarray
     """Unit motions of the point: translation, rotation, (j, 6)."""
     weights: np.ndarray

@@ -26,16 +26,20 @@ class BladedSector(Solid):
     sectors: int = Field(default=24, ge=3, le=360, description="Number of sectors of the wheel; one has 2π/sectors")
     bore_radius: Length = 0.04
     hub_radius: Length = 0.065
-    hub_width: Length = Field(default=0.05, description="Along the axis [m]")
+    hub_width: Length = Field(default=0.05, description="Width of the hub along the axis [m]")
     web: Length = Field(default=0.012, description="Thickness of the disk between hub and rim [m]")
     rim_radius: Length = Field(default=0.18, description="Root radius of the blade [m]")
     rim_height: Length = Field(default=0.018, description="Radial thickness of the rim [m]")
-    rim_width: Length = Field(default=0.045, description="Along the axis [m]")
+    rim_width: Length = Field(default=0.045, description="Width of the rim along the axis [m]")
     tip_radius: Length = 0.27
     chord: Length = 0.045
     blade_thickness: Length = 0.006
     stagger_deg: float = Field(
-        default=35.0, ge=0, le=90, description="Of the chord from the axis [deg]", json_schema_extra={"unit": "deg"}
+        default=35.0,
+        ge=0,
+        le=90,
+        description="Angle of the chord from the axis [deg]",
+        json_schema_extra={"unit": "deg"},
     )
 
     def limits(self) -> list[tuple[str, float, float, str]]:
