@@ -473,7 +473,7 @@ def test_profile_that_inverts_elements(update: str, case: Case, capsys: Capture)
     settings = (f"{TABLE}=barrel.csv", f"{SCALE}=1000", f"component.skirt.change.update={update}")
     (line,) = refused(case, capsys, case.command("morph", *settings))
     found = re.fullmatch(
-        rf"{TABLE}: the profile inverts (\d+) elements, the worst is element (\d+) near \(.*\) m; allowed .+",
+        rf"{TABLE}: the profile inverts (\d+) elements, the worst is element (\d+) near \(.*\) m; allowed: .+",
         line,
     )
     assert found
