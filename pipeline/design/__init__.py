@@ -1,1 +1,1 @@
-"""A change of the design: nodes move, modes stay."""
+"""Design changes: moved nodes, with the modes of the original design or new ones."""

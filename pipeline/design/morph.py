@@ -1,8 +1,8 @@
-"""A design change moves nodal positions by interpolation; how far the modes follow is the update.
+"""Design changes: nodal positions moved by a profile, and the design record of each update.
 
 A profile, a table or an offset, gives radial deviations δ over height and angle. Nodes of the named surface move by δ
 along the radius; inner nodes follow the nearest surface nodes, faded out by d_fixed / (d_fixed + d_moved) towards the
-surfaces that stay, so that no factorisation is needed. Mass, centre and inertia are always integrated anew.
+surfaces that stay; no factorisation is needed. Mass, centre and inertia are integrated over the moved mesh.
 """
 
 from dataclasses import dataclass, replace
@@ -16,12 +16,12 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.solid import mass_properties, nodal_jacobians, solid_twists
 from gudgeon.pipeline.geometry.profile import ProfileTable, UniformProfile
-from gudgeon.pipeline.geometry.surfaces import cylindrical, radial_directions
+from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions
 
 NEIGHBOURS = 4
-"""Surface nodes that an inner node follows, weighted by inverse square distance; more where some are as near."""
+"""Surface nodes that an inner node follows, weighted by inverse square distance; more if some are equally near."""
 AS_NEAR = 1e-9
-"""Relative difference of distances that round-off makes: it must not choose among equals."""
+"""Relative difference of distances by round-off, which must not choose among equally near nodes."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Movement:
 
     @property
     def source(self) -> str:
-        """Key of what gives the deviation."""
+        """Key of the table or offset in the scene."""
         return f"{self.where}.{'table' if isinstance(self.deviation, ProfileTable) else 'offset'}"
 
 
@@ -48,9 +48,8 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
     """
     surface = _cylinder(mesh, movement)
     on_surface = np.unique(surface.facets)
-    deviation = _deviations(mesh.nodes[on_surface], surface, movement)
     shift = np.zeros_like(mesh.nodes)
-    shift[on_surface] = radial_directions(mesh.nodes[on_surface], surface.shape) * deviation[:, None]
+    shift[on_surface] = _radial_shift(mesh.nodes[on_surface], surface, movement)
     others = [np.unique(s.facets) for name, s in mesh.surfaces.items() if name != movement.surface]
     fixed = np.setdiff1d(np.concatenate(others) if others else np.empty(0, int), on_surface)
     inner = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([on_surface, fixed]))
@@ -67,7 +66,7 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
 
 
 def _followed(surface: np.ndarray, inner: np.ndarray) -> tuple[sparse.csr_matrix, np.ndarray]:
-    """Return the weights of surface nodes in inner ones (inner, surface), and how near the nearest is [m], (inner,)."""
+    """Return the weights of surface nodes in inner ones (inner, surface), and the nearest distance [m], (inner,)."""
     tree = KDTree(surface)
     far, _ = tree.query(inner, NEIGHBOURS)
     near = tree.query_ball_point(inner, far[:, -1] * (1 + AS_NEAR), return_sorted=True)
@@ -79,7 +78,7 @@ def _followed(surface: np.ndarray, inner: np.ndarray) -> tuple[sparse.csr_matrix
 
 
 def own_modes(mesh_key: str, modes_key: str, modal: ModalRecord, update: str) -> MorphRecord:
-    """Return the design that the modes were made of; `update` is `none` or `recompute`."""
+    """Return the design record of a body with its own modes; `update` is `none` or `recompute`."""
     return MorphRecord(
         mesh_key, modes_key, update, {name: item.points for name, item in modal.interfaces.items()},
         modal.mass, modal.centre, modal.inertia, modal.rigid_twists, None, {},
@@ -94,26 +93,27 @@ def reuse(
     movement: Movement,
     rho: float,
 ) -> MorphRecord:
-    """Keep the modes; move nodes and contact points, and weigh the body again.
+    """Return the design record with the modes of the original design, moved nodes and contact points, and new mass.
 
     Args:
         keys: Of the mesh and of the modes.
-        surfaces: The surface of each interface; those of contact points matter.
+        surfaces: The surface of each interface with contact points.
         rho: Density [kg/m^3].
+
+    Raises:
+        InputError: supports leave some rigid motions but not all, or the profile does not fit the mesh.
     """
     if 0 < len(modal.rigid_twists) < 6:
-        raise InputError(f"{movement.source}: the supports leave a part of the rigid motions, take update 'recompute'")
-    nodes = move_nodes(mesh, movement)
-    shape = mesh.surfaces[movement.surface].shape
-    points = {}
-    for name, item in modal.interfaces.items():
-        points[name] = item.points
+        raise InputError(
+            f"{movement.source}: the supports leave some of the rigid motions free, use update 'recompute'"
+        )
+    nodes, surface = move_nodes(mesh, movement), mesh.surfaces[movement.surface]
+    points = {name: item.points for name, item in modal.interfaces.items()}
+    for name in points:
         if surfaces[name] == movement.surface:
-            deviation = _deviations(item.points, mesh.surfaces[movement.surface], movement)
-            points[name] = item.points + radial_directions(item.points, shape) * deviation[:, None]
+            points[name] = points[name] + _radial_shift(points[name], surface, movement)
     properties = mass_properties(replace(mesh, nodes=nodes), rho)
     quality = {"largest_shift": float(np.linalg.norm(nodes - mesh.nodes, axis=1).max())}
-    # A held body has no rigid motion, wherever its nodes go.
     twists = solid_twists(properties) if len(modal.rigid_twists) else modal.rigid_twists
     return MorphRecord(
         *keys, "reuse", points, properties.mass, properties.centre, properties.inertia, twists, nodes, quality
@@ -121,7 +121,7 @@ def reuse(
 
 
 def moved_mesh(mesh: MeshRecord, movement: Movement) -> MeshRecord:
-    """Return the mesh of the changed design, for modes of its own."""
+    """Return the mesh of the changed design, from which its modes are computed."""
     nodes = move_nodes(mesh, movement)
     moved = mesh.surfaces[movement.surface]
     surface = Surface(moved.facets, moved.shape | {"profiled": True})
@@ -129,28 +129,26 @@ def moved_mesh(mesh: MeshRecord, movement: Movement) -> MeshRecord:
 
 
 def _cylinder(mesh: MeshRecord, movement: Movement) -> Surface:
-    if movement.surface not in mesh.surfaces:
-        have = ", ".join(sorted(mesh.surfaces))
-        raise InputError(f"{movement.where}.surface: the mesh has no surface '{movement.surface}', it has {have}")
-    surface = mesh.surfaces[movement.surface]
+    surface = find_surface(mesh, movement.surface, f"{movement.where}.surface")
     if surface.shape.get("kind") != "cylinder":
         raise InputError(f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one")
     return surface
 
 
-def _deviations(points: np.ndarray, surface: Surface, movement: Movement) -> np.ndarray:
+def _radial_shift(points: np.ndarray, surface: Surface, movement: Movement) -> np.ndarray:
+    """Return how far points of a cylinder (k, 3) move [m], (k, 3)."""
     _, angle, height = cylindrical(points, surface.shape)
-    return movement.deviation(height, angle)
+    return radial_directions(points, surface.shape) * movement.deviation(height, angle)[:, None]
 
 
 def _refuse_inverted(mesh: MeshRecord, movement: Movement) -> None:
-    # The determinant at all ten nodes bounds what a quadratic element can do better than quadrature points do.
+    # At the ten nodes the determinant is a sharper test of inversion than at quadrature points.
     lowest = nodal_jacobians(mesh).min(axis=1)
     if lowest.min() <= 0:
         worst = int(np.argmin(lowest))
         where = mesh.nodes[mesh.cells[worst, :4]].mean(axis=0)
         raise InputError(
             f"{movement.source}: the profile inverts {int((lowest <= 0).sum())} elements, the worst is element"
-            f" {worst} near ({where[0]:.4g}, {where[1]:.4g}, {where[2]:.4g}) m; allowed are deviations well below the"
-            " wall thickness"
+            f" {worst} near ({where[0]:.4g}, {where[1]:.4g}, {where[2]:.4g}) m; allowed: deviations well below the wall"
+            " thickness"
         )

@@ -1,4 +1,4 @@
-"""From a mesh and a material to the FE model: K, M, rigid motions, and what holds it."""
+"""From a mesh and a material to the FE model: K, M, rigid motions and held dofs."""
 
 from collections.abc import Sequence
 
@@ -26,9 +26,9 @@ def build_model(
 
     Args:
         material: None for a rigid body.
-        supports: What is held; a plain name holds a surface's nodes in all their dofs.
+        supports: Held surfaces; a plain name holds all dofs of the surface's nodes.
         where: The component's key in the scene, for messages.
-        geometry: What the mesh was made of; a beam and a rigid body need it, for the section or the mass.
+        geometry: Origin of the mesh; a beam, a plane part and a rigid body need it for section, thickness or mass.
 
     Raises:
         InputError: the mesh is not of one piece, has an element without volume or no such surface, or a support does
@@ -38,7 +38,7 @@ def build_model(
         model = rigid_body(mesh, geometry)
     else:
         if material is None:
-            raise InputError(f"{where}.material: is missing; a body that deforms needs E, nu and rho")
+            raise InputError(f"{where}.material: is missing; an elastic body needs E, nu and rho")
         refuse_pieces(mesh, where)
         try:
             model = ASSEMBLERS[mesh.cell_type](mesh, material, geometry)

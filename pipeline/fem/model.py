@@ -1,4 +1,4 @@
-"""A linear elastic body before reduction: matrices on dofs, and what a dof means."""
+"""The finite-element model of a linear elastic body before reduction: matrices on dofs, and the meaning of each dof."""
 
 from dataclasses import dataclass
 
@@ -17,19 +17,28 @@ class MassProperties:
     inertia: np.ndarray
 
 
+def point_masses(points: np.ndarray, masses: np.ndarray) -> MassProperties:
+    """Return the mass properties of masses [kg], (p,), at points [m], (p, 3)."""
+    mass = float(masses.sum())
+    centre = masses @ points / mass
+    arm = points - centre
+    second = (masses[:, None] * arm).T @ arm
+    return MassProperties(mass, centre, np.trace(second) * np.eye(3) - second)
+
+
 @dataclass(frozen=True)
 class LineStiffness:
-    """Stiffness of bar or beam elements before it is added up: strain energy without the round-off of K Φ.
+    """Stiffness of each bar or beam element: strain energy without the round-off of K Φ.
 
-    Each element's own rigid motion is taken off first, which is most of the motion in a slender body.
+    The rigid motion of each element, most of the motion in a slender body, is subtracted first.
     """
 
     blocks: np.ndarray
-    """(e, a, a)"""
+    """Stiffness matrix of each element [N/m], (e, a, a)."""
     dofs: np.ndarray
-    """Of a bar its nodes', of a beam deflection and turn of node after node, (e, a)."""
+    """Dofs of each element, (e, a): a bar's nodes; deflection and rotation of each node of a beam."""
     distances: np.ndarray | None = None
-    """Of each beam element's nodes from its first one [m], (e, a/2); None of bars, which do not turn."""
+    """Of each beam element's nodes from its first one [m], (e, a/2); None for bars, which do not rotate."""
 
     def product(self, Phi: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
         """Return ΦᵀKX of columns (dofs, m) and (dofs, k), the same by default, (m, k)."""
@@ -38,7 +47,7 @@ class LineStiffness:
         return np.einsum("eai,eaj->ij", bent, loads, optimize=True)
 
     def _bent(self, Phi: np.ndarray) -> np.ndarray:
-        """Return the motion of each element's dofs beside its rigid one, (e, a, m)."""
+        """Return the motion of each element's dofs less its rigid motion, (e, a, m)."""
         local = Phi[self.dofs]
         if self.distances is None:
             return local - local[:, :1]
@@ -57,25 +66,25 @@ class FEModel:
     """Consistent mass [kg], (dofs, dofs)."""
     mesh: MeshRecord
     directions: np.ndarray
-    """Direction of each of a node's dofs, (d, 3): the axes of a solid, the axis of a bar; zero where it is a turn."""
+    """Direction of each of a node's dofs, (d, 3): the axes of a solid, the axis of a bar; zero for a rotation."""
     rotations: np.ndarray
-    """Axis of each of a node's dofs that is a turn [rad], (d, 3); zero where it is a translation."""
+    """Axis of each of a node's rotational dofs [rad], (d, 3); zero for a translation."""
     properties: MassProperties
     rigid_twists: np.ndarray
-    """Mass-normalised rigid motions that the supports leave: translation, rotation about the centre, (r, 6)."""
+    """Mass-normalised rigid motions that no support prevents: translation, rotation about the centre, (r, 6)."""
     held: np.ndarray
-    """Which dofs a support holds at zero, (dofs,). K and M have all dofs nevertheless."""
+    """Which dofs a support holds at zero, (dofs,); K and M contain them too."""
     parts: LineStiffness | None = None
-    """Elements of a bar or a beam; None of anything else."""
+    """Elements of a bar or a beam, None for other bodies."""
 
     @property
     def nodes(self) -> np.ndarray:
-        """[m], (n, 3)"""
+        """Nodal positions [m], (n, 3)."""
         return self.mesh.nodes
 
     @property
     def rigid_modes(self) -> np.ndarray:
-        """Φ_r, mass-orthonormal, (dofs, r)."""
+        """Rigid modes Φ_r, mass-orthonormal, (dofs, r)."""
         if not len(self.rigid_twists):
             return np.empty((len(self.held), 0))
         arm = self.nodes - self.properties.centre
@@ -84,7 +93,7 @@ class FEModel:
             for twist in self.rigid_twists
         ]
         modes = np.column_stack([field.ravel() for field in motion])
-        modes[self.held] = 0.0  # What a support leaves vanishes there but for round-off.
+        modes[self.held] = 0.0  # The motions vanish at supports but for round-off.
         return modes
 
     @property
@@ -111,6 +120,13 @@ class FEModel:
         columns = (d * nodes[:, None] + np.arange(d)).ravel()
         points = np.repeat(np.arange(len(nodes)), d)
         return sparse.csr_matrix((along.ravel(), (points, columns)), shape=(len(nodes), self.K.shape[0]))
+
+    def weighted(self, nodes: np.ndarray, weights: np.ndarray) -> sparse.csr_matrix:
+        """Return Σ weights · u over nodes (k,), one row for each set of weights (j, k, 3), (j, dofs)."""
+        columns = np.tile((3 * nodes[:, None] + np.arange(3)).ravel(), len(weights))
+        rows = np.repeat(np.arange(len(weights)), 3 * len(nodes))
+        shape = (len(weights), 3 * len(self.nodes))
+        return self.on_dofs(sparse.csr_matrix((weights.ravel(), (rows, columns)), shape=shape))
 
     def on_dofs(self, nodal: sparse.csr_matrix) -> sparse.csr_matrix:
         """Turn rows over nodal vectors (k, 3n), node by node, into rows over the dofs, (k, dofs)."""

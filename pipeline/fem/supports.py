@@ -1,4 +1,4 @@
-"""What holds a component: named surfaces, in all directions or in some, and the rigid motions that are left."""
+"""Supports of a component: named surfaces held in all directions or some, and the rigid motions that remain."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,23 +9,21 @@ from scipy import linalg
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.scenes.supports import Support
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 VANISHING = 1e-9
-"""A rigid motion below this share of the strongest one on the held dofs is free: round-off of the mesh's nodes."""
+"""A rigid motion below this share of the largest one on the held dofs is free: round-off of the mesh's nodes."""
 FIRMNESS = 1e-6
 """A rigid motion between this share and `VANISHING` is neither free nor held: nodes almost on one line."""
 
 
 def hold(model: FEModel, supports: Sequence[Support | str], where: str) -> FEModel:
-    """Return the model with what its supports hold, and the rigid motions that they leave.
-
-    Args:
-        where: Key of the supports in the scene, for messages.
+    """Return the model with its held dofs and remaining rigid motions; `where` is the supports' key, for messages.
 
     Raises:
-        InputError: the mesh has no such surface, the model no such direction, or a rigid motion is held by a hair.
+        InputError: the mesh has no such surface, the model no such direction, or a rigid motion is held only partly.
     """
     held = np.zeros((len(model.nodes), len(model.directions)), bool)
     for entry in supports:
@@ -43,10 +41,7 @@ def surface_nodes(mesh: MeshRecord, name: str, where: str) -> np.ndarray:
     Raises:
         InputError: the mesh has no such surface.
     """
-    if name not in mesh.surfaces:
-        have = ", ".join(sorted(mesh.surfaces)) or "none"
-        raise InputError(f"{where}: the mesh has no surface '{name}', it has {have}")
-    return np.unique(mesh.surfaces[name].facets)
+    return np.unique(find_surface(mesh, name, where).facets)
 
 
 def remaining_twists(model: FEModel, held: np.ndarray, what: str) -> np.ndarray:
@@ -54,7 +49,7 @@ def remaining_twists(model: FEModel, held: np.ndarray, what: str) -> np.ndarray:
 
     Args:
         held: Which dofs are held, (dofs,).
-        what: Key and what holds, the beginning of a message.
+        what: Key and held nodes, the beginning of a message.
 
     Raises:
         InputError: a motion is neither free nor firmly held.
@@ -68,11 +63,14 @@ def remaining_twists(model: FEModel, held: np.ndarray, what: str) -> np.ndarray:
     share = strength / max(strength[0], np.finfo(float).tiny)
     doubtful = (share > VANISHING) & (share < FIRMNESS)
     if doubtful.any():
-        raise InputError(f"{what} hold a rigid motion by a share of {share[doubtful][0]:.1g} only; hold it or leave it")
+        raise InputError(
+            f"{what} restrain a rigid motion only partly, by a share of {share[doubtful][0]:.1g}; support this motion"
+            " fully or leave it free"
+        )
     free = motions[share <= VANISHING]
     if not len(free):
         return np.empty((0, 6))
-    # The span is what counts; pivoting keeps a motion that is free by itself as it was, such as a translation along x.
+    # Any basis of the span serves; pivoting preserves a motion that is free on its own, such as a translation along x.
     basis = linalg.qr(free.T @ free, pivoting=True)[0][:, : len(free)]
     basis *= np.sign(basis[np.abs(basis).argmax(axis=0), np.arange(len(free))])
     basis[np.abs(basis) < 16 * np.finfo(float).eps] = 0.0

@@ -1,4 +1,4 @@
-"""The family of geometries: each member is a pydantic model whose `build(size)` makes a `MeshRecord`."""
+"""The family of geometries: each member is a pydantic model whose `build(size)` returns a `MeshRecord`."""
 
 from typing import Annotated
 
@@ -33,7 +33,7 @@ GEOMETRIES: dict[str, type[BaseModel]] = {
     "file": MeshFile,
     "plane-file": PlaneFile,
 }
-"""Members by the `kind` that a scene names."""
+"""Members by their `kind` in a scene."""
 
 Geometry = Annotated[
     Skirt
@@ -51,4 +51,4 @@ Geometry = Annotated[
     | PlaneFile,
     Field(discriminator="kind"),
 ]
-"""Any member, told apart by its `kind`."""
+"""Any member, discriminated by its `kind`."""

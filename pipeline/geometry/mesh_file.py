@@ -1,7 +1,7 @@
-"""A solid from a mesh file: whatever meshio reads, as tet10 with named, outward surfaces.
+"""Solids from mesh files: any format of meshio, as tet10 with named, outward surfaces.
 
 Surfaces get their names from gmsh's physical groups of dimension 2, from sets of triangles or nodes, from integer
-cell or point arrays (non-zero = member), or from their true shape alone.
+cell or point arrays (non-zero = member), or from their true shape only.
 """
 
 import contextlib
@@ -12,57 +12,37 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, Field
+from pydantic import BaseModel, Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.numbers import STRICT, Length, Point
-from gudgeon.pipeline.geometry.numbers import Direction as AnyDirection
-from gudgeon.pipeline.geometry.occ import SurfaceRule
+from gudgeon.pipeline.geometry.cells import EDGES, FACES, GMSH_ORDER, MIRRORED_TETRA, compacted, side_counts
+from gudgeon.pipeline.geometry.numbers import STRICT, Length, Point, UnitVector
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
-from gudgeon.pipeline.geometry.surfaces import cylindrical, true_surface
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surface
 
 ON_SHAPE = 1e-5
-"""How far corners may lie from a true shape, relative to its size: what files with six digits keep."""
-
+"""How far corners may lie from a true shape, relative to its size: the round-off of files with six digits."""
 FACING = 0.5
-"""Least cosine between facet and true shape: an end face's ear whose three corners lie on the cylinder has none."""
-
+"""Least cosine between the normals of facet and true shape: a facet of an end face may have all three corners on the
+cylinder, but its normal is perpendicular to the radius."""
 LIFTS = 30
-"""Alternating projections onto shapes that meet in an edge; one is enough where they meet at right angles."""
-
+"""Alternating projections onto shapes with a common edge; one is enough where they meet at right angles."""
 FLAT = 1e-9
 """Least 6 × volume of a tetrahedron by its longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
-
 MID_REACH = 0.35
 """How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
-
-EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
-FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
-"""Outward faces of a tet10 of positive volume, corners first, in meshio's order."""
-GMSH_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
-MIRRORED = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
-
-SOLIDS, TRIANGLES = ("tetra", "tetra10"), ("triangle", "triangle6")
+SOLIDS = ("tetra", "tetra10")
+FACETS = {1: ("line", "line3"), 2: ("triangle", "triangle6")}
+"""Types of the cells that can name a boundary, by their dimension."""
 READABLE = "allowed: .msh (saved without Mesh.SaveAll), .inp, .vtu or another format of meshio"
-
 ABAQUS_TYPES = [
     (re.compile(r"D?C3D(4|10)[A-Z]*"), r"C3D\1"),
     (re.compile(r"(C3D\d+[A-Z]*)"), r"\1"),
     (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|R3D|STRI|S)3[A-Z]*"), "S3"),
     (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|S)6[A-Z]*|STRI65"), "STRI65"),
 ]
-"""Solids and triangles of a deck by the name that meshio knows; other elements (springs, beams) are left out."""
-
-
-def _unit_vector(vector: AnyDirection) -> AnyDirection:
-    length = float(np.linalg.norm(vector))
-    if length == 0:
-        raise ValueError("the vector is zero, it must have a direction")
-    return vector[0] / length, vector[1] / length, vector[2] / length
-
-
-Direction = Annotated[AnyDirection, AfterValidator(_unit_vector)]
+"""Solids and triangles of a deck by the name in meshio; other elements (springs, beams) are omitted."""
 
 
 class CylinderShape(BaseModel):
@@ -71,9 +51,8 @@ class CylinderShape(BaseModel):
     model_config = STRICT
     kind: Literal["cylinder"]
     radius: Length
-    axis: Direction
-    origin: Point
-    """A point of the axis [m]."""
+    axis: UnitVector
+    origin: Point = Field(description="A point of the axis [m]")
 
 
 class PlaneShape(BaseModel):
@@ -81,9 +60,8 @@ class PlaneShape(BaseModel):
 
     model_config = STRICT
     kind: Literal["plane"]
-    normal: Direction
-    origin: Point
-    """A point of the plane [m]."""
+    normal: UnitVector
+    origin: Point = Field(description="A point of the plane [m]")
 
 
 SurfaceShape = Annotated[CylinderShape | PlaneShape, Field(discriminator="kind")]
@@ -95,26 +73,22 @@ class MeshFile(BaseModel):
     model_config = STRICT
     kind: Literal["file"]
     path: str
-    unit: Length = 1.0
-    """Metres per unit of length of the file."""
-    surfaces: dict[str, SurfaceShape] = Field(default_factory=dict)
-    """True shapes [m]. A name that the file lacks is found as the boundary facets that lie on its shape."""
+    unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
+    surfaces: dict[str, SurfaceShape] = Field(
+        default={}, description="True shapes by name; a name that is not in the file gets the facets on its shape"
+    )
 
     def build(self, size: float | None) -> MeshRecord:
         """Read the mesh; `size` is not used, the file has its own.
 
         Raises:
-            InputError: the file is missing, no mesh, not one solid of tetrahedra, or off its declared surfaces.
+            InputError: the file is missing or no mesh, not one solid of tetrahedra, or not on its declared surfaces.
         """
         mesh = read_mesh(self.path)
         points = self.unit * np.asarray(mesh.points, float)
-        cells = _ordered(points, _tetrahedra(mesh, self.path), self.path)
-        used, numbers = np.unique(cells, return_inverse=True)
-        nodes, cells = points[used], numbers.reshape(len(cells), -1)
+        nodes, cells, number = compacted(points, _ordered(points, _tetrahedra(mesh, self.path), self.path))
         skin, faces = _skin(cells, self.path)
-        number = np.full(len(points), -1)
-        number[used] = np.arange(len(used))
-        members = _named(mesh, number, faces, len(nodes))
+        members = named_facets(mesh, number, faces, dimension=2)
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
         members |= {name: self._on_shape(name, shape, nodes[faces[:, :3]], members) for name, shape in shapes.items()}
         straight = cells.shape[1] == 4
@@ -124,15 +98,15 @@ class MeshFile(BaseModel):
         if straight:
             _lift(nodes, facets, shapes)
         surfaces = {name: Surface(facets[name], shapes.get(name, {})) for name in facets}
-        mesh = MeshRecord(nodes=nodes, cells=cells, cell_type="tetra10", surfaces=surfaces)
-        refuse_pieces(mesh, self.path)
-        return mesh
+        record = MeshRecord(nodes, cells, "tetra10", surfaces)
+        refuse_pieces(record, self.path)
+        return record
 
     def _on_shape(
         self, name: str, shape: SurfaceRule, corners: np.ndarray, members: dict[str, np.ndarray]
     ) -> np.ndarray:
-        """Tell which boundary facets, with `corners` (f, 3, 3), make up the surface `name` of a true shape."""
-        off = _distance(corners.reshape(-1, 3), shape).reshape(-1, 3)
+        """Return which boundary facets, with `corners` [m] (f, 3, 3), belong to the surface `name` of a true shape."""
+        off = distance(corners.reshape(-1, 3), shape).reshape(-1, 3)
         limit = ON_SHAPE * shape.get("radius", np.ptp(corners.reshape(-1, 3), axis=0).max())
         hint = "check `unit` and the shape, which is in metres"
         if name in members and (worst := off[members[name]].max()) > limit:
@@ -155,12 +129,6 @@ class MeshFile(BaseModel):
         return found
 
 
-def _distance(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
-    if shape["kind"] == "plane":
-        return np.abs((points - np.asarray(shape["origin"])) @ np.asarray(shape["normal"]))
-    return np.abs(cylindrical(points, shape)[0] - shape["radius"])
-
-
 def _lift(nodes: np.ndarray, facets: dict[str, np.ndarray], shapes: dict[str, SurfaceRule]) -> None:
     """Move the mid-edge nodes of facets onto their true shapes, in place."""
     for _ in range(LIFTS):
@@ -170,7 +138,7 @@ def _lift(nodes: np.ndarray, facets: dict[str, np.ndarray], shapes: dict[str, Su
 
 
 def _tetrahedra(mesh: Any, path: str) -> np.ndarray:
-    """Return the file's tetrahedra (e, 4) or (e, 10); other solid cells are refused, lines and faces left out."""
+    """Return the file's tetrahedra (e, 4) or (e, 10); other solid cells are refused, lines and faces omitted."""
     kinds = {block.type for block in mesh.cells if len(block.data)}
     have = ", ".join(sorted(kinds)) or "no cells"
     others = {block.type for block in mesh.cells if block.dim == 3 and len(block.data)} - set(SOLIDS)
@@ -208,79 +176,79 @@ def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
             f" {int(np.argmax(flat))} (from 0); allowed: 6 × volume above {FLAT:g} × longest edge³"
         )
     turned = volume < 0
-    cells[turned] = cells[turned][:, MIRRORED[: cells.shape[1]]]
+    cells[turned] = cells[turned][:, MIRRORED_TETRA[: cells.shape[1]]]
     _, first = np.unique(np.sort(cells[:, :4], axis=1), axis=0, return_index=True)
     return cells[np.sort(first)]
 
 
 def _skin(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
     """Return cell and face number (f, 2) of each boundary facet and its nodes (f, 3) or (f, 6), outward."""
-    faces = cells[:, FACES if cells.shape[1] == 10 else FACES[:, :3]]
-    key = np.sort(faces[:, :, :3].reshape(-1, 3), axis=1)
-    _, inverse, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    if count.max() > 2:
-        raise InputError(f"{path}: {int((count > 2).sum())} faces belong to more than two tetrahedra; allowed: two")
-    skin = np.argwhere(count[inverse.reshape(-1, 4)] == 1)
-    return skin, faces[skin[:, 0], skin[:, 1]]
+    sides = FACES if cells.shape[1] == 10 else FACES[:, :3]
+    shared = side_counts(cells, sides)
+    if shared.max() > 2:
+        count = round(float((1 / shared[shared > 2]).sum()))
+        raise InputError(f"{path}: {count} faces belong to more than two tetrahedra; allowed: two")
+    return np.argwhere(shared == 1), cells[:, sides][shared == 1]
 
 
 def _with_mid_nodes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Turn linear tetrahedra (e, 4) into straight tet10 (e, 10); new nodes stand behind the old."""
+    """Turn linear tetrahedra (e, 4) into straight tet10 (e, 10); new nodes are last."""
     edges, numbers = np.unique(np.sort(cells[:, EDGES].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
     middle = len(nodes) + numbers.reshape(-1, 6)
     return np.concatenate([nodes, nodes[edges].mean(axis=1)]), np.hstack([cells, middle])
 
 
-def _named(mesh: Any, number: np.ndarray, faces: np.ndarray, count: int) -> dict[str, np.ndarray]:
-    """Return which boundary facets belong to each surface that the file names.
+def named_facets(mesh: Any, number: np.ndarray, facets: np.ndarray, dimension: int) -> dict[str, np.ndarray]:
+    """Return which boundary facets (f, s), corners first, belong to each name of the file; sets of cells before nodes.
 
     Args:
         number: New number of each of the file's nodes, -1 where unused.
-        faces: New node numbers of each boundary facet (f, 3) or (f, 6).
-        count: How many nodes are used.
+        dimension: Of the facets, 1 or 2.
     """
     found: dict[str, np.ndarray] = {}
-    corners = np.sort(faces[:, :3], axis=1)
-    for name, triangles in _triangle_sets(mesh).items():
-        rows = np.concatenate([corners, np.sort(number[triangles], axis=1)])
+    corners = np.sort(facets[:, : dimension + 1], axis=1)
+    for name, chosen in _facet_sets(mesh, dimension).items():
+        rows = np.concatenate([corners, np.sort(number[chosen], axis=1)])
         code = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
         found[name] = np.isin(code[: len(corners)], code[len(corners) :])
-    arrays = {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if marks(name, values)}
-    for name, chosen in ({n: np.asarray(s, int) for n, s in mesh.point_sets.items()} | arrays).items():
-        inside = np.zeros(count + 1, bool)  # one more, for the unused nodes' -1
-        inside[number[chosen]] = True
-        found.setdefault(name.strip('"'), np.asarray(inside[faces].all(axis=1)))
+    sets = {name: np.asarray(nodes, int) for name, nodes in mesh.point_sets.items()}
+    sets |= {name: np.flatnonzero(values) for name, values in mesh.point_data.items() if _marks(name, values)}
+    for name, nodes in sets.items():
+        found.setdefault(name.strip('"'), np.asarray(np.isin(facets, number[nodes]).all(axis=1)))
     return {name: chosen for name, chosen in found.items() if chosen.any()}
 
 
-def marks(name: str, values: np.ndarray) -> bool:
-    """Return whether a file's array tells members from others by integers."""
+def _marks(name: str, values: np.ndarray) -> bool:
+    """Return whether an array of a file marks the members of a set, by integers that are not zero."""
     return ":" not in name and values.ndim == 1 and values.dtype.kind in "iub"
 
 
-def _triangle_sets(mesh: Any) -> dict[str, np.ndarray]:
-    """Return the corners (k, 3) of the triangles in each named set of the file."""
+def _facet_sets(mesh: Any, dimension: int) -> dict[str, np.ndarray]:
+    """Return the corners (k, d + 1) of the lines or triangles in each named set of the file."""
     found: dict[str, list[np.ndarray]] = {}
-    faces = [(k, np.asarray(block.data)[:, :3]) for k, block in enumerate(mesh.cells) if block.type in TRIANGLES]
-    for name, blocks in mesh.cell_sets.items():
-        if name.startswith("gmsh:"):
-            continue
-        chosen = [corners[np.asarray(blocks[k], int)] for k, corners in faces if k < len(blocks)]
-        found[name.strip('"')] = chosen
-    names = {int(tag): name for name, (tag, dimension) in mesh.field_data.items() if dimension == 2}
-    for array, blocks in mesh.cell_data.items():
-        for k, corners in faces:
-            values = np.asarray(blocks[k])
-            if marks(array, values):
-                found.setdefault(array, []).append(corners[values != 0])
+    blocks = [(k, np.asarray(block.data)) for k, block in enumerate(mesh.cells) if block.type in FACETS[dimension]]
+    facets = [(k, cells[:, : dimension + 1]) for k, cells in blocks]
+    for name, members in mesh.cell_sets.items():
+        if not name.startswith("gmsh:"):
+            found[name.strip('"')] = [rows[np.asarray(members[k], int)] for k, rows in facets if k < len(members)]
+    names = {int(tag): name for name, (tag, of) in mesh.field_data.items() if of == dimension}
+    for array, tags in mesh.cell_data.items():
+        for k, rows in facets:
+            values = np.asarray(tags[k])
+            if _marks(array, values):
+                found.setdefault(array, []).append(rows[values != 0])
             elif array in ("gmsh:physical", "medit:ref", "nastran:ref"):
                 for tag in set(values.tolist()) - {0}:
-                    found.setdefault(names.get(tag, str(tag)), []).append(corners[values == tag])
+                    found.setdefault(names.get(tag, str(tag)), []).append(rows[values == tag])
     return {name: np.concatenate(chosen) for name, chosen in found.items() if sum(map(len, chosen))}
 
 
 def read_mesh(path: str) -> Any:
-    """Return the meshio mesh of a file; what meshio prints is dropped, what it raises becomes one line."""
+    """Return the meshio mesh of a file, without the output that meshio prints.
+
+    Raises:
+        InputError: the file is missing, damaged, or no mesh.
+    """
     import meshio
 
     if not Path(path).is_file():
@@ -294,7 +262,7 @@ def read_mesh(path: str) -> Any:
         points = np.asarray(mesh.points, float)
         sound = points.ndim == 2 and points.shape[1] == 3 and np.isfinite(points).all()
         for block in mesh.cells:
-            if block.type in SOLIDS + TRIANGLES and len(block.data):
+            if block.type in SOLIDS + FACETS[2] and len(block.data):
                 sound = sound and block.data.min() >= 0 and block.data.max() < len(points)
     except InputError:
         raise
@@ -307,7 +275,7 @@ def read_mesh(path: str) -> Any:
 
 
 def _refuse_cut_off(path: str) -> None:
-    """meshio only warns of a .msh that ends inside a section, and takes what is left of a number for the whole."""
+    """Refuse a .msh that ends inside a section: meshio only warns, and reads a truncated number as a complete one."""
     if path.lower().endswith(".msh"):
         with open(path, "rb") as file:
             head = file.read(1)
@@ -320,9 +288,8 @@ def _refuse_cut_off(path: str) -> None:
 def _read_abaqus(path: str) -> Any:
     """Read an Abaqus or CalculiX deck by meshio, rearranged to nodes, elements, sets.
 
-    meshio keeps only the last *NODE block and the last part of a set, and hands sets to the wrong elements where an
-    *ELEMENT names none (its issue 1530). So parts are joined, each *ELEMENT block gets a set of its own, and its name
-    back afterwards.
+    meshio keeps only the last *NODE block and the last part of a set, and assigns sets to the wrong elements where an
+    *ELEMENT has no name (its issue 1530). So parts are joined, each *ELEMENT block gets a set, and its name afterwards.
     """
     import meshio
 
@@ -362,7 +329,7 @@ def _read_abaqus(path: str) -> Any:
 
 
 def _abaqus_header(line: str, blocks: list[str]) -> tuple[str, str]:
-    """Return a keyword and the line that stands for it, empty if it is left out; note the names of element blocks."""
+    """Return a keyword and the line that replaces it, empty if it is omitted; add element blocks' names to `blocks`."""
     keyword = line.partition(",")[0].strip("* \t").upper()
     options = {key.upper(): value.strip() for key, value in re.findall(r",\s*(\w+)\s*=([^,]+)", line)}
     if keyword == "NODE":

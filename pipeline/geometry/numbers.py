@@ -1,8 +1,9 @@
-"""Numbers of a scene file with their limits and, where all that use one agree, their SI unit."""
+"""Numbers and vectors of a scene file with their limits and, where it is always the same, their SI unit."""
 
 from typing import Annotated
 
-from pydantic import ConfigDict, Field
+import numpy as np
+from pydantic import AfterValidator, ConfigDict, Field
 
 STRICT = ConfigDict(extra="forbid", frozen=True)
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -12,4 +13,21 @@ Coordinate = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"uni
 Dimensionless = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"unit": "1"})]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 Direction = tuple[Dimensionless, Dimensionless, Dimensionless]
-"""Of any length; whether it may be zero is checked where it is used."""
+"""Of any length, zero included."""
+
+
+def _refuse_zero(vector: Direction) -> Direction:
+    if not np.linalg.norm(vector) > 0:
+        raise ValueError(f"{list(vector)} given, a length above zero is needed")
+    return vector
+
+
+def _normalised(vector: Direction) -> Direction:
+    length = float(np.linalg.norm(vector))
+    return vector[0] / length, vector[1] / length, vector[2] / length
+
+
+NonZero = Annotated[Direction, AfterValidator(_refuse_zero)]
+"""Of any length above zero."""
+UnitVector = Annotated[NonZero, AfterValidator(_normalised)]
+"""Scaled to length 1."""

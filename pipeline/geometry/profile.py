@@ -14,7 +14,7 @@ import numpy as np
 from gudgeon.pipeline.errors import InputError
 
 HEIGHT_MARGIN = 1e-9
-"""How far a node may lie outside the table's heights [m]: round-off of mesh generators."""
+"""Largest distance of a node outside the table's heights [m]: round-off of mesh generators."""
 WRAPPED = 3
 """Columns repeated on either side, so that the spline is periodic to its own degree."""
 
@@ -29,7 +29,7 @@ class ProfileTable:
     source: str
 
     def __call__(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Interpolate at points (k,).
+        """Return the deviations [m] at heights [m] and angles [rad] by splines, (k,) each.
 
         Raises:
             InputError: a point lies above or below the table.
@@ -47,28 +47,25 @@ class ProfileTable:
         if len(self.angles) == 1:
             return make_interp_spline(self.heights, self.deviations[:, 0], k=degree)(height)
         angles, deviations = self._wrapped()
-        turned = self.angles[0] + np.mod(angle - self.angles[0], 2 * np.pi)
         spline = RectBivariateSpline(self.heights, angles, deviations, kx=degree, ky=3)
-        return spline.ev(height, turned)
+        return spline.ev(height, self._turned(angle))
 
     def linear(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Interpolate linearly at points (k,), the nearest height beyond the table; quick, for checks."""
-        turned = self.angles[0] + np.mod(angle - self.angles[0], 2 * np.pi)
-        height = np.clip(height, self.heights[0], self.heights[-1])
-        upper = np.clip(np.searchsorted(self.heights, height), 1, len(self.heights) - 1)
-        share = (height - self.heights[upper - 1]) / (self.heights[upper] - self.heights[upper - 1])
+        """Interpolate linearly at points (k,), with the nearest height outside the table; fast, for checks."""
         if len(self.angles) == 1:
-            rows = self.deviations[:, 0]
-            return (1 - share) * rows[upper - 1] + share * rows[upper]
-        right = np.clip(np.searchsorted(self.angles, turned), 1, len(self.angles) - 1)
-        side = (turned - self.angles[right - 1]) / (self.angles[right] - self.angles[right - 1])
-        at = [
-            (1 - side) * self.deviations[row, right - 1] + side * self.deviations[row, right]
-            for row in (upper - 1, upper)
-        ]
-        return (1 - share) * at[0] + share * at[1]
+            return np.interp(height, self.heights, self.deviations[:, 0])
+        row, up = _cell(self.heights, np.clip(height, self.heights[0], self.heights[-1]))
+        column, right = _cell(self.angles, self._turned(angle))
+        d = self.deviations
+        low, high = ((1 - right) * d[i, column - 1] + right * d[i, column] for i in (row - 1, row))
+        return (1 - up) * low + up * high
+
+    def _turned(self, angle: np.ndarray) -> np.ndarray:
+        """Return angles [rad] within the table's turn."""
+        return self.angles[0] + np.mod(angle - self.angles[0], 2 * np.pi)
 
     def _wrapped(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return angles and deviations with the columns that repeat on either side."""
         a, d, turn = self.angles, self.deviations, 2 * np.pi
         width = min(WRAPPED, len(a) - 1)
         angles = np.concatenate([a[-1 - width : -1] - turn, a, a[1 : 1 + width] + turn])
@@ -82,19 +79,21 @@ class UniformProfile:
     deviation: float
 
     def __call__(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Return it at points (k,)."""
+        """Return the deviation at heights and angles, (k,) each."""
         return np.full(np.broadcast(height, angle).shape, self.deviation)
 
 
-def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> ProfileTable:
-    """Read a profile table.
+def _cell(grid: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the upper end of the interval of an ascending grid that contains each x, and the share of x in it."""
+    upper = np.clip(np.searchsorted(grid, x), 1, len(grid) - 1)
+    return upper, (x - grid[upper - 1]) / (grid[upper] - grid[upper - 1])
 
-    Args:
-        scale: Factor on the table's deviations.
-        offset: Deviation on top of that everywhere [m].
+
+def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> ProfileTable:
+    """Read a profile table, its deviations times `scale` plus `offset` [m].
 
     Raises:
-        InputError: the file is missing or cut off, a value is no number, or the grid is not as it must be.
+        InputError: the file is missing or cut off, a value is no number, or the grid is not allowed.
     """
     rows = read_rows(path, "profile table")
     if len(rows) < 3 or len(rows[0]) < 2:
@@ -112,10 +111,7 @@ def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> Profile
 
 
 def read_rows(path: Path, what: str) -> list[list[str]]:
-    """Return the cells of a CSV file, without blank rows.
-
-    Args:
-        what: Name of the table, for messages.
+    """Return the cells of a CSV file, without blank rows; `what` names it in messages.
 
     Raises:
         InputError: the file is missing, is no UTF-8 text or no CSV.
@@ -136,7 +132,7 @@ def _check_grid(table: ProfileTable) -> None:
         if abs(span - 360) > 1e-6 or len(table.angles) < 4:
             raise InputError(f"{table.source}: angles must span 360 degrees in at least 4 columns, they span {span:g}")
         if not np.allclose(table.deviations[:, 0], table.deviations[:, -1], rtol=0, atol=1e-12):
-            raise InputError(f"{table.source}: the first and last angle are the same place but differ in deviation")
+            raise InputError(f"{table.source}: the first and last angle are the same direction but differ in deviation")
 
 
 def _number(cell: str, path: Path, row: int) -> float:

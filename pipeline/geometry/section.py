@@ -5,7 +5,7 @@ that of the mean one, V² / (2 κ G A); Q is the first moment of the part beyond
 Mechanics of Materials, form factor for shear): 5/6 for a rectangle, 9/10 for a circle.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
@@ -13,61 +13,55 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator
 from gudgeon.pipeline.geometry.numbers import STRICT, Length, Positive
 
 Coefficient = Annotated[float, Field(gt=0, le=1, json_schema_extra={"unit": "1"})]
-SHEAR = Field(default=None, description="Shear coefficient κ; by the energy of the shear stress where left out")
+SHEAR = Field(default=None, description="Shear coefficient κ; by the energy of the shear stress by default")
 
 
 class Rectangle(BaseModel):
-    """Full rectangle."""
+    """Solid rectangle."""
 
     model_config = STRICT
+    shear_form: ClassVar[float] = 5 / 6
+    """κ by the energy of the shear stress."""
     kind: Literal["rectangle"]
-    width: Length = Field(description="Across the plane of bending [m]")
-    height: Length = Field(description="In the plane of bending [m]")
+    width: Length = Field(description="Width across the plane of bending [m]")
+    height: Length = Field(description="Height in the plane of bending [m]")
     shear_coefficient: Coefficient | None = SHEAR
 
     @property
     def area(self) -> float:
-        """[m^2]"""
+        """Area [m^2]."""
         return self.width * self.height
 
     @property
     def second_moment(self) -> float:
-        """[m^4]"""
+        """Second moment of area about the axis of bending [m^4]."""
         return self.width * self.height**3 / 12
-
-    @property
-    def shear_form(self) -> float:
-        """κ by the energy of the shear stress."""
-        return 5 / 6
 
 
 class Circle(BaseModel):
-    """Full circle."""
+    """Solid circle."""
 
     model_config = STRICT
+    shear_form: ClassVar[float] = 9 / 10
+    """κ by the energy of the shear stress."""
     kind: Literal["circle"]
     radius: Length
     shear_coefficient: Coefficient | None = SHEAR
 
     @property
     def height(self) -> float:
-        """[m]"""
+        """Height in the plane of bending [m]."""
         return 2 * self.radius
 
     @property
     def area(self) -> float:
-        """[m^2]"""
+        """Area [m^2]."""
         return np.pi * self.radius**2
 
     @property
     def second_moment(self) -> float:
-        """[m^4]"""
+        """Second moment of area about the axis of bending [m^4]."""
         return np.pi * self.radius**4 / 4
-
-    @property
-    def shear_form(self) -> float:
-        """κ by the energy of the shear stress."""
-        return 9 / 10
 
 
 class IBeam(BaseModel):
@@ -75,8 +69,8 @@ class IBeam(BaseModel):
 
     model_config = STRICT
     kind: Literal["i-beam"]
-    height: Length = Field(description="Over all [m]")
-    width: Length = Field(description="Of the flanges [m]")
+    height: Length = Field(description="Overall height [m]")
+    width: Length = Field(description="Width of the flanges [m]")
     flange: Length = Field(description="Thickness of each flange [m]")
     web: Length = Field(description="Thickness of the web [m]")
     shear_coefficient: Coefficient | None = SHEAR
@@ -103,12 +97,12 @@ class IBeam(BaseModel):
 
     @property
     def area(self) -> float:
-        """[m^2]"""
+        """Area [m^2]."""
         return 2 * self.width * self.flange + self.web * self._clear
 
     @property
     def second_moment(self) -> float:
-        """[m^4]"""
+        """Second moment of area about the axis of bending [m^4]."""
         return (self.width * self.height**3 - (self.width - self.web) * self._clear**3) / 12
 
     @property
@@ -125,9 +119,10 @@ class IBeam(BaseModel):
 
 
 class General(BaseModel):
-    """Any section of known figures, with its fibres at ± height / 2."""
+    """Any section with given area and second moment, and its outer fibres at ± height / 2."""
 
     model_config = STRICT
+    shear_form: ClassVar[None] = None
     kind: Literal["general"]
     area: Positive = Field(json_schema_extra={"unit": "m^2"})
     second_moment: Positive = Field(description="About the axis of bending [m^4]", json_schema_extra={"unit": "m^4"})
@@ -136,11 +131,6 @@ class General(BaseModel):
         default=None, description="Shear coefficient κ; theory 'timoshenko' needs it"
     )
 
-    @property
-    def shear_form(self) -> None:
-        """Unknown."""
-        return None
-
 
 Section = Annotated[Rectangle | Circle | IBeam | General, Field(discriminator="kind")]
-"""Any section, told apart by its `kind`."""
+"""Any section, discriminated by its `kind`."""

@@ -1,4 +1,4 @@
-"""What a mesh must be before anything is made of it: one piece, of elements that have a volume."""
+"""Checks of a mesh: one connected piece, elements of positive volume."""
 
 import numpy as np
 
@@ -10,10 +10,7 @@ FLAT = 1e-9
 
 
 def refuse_pieces(mesh: MeshRecord, where: str) -> None:
-    """Stop where a part falls apart: what is loose has rigid motions of its own, which nobody asked for.
-
-    Args:
-        where: The mesh's file, or the component's key in the scene.
+    """Refuse a mesh of several pieces: each would have its own rigid motions; `where` is its file or component's key.
 
     Raises:
         InputError: a node has no position or no element, or the elements fall into pieces that share no node.
@@ -49,15 +46,15 @@ def refuse_pieces(mesh: MeshRecord, where: str) -> None:
 
 
 def refuse_degenerate(x: np.ndarray, det: np.ndarray, numbers: np.ndarray) -> None:
-    """Stop at an element without volume, or area in a plane, or inside out.
+    """Refuse elements without volume, or without area in a plane, and inverted ones.
 
     Args:
         x: Nodes of the elements [m], (e, a, 3) or (e, a, 2).
         det: det(∂x/∂ξ) at their quadrature points, (e, q).
-        numbers: Of the elements in their mesh, (e,).
+        numbers: Of the elements in their mesh, (e,), for messages.
 
     Raises:
-        InputError: there is one; its number, where it is and its Jacobian.
+        InputError: there is one; its number, position and Jacobian.
     """
     share = det.min(axis=1) / np.ptp(x, axis=1).max(axis=1) ** x.shape[2]
     sound = share > FLAT
@@ -73,5 +70,5 @@ def refuse_degenerate(x: np.ndarray, det: np.ndarray, numbers: np.ndarray) -> No
 
 
 def _text(place: np.ndarray) -> str:
-    """Return a place as text."""
+    """Return a position [m] as text."""
     return f"({', '.join(f'{value:.4g}' for value in place)}) m"

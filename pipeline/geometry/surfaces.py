@@ -1,16 +1,68 @@
-"""True surfaces: cylinders and planes that points are put on."""
+"""Named surfaces and their true shapes: points, planes, cylinders and spheres."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.traction import cross_axes
+from gudgeon.pipeline.errors import InputError
+
+SurfaceRule = dict[str, Any]
+"""The true shape of a named surface, as `modaldb.records.mesh.Surface.shape`."""
 
 
-def cylindrical(points: np.ndarray, shape: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def find_surface(mesh: MeshRecord, name: str, where: str) -> Surface:
+    """Return a named surface of a mesh; `where` is the key that names it, for messages.
+
+    Raises:
+        InputError: the mesh has no such surface.
+    """
+    if name not in mesh.surfaces:
+        have = ", ".join(sorted(mesh.surfaces)) or "none"
+        raise InputError(f"{where}: the mesh has no surface '{name}', it has {have}")
+    return mesh.surfaces[name]
+
+
+def point_surface(node: int, normal: np.ndarray, area: float, origin: np.ndarray) -> Surface:
+    """Return one node as a surface with an outward unit normal (3,), an area [m^2] and a position [m], (3,)."""
+    shape = {"kind": "point", "normal": normal.tolist(), "area": area, "origin": origin.tolist()}
+    return Surface(np.array([[node]]), shape)
+
+
+def cylinder(radius: float, axis: Sequence[float] = (0, 0, 1), origin: Sequence[float] = (0, 0, 0)) -> SurfaceRule:
+    """Return the shape of a circular cylinder of `radius` [m] about `axis` through `origin` [m]."""
+    return {"kind": "cylinder", "radius": radius, "axis": list(map(float, axis)), "origin": list(map(float, origin))}
+
+
+def sphere(radius: float) -> SurfaceRule:
+    """Return the shape of a sphere of `radius` [m] about the origin."""
+    return {"kind": "sphere", "radius": radius, "origin": [0.0, 0.0, 0.0]}
+
+
+def plane(normal: Sequence[float], origin: Sequence[float]) -> SurfaceRule:
+    """Return the shape of the plane through `origin` [m] with the outward unit `normal`."""
+    return {"kind": "plane", "normal": list(map(float, normal)), "origin": list(map(float, origin))}
+
+
+def box_faces(lx: float, ly: float, lz: float) -> dict[str, SurfaceRule]:
+    """Return the faces of a block centred in x and y, from z = 0 up to z = lz [m]."""
+    x, y = lx / 2, ly / 2
+    return {
+        "left": plane((-1, 0, 0), (-x, 0, 0)),
+        "right": plane((1, 0, 0), (x, 0, 0)),
+        "front": plane((0, -1, 0), (0, -y, 0)),
+        "back": plane((0, 1, 0), (0, y, 0)),
+        "bottom": plane((0, 0, -1), (0, 0, 0)),
+        "top": plane((0, 0, 1), (0, 0, lz)),
+    }
+
+
+def cylindrical(points: np.ndarray, shape: SurfaceRule) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return radius [m], angle [rad] and height [m] of points (k, 3) about a shape's axis.
 
-    The angle is counted from the x axis (from z, if the axis is x) by the right hand.
+    The angle is measured from the x axis (from z, if the axis is x) by the right-hand rule.
     """
     axis = np.asarray(shape["axis"], float)
     axis = axis / np.linalg.norm(axis)
@@ -20,7 +72,7 @@ def cylindrical(points: np.ndarray, shape: dict[str, Any]) -> tuple[np.ndarray, 
     return np.hypot(a, b), np.arctan2(b, a), arm @ axis
 
 
-def radial_directions(points: np.ndarray, shape: dict[str, Any]) -> np.ndarray:
+def radial_directions(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
     """Return unit vectors (k, 3) from a shape's axis to the points."""
     axis = np.asarray(shape["axis"], float)
     axis = axis / np.linalg.norm(axis)
@@ -29,10 +81,19 @@ def radial_directions(points: np.ndarray, shape: dict[str, Any]) -> np.ndarray:
     return radial / np.linalg.norm(radial, axis=1, keepdims=True)
 
 
-def true_surface(points: np.ndarray, outward: np.ndarray, shape: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Move points (k, 3) onto a surface's true shape and return them with its normals on the `outward` side.
+def distance(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
+    """Return the distance of points (k, 3) from a true shape [m], (k,)."""
+    if shape["kind"] == "plane":
+        return np.abs((points - np.asarray(shape["origin"])) @ np.asarray(shape["normal"]))
+    sphere = shape["kind"] == "sphere"
+    radius = np.linalg.norm(points - shape["origin"], axis=1) if sphere else cylindrical(points, shape)[0]
+    return np.abs(radius - shape["radius"])
 
-    Nodes of a surface that a profile moved stand on their true surface already.
+
+def true_surface(points: np.ndarray, outward: np.ndarray, shape: SurfaceRule) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (k, 3) moved onto a true shape, and its unit normals there on the `outward` side, (k, 3) each.
+
+    A profile has already moved the nodes of a `profiled` cylinder: they stay.
     """
     origin = np.asarray(shape["origin"], float)
     if shape["kind"] == "plane":
@@ -43,9 +104,8 @@ def true_surface(points: np.ndarray, outward: np.ndarray, shape: dict[str, Any])
         normals = (points - origin) / np.linalg.norm(points - origin, axis=1, keepdims=True)
         moved = origin + shape["radius"] * normals
     else:
-        radial = radial_directions(points, shape)
-        radius, _, _ = cylindrical(points, shape)
-        moved = points if shape.get("profiled") else points + radial * (shape["radius"] - radius)[:, None]
-        normals = radial
+        normals = radial_directions(points, shape)
+        inside = shape["radius"] - cylindrical(points, shape)[0]
+        moved = points if shape.get("profiled") else points + normals * inside[:, None]
     side = np.sign(np.einsum("ki,ki->k", normals, outward))
     return moved, normals * side[:, None]

@@ -1,8 +1,8 @@
-"""Stress and strain of a reduced body: at a station of a beam, at a point, and all over a surface.
+"""Stress and strain of a reduced body: at a station of a beam, at a point, and on the nodes of a surface.
 
-A beam's stress is σ = E z θ′ at a fibre, −E z w″ where there is no shear; a solid's is recovered at the nodes, see
-`stress`. Whatever rows S read of the dofs, a reduced body gives S Φ q + S (G − Φ Λ⁻¹ Φᵀ) Bᵀ λ: what a static load on
-the rows of B makes of it is exact at any number of coordinates.
+A beam's stress at a fibre is σ = E z θ′, −E z w″ without shear; a solid's is recovered at the nodes, see
+`stress_recovery`. With rows S over the dofs, a reduced body has S Φ q + S (G − Φ Λ⁻¹ Φᵀ) Bᵀ λ: exact under a static
+load on the rows of B with any number of coordinates.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.beam import turn_gradient
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
-from gudgeon.pipeline.geometry.mesh_file import FACES
+from gudgeon.pipeline.geometry.cells import FACES, side_counts
 from gudgeon.pipeline.geometry.shapes.beam import SIDES, Beam
 from gudgeon.pipeline.interfaces.stress_recovery import complete_strain, hooke, interpolation, strain_rows
 from gudgeon.pipeline.scenes.component import Component
@@ -21,13 +21,13 @@ from gudgeon.pipeline.scenes.gauge import Gauge
 from gudgeon.pipeline.scenes.material import Material
 
 SKIN = "skin"
-"""Names all of the boundary where the mesh has no surface of that name."""
+"""Name of the entire boundary, unless the mesh has a surface of that name."""
 LARGEST = 5e7
-"""Numbers that the residual part of one surface may have: 0.4 GB."""
+"""Numbers in the residual part of one surface: 0.4 GB."""
 
 
 def gauge_row(mesh: MeshRecord, beam: Beam, material: Material, gauge: Gauge) -> np.ndarray:
-    """Return the stress of a gauge on a beam per unit of each dof, (1, dofs)."""
+    """Return the stress [Pa] of a gauge on a beam per unit of each dof, (1, dofs)."""
     assert gauge.station is not None
     assert gauge.fibre is not None
     node = int(mesh.surfaces[gauge.station].facets[0, 0])
@@ -36,10 +36,7 @@ def gauge_row(mesh: MeshRecord, beam: Beam, material: Material, gauge: Gauge) ->
 
 
 def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sparse.csr_matrix]:
-    """Return what each gauge of a component reads of the dofs, (k, dofs): k = 1, 6, or 6 for each node of a surface.
-
-    Args:
-        where: The component's key in the scene, for messages.
+    """Return stress [Pa] or strain of each gauge over the dofs, (k, dofs): k = 1, 6, or 6 for each node of a surface.
 
     Raises:
         InputError: a point lies outside the part, or the mesh has no such surface.
@@ -64,7 +61,7 @@ def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sp
 
 
 def gauge_nodes(mesh: MeshRecord, gauge: Gauge, where: str) -> np.ndarray:
-    """Return the nodes on which a gauge of a surface reads, (s,), ascending; all of a plane part are its skin.
+    """Return the nodes of a gauge on a surface, (s,), ascending; the skin of a plane part is all of its nodes.
 
     Raises:
         InputError: the mesh has no such surface.
@@ -74,21 +71,19 @@ def gauge_nodes(mesh: MeshRecord, gauge: Gauge, where: str) -> np.ndarray:
         return surface_nodes(mesh, gauge.surface, where)
     if mesh.cell_type != "tetra10":
         return np.unique(mesh.cells)
-    faces = mesh.cells[:, FACES].reshape(-1, 6)
-    _, first, count = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
-    return np.unique(faces[first[count == 1]])
+    return np.unique(mesh.cells[:, FACES][side_counts(mesh.cells, FACES) == 1])
 
 
 def refuse_large(gauges: dict[str, sparse.csr_matrix], forces: int, where: str) -> None:
-    """Stop before a surface is read under more forces than memory is sensible for.
+    """Refuse gauges whose residual part would need too much memory.
 
     Raises:
-        InputError: it is; the gauge and its size.
+        InputError: there is one; the gauge and its size.
     """
     for name, rows in gauges.items():
         if rows.shape[0] * forces > LARGEST:
             raise InputError(
-                f"{where}.gauge.{name}.surface: its {rows.shape[0] // 6} nodes under the interfaces' {forces} rows make"
-                f" {rows.shape[0] * forces:.2g} numbers, at most {LARGEST:.2g}; take a smaller surface or fewer contact"
+                f"{where}.gauge.{name}.surface: {rows.shape[0] // 6} nodes under {forces} rows of interfaces give"
+                f" {rows.shape[0] * forces:.2g} numbers, at most {LARGEST:.2g}; use a smaller surface or fewer contact"
                 " points"
             )

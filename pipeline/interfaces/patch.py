@@ -1,7 +1,7 @@
 """One contact row for a flat surface: its mean outward normal displacement, ∫ n·u dA / A.
 
 The force conjugate to it is a uniform pressure of unit resultant, with the consistent weights ∫ N dA / A of the
-facets: next to nothing at the corners of quadratic ones.
+facets, which are almost zero at the corners of quadratic ones.
 """
 
 import numpy as np
@@ -10,27 +10,24 @@ from scipy import sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.interfaces.loads import surface_weights
-from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points, facet_points, named_surface, thickness_of
+from gudgeon.pipeline.geometry.surfaces import find_surface
+from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points, facet_points, surface_weights
 from gudgeon.pipeline.scenes.interface import Interface
 
 FLATNESS = 1e-6
-"""Of normals, and of distances from the plane over the surface's size: far above round-off, far below any curve."""
+"""Largest difference of normals, and distance from the plane over the surface's size: far above round-off."""
 
 
 def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
-    """Return the centroid of a flat surface with its normal and area as the one contact point.
-
-    Args:
-        where: The interface's key in the scene, for messages.
+    """Return the centroid of a flat surface with its normal and area as the only contact point.
 
     Raises:
         InputError: the mesh has no such surface, or it is not flat.
     """
-    surface = named_surface(mesh, interface, where)
+    surface = find_surface(mesh, interface.surface, f"{where}.surface")
     if surface.facets.shape[1] == 1:
         return contact_points(mesh, interface, where)
-    _, points, vectors = facet_points(mesh.nodes, surface.facets, thickness=thickness_of(surface))
+    _, points, vectors = facet_points(mesh.nodes, surface)
     places, elements = points.reshape(-1, 3), vectors.reshape(-1, 3)
     areas = np.linalg.norm(elements, axis=1)
     area = float(areas.sum())
@@ -42,7 +39,7 @@ def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPo
     if max(bend, bulge) > FLATNESS:
         raise InputError(
             f"{where}.surface: '{interface.surface}' given, kind 'patch' needs a flat surface; its normals differ by"
-            f" {bend:.2g} and its points by {bulge:.2g} of its size"
+            f" {bend:.2g}, its points lie {bulge:.2g} of its size off a plane"
         )
     nodes = np.unique(surface.facets)
     nearest = nodes[[int(np.linalg.norm(mesh.nodes[nodes] - centroid, axis=1).argmin())]]
@@ -56,10 +53,5 @@ def patch_row(mesh: MeshRecord, model: FEModel, interface: Interface, where: str
         InputError: the mesh has no such surface, or it is not flat.
     """
     normal = patch_point(mesh, interface, where).normals[0]
-    nodes, shares, _ = surface_weights(mesh, named_surface(mesh, interface, where))
-    weights = (shares / shares.sum())[:, None] * normal
-    columns = 3 * nodes[:, None] + np.arange(3)
-    shape = (1, 3 * len(mesh.nodes))
-    return model.on_dofs(
-        sparse.csr_matrix((weights.ravel(), (np.zeros(weights.size, int), columns.ravel())), shape=shape)
-    )
+    nodes, areas, _ = surface_weights(mesh, mesh.surfaces[interface.surface])
+    return model.weighted(nodes, ((areas / areas.sum())[:, None] * normal)[None])

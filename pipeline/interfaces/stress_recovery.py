@@ -1,9 +1,9 @@
 """Stress and strain from displacements: averaged recovery at the nodes, and places within elements.
 
-In every element the strain is taken at the points of the rule that is exact to degree 2, where derivatives of quadratic
-elements are best (Barlow 1976; four points of a tetrahedron, three of a triangle); the linear field through these gives
-it at the nodes, and what the elements around a node say is averaged by their volumes. Between nodes the shape functions
-interpolate. Linear strain is met exactly on straight elements.
+In every element the strain is evaluated at the points of the rule that is exact to degree 2, where derivatives of
+quadratic elements are most accurate (Barlow 1976; four points of a tetrahedron, three of a triangle), and extrapolated
+linearly to the nodes. The values of the elements around a node are averaged by volume; between nodes the shape
+functions interpolate. A linear strain is exact on straight elements.
 
 Components are those of the tensor, shear strains ε_ij and not γ_ij, in the order of `COMPONENTS`.
 """
@@ -19,11 +19,11 @@ from gudgeon.pipeline.scenes.material import Material
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 ORDER = 2
-"""Of the rule at whose points strains are taken."""
+"""Degree to which the rule of the sampling points is exact."""
 BATCH = 4096
 OUTSIDE = 1e-2
-"""How far a place may lie outside an element, in its barycentric coordinates: curved skins of quadratic elements leave
-a true surface by less than a hundredth of their size."""
+"""How far a place may lie outside an element, in its barycentric coordinates: quadratic elements deviate from a true
+surface by less than a hundredth of their size."""
 REACH = 0.2
 """By how much of its extent an element may bulge beyond its nodes."""
 ITERATIONS, CONVERGED = 30, 1e-12
@@ -32,7 +32,7 @@ ITERATIONS, CONVERGED = 30, 1e-12
 def strain_rows(mesh: MeshRecord, nodes: np.ndarray) -> sparse.csr_matrix:
     """Return the recovered strain at nodes (s,) over the nodal displacements, (6 s, 3 n), node by node.
 
-    In a plane part the strain across it is zero here; `complete_strain` knows better.
+    The strain across a plane part is zero here; `complete_strain` adds it.
     """
     D = nodal_gradient(mesh, nodes)
     count = len(nodes)
@@ -85,7 +85,7 @@ def complete_strain(material: Material, state: str) -> np.ndarray:
 
 
 def hooke(material: Material) -> np.ndarray:
-    """Return the matrix from the strain's components to those of the stress [Pa], (6, 6)."""
+    """Return the matrix from the components of strain to those of stress [Pa], (6, 6)."""
     lam, _ = material.lame
     D = material.E / (1 + material.nu) * np.eye(6)
     D[:3, :3] += lam
@@ -100,13 +100,10 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 
 
 def interpolation(mesh: MeshRecord, point: np.ndarray, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nodes of the element that holds a place (3,) [m], and their shape functions there, (a,) each.
-
-    Args:
-        where: Key of the place, for the message.
+    """Return the nodes of the element that contains a point [m], (3,), and their shape functions there, (a,) each.
 
     Raises:
-        InputError: it lies outside the part.
+        InputError: the point, whose key is `where`, lies outside the part.
     """
     dimension = DIMENSIONS[mesh.cell_type]
     corners = mesh.nodes[mesh.cells]
@@ -128,7 +125,7 @@ def interpolation(mesh: MeshRecord, point: np.ndarray, where: str) -> tuple[np.n
 
 
 def _place(mesh: MeshRecord, cell: int, point: np.ndarray) -> np.ndarray | None:
-    """Return where a place stands in the reference element (k,), or None where Newton's method finds nothing."""
+    """Return a point's coordinates in the reference element (k,), or None if Newton's method does not converge."""
     dimension = DIMENSIONS[mesh.cell_type]
     x = mesh.nodes[mesh.cells[cell]][:, :dimension]
     X = np.full(dimension, 1 / (dimension + 1))

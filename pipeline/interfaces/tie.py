@@ -1,14 +1,14 @@
-"""Surfaces that hang on a reference point: RBE2, as a rigid body, and RBE3, on the mean.
+"""Surfaces tied to a reference point: RBE2, as a rigid body, and RBE3, on the mean.
 
-A reference point p moves by t and turns by θ. What it shares with a surface is the rigid motion that is nearest to the
-surface's displacement u, least squares over the area: with P(x) (t, θ) = t + θ × (x − p),
+A reference point p moves by t and rotates by θ: the rigid motion nearest to the surface's displacement u, by least
+squares over the area. With P(x) (t, θ) = t + θ × (x − p),
 
   (t, θ) = (∫ Pᵀ P dA)⁻¹ ∫ Pᵀ u dA.
 
-This is RBE3. Its forces and moments spread as the traction P (∫ Pᵀ P dA)⁻¹ λ, linear over the surface, by the facets'
-own integrals: zero weights of quadratic corners need no mending, and force and moment balance to round-off. RBE2 has
-the same rows and holds the surface's nodes to that rigid motion, u = P (t, θ). Then as many of the surface's own dofs
-as P has columns carry the motion, chosen by pivoting, and the others follow: u = L u′, K′ = Lᵀ K L, M′ = Lᵀ M L.
+This is RBE3. Its forces and moments are distributed as the traction P (∫ Pᵀ P dA)⁻¹ λ, linear over the surface, by the
+integrals over the facets: force and moment balance to round-off, also with zero weights at quadratic corners. RBE2 has
+the same rows and constrains the surface's nodes to that rigid motion, u = P (t, θ). As many of the surface's dofs as P
+has columns, chosen by pivoting, are kept; the others follow: u = L u′, K′ = Lᵀ K L, M′ = Lᵀ M L.
 """
 
 from collections.abc import Mapping
@@ -20,24 +20,25 @@ from scipy import linalg, sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.loads import LoadRows
-from gudgeon.pipeline.interfaces.points import facet_points, named_surface, thickness_of
+from gudgeon.pipeline.interfaces.points import facet_points
 from gudgeon.pipeline.scenes.interface import Interface
 
 ON_A_LINE = 1e-6
-"""Spread of a surface's nodes across a line over the spread along it: below, no turn about the line can be told."""
+"""Least spread of a surface's nodes across a line over that along it; below, the rotation about it is undetermined."""
 TWISTS = {6: range(6), 3: (0, 1, 5)}
-"""Motions of a reference point by nodes of a facet: all of a solid's, those in the plane of a plane part's."""
+"""Motions of a reference point by nodes of a facet: all on a solid, those in the plane on a plane part."""
 
 
 @dataclass(frozen=True)
 class Tie:
-    """One surface and its reference point."""
+    """A surface and its reference point: how the point moves with the nodes."""
 
     nodes: np.ndarray
-    """Of the surface, (k,)."""
+    """Nodes of the surface, (k,)."""
     point: np.ndarray
-    """[m], (3,)"""
+    """Reference point [m], (3,)."""
     twists: np.ndarray
     """Unit motions of the point: translation, rotation, (j, 6)."""
     weights: np.ndarray
@@ -50,23 +51,20 @@ class Tie:
 
 
 def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
-    """Return how a surface hangs on its reference point.
-
-    Args:
-        where: The interface's key in the scene, for messages.
+    """Return how a surface is tied to its reference point; `where` is the interface's key in the scene, for messages.
 
     Raises:
-        InputError: the mesh has no such surface, or it has too few nodes to turn with a point.
+        InputError: the mesh has no such surface, or too few nodes to determine the rotation.
     """
-    surface = named_surface(mesh, interface, where)
+    surface = find_surface(mesh, interface.surface, f"{where}.surface")
     nodes, slot = np.unique(surface.facets, return_inverse=True)
     _refuse_few(mesh.nodes[nodes], surface.facets.shape[1], f"{where}.surface: '{interface.surface}' given,")
-    N, places, elements = facet_points(mesh.nodes, surface.facets, thickness=thickness_of(surface))
+    N, places, elements = facet_points(mesh.nodes, surface)
     areas = np.linalg.norm(elements, axis=2)
     centroid = np.einsum("fq,fqi->i", areas, places) / areas.sum()
     point = centroid if interface.point is None else np.array(interface.point)
     twists = np.eye(6)[list(TWISTS[surface.facets.shape[1]])]
-    # About the centroid, in units of the surface's size: there translations and turns neither mix nor differ in scale.
+    # About the centroid, in units of the surface's size: translations and rotations decouple and have the same scale.
     size = float(np.sqrt(np.einsum("fq,fqi->", areas, (places - centroid) ** 2) / areas.sum()))
     scaled = twists / np.repeat([1.0, size], 3)
     P = Tie(nodes, centroid, scaled, np.empty(0)).rigid(places.reshape(-1, 3))
@@ -83,26 +81,22 @@ def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
 
 def tie_rows(model: FEModel, tie: Tie) -> LoadRows:
     """Return the motions of a reference point as rows, with the forces and moments on it conjugate to them."""
-    count, size = len(tie.twists), 3 * len(model.nodes)
-    columns = np.tile((3 * tie.nodes[:, None] + np.arange(3)).ravel(), count)
-    places = np.repeat(np.arange(count), 3 * len(tie.nodes))
-    rows = sparse.csr_matrix((tie.weights.ravel(), (places, columns)), shape=(count, size))
     resultant = tie.twists.copy()
     resultant[:, 3:] += np.cross(tie.point, tie.twists[:, :3])
-    return LoadRows(model.on_dofs(rows), resultant, tie.point, "N, N m")
+    return LoadRows(model.weighted(tie.nodes, tie.weights), resultant, tie.point, "N, N m")
 
 
 def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEModel, sparse.csr_matrix]:
     """Return a model whose tied surfaces move as rigid bodies, and L, from its dofs to those of the model.
 
-    It has the same dofs; those that follow others are held in it, and coupled with none.
+    It has the same dofs; those that follow others are held and uncoupled in it.
 
     Args:
-        ties: By their interfaces' names.
-        where: The key of the interfaces in the scene, for messages.
+        ties: By interface name.
+        where: Key of the interfaces in the scene, for messages.
 
     Raises:
-        InputError: a support or another tie shares nodes with one.
+        InputError: a tied surface shares nodes with a support or another tie.
     """
     size, d = len(model.held), len(model.directions)
     owner, follows = np.full(len(model.nodes), -1), np.zeros(size, bool)
@@ -122,40 +116,31 @@ def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEM
     if not ties:
         return model, sparse.eye(size, format="csr")
     stays = np.flatnonzero(~follows)
-    L = sparse.csr_matrix(
-        (
-            np.concatenate([np.ones(len(stays)), *values]),
-            (np.concatenate([stays, *rows]), np.concatenate([stays, *columns])),
-        ),
-        shape=(size, size),
-    )
+    places = np.concatenate([stays, *rows]), np.concatenate([stays, *columns])
+    L = sparse.csr_matrix((np.concatenate([np.ones(len(stays)), *values]), places), shape=(size, size))
     K, M = (_projected(matrix, L, follows) for matrix in (model.K, model.M))
     return replace(model, K=K, M=M, held=model.held | follows), L
 
 
 def refuse_rigid(interfaces: Mapping[str, Interface], where: str, user: str) -> None:
-    """Stop where a part with rigid surfaces is given to what knows none.
-
-    Args:
-        where: The component's key in the scene, for the message.
-        user: What knows none, the message's end.
+    """Refuse rigid surfaces of a component, with key `where`, for a `user` that does not support them.
 
     Raises:
-        InputError: one is; its key.
+        InputError: there is one; its key.
     """
     for key, interface in interfaces.items():
         if interface.tie == "rbe2":
-            raise InputError(f"{where}.interface.{key}.tie: 'rbe2' given, {user} knows no rigid surfaces")
+            raise InputError(f"{where}.interface.{key}.tie: 'rbe2' given, {user} does not support rigid surfaces")
 
 
 def _projected(matrix: sparse.csr_matrix, L: sparse.csr_matrix, follows: np.ndarray) -> sparse.csr_matrix:
-    """Return Lᵀ A L, with A's own diagonal where nothing is left, so that no dof is without stiffness or mass."""
+    """Return Lᵀ A L, with the diagonal of A at dofs that follow, so that no dof lacks stiffness or mass."""
     found = L.T @ matrix @ L + sparse.diags(np.where(follows, matrix.diagonal(), 0.0))
     return sparse.csr_matrix(0.5 * (found + found.T))
 
 
 def _refuse_few(nodes: np.ndarray, facet: int, what: str) -> None:
-    """Stop where nodes (k, 3) cannot tell all turns of a reference point."""
+    """Refuse nodes (k, 3) that do not determine all rotations of a reference point."""
     needed = {6: "at least 3 nodes that are not on one line", 3: "at least 2 nodes"}.get(facet)
     if needed is None:
         raise InputError(
@@ -172,16 +157,16 @@ def _refuse_few(nodes: np.ndarray, facet: int, what: str) -> None:
 
 
 def _refuse_shared(model: FEModel, tie: Tie, owner: np.ndarray, names: list[str], where: str) -> None:
-    """Stop where a node would have to follow two masters."""
+    """Refuse a tie whose nodes are held or belong to another tie."""
     held = model.held.reshape(len(model.nodes), -1)[tie.nodes].any(axis=1)
     if held.any():
         raise InputError(
-            f"{where}.tie: 'rbe2' given, supports hold {int(held.sum())} of its {len(tie.nodes)} nodes; tie and support"
-            " apart from each other, or take 'rbe3'"
+            f"{where}.tie: 'rbe2' given, supports hold {int(held.sum())} of its {len(tie.nodes)} nodes; separate tie"
+            " and support, or use 'rbe3'"
         )
     taken = owner[tie.nodes]
     if (taken >= 0).any():
         raise InputError(
             f"{where}.tie: 'rbe2' given, interface '{names[int(taken.max())]}' ties {int((taken >= 0).sum())} of its"
-            f" {len(tie.nodes)} nodes already; take 'rbe3' for one of them"
+            f" {len(tie.nodes)} nodes already; use 'rbe3' for one of them"
         )

@@ -1,12 +1,13 @@
-"""Traction spaces: the smooth tractions that a body offers to points of another body which slide over its surface.
+"""Traction spaces: smooth tractions on a surface over which points of another body slide.
 
 Chart and splines are those of `modaldb.traction`. The row of function a is the mean normal displacement under its unit
-traction, ∫ N_a n·u dA / ∫ N_a dA, over the curved facets with their true outward normal n. The splines next to the
-edges of the space keep their tails where the surface goes on beyond it, so that a force near an edge of the space is
-as smooth as one inside; where the surface ends, they are cut.
+traction, ∫ N_a n·u dA / ∫ N_a dA, over the curved facets with their true outward normal n. Where the surface extends
+beyond the space, the splines next to its edges keep their tails, so that a force there is as smooth as one inside;
+where the surface ends, they are cut off.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -16,29 +17,43 @@ from gudgeon.modaldb.records.types import Json
 from gudgeon.modaldb.traction import chart_coordinates, cubic_weights
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.interfaces.points import facet_points, named_surface
+from gudgeon.pipeline.geometry.surfaces import find_surface
+from gudgeon.pipeline.interfaces.points import facet_points
 from gudgeon.pipeline.scenes.interface import Interface
 
 MOST_FUNCTIONS = 1000
-"""Of one component: R has a row for each, and each costs a solve."""
+"""Of one component: R has a row for each, and each needs a static solution."""
 PIECES_PER_SPACING = 2
 """Quadrature triangles along one knot interval at least: splines are smooth pieces between knots."""
 LEAST_SHARE = 1e-4
-"""Of one knot rectangle, that a function must find on the mesh; one cut at a corner still has 1/24² of it."""
+"""Least share of a knot rectangle that a function must have on the mesh; one cut at a corner has 1/24²."""
 IN_PLANE = 1e-3
 """Largest normal part of the unit vector `along` of a plane."""
+KEYS = {"cylinder": ("sector_deg", "height"), "plane": ("along", "extent")}
+"""Keys of an interface that are for one shape only."""
 BATCH = 40_000
 """Quadrature points at once: about 100 MB of work arrays."""
 
 
 @dataclass(frozen=True)
-class TractionSpace:
-    """A traction space on a mesh; see TractionModes for chart, start, spacing and counts."""
+class Grid:
+    """Chart and knots of a traction space; see TractionModes for chart, start, spacing and counts."""
 
     chart: Json
     start: np.ndarray
     spacing: np.ndarray
     counts: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Number of functions."""
+        return int(self.counts.prod())
+
+
+@dataclass(frozen=True)
+class TractionSpace(Grid):
+    """A traction space on a mesh."""
+
     areas: np.ndarray
     """∫ N_a dA [m^2], (f,)."""
     weights: sparse.csr_matrix
@@ -57,28 +72,13 @@ class TractionSpace:
         return np.column_stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")])
 
 
-@dataclass(frozen=True)
-class _Grid:
-    chart: Json
-    start: np.ndarray
-    spacing: np.ndarray
-    counts: np.ndarray
-
-    @property
-    def size(self) -> int:
-        return int(self.counts.prod())
-
-
 def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> TractionSpace:
-    """Build the traction space of an interface of kind `traction`.
-
-    Args:
-        where: The interface's key in the scene, for messages.
+    """Return the traction space of an interface of kind `traction`; `where` is its key in the scene, for messages.
 
     Raises:
         InputError: the surface is no cylinder or plane, the space is not on it, or it has too many functions.
     """
-    surface = named_surface(mesh, interface, where)
+    surface = find_surface(mesh, interface.surface, f"{where}.surface")
     grid = _grid(mesh, surface, interface, where)
     areas, weights, moments = _integrals(mesh, surface, grid)
     least = LEAST_SHARE * float(grid.spacing.prod())
@@ -90,61 +90,55 @@ def traction_space(mesh: MeshRecord, interface: Interface, where: str) -> Tracti
             f"{where}: {int((areas < least).sum())} functions of the traction space find no surface, such as the one at"
             f" ({at[0]:.4g}, {at[1]:.4g}) m across and along; keep {limits} within '{interface.surface}'"
         )
-    scale = sparse.diags(1 / areas)
-    return TractionSpace(
-        grid.chart, grid.start, grid.spacing, grid.counts, areas,
-        sparse.csr_matrix(scale @ weights), moments / areas[:, None],
-    )  # fmt: skip
+    means = sparse.csr_matrix(sparse.diags(1 / areas) @ weights)
+    return TractionSpace(**vars(grid), areas=areas, weights=means, resultant=moments / areas[:, None])
 
 
 def refuse_too_many(spaces: dict[str, TractionSpace], where: str) -> None:
-    """Check the number of functions of all traction spaces of a component.
-
-    Args:
-        where: The component's key in the scene, for messages.
+    """Refuse traction spaces of a component, with key `where`, that together have more than MOST_FUNCTIONS functions.
 
     Raises:
-        InputError: there are more than MOST_FUNCTIONS.
+        InputError: they have.
     """
-    total = sum(len(space.areas) for space in spaces.values())
+    total = sum(space.size for space in spaces.values())
     if total > MOST_FUNCTIONS:
-        each = ", ".join(f"{len(space.areas)} in {name}" for name, space in spaces.items())
-        factor = _coarsening([(space.spacing, space.counts) for space in spaces.values()])
+        each = ", ".join(f"{space.size} in {name}" for name, space in spaces.items())
         raise InputError(
             f"{where}: {total} traction functions ({each}), at most {MOST_FUNCTIONS} in a component; spacings"
-            f" {factor:.3g} times as large fit"
+            f" {_coarsening(spaces.values()):.3g} times as large fit"
         )
 
 
 def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
-    """Check that a mesh has at least as many nodes under each traction space as this has functions.
-
-    Args:
-        where: The component's key in the scene, for messages.
+    """Refuse traction spaces of a component, with key `where`, that have more functions than nodes under them.
 
     Raises:
-        InputError: a space has more.
+        InputError: one has.
     """
     for name, space in spaces.items():
         nodes = len(np.unique(space.weights.indices // 3))
-        if len(space.areas) > nodes:
+        if space.size > nodes:
             raise InputError(
-                f"{where}.{name}: {len(space.areas)} traction functions on {nodes} nodes, which cannot tell them apart;"
-                " take a larger spacing or a finer mesh"
+                f"{where}.{name}: {space.size} traction functions on {nodes} nodes, which do not determine them; use a"
+                " larger spacing or a finer mesh"
             )
 
 
-def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> _Grid:
+def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> Grid:
     if mesh.cell_type != "tetra10" or surface.shape.get("kind") not in ("cylinder", "plane"):
         raise InputError(f"{where}: a traction space needs a cylinder or a plane, '{interface.surface}' is none")
-    build = _cylinder if surface.shape["kind"] == "cylinder" else _plane
+    kind = surface.shape["kind"]
+    build, other = (_cylinder, "plane") if kind == "cylinder" else (_plane, "cylinder")
+    for name in KEYS[other]:
+        if getattr(interface, name) is not None:
+            raise InputError(f"{where}.{name}: is for {other}s, '{interface.surface}' is a {kind}")
     chart, low, high = build(mesh, surface, interface, where)
     assert interface.spacing is not None
     # Round-off must not add an interval where the spacing divides the length.
     intervals = np.maximum(np.ceil((high - low) / np.array(interface.spacing) - 1e-9), 1).astype(int)
-    grid = _Grid(chart, low, (high - low) / intervals, intervals + 3)
+    grid = Grid(chart, low, (high - low) / intervals, intervals + 3)
     if grid.size > MOST_FUNCTIONS:
-        fits = _coarsening([(grid.spacing, grid.counts)]) * grid.spacing
+        fits = _coarsening([grid]) * grid.spacing
         raise InputError(
             f"{where}.spacing: {grid.counts[0]} × {grid.counts[1]} = {grid.size} functions, at most {MOST_FUNCTIONS};"
             f" spacing = [{fits[0]:.4g}, {fits[1]:.4g}] m fits"
@@ -152,11 +146,11 @@ def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) 
     return grid
 
 
-def _coarsening(grids: list[tuple[np.ndarray, np.ndarray]]) -> float:
-    """Return the factor on the spacings of grids (spacing, counts) with which they have few enough functions."""
+def _coarsening(grids: Iterable[Grid]) -> float:
+    """Return the factor on the spacings of grids with which they have few enough functions."""
 
     def size(factor: float) -> int:
-        return sum(int((np.ceil((counts - 3) / factor).astype(int) + 3).prod()) for _, counts in grids)
+        return sum(int((np.ceil((grid.counts - 3) / factor).astype(int) + 3).prod()) for grid in grids)
 
     factor = 1.0
     while size(factor) > MOST_FUNCTIONS and factor < 1e6:
@@ -170,9 +164,6 @@ def _cylinder(
     """Return chart, least and largest coordinates of a space on a cylinder."""
     if interface.sector_deg is None:
         raise InputError(f"{where}.sector_deg: is missing; a traction space on a cylinder needs it")
-    for name in ("along", "extent"):
-        if getattr(interface, name) is not None:
-            raise InputError(f"{where}.{name}: is for planes, '{interface.surface}' is a cylinder")
     first, last = np.radians(interface.sector_deg)
     if last - first > 2 * np.pi * (1 + 1e-12):
         raise InputError(f"{where}.sector_deg: {list(interface.sector_deg)} given, allowed is one turn at most")
@@ -193,12 +184,9 @@ def _cylinder(
 
 def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> tuple[Json, np.ndarray, np.ndarray]:
     """Return chart, least and largest coordinates of a space on a plane; across × along is the outward normal."""
-    for name in ("sector_deg", "height"):
-        if getattr(interface, name) is not None:
-            raise InputError(f"{where}.{name}: is for cylinders, '{interface.surface}' is a plane")
     if interface.along is None:
         raise InputError(f"{where}.along: is missing; a traction space on a plane needs the direction of sliding")
-    outward = facet_points(mesh.nodes, surface.facets)[2].sum(axis=(0, 1))
+    outward = facet_points(mesh.nodes, surface)[2].sum(axis=(0, 1))
     normal = np.asarray(surface.shape["normal"], float)
     normal = normal / np.linalg.norm(normal) * np.sign(normal @ outward)
     length = float(np.linalg.norm(interface.along))
@@ -221,7 +209,7 @@ def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str)
     return chart, coordinates.min(axis=0), coordinates.max(axis=0)
 
 
-def _integrals(mesh: MeshRecord, surface: Surface, grid: _Grid) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
+def _integrals(mesh: MeshRecord, surface: Surface, grid: Grid) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
     """Integrate over the facets: ∫ N_a dA (f,), ∫ N_a n N_b dA (f, 3n), and force and moment of N_a n (f, 6)."""
     corners = mesh.nodes[surface.facets[:, :3]]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
@@ -232,7 +220,7 @@ def _integrals(mesh: MeshRecord, surface: Surface, grid: _Grid) -> tuple[np.ndar
     at_once = max(BATCH // (6 * pieces**2), 1)
     for begin in range(0, len(facets), at_once):
         some = facets[begin : begin + at_once]
-        N, points, elements = facet_points(mesh.nodes, some, pieces)
+        N, points, elements = facet_points(mesh.nodes, replace(surface, facets=some), pieces)
         splines = _splines(grid, points.reshape(-1, 3))
         elements = elements.reshape(-1, 3)
         areas += splines.T @ np.linalg.norm(elements, axis=1)
@@ -242,7 +230,7 @@ def _integrals(mesh: MeshRecord, surface: Surface, grid: _Grid) -> tuple[np.ndar
     return areas, total, resultants
 
 
-def _near(nodes: np.ndarray, grid: _Grid, edge: float) -> np.ndarray:
+def _near(nodes: np.ndarray, grid: Grid, edge: float) -> np.ndarray:
     """Return which nodes may belong to a facet on which some function is not zero, (n,)."""
     coordinates, margin = chart_coordinates(grid.chart, nodes), 3 * grid.spacing + edge
     end = grid.start + grid.spacing * (grid.counts - 3)
@@ -258,7 +246,7 @@ def _displacements(N: np.ndarray, facets: np.ndarray, elements: np.ndarray, size
     return sparse.csr_matrix((values.ravel(), columns.ravel(), starts), shape=(len(elements), size))
 
 
-def _splines(grid: _Grid, points: np.ndarray) -> sparse.csr_matrix:
+def _splines(grid: Grid, points: np.ndarray) -> sparse.csr_matrix:
     """Return all functions at points (p, 3), tails beyond the space included, (p, f)."""
     place = (chart_coordinates(grid.chart, points) - grid.start) / grid.spacing
     first = np.floor(place).astype(int)

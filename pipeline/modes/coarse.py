@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from gudgeon.pipeline.fem.elements.solid import EDGES
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.modes.problem import Problem
 
 CORNERS = {"tetra10": (4, EDGES), "triangle6": (3, np.array([[0, 1], [1, 2], [2, 0]]))}

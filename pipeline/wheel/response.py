@@ -29,7 +29,7 @@ from gudgeon.pipeline.cyclic import (
 from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.assemble import build_model
-from gudgeon.pipeline.interfaces.loads import surface_weights
+from gudgeon.pipeline.interfaces.points import surface_weights
 from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.run_report import Progress

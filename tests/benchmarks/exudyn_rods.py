@@ -16,7 +16,7 @@ from scipy import sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.fem.assemble import build_model
-from gudgeon.pipeline.interfaces.loads import surface_weights
+from gudgeon.pipeline.interfaces.points import surface_weights
 from gudgeon.pipeline.stages.job import Job
 
 RADIUS = 5e-3

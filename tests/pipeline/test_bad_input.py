@@ -336,7 +336,7 @@ def test_mistake_on_the_command_line(arguments: list[str], complaint: str, capsy
     ("setting", "complaint"),
     [
         (f"{THRUST}.surface=skrt", f"{THRUST}.surface: the mesh has no surface 'skrt', it has crown, crown_inner,"),
-        (f"{THRUST}.surface=crown", f"{THRUST}: sector_deg and height need a cylindrical surface, 'crown' is none"),
+        (f"{THRUST}.surface=crown", f"{THRUST}: sector_deg and height need a cylinder, 'crown' is none"),
         (f"{THRUST}.sector_deg=[1.0, 1.001]", f"{THRUST}: no contact point of surface 'skirt' lies in its sector"),
         ("component.skirt.modes.normal_count=100000", "component.skirt.modes.normal_count: 100000 "),
         (f"{SUPPORTS}=['hat']", f"{SUPPORTS}: the mesh has no surface 'hat', it has crown, crown_inner, inner,"),
@@ -431,9 +431,9 @@ def test_whole_table_is_taken(case: Case, capsys: Capture) -> None:
         ("\n\n", "a profile table needs a row of angles and at least two rows of heights"),
         ("height,0\n0.0,1e-6\n", "a profile table needs a row of angles and at least two rows of heights"),
         (FULL_TURN.rsplit(",", 2)[0], "row 4 has 4 cells, the first row has 6; is it cut off?"),
-        (FULL_TURN[:-6], "the first and last angle are the same place but differ in deviation"),
+        (FULL_TURN[:-6], "the first and last angle are the same direction but differ in deviation"),
         (FULL_TURN[:-2], "row 4 holds '-2.0e-', a number is needed"),
-        (FULL_TURN[:-1], "the first and last angle are the same place but differ in deviation"),
+        (FULL_TURN[:-1], "the first and last angle are the same direction but differ in deviation"),
         (FULL_TURN.rsplit("\n", 1)[0], "heights 0 to 0.02 m do not cover the surface, which reaches from 0 to 0.04 m"),
         (FULL_TURN.replace("0.02,0.0", "0.02,zero"), "row 3 holds 'zero', a number is needed"),
         (FULL_TURN.replace("0.02,0.0", "0.02,nan"), "row 3 holds 'nan', a finite number is needed"),
@@ -473,7 +473,7 @@ def test_profile_that_inverts_elements(update: str, case: Case, capsys: Capture)
     settings = (f"{TABLE}=barrel.csv", f"{SCALE}=1000", f"component.skirt.change.update={update}")
     (line,) = refused(case, capsys, case.command("morph", *settings))
     found = re.fullmatch(
-        rf"{TABLE}: the profile inverts (\d+) elements, the worst is element (\d+) near \(.*\) m; allowed .+",
+        rf"{TABLE}: the profile inverts (\d+) elements, the worst is element (\d+) near \(.*\) m; allowed: .+",
         line,
     )
     assert found

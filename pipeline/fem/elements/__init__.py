@@ -1,4 +1,4 @@
-"""Elements: each turns a mesh of its cell type into K, M and rigid motions. A new one is a file and a line here."""
+"""Elements: each assembles K, M and rigid motions of a mesh of its cell type. A new one is a file and a line here."""
 
 from collections.abc import Callable
 

@@ -9,7 +9,7 @@ from scipy import sparse
 
 
 class NodePairs:
-    """Pairs of nodes of a mesh that stand in one element, (p,), and where each element's own pairs are among them.
+    """Pairs of nodes that share an element, (p,), and the number of each element's pairs among them.
 
     Args:
         cells: Node numbers of the elements, (e, a).

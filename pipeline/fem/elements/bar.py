@@ -10,6 +10,7 @@ from gudgeon.pipeline.scenes.material import Material
 
 
 def assemble_bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
+    """Assemble a bar: stiffness [N/m] and mass [kg] of the axial displacement of its nodes."""
     area = next(iter(mesh.surfaces.values())).shape["area"]
     N, dN, W = reference("line3", 4)
     x = mesh.nodes[mesh.cells]

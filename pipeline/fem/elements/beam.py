@@ -1,8 +1,8 @@
-"""Beam elements: deflection w along z and rotation θ about z × axis at each node, so that a rigid turn has w′ = −θ.
+"""Beam elements: deflection w along z and rotation θ about z × axis at each node; in a rigid rotation w′ = −θ.
 
 Euler-Bernoulli: cubic Hermite, consistent mass of w alone (Przemieniecki 1968). Timoshenko: three nodes, θ quadratic,
-w quadratic plus the cubic ξ − ξ³ that takes the quadratic part out of the shear strain γ = w′ + θ. It neither locks
-nor needs reduced integration, is conforming, and exact under forces at nodes; with mass of w and θ.
+w quadratic plus the cubic ξ − ξ³ that removes the quadratic part of the shear strain γ = w′ + θ. It does not lock,
+needs no reduced integration, is conforming, and exact under forces at nodes; with mass of w and θ.
 """
 
 import numpy as np
@@ -20,10 +20,10 @@ SECOND = np.array([1.0, 1.0, -2.0])[:, None]
 
 
 def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
-    """Assemble a beam; the inertia about its own axis is unknown to it, and zero."""
+    """Assemble a beam: stiffness and mass of deflection [m] and rotation [rad]; no inertia about its own axis."""
     if not isinstance(geometry, Beam):
         raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
-    axis, h = geometry.axis, _lengths(mesh)
+    axis, h = geometry.axis, element_lengths(mesh)
     blocks = (_timoshenko if mesh.cell_type == "beam3" else _euler_bernoulli)(h, material, geometry)
     dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(len(h), -1)
     K, M = (scatter(block, dofs, 2 * len(mesh.nodes)) for block in blocks)
@@ -42,7 +42,7 @@ def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | No
     return FEModel(K, M, mesh, DIRECTIONS, rotations, properties, twists, np.zeros(K.shape[0], bool), parts)
 
 
-def _lengths(mesh: MeshRecord) -> np.ndarray:
+def element_lengths(mesh: MeshRecord) -> np.ndarray:
     """Return the length of each element [m], (e,)."""
     ends = mesh.nodes[mesh.cells[:, :2]]
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -51,9 +51,9 @@ def _lengths(mesh: MeshRecord) -> np.ndarray:
 def turn_gradient(mesh: MeshRecord, node: int) -> np.ndarray:
     """Return θ′ at a node as a row over the dofs [1/m], the mean of its elements, (dofs,).
 
-    The axial strain of a fibre at height z is z θ′, in both theories: θ′ = −w″ where there is no shear.
+    The axial strain of a fibre at height z is z θ′, in both theories: θ′ = −w″ without shear.
     """
-    row, h = np.zeros(2 * len(mesh.nodes)), _lengths(mesh)
+    row, h = np.zeros(2 * len(mesh.nodes)), element_lengths(mesh)
     cells, places = np.nonzero(mesh.cells == node)
     for cell, place in zip(cells, places, strict=True):
         own, xi = h[cell : cell + 1], np.array([(-1.0, 1.0, 0.0)[place]])
@@ -64,11 +64,11 @@ def turn_gradient(mesh: MeshRecord, node: int) -> np.ndarray:
 
 def _euler_bernoulli(h: np.ndarray, material: Material, beam: Beam) -> tuple[np.ndarray, np.ndarray]:
     """Return stiffness and mass of elements of length h (e,), (e, 4, 4) each."""
-    one, zero = np.ones_like(h), np.zeros_like(h)
-    scale = np.array([one, -h, one, -h]).T[:, :, None] * np.array([one, -h, one, -h]).T[:, None]
+    units = np.stack([np.ones_like(h), -h] * 2, axis=1)
+    scale = units[:, :, None] * units[:, None]
     K = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
     M = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420
-    bending = material.E * beam.section.second_moment / h**3 + zero
+    bending = material.E * beam.section.second_moment / h**3
     mass = material.rho * beam.section.area * h
     return bending[:, None, None] * K * scale, mass[:, None, None] * M * scale
 
@@ -77,14 +77,13 @@ def _timoshenko(h: np.ndarray, material: Material, beam: Beam) -> tuple[np.ndarr
     """Return stiffness and mass of elements of length h (e,), (e, 6, 6) each."""
     xi, weights = np.polynomial.legendre.leggauss(4)
     N, _ = _quadratic(xi)
-    zeros = np.zeros((3, len(xi)))
     K, M = np.empty((2, len(h), 6, 6))
     G = material.E / 2 / (1 + material.nu)
     section = beam.section
     bends, shears = timoshenko_strains(h, xi)
     for e, length in enumerate(h):
         w = np.stack([N, length / 12 * SECOND * (xi - xi**3)], axis=1).reshape(6, -1)
-        theta = np.stack([zeros, N], axis=1).reshape(6, -1)
+        theta = np.stack([np.zeros_like(N), N], axis=1).reshape(6, -1)
         bend, shear = bends[e].T, shears[e].T
         dx = weights * length / 2
         K[e] = material.E * section.second_moment * (bend * dx) @ bend.T
@@ -105,9 +104,8 @@ def timoshenko_strains(h: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, np.nd
 
 def hermite_curvature(h: np.ndarray, xi: np.ndarray) -> np.ndarray:
     """Return θ′ = −w″ [1/m] at ξ (q,) of elements of length h (e,) as rows over their dofs, (e, q, 4)."""
-    one, h = np.ones_like(xi), h[:, None]
-    rows = [-6 * xi / h**2, (3 * xi - one) / h, 6 * xi / h**2, (3 * xi + one) / h]
-    return np.stack(rows, axis=-1)
+    h = h[:, None]
+    return np.stack([-6 * xi / h**2, (3 * xi - 1) / h, 6 * xi / h**2, (3 * xi + 1) / h], axis=-1)
 
 
 def _quadratic(xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

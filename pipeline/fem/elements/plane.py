@@ -1,7 +1,7 @@
 """Plane elements: straight and curved triangles of six nodes, in plane stress or plane strain.
 
-Isoparametric as the solids are. Under plane stress λ is 2λμ/(λ + 2μ), so that σ_zz vanishes; under plane strain it is
-the solid's own.
+Isoparametric as the solids. Under plane stress λ is 2λμ/(λ + 2μ), so that σ_zz vanishes; under plane strain it is that
+of the solid.
 """
 
 import numpy as np
@@ -9,10 +9,9 @@ from pydantic import BaseModel
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.reference import reference
-from gudgeon.pipeline.fem.model import FEModel, MassProperties, scatter
+from gudgeon.pipeline.fem.elements.reference import quadrature
+from gudgeon.pipeline.fem.model import FEModel, point_masses, scatter
 from gudgeon.pipeline.geometry.shapes.plane import PlanePart
-from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 from gudgeon.pipeline.scenes.material import Material
 
 STIFFNESS_ORDER, MASS_ORDER = 4, 6
@@ -21,24 +20,24 @@ ones add to both."""
 
 
 def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
-    """Assemble a plane part, which moves along x and y; its inertia is a lamina's, without thickness."""
+    """Assemble a plane part, which moves along x and y; its inertia [kg m^2] is that of a thin lamina."""
     if not isinstance(geometry, PlanePart):
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
     lam, mu = plane_lame(material, geometry)
     count, size = len(mesh.cells), 2 * len(mesh.nodes)
-    _, grad, dx = plane_quadrature(mesh, STIFFNESS_ORDER)
+    _, grad, dx = quadrature(mesh, STIFFNESS_ORDER)
     flat = grad.reshape(count, 12, -1)
     G = np.matmul(flat * (geometry.thickness * dx)[:, None], flat.transpose(0, 2, 1)).reshape(count, 6, 2, 6, 2)
     Ke = lam * G + mu * G.transpose(0, 1, 4, 3, 2)
     shear = mu * np.einsum("eaibi->eab", G)
     for i in range(2):
         Ke[:, :, i, :, i] += shear
-    N, _, dx = plane_quadrature(mesh, MASS_ORDER)
+    N, _, dx = quadrature(mesh, MASS_ORDER)
     weights = material.rho * geometry.thickness * dx
     dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(count, 12)
     K = scatter(Ke.reshape(count, 12, 12), dofs, size)
     M = scatter(np.matmul(N * weights[:, None], N.T), mesh.cells, len(mesh.nodes))
-    properties = _properties(np.matmul(N.T, mesh.nodes[mesh.cells]).reshape(-1, 3), weights.ravel())
+    properties = point_masses(np.matmul(N.T, mesh.nodes[mesh.cells]).reshape(-1, 3), weights.ravel())
     twists = np.zeros((3, 6))
     twists[[0, 1], [0, 1]] = 1 / np.sqrt(properties.mass)
     twists[2, 5] = 1 / np.sqrt(properties.inertia[2, 2])
@@ -49,25 +48,6 @@ def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | N
 
 
 def plane_lame(material: Material, geometry: PlanePart) -> tuple[float, float]:
-    """Return the Lamé constants λ and μ that act in the plane [Pa]."""
+    """Return the Lamé constants λ and μ of plane stress or plane strain [Pa]."""
     lam, mu = material.lame
     return (2 * lam * mu / (lam + 2 * mu) if geometry.state == "plane-stress" else lam), mu
-
-
-def plane_quadrature(mesh: MeshRecord, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return N (6, q), ∂N/∂x (e, 6, 2, q) and weights × |J| (e, q)."""
-    N, dN, W = reference("triangle6", order)
-    x = mesh.nodes[mesh.cells][:, :, :2]
-    J = np.einsum("eai,akq->eqik", x, dN)
-    det = np.linalg.det(J)
-    refuse_degenerate(x, det, np.arange(len(x)))
-    grad = np.einsum("akq,eqki->eaiq", dN, np.linalg.inv(J), optimize=True)
-    return N, grad, det * W
-
-
-def _properties(points: np.ndarray, weights: np.ndarray) -> MassProperties:
-    mass = float(weights.sum())
-    centre = weights @ points / mass
-    arm = points - centre
-    second = (weights[:, None] * arm).T @ arm
-    return MassProperties(mass, centre, np.trace(second) * np.eye(3) - second)

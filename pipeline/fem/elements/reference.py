@@ -4,20 +4,24 @@ from typing import Any
 
 import numpy as np
 
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.soundness import refuse_degenerate
+
 DIMENSIONS = {"tetra10": 3, "triangle6": 2, "line3": 1}
 """Of the cell types that have reference elements."""
 
 
 def reference(cell_type: str, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return N (a, q), ∂N/∂ξ (a, k, q) and weights (q,) on scikit-fem's reference element, in meshio's node order.
+    """Return N (a, q), ∂N/∂ξ (a, k, q) and weights (q,) of `rule`, in meshio's node order."""
+    X, W = rule(cell_type, order)
+    return *shape_functions(cell_type, X), W
 
-    Args:
-        order: Polynomial degree that the quadrature integrates exactly.
-    """
+
+def rule(cell_type: str, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points ξ (k, q) and weights (q,) of the quadrature that is exact to the polynomial degree `order`."""
     from skfem.quadrature import get_quadrature
 
-    X, W = get_quadrature(type(_element(cell_type)).refdom, order)
-    return *shape_functions(cell_type, X), W
+    return get_quadrature(type(_element(cell_type)).refdom, order)
 
 
 def shape_functions(cell_type: str, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -27,13 +31,26 @@ def shape_functions(cell_type: str, X: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return np.array([b[0] for b in basis]), np.array([b[1] for b in basis])
 
 
+def quadrature(
+    mesh: MeshRecord, order: int, cells: np.ndarray | slice = slice(None)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return N (a, q), ∂N/∂x [1/m] (e, a, d, q) and weights × |∂x/∂ξ| (e, q) of isoparametric solids or triangles.
+
+    Raises:
+        InputError: an element has no volume, or no area, or is inverted.
+    """
+    N, dN, W = reference(mesh.cell_type, order)
+    x = mesh.nodes[mesh.cells[cells]][:, :, : DIMENSIONS[mesh.cell_type]]
+    J = np.einsum("eai,akq->eqik", x, dN)
+    det = np.linalg.det(J)
+    refuse_degenerate(x, det, np.arange(len(mesh.cells))[cells])
+    return N, np.einsum("akq,eqki->eaiq", dN, np.linalg.inv(J), optimize=True), det * W
+
+
 def extrapolation(cell_type: str, order: int) -> np.ndarray:
     """Return E (a, q): values at the nodes of the linear field nearest to values at the points of a quadrature."""
-    from skfem.quadrature import get_quadrature
-
-    element = _element(cell_type)
-    X, _ = get_quadrature(type(element).refdom, order)
-    linear = [np.column_stack([np.ones(len(places)), places]) for places in (element.doflocs, X.T)]
+    X, _ = rule(cell_type, order)
+    linear = [np.column_stack([np.ones(len(places)), places]) for places in (_element(cell_type).doflocs, X.T)]
     return linear[0] @ np.linalg.pinv(linear[1])
 
 

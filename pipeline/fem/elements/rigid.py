@@ -1,4 +1,4 @@
-"""A body of mass without elasticity."""
+"""Rigid bodies: mass and inertia without elasticity."""
 
 import numpy as np
 from pydantic import BaseModel
@@ -10,14 +10,15 @@ from gudgeon.pipeline.geometry.shapes.rigid import Rigid
 
 
 def rigid_body(mesh: MeshRecord, geometry: BaseModel | None) -> FEModel:
-    """Return a body of mass without elasticity: K and M are empty, its rigid motions are all there is."""
+    """Return the model of a rigid body: K and M are zero, it has rigid motions only."""
     if not isinstance(geometry, Rigid):
         raise TypeError("a mesh of type vertex needs its Rigid geometry")
-    nothing, size = sparse.csr_matrix((3 * len(mesh.nodes), 3 * len(mesh.nodes))), 3 * len(mesh.nodes)
+    size = 3 * len(mesh.nodes)
+    zero = sparse.csr_matrix((size, size))
     moments = np.array(geometry.inertia)
     turning = np.flatnonzero(moments)
     twists = np.zeros((3 + len(turning), 6))
     twists[:3, :3] = np.eye(3) / np.sqrt(geometry.mass)
     twists[3 + np.arange(len(turning)), 3 + turning] = 1 / np.sqrt(moments[turning])
     properties = MassProperties(geometry.mass, np.zeros(3), np.diag(moments))
-    return FEModel(nothing, nothing, mesh, np.eye(3), np.zeros((3, 3)), properties, twists, np.zeros(size, bool))
+    return FEModel(zero, zero, mesh, np.eye(3), np.zeros((3, 3)), properties, twists, np.zeros(size, bool))

@@ -11,21 +11,20 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.assembly import NodePairs
-from gudgeon.pipeline.fem.elements.reference import reference
-from gudgeon.pipeline.fem.model import FEModel, MassProperties
+from gudgeon.pipeline.fem.elements.reference import quadrature, reference
+from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
+from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 from gudgeon.pipeline.scenes.material import Material
 
 STIFFNESS_ORDER, MASS_ORDER = 4, 6
-"""Polynomial degree that the quadrature integrates exactly. A straight tet10 needs 2 and 4; the curved ones' Jacobians
-add to both, and going higher changes no frequency of the skirt in its seventh digit."""
+"""Polynomial degree that the quadrature integrates exactly. A straight tet10 needs 2 and 4; the Jacobians of curved
+ones add to both. Higher degrees do not change the first seven digits of any frequency of the skirt."""
 
 BATCH = 4096
 """Elements assembled at once: the largest work array is about 60 MB."""
-EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
-"""Corners at the ends of each mid-side node's edge, in meshio's order."""
 STRAIGHT = 8 * np.finfo(float).eps
-"""How far a mid-side node may lie from the middle of its edge, as a share of the largest coordinate."""
+"""Largest distance of a mid-side node from the middle of its edge, over the largest coordinate."""
 
 
 def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
@@ -51,7 +50,7 @@ def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | N
 
 
 def straight_elements(mesh: MeshRecord) -> np.ndarray:
-    """Return which tet10 have each mid-side node amid its corners, but for round-off of the nodes, (e,)."""
+    """Return which tet10 have straight edges with the mid-side node in the middle, but for round-off, (e,)."""
     x = mesh.nodes[mesh.cells]
     away = x[:, 4:] - 0.5 * (x[:, EDGES[:, 0]] + x[:, EDGES[:, 1]])
     return np.abs(away).max(axis=(1, 2)) <= STRAIGHT * np.abs(mesh.nodes).max(initial=0.0)
@@ -90,7 +89,7 @@ def _by_quadrature(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return stiffness blocks (e, 3, 3, k) and masses (e, k) of curved tet10."""
     lam, mu = material.lame
-    _, grad, dx = solid_quadrature(mesh, STIFFNESS_ORDER, cells)
+    _, grad, dx = quadrature(mesh, STIFFNESS_ORDER, cells)
     flat = grad.reshape(len(dx), 30, -1)
     G = np.matmul(flat * dx[:, None], flat.transpose(0, 2, 1)).reshape(-1, 10, 3, 10, 3)
     # Advanced indices apart: the pairs come first.
@@ -99,24 +98,13 @@ def _by_quadrature(
     shear = mu * np.einsum("eiik->ek", G)
     for i in range(3):
         stiffness[:, i, i] += shear
-    N, _, dx = solid_quadrature(mesh, MASS_ORDER, cells)
+    N, _, dx = quadrature(mesh, MASS_ORDER, cells)
     masses = material.rho * np.matmul(N * dx[:, None], N.T)
     return stiffness, masses[:, pairs.first, pairs.second]
 
 
-def solid_quadrature(mesh: MeshRecord, order: int, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return N (10, q), ∂N/∂x (e, 10, 3, q) and weights × |J| (e, q) of the chosen curved tet10."""
-    N, dN, W = reference("tetra10", order)
-    x = mesh.nodes[mesh.cells[cells]]
-    J = np.einsum("eai,akq->eqik", x, dN)
-    det = np.linalg.det(J)
-    refuse_degenerate(x, det, cells)
-    grad = np.einsum("akq,eqki->eaiq", dN, np.linalg.inv(J), optimize=True)
-    return N, grad, det * W
-
-
 def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
-    """Return det(∂x/∂ξ) of every tet10 at its ten nodes, (e, 10); positive in a sound element."""
+    """Return det(∂x/∂ξ) of every tet10 at its ten nodes, (e, 10); positive in a valid element."""
     from skfem import ElementTetP2
 
     element = ElementTetP2()
@@ -129,12 +117,7 @@ def mass_properties(mesh: MeshRecord, rho: float) -> MassProperties:
     N, dN, W = reference("tetra10", MASS_ORDER)
     x = mesh.nodes[mesh.cells]
     weights = (rho * W * _determinants(x, dN)).ravel()
-    points = np.matmul(N.T, x).reshape(-1, 3)
-    mass = float(weights.sum())
-    centre = weights @ points / mass
-    arm = points - centre
-    second = (weights[:, None] * arm).T @ arm
-    return MassProperties(mass, centre, np.trace(second) * np.eye(3) - second)
+    return point_masses(np.matmul(N.T, x).reshape(-1, 3), weights)
 
 
 def _determinants(x: np.ndarray, dN: np.ndarray) -> np.ndarray:
@@ -149,7 +132,7 @@ def _determinants(x: np.ndarray, dN: np.ndarray) -> np.ndarray:
 
 
 def solid_twists(properties: MassProperties) -> np.ndarray:
-    """Return the six mass-normalised rigid motions of a solid: x, y, z, then turns about the principal axes, (6, 6)."""
+    """Return the six mass-normalised rigid motions of a solid: x, y, z, rotations about the principal axes, (6, 6)."""
     moments, axes = np.linalg.eigh(properties.inertia)
     twists = np.zeros((6, 6))
     twists[:3, :3] = np.eye(3) / np.sqrt(properties.mass)

@@ -1,7 +1,7 @@
-"""Strains inside elements, as energy sees them: D^½ ε at points through which they are linear in each element.
+"""Strains inside elements, scaled to energy: D^½ ε at the points of the smallest Gauss rule.
 
-Quadratic solids and bars have linear strains where they are straight, and so have bending and shear of both beams; the
-d + 1 points of the least Gauss rule in d dimensions are where a smooth field's strains are most exact (Barlow 1976).
+Straight quadratic solids and bars have linear strains, and so have both kinds of beams in bending and shear. At the
+d + 1 points of this rule in d dimensions the strains of a smooth field are most accurate (Barlow 1976).
 """
 
 from collections.abc import Callable
@@ -11,10 +11,9 @@ import numpy as np
 from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.beam import hermite_curvature, timoshenko_strains
-from gudgeon.pipeline.fem.elements.plane import plane_lame, plane_quadrature
-from gudgeon.pipeline.fem.elements.reference import extrapolation, reference
-from gudgeon.pipeline.fem.elements.solid import solid_quadrature
+from gudgeon.pipeline.fem.elements.beam import element_lengths, hermite_curvature, timoshenko_strains
+from gudgeon.pipeline.fem.elements.plane import plane_lame
+from gudgeon.pipeline.fem.elements.reference import extrapolation, quadrature, reference
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.plane import PlanePart
@@ -26,72 +25,66 @@ EDGES = {1: ((0, 1),), 2: ((0, 1), (1, 2), (2, 0)), 3: ((0, 1), (1, 2), (2, 0), 
 """Corners of each side with a mid-node, in meshio's order, by dimension."""
 SHEARS = ((1, 2), (0, 2), (0, 1))
 """Directions of the shear components, in order."""
+Strains = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
 class StrainSamples:
-    """Where strains are taken in a mesh, and how they follow from displacements."""
+    """Sampling points of the strain in a mesh, and the strain there over the displacements."""
 
     nodes: np.ndarray
     """Corners and middles of sides [m], (n, 3)."""
     cells: np.ndarray
     """Numbers of each element's corners, then of its middles, (e, a)."""
     points: np.ndarray
-    """Where strains are taken [m], (e, q, 3)."""
+    """Sampling points [m], (e, q, 3)."""
     sizes: np.ndarray
     """Volume or length of each element, (e,)."""
     to_nodes: np.ndarray
-    """Carries values at the points to the element's nodes, linearly, (a, q)."""
+    """Linear extrapolation from the points to the element's nodes, (a, q)."""
     mass: np.ndarray
     """∫ N_a N_b of a reference element of unit size, quadratic N, (a, a)."""
     components: int
-    """Of a strain, s."""
-    strains: Callable[[np.ndarray], np.ndarray]
+    """Number of strain components, s."""
+    strains: Strains
     """From dof columns (dofs, k) to D^½ ε, whose square is the density of twice the strain energy, (e, q, s, k)."""
 
 
 def strain_samples(model: FEModel, material: Material, geometry: BaseModel | None) -> StrainSamples | None:
-    """Return where strains of a model are taken; None where its cells have no strains known here."""
+    """Return the strain samples of a model; None for cell types without them."""
     make = SAMPLERS.get(model.mesh.cell_type)
     return None if make is None else make(model.mesh, material, geometry)
 
 
-def _solid(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
-    N, grad, dx = solid_quadrature(mesh, GAUSS_ORDER, np.arange(len(mesh.cells)))
-    strains = _from_gradients(mesh, grad, elasticity(material))
-    points = np.matmul(N.T, mesh.nodes[mesh.cells])
-    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("tetra10"), 6, strains)
-
-
-def _plane(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
-    if not isinstance(geometry, PlanePart):
+def _continuum(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
+    _, grad, dx = quadrature(mesh, GAUSS_ORDER)
+    if mesh.cell_type == "tetra10":
+        D = elasticity(material)
+    elif isinstance(geometry, PlanePart):
+        lam, mu = plane_lame(material, geometry)
+        D = geometry.thickness * np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
+    else:
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
-    N, grad, dx = plane_quadrature(mesh, GAUSS_ORDER)
-    lam, mu = plane_lame(material, geometry)
-    D = np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
-    strains = _from_gradients(mesh, grad, geometry.thickness * D)
-    points = np.matmul(N.T, mesh.nodes[mesh.cells])
-    return StrainSamples(mesh.nodes, mesh.cells, points, dx.sum(axis=1), *_quadratic("triangle6"), 3, strains)
+    return _sampled(mesh.cell_type, mesh.nodes, mesh.cells, dx.sum(axis=1), len(D), _from_gradients(mesh, grad, D))
 
 
 def _bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
     area = next(iter(mesh.surfaces.values())).shape["area"]
-    N, dN, _ = reference("line3", GAUSS_ORDER)
-    h = _lengths(mesh)
+    _, dN, _ = reference("line3", GAUSS_ORDER)
+    h = element_lengths(mesh)
     scale = np.sqrt(material.E * area)
 
     def strains(columns: np.ndarray) -> np.ndarray:
         return scale * np.einsum("aq,eak,e->eqk", dN[:, 0], columns[mesh.cells], 1 / h)[:, :, None]
 
-    points = np.matmul(N.T, mesh.nodes[mesh.cells])
-    return StrainSamples(mesh.nodes, mesh.cells, points, h, *_quadratic("line3"), 1, strains)
+    return _sampled("line3", mesh.nodes, mesh.cells, h, 1, strains)
 
 
 def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
     if not isinstance(geometry, Beam):
         raise TypeError(f"a mesh of type {mesh.cell_type} needs its Beam geometry")
     N, _, _ = reference("line3", GAUSS_ORDER)
-    h, section = _lengths(mesh), geometry.section
+    h, section = element_lengths(mesh), geometry.section
     xi = 2 * (N[1] + N[2] / 2) - 1
     nodes, cells = mesh.nodes, mesh.cells
     bending = np.sqrt(material.E * section.second_moment)
@@ -108,13 +101,22 @@ def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> S
     def strains(columns: np.ndarray) -> np.ndarray:
         return np.einsum("eqsd,edk->eqsk", rows, columns[dofs])
 
-    points = np.matmul(N.T, nodes[cells])
-    return StrainSamples(nodes, cells, points, h, *_quadratic("line3"), rows.shape[2], strains)
+    return _sampled("line3", nodes, cells, h, rows.shape[2], strains)
+
+
+def _sampled(
+    cell_type: str, nodes: np.ndarray, cells: np.ndarray, sizes: np.ndarray, components: int, strains: Strains
+) -> StrainSamples:
+    """Return the samples at the Gauss points of quadratic elements."""
+    points = np.matmul(reference(cell_type, GAUSS_ORDER)[0].T, nodes[cells])
+    N, _, W = reference(cell_type, 4)
+    mass = (N * W) @ N.T / W.sum()
+    return StrainSamples(nodes, cells, points, sizes, extrapolation(cell_type, GAUSS_ORDER), mass, components, strains)
 
 
 SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {
-    "tetra10": _solid,
-    "triangle6": _plane,
+    "tetra10": _continuum,
+    "triangle6": _continuum,
     "line3": _bar,
     "beam2": _beam,
     "beam3": _beam,
@@ -122,15 +124,15 @@ SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSam
 
 
 def elasticity(material: Material) -> np.ndarray:
-    """Return D of an isotropic solid [Pa] for strains xx, yy, zz, yz, xz, xy, shears in engineers' measure, (6, 6)."""
+    """Return D of an isotropic solid [Pa] for strains xx, yy, zz and engineering shears yz, xz, xy, (6, 6)."""
     lam, mu = material.lame
     D = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
     D[:3, :3] += lam
     return D
 
 
-def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what turns dof columns into D^½ ε, given ∂N/∂x (e, a, d, q) and D in components xx, yy, zz, yz, xz, xy."""
+def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Strains:
+    """Return the function from dof columns to D^½ ε, given ∂N/∂x (e, a, d, q) and D in xx, yy, zz, yz, xz, xy."""
     d = grad.shape[2]
     slopes = np.ascontiguousarray(grad.transpose(0, 3, 2, 1)).reshape(len(grad), -1, grad.shape[1])
     pairs = [(i, i) for i in range(d)] + [(i, j) for i, j in SHEARS if max(i, j) < d]
@@ -146,14 +148,3 @@ def _from_gradients(mesh: MeshRecord, grad: np.ndarray, D: np.ndarray) -> Callab
         return scaled @ slope
 
     return strains
-
-
-def _quadratic(cell_type: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return what carries values at the Gauss points to the nodes, (a, q), and ∫ N Nᵀ over the unit of size, (a, a)."""
-    N, _, W = reference(cell_type, 4)
-    return extrapolation(cell_type, GAUSS_ORDER), (N * W) @ N.T / W.sum()
-
-
-def _lengths(mesh: MeshRecord) -> np.ndarray:
-    """Return the length of each line element [m], (e,)."""
-    return np.linalg.norm(mesh.nodes[mesh.cells[:, 1]] - mesh.nodes[mesh.cells[:, 0]], axis=1)

@@ -1,12 +1,13 @@
-"""A straight bar along x on a line mesh: axial motion only, no solid, no gmsh."""
+"""A straight bar along x on a line mesh, with axial motion only."""
 
 from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, Field
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.geometry.numbers import STRICT, Length, Positive
+from gudgeon.pipeline.geometry.surfaces import point_surface
 
 
 class Bar(BaseModel):
@@ -23,16 +24,10 @@ class Bar(BaseModel):
         nodes = np.zeros((2 * count + 1, 3))
         nodes[:, 0] = np.linspace(0.0, self.length, 2 * count + 1)
         first = 2 * np.arange(count)
+        cells = np.column_stack([first, first + 2, first + 1])
         ends = {"left": (0, -1.0), "right": (2 * count, 1.0)}
-        return MeshRecord(
-            nodes=nodes,
-            cells=np.column_stack([first, first + 2, first + 1]),
-            cell_type="line3",
-            surfaces={
-                name: Surface(
-                    np.array([[node]]),
-                    {"kind": "point", "normal": [sign, 0.0, 0.0], "area": self.area, "origin": nodes[node].tolist()},
-                )
-                for name, (node, sign) in ends.items()
-            },
-        )
+        surfaces = {
+            name: point_surface(node, np.array([sign, 0.0, 0.0]), self.area, nodes[node])
+            for name, (node, sign) in ends.items()
+        }
+        return MeshRecord(nodes, cells, "line3", surfaces)

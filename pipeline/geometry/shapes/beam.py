@@ -1,4 +1,4 @@
-"""A straight beam along x or y on a line mesh, bending towards z: no solid, no gmsh."""
+"""A straight beam along x or y on a line mesh, bending towards z."""
 
 from itertools import pairwise
 from typing import Literal
@@ -6,13 +6,14 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.section import General, Section
+from gudgeon.pipeline.geometry.surfaces import point_surface
 
 ENDS = ("left", "right")
 NEAREST = 1e-6
-"""Least distance of different stations over the length: shorter elements drown the others in round-off."""
+"""Least distance of different stations over the length: shorter elements amplify the round-off of the others."""
 SIDES = {"top": 1.0, "bottom": -1.0}
 """Outward normal along z of each side of the beam."""
 
@@ -26,11 +27,11 @@ class Beam(BaseModel):
     section: Section
     theory: Literal["euler-bernoulli", "timoshenko"] = Field(
         default="euler-bernoulli",
-        description="euler-bernoulli: slender, neither shear nor rotary inertia; timoshenko: both",
+        description="euler-bernoulli: slender, no shear and no rotary inertia; timoshenko: both",
     )
-    along: Literal["x", "y"] = Field(default="x", description="Its axis")
+    along: Literal["x", "y"] = Field(default="x", description="Axis of the beam")
     stations: dict[str, float] = Field(
-        default={}, description="Places along the axis by name where nodes stand [m]", json_schema_extra={"unit": "m"}
+        default={}, description="Named positions of nodes along the axis [m]", json_schema_extra={"unit": "m"}
     )
 
     @field_validator("theory")
@@ -47,7 +48,7 @@ class Beam(BaseModel):
         length = info.data.get("length", np.inf)
         for name, x in value.items():
             if name in ENDS or name.endswith(tuple(f"-{side}" for side in SIDES)):
-                raise ValueError(f"'{name}' given, left, right and what ends in -top or -bottom are names of others")
+                raise ValueError(f"'{name}' given, left, right and names that end in -top or -bottom are reserved")
             if not 0 < x < length:
                 raise ValueError(f"{name} = {x} given, a station is between 0 and the length {length} m, ends excluded")
         places = np.array(sorted({0.0, *value.values(), length}))
@@ -57,7 +58,7 @@ class Beam(BaseModel):
 
     @property
     def shear_coefficient(self) -> float:
-        """κ, as given or by the section's form."""
+        """Shear coefficient κ, as given or of the section."""
         given = self.section.shear_coefficient
         kappa = self.section.shear_form if given is None else given
         assert kappa is not None
@@ -69,7 +70,7 @@ class Beam(BaseModel):
         return np.eye(3)["xy".index(self.along)]
 
     def places(self) -> dict[str, float]:
-        """Return where every end and station is along the axis [m]."""
+        """Return the position of every end and station along the axis [m]."""
         return {"left": 0.0, **self.stations, "right": self.length}
 
     def build(self, size: float) -> MeshRecord:
@@ -85,22 +86,18 @@ class Beam(BaseModel):
         cells = np.column_stack([2 * first, 2 * first + 2, 2 * first + 1] if quadratic else [first, first + 1])
         nodes = x[:, None] * self.axis
         surfaces = {}
+        area, up = self.section.area, np.array([0.0, 0.0, 1.0])
         for name, place in self.places().items():
-            facets = np.array([[int(np.abs(x - place).argmin())]])
-            along = {"left": -1.0, "right": 1.0}.get(name, 0.0)
-            up = np.array([0.0, 0.0, 1.0])
-            surfaces[name] = self._point(facets, along * self.axis if along else up, place * self.axis)
+            node, at = int(np.abs(x - place).argmin()), place * self.axis
+            along = {"left": -self.axis, "right": self.axis}.get(name, up)
+            surfaces[name] = point_surface(node, along, area, at)
             for side, sign in SIDES.items():
-                at = place * self.axis + sign * self.section.height / 2 * up
-                surfaces[f"{name}-{side}"] = self._point(facets, sign * up, at)
+                fibre = at + sign * self.section.height / 2 * up
+                surfaces[f"{name}-{side}"] = point_surface(node, sign * up, area, fibre)
         return MeshRecord(nodes, cells, "beam3" if quadratic else "beam2", surfaces)
-
-    def _point(self, facets: np.ndarray, normal: np.ndarray, origin: np.ndarray) -> Surface:
-        shape = {"kind": "point", "normal": normal.tolist(), "area": self.section.area, "origin": origin.tolist()}
-        return Surface(facets, shape)
 
 
 def _divided(start: float, end: float, size: float) -> np.ndarray:
-    """Return the ends of equal elements no longer than `size` [m] from `start` to `end`, `start` left out."""
+    """Return the ends of equal elements no longer than `size` [m] from `start` to `end`, without `start`."""
     count = max(1, int(np.ceil((end - start) / size * (1 - 1e-12))))
     return np.linspace(start, end, count + 1)[1:]

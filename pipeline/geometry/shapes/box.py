@@ -4,17 +4,17 @@ from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.geometry.numbers import STRICT, Length
-from gudgeon.pipeline.geometry.occ import SurfaceRule, box_faces, build_solid
+from gudgeon.pipeline.geometry.numbers import Length
+from gudgeon.pipeline.geometry.occ import Solid
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, box_faces
 
 
-class Box(BaseModel):
+class Box(Solid):
     """Block centred in x and y, from z = 0 up to z = `lz`. All lengths in metres."""
 
-    model_config = STRICT
     kind: Literal["box"]
     lx: Length
     ly: Length
@@ -32,19 +32,16 @@ class Box(BaseModel):
         return value
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
-        """Return the named surfaces with the true shape of each."""
         return box_faces(self.lx, self.ly, self.lz)
 
+    def draw(self, occ: Any) -> None:
+        solid = occ.addBox(-self.lx / 2, -self.ly / 2, 0, self.lx, self.ly, self.lz)
+        if self.patch is not None:
+            x, y = self.patch
+            occ.fragment([(3, solid)], [(2, occ.addRectangle(-x / 2, -y / 2, self.lz, x, y))])
+
     def build(self, size: float) -> MeshRecord:
-        """Mesh the block with tet10 of edge length `size` [m]."""
-
-        def draw(occ: Any) -> None:
-            solid = occ.addBox(-self.lx / 2, -self.ly / 2, 0, self.lx, self.ly, self.lz)
-            if self.patch is not None:
-                x, y = self.patch
-                occ.fragment([(3, solid)], [(2, occ.addRectangle(-x / 2, -y / 2, self.lz, x, y))])
-
-        mesh = build_solid(draw, size, self.surface_shapes())
+        mesh = super().build(size)
         if self.patch is None:
             return mesh
         top = mesh.surfaces["top"]

@@ -1,34 +1,29 @@
-"""A wet cylinder liner: a tube that hangs by a flange at its top end."""
+"""A wet cylinder liner: a tube with a supporting flange at its top end."""
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, model_validator
+from pydantic import Field
 
-from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.numbers import STRICT, Length
-from gudgeon.pipeline.geometry.occ import REVOLVED, SurfaceRule, build_solid, cylinder, plane, revolve
+from gudgeon.pipeline.geometry.numbers import Length
+from gudgeon.pipeline.geometry.occ import REVOLVED, Solid, revolve
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
 
 
-class Liner(BaseModel):
+class Liner(Solid):
     """Tube along z: the bottom at z = 0, the flange below the top. All lengths in metres."""
 
-    model_config = STRICT
+    OPTIONS = REVOLVED
     kind: Literal["liner"]
     bore_radius: Length
     wall: Length
     length: Length
     flange_height: Length
-    flange_width: Length
-    """How far the flange stands out beyond the tube."""
+    flange_width: Length = Field(description="Radial extent of the flange beyond the tube [m]")
 
-    @model_validator(mode="after")
-    def _fits(self) -> "Liner":
-        if self.flange_height >= self.length:
-            raise ValueError(f"flange_height is {self.flange_height} m, it must be below length = {self.length} m")
-        return self
+    def limits(self) -> list[tuple[str, float, float, str]]:
+        return [("flange_height", self.flange_height, self.length, "length")]
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
-        """Return the named surfaces with the true shape of each."""
         outer = self.bore_radius + self.wall
         under = self.length - self.flange_height
         return {
@@ -40,13 +35,8 @@ class Liner(BaseModel):
             "bottom": plane((0, 0, -1), (0, 0, 0)),
         }
 
-    def build(self, size: float) -> MeshRecord:
-        """Mesh the liner with curved tet10 of edge length `size` [m]."""
+    def draw(self, occ: Any) -> None:
         bore, outer = self.bore_radius, self.bore_radius + self.wall
         flange, under = outer + self.flange_width, self.length - self.flange_height
         section = [(bore, 0), (outer, 0), (outer, under), (flange, under), (flange, self.length), (bore, self.length)]
-
-        def draw(occ: Any) -> None:
-            revolve(occ, section)
-
-        return build_solid(draw, size, self.surface_shapes(), options=REVOLVED)
+        revolve(occ, section)

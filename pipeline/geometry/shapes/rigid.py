@@ -1,34 +1,28 @@
-"""A rigid body without mesh: a mass, its principal inertia, and the points where it is touched."""
+"""A rigid body without mesh: mass, principal inertia, and the points where it has contact or supports."""
 
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, field_validator
+from pydantic import BaseModel, Field
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.geometry.numbers import STRICT, Direction, Point, Positive
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.numbers import STRICT, NonZero, Point, Positive
+from gudgeon.pipeline.geometry.surfaces import point_surface
 
 Moment = Annotated[float, Field(ge=0, allow_inf_nan=False, json_schema_extra={"unit": "kg m^2"})]
 
 
 class RigidPoint(BaseModel):
-    """A point of the body's skin."""
+    """A point on the surface of the body."""
 
     model_config = STRICT
     at: Point = Field(description="Position from the centre of mass [m]")
-    normal: Direction = Field(description="Outward normal, of any length")
+    normal: NonZero = Field(description="Outward normal, of any length")
     area: Positive = Field(
         default=1.0,
         description="Tributary area [m^2]; with 1, a surface_stiffness is the point's own in N/m",
         json_schema_extra={"unit": "m^2"},
     )
-
-    @field_validator("normal")
-    @classmethod
-    def _has_length(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if not np.linalg.norm(value) > 0:
-            raise ValueError(f"{list(value)} given, a normal has a length above zero")
-        return value
 
 
 class Rigid(BaseModel):
@@ -38,9 +32,10 @@ class Rigid(BaseModel):
     kind: Literal["rigid"]
     mass: Positive = Field(json_schema_extra={"unit": "kg"})
     inertia: tuple[Moment, Moment, Moment] = Field(
-        default=(0.0, 0.0, 0.0), description="Principal inertia about x, y, z [kg m^2]; it does not turn where it is 0"
+        default=(0.0, 0.0, 0.0),
+        description="Principal inertia about x, y, z [kg m^2]; the body does not rotate about an axis with 0",
     )
-    points: dict[str, RigidPoint] = Field(default={}, description="Where it is touched or held, by name")
+    points: dict[str, RigidPoint] = Field(default={}, description="Points of contact, joints and supports, by name")
 
     def build(self, size: float | None) -> MeshRecord:
         """Return a node at the centre and one at each point, with a surface for each point."""
@@ -48,6 +43,5 @@ class Rigid(BaseModel):
         surfaces = {}
         for node, (name, point) in enumerate(self.points.items(), start=1):
             normal = np.array(point.normal) / np.linalg.norm(point.normal)
-            shape = {"kind": "point", "normal": normal.tolist(), "area": point.area, "origin": list(point.at)}
-            surfaces[name] = Surface(np.array([[node]]), shape)
+            surfaces[name] = point_surface(node, normal, point.area, places[node])
         return MeshRecord(np.array(places), np.arange(len(places))[:, None], "vertex", surfaces)

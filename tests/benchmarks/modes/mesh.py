@@ -20,7 +20,8 @@ EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
 def make(path: str, size: float) -> None:
     """Mesh the part with edges of `size` [m] and write nodes, cells and the facets of the skirt (radius 40 mm)."""
-    from gudgeon.pipeline.geometry.occ import build_solid, cylinder
+    from gudgeon.pipeline.geometry.occ import build_solid
+    from gudgeon.pipeline.geometry.surfaces import cylinder
 
     mesh = build_solid(_draw, size, {"skirt": cylinder(RADIUS)})
     nodes = np.array(mesh.nodes)

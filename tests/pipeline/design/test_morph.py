@@ -109,7 +109,7 @@ def test_read_profile(tmp_path: Path) -> None:
         ("h,0\n0,nan\n1,0\n", "finite"),
         ("h,0\n1,0\n0,0\n", "must increase"),
         ("h,0,90,180\n0,0,0,0\n1,0,0,0\n", "span 360"),
-        ("h,0,90,180,360\n0,0,0,0,1\n1,0,0,0,0\n", "same place"),
+        ("h,0,90,180,360\n0,0,0,0,1\n1,0,0,0,0\n", "same direction"),
     ],
 )
 def test_bad_tables(tmp_path: Path, text: str, message: str) -> None:

@@ -71,7 +71,7 @@ def test_held_point_is_a_pivot() -> None:
         (TABLE, {"material": {"E": 1.0, "nu": 0.3, "rho": 1.0}}, "given, geometry 'rigid' has its mass by itself"),
         (TABLE | {"mass": 0.0}, {}, "greater than 0"),
         (TABLE | {"inertia": [0.1, -0.2, 0.3]}, {}, "greater than or equal to 0"),
-        (TABLE | {"points": {"tip": POINTS["tip"] | {"normal": [0, 0, 0]}}}, {}, "a normal has a length above zero"),
+        (TABLE | {"points": {"tip": POINTS["tip"] | {"normal": [0, 0, 0]}}}, {}, "a length above zero is needed"),
         ({"kind": "bar", "length": 1.0, "area": 1.0}, {}, "is missing; geometry 'bar' needs E, nu and rho"),
     ],
 )

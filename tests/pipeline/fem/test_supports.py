@@ -193,7 +193,7 @@ def test_record_says_how_many_rigid_motions_are_left(mesh: MeshRecord) -> None:
     assert record.rigid_twists.shape == (1, 6)
     assert record.inertia_couplings is None
     movement = Movement("skirt", UniformProfile(1e-5), "component.cup.change.profile")
-    with pytest.raises(InputError, match=r"component\.cup\.change\.profile\.offset: .* take update 'recompute'"):
+    with pytest.raises(InputError, match=r"component\.cup\.change\.profile\.offset: .* use update 'recompute'"):
         reuse(mesh, ("ab" * 32, "cd" * 32), record, {}, movement, 2700.0)
 
 
@@ -224,7 +224,9 @@ def test_nodes_almost_on_one_line_are_refused(mesh: MeshRecord) -> None:
     nodes[chosen] = np.outer(np.linspace(0, 0.02, 6), [1.0, 0, 0]) + np.outer(1e-10 * np.arange(6) ** 2, [0, 1.0, 0])
     model = build_model(mesh, MATERIAL)
     line = replace(mesh, nodes=nodes, surfaces={"edge": Surface(chosen[None], {})})
-    with pytest.raises(InputError, match="supports: the nodes of edge hold a rigid motion by a share of"):
+    with pytest.raises(
+        InputError, match="supports: the nodes of edge restrain a rigid motion only partly, by a share of"
+    ):
         hold(replace(model, mesh=line), ["edge"], "component.cup.supports")
 
 

@@ -225,7 +225,7 @@ def test_flat_elements_are_refused() -> None:
     """gmsh's usual algorithm makes a triangle of three nodes on the rib's straight edge at this size."""
     piston = Piston(**PISTON)
     with pytest.raises(InputError, match=r"mesh.size: at 0.005 m gmsh makes \d+ flat elements, try another size"):
-        build_solid(piston._draw, 0.005, piston.surface_shapes(), options={"Geometry.OCCUnionUnify": 0})
+        build_solid(piston.draw, 0.005, piston.surface_shapes(), options={"Geometry.OCCUnionUnify": 0})
 
 
 @pytest.mark.parametrize(

@@ -69,5 +69,5 @@ def test_missing_and_empty_surfaces_are_named(skirt_mesh: MeshRecord) -> None:
         contact_points(skirt_mesh, Interface(surface="outside"), "here")
     with pytest.raises(InputError, match="no contact point"):
         contact_points(skirt_mesh, Interface(surface="skirt", height=(1.0, 2.0)), "here")
-    with pytest.raises(InputError, match="need a cylindrical surface"):
+    with pytest.raises(InputError, match="need a cylinder"):
         contact_points(skirt_mesh, Interface(surface="crown", sector_deg=(0, 10)), "here")

@@ -264,7 +264,7 @@ def test_the_nodal_synthesis_knows_no_rigid_surfaces(tmp_path: Path) -> None:
     job = open_job(write_scene(tmp_path), set=tie, db=tmp_path / "db")
     run_job(job, "mesh")
     with pytest.raises(
-        InputError, match=r"skirt\.interface\.lid\.tie: 'rbe2' given, report\.full_fe knows no rigid surf"
+        InputError, match=r"skirt\.interface\.lid\.tie: 'rbe2' given, report\.full_fe does not support rigid surf"
     ):
         nodal_problem(job)
 
