@@ -7,8 +7,10 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.cyclic import CyclicSymmetry, Mistuning, Sector, cyclic_sector
+from gudgeon.pipeline.cyclic.sector import Sector, cyclic_sector
+from gudgeon.pipeline.cyclic.whole_wheel import Mistuning
 from gudgeon.pipeline.fem.model import FEModel, MassProperties
+from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 
 F5 = json.loads((Path(__file__).parents[2] / "data/bladed-disk/F5_cyclic_chain.json").read_text())
 

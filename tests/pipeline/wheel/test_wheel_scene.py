@@ -11,7 +11,7 @@ import pytest
 
 from gudgeon.pipeline import kinds
 from gudgeon.pipeline.cli import main
-from gudgeon.pipeline.cyclic import tuned_frequencies
+from gudgeon.pipeline.cyclic.harmonic import tuned_frequencies
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import kind_of
 from gudgeon.pipeline.report.effort import Effort
