@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 from scipy import linalg, sparse
 
 from gudgeon.pipeline.errors import StageError
-from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.fem.model import FEModel, LineStiffness
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.normal import NormalModes
 
@@ -148,11 +148,7 @@ def residual_shapes(
         if whole_modes:
             taken = at_rows @ (M_modes.T @ X)
         elif model.parts is not None:
-            spread = np.zeros((B.shape[1], X.shape[1]))
-            spread[free] = X
-            taken = at_rows @ linalg.solve(
-                model.parts.product(normal.Phi), model.parts.product(normal.Phi, spread), assume_a="pos"
-            )
+            taken = at_rows @ _carried(model.parts, normal.Phi, X, free)
         else:
             taken = kept @ kept[rows].T
         R[:, rows] = B_touched @ X[touched] - B_rigid @ (M_rigid_free.T @ X) - taken
@@ -172,6 +168,13 @@ def residual_shapes(
             f"modes: residual flexibility is asymmetric by {asymmetry:.2g}, allowed: {SYMMETRY_TOLERANCE:g}"
         )
     return Residual(0.5 * (R + R.T), scale, fields)
+
+
+def _carried(parts: LineStiffness, Phi: np.ndarray, X: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Return the coordinates in the span of Φ (dofs, m), by strain energy, of X on the free dofs (free, k), (m, k)."""
+    whole = np.zeros((len(Phi), X.shape[1]))
+    whole[free] = X
+    return linalg.solve(parts.product(Phi), parts.product(Phi, whole), assume_a="pos")
 
 
 def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual, pressures: np.ndarray) -> StaticShapes:

@@ -331,9 +331,7 @@ def test_curved_elements_that_lock_are_refused() -> None:
     ball: dict[str, object] = {"geometry": {"kind": "sphere", "radius": 0.02}, "mesh": {"size": 0.02}, "interface": {}}
     ball |= {"modes": {"normal_count": 6, "static_count": 0}}
     assert record(**ball, material=nearly(0.49)).normal_count == 6
-    with pytest.raises(
-        StageError, match=r"material\.nu: 0\.4999 given, elements of this size lock: .* allowed: 3\.4%"
-    ):
+    with pytest.raises(StageError, match=r"material\.nu: 0\.4999 given, elements of this size lock: .* allowed: 3\.4%"):
         record(**ball, material=nearly(0.4999))
 
 

@@ -198,7 +198,7 @@ def test_a_component_keeps_the_dofs_of_its_interface() -> None:
 def test_shapes_of_rows_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(import_module("gudgeon.pipeline.reduction.methods.rubin"), "LARGEST_BOUNDARY", 0)
     for reduction in ("rubin", "attachment"):
-        with pytest.raises(InputError, match=f"modes.reduction: '{reduction}' given, it makes one shape for each of the"):
+        with pytest.raises(InputError, match=f"modes.reduction: '{reduction}' given, it makes one shape for each of"):
             reduced(reduction, block(), normal_count=3)
 
 
