@@ -16,7 +16,7 @@ from gudgeon.modaldb.records.cyclic import CyclicHarmonic
 from gudgeon.pipeline.cyclic.hermitian import Inertia, lowest_pairs, orthonormal
 from gudgeon.pipeline.cyclic.sector import Sector
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.modes.problem import Problem
+from gudgeon.pipeline.modes.problem import Problem, null_motions
 
 FITS = 1e-9
 """Relative error up to which rigid motions of the sector fulfil the condition of a harmonic."""
@@ -41,38 +41,31 @@ class HarmonicModes:
     """Proof that no mode of the harmonic is missed."""
 
 
-def harmonic_problem(sector: Sector, harmonic: int) -> Problem:
-    """Return the eigenproblem of one harmonic on the sector's own dofs.
+def harmonic_modes(sector: Sector, harmonic: int, count: int) -> HarmonicModes:
+    """Return the lowest `count` elastic modes of one harmonic.
 
     Raises:
         InputError: the wheel has no such harmonic.
+        StageError: there are fewer modes, one was missed, or one is not exact enough.
     """
     symmetry = sector.symmetry
     if harmonic not in symmetry.harmonics():
         most = symmetry.sectors // 2
         raise InputError(f"cyclic.harmonic: {harmonic} given, {symmetry.sectors} sectors have 0 to {most}")
-    theta = harmonic * symmetry.angle
-    K, M = (_at_phase(sector, matrix, theta) for matrix in (sector.model.K, sector.model.M))
-    return Problem(K, M, orthonormal(rigid_motions(sector, harmonic), M))
-
-
-def harmonic_modes(sector: Sector, harmonic: int, count: int) -> HarmonicModes:
-    """Return the lowest `count` elastic modes of one harmonic; errors as of `harmonic_problem` and `lowest_pairs`."""
-    problem = harmonic_problem(sector, harmonic)
-    pairs = lowest_pairs(problem, count)
-    phase = phase_of(harmonic * sector.symmetry.angle)
-    shapes = (sector.own + phase * sector.next) @ pairs.vectors
-    multiplicity = sector.symmetry.multiplicity(harmonic)
-    frequencies = np.sqrt(pairs.values)
+    phase = phase_of(harmonic * symmetry.angle)
+    K, M = (_at_phase(sector, matrix, phase) for matrix in (sector.model.K, sector.model.M))
+    rigid = orthonormal(rigid_motions(sector, harmonic), M)
+    pairs = lowest_pairs(Problem(K, M, rigid), count)
     return HarmonicModes(
-        harmonic, multiplicity, frequencies, shapes, problem.rigid.shape[1], pairs.residuals, pairs.orthogonality,
-        pairs.inertia,
-    )  # fmt: skip
-
-
-def tuned_modes(sector: Sector, count: int) -> list[HarmonicModes]:
-    """Return the lowest `count` elastic modes of every harmonic 0…N/2."""
-    return [harmonic_modes(sector, harmonic, count) for harmonic in sector.symmetry.harmonics()]
+        harmonic=harmonic,
+        multiplicity=symmetry.multiplicity(harmonic),
+        angular_frequencies=np.sqrt(pairs.values),
+        shapes=(sector.own + phase * sector.next) @ pairs.vectors,
+        rigid=rigid.shape[1],
+        residuals=pairs.residuals,
+        orthogonality=pairs.orthogonality,
+        inertia=pairs.inertia,
+    )
 
 
 def tuned_frequencies(modes: Sequence[HarmonicModes | CyclicHarmonic]) -> np.ndarray:
@@ -89,9 +82,9 @@ def phase_of(theta: float) -> complex | float:
     return np.exp(1j * theta)
 
 
-def _at_phase(sector: Sector, matrix: sparse.csr_matrix, theta: float) -> sparse.csr_matrix:
+def _at_phase(sector: Sector, matrix: sparse.csr_matrix, phase: complex | float) -> sparse.csr_matrix:
     """Return a sector's matrix on its own dofs with v_{j+1} = e^{iθ} v_j, Hermitian, (m, m)."""
-    own, following, phase = sector.own, sector.next, phase_of(theta)
+    own, following = sector.own, sector.next
     diagonal = own.T @ matrix @ own + following.T @ matrix @ following
     across = phase * (own.T @ matrix @ following)
     whole = sparse.csr_matrix(diagonal + across + across.conj().T)
@@ -105,6 +98,4 @@ def rigid_motions(sector: Sector, harmonic: int) -> np.ndarray:
     if not rigid.shape[1]:
         return own
     missing = (rigid - phase * (sector.next @ own))[sector.high_dofs]
-    _, strength, motions = np.linalg.svd(missing, full_matrices=True)
-    strength = np.concatenate([strength, np.zeros(rigid.shape[1] - len(strength))])
-    return own @ motions[strength <= FITS * np.abs(rigid).max()].conj().T
+    return own @ null_motions(missing, FITS * np.abs(rigid).max()).conj().T

@@ -3,7 +3,7 @@
 One tuned sector is reduced: x_j = (y_j, y_{j+1}, q_j) with u_j = Ψ_low y_j + Ψ_high y_{j+1} + Φ_f q_j, y_j the dofs of
 the face before sector j in its turning axes. Every sector uses this basis. The condensed matrix of the tuned wheel's
 faces is circulant: for each harmonic it is a Hermitian one of the size of one face, whose partial interface modes are
-those of the whole wheel with any number of sectors. The tuned modes X_n of the harmonics then diagonalise the tuned wheel,
+those of the whole wheel with any number of sectors. The tuned modes X_n of the harmonics diagonalise the tuned wheel,
 x_j = √(c_n/N) Re(e^{iθ_n j} X_n), c_n = 2 for a pair and 1 otherwise, and each blade's change δ_j of stiffness couples
 them by its Fourier sums d(p) = Σ_j δ_j e^{2πi p j/N}, with K_b the blade's stiffness on the sector's basis:
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.cyclic.harmonic import rigid_motions
-from gudgeon.pipeline.cyclic.hermitian import lowest_pairs, orthonormal
+from gudgeon.pipeline.cyclic.hermitian import orthonormal
 from gudgeon.pipeline.cyclic.sector import Sector
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
@@ -70,11 +70,6 @@ def changes(mistuning: Mistuning, sectors: int) -> np.ndarray:
     if not factors.min() > 0:
         raise InputError(f"mistuning.factors: {factors.min():.6g} given, a blade's stiffness must be above 0")
     return factors - 1
-
-
-def wheel_frequencies(sector: Sector, count: int, mistuning: Mistuning | None = None) -> np.ndarray:
-    """Return the lowest elastic frequencies of the whole wheel [rad/s], (count,)."""
-    return np.sqrt(lowest_pairs(wheel_problem(sector, mistuning), count).values)
 
 
 def wheel_motion(sector: Sector, rows: np.ndarray) -> sparse.csr_matrix:

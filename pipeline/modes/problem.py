@@ -101,6 +101,13 @@ def count_shift(values: np.ndarray, count: int, *, complete: bool = False) -> tu
     return float(sigma), last + 1
 
 
+def null_motions(motions: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return the orthonormal combinations (l, r) of motions (k, r) whose norm is at most a tolerance."""
+    _, strength, combinations = np.linalg.svd(motions, full_matrices=True)
+    strength = np.concatenate([strength, np.zeros(motions.shape[1] - len(strength))])
+    return combinations[strength <= tolerance]
+
+
 def dense_pairs(
     K: np.ndarray, M: np.ndarray, rigid: int, count: int | None, basis: str
 ) -> tuple[np.ndarray, np.ndarray]:

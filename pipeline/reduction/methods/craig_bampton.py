@@ -21,7 +21,7 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
-from gudgeon.pipeline.modes.problem import dense_pairs
+from gudgeon.pipeline.modes.problem import dense_pairs, null_motions
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
@@ -145,9 +145,7 @@ def loose_motions(rigid: np.ndarray, held: np.ndarray) -> np.ndarray:
     """Return the combinations of rigid motions (dofs, r) that do not move the chosen dofs, (l, r)."""
     if not rigid.shape[1]:
         return np.empty((0, 0))
-    _, strength, motions = np.linalg.svd(rigid[held], full_matrices=True)
-    strength = np.concatenate([strength, np.zeros(rigid.shape[1] - len(strength))])
-    return motions[strength <= EMPTY * np.abs(rigid).max()]
+    return null_motions(rigid[held], EMPTY * np.abs(rigid).max())
 
 
 def surface_dofs(model: FEModel, name: str, where: str) -> np.ndarray:

@@ -79,7 +79,7 @@ class RitzVectors:
             asked = {}
             for number, answer in answers.items():
                 try:
-                    asked[number] = recurrences[number].send(answer)  # None starts the recurrence
+                    asked[number] = next(recurrences[number]) if answer is None else recurrences[number].send(answer)
                 except StopIteration as end:
                     results[number] = end.value
             answers = self._solved(asked)

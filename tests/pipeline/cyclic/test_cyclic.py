@@ -22,16 +22,16 @@ from gudgeon.pipeline.cyclic.forced import (
     engine_order_response,
     magnification,
 )
-from gudgeon.pipeline.cyclic.harmonic import harmonic_modes, tuned_frequencies, tuned_modes
+from gudgeon.pipeline.cyclic.harmonic import harmonic_modes, tuned_frequencies
 from gudgeon.pipeline.cyclic.sector import Sector, cyclic_sector
 from gudgeon.pipeline.cyclic.synthesis import InterfaceChoice, sector_parts, synthesise
-from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, part_stiffness, wheel_frequencies, wheel_problem, wheel_rigid
+from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, part_stiffness, wheel_problem, wheel_rigid
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 from gudgeon.pipeline.scenes.material import Material
-from tests.validation.cyclic_chain import chain
+from tests.validation.cyclic_chain import chain, tuned_modes, wheel_frequencies
 
 STEEL = Material(E=2.1e11, nu=0.3, rho=7800.0)
 WHOLE = 1e-8

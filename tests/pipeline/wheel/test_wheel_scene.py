@@ -294,7 +294,7 @@ MISFITS: list[tuple[dict[str, Any], str]] = [
     ({"wheel__disk__fixed_count": 99999}, "wheel.disk.fixed_count: 99999 given, a sector has"),
     ({"wheel__disk__count": 99999}, "wheel.disk.count: 99999 given, the reduced wheel has 60 elastic coordinates"),
     ({"wheel__disk__low": "rim"}, "wheel.disk: 'rim' has"),
-    ({"component__sector__supports": ["bore", "low"]}, "wheel.disk: what supports hold on 'low' does not turn"),
+    ({"component__sector__supports": ["bore", "low"]}, "wheel.disk: the supports of 'low', rotated, are not"),
 ]
 
 
