@@ -1,7 +1,7 @@
-"""What mistuning does to the blades' amplitudes: the response to an engine order, and its magnification.
+"""Response of the blades to an engine order, and its magnification by mistuning.
 
-Every blade feels the same unit force along a row c, of phase e^{2πi r j/N} on blade j for engine order r. With
-structural damping η the blades' displacements along c are
+The same unit force acts on every blade along a row c, with phase e^{2πi r j/N} on blade j for engine order r. With
+structural damping η the displacements of the blades along c are
 
   a_j(ω) = Σ_k b_jk (Σ_l b_lk e^{2πi r l/N}) / (ω_k² (1 + iη) − ω²),  b_jk = c φ_jk,
 
@@ -12,21 +12,22 @@ tuned amplitude, is at most (1 + √N)/2 where each sector has one mode.
 import numpy as np
 from scipy import sparse
 
-from gudgeon.pipeline.cyclic.hermitian import Pairs, Problem
+from gudgeon.pipeline.cyclic.hermitian import Pairs
 from gudgeon.pipeline.cyclic.sector import Sector
 from gudgeon.pipeline.cyclic.synthesis import SectorParts, Synthesis
 from gudgeon.pipeline.cyclic.whole_wheel import wheel_motion
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.modes.problem import Problem
 
 
 def blades_of_wheel(sector: Sector, pairs: Pairs, row: np.ndarray) -> np.ndarray:
-    """Return what each mode of the full wheel moves along a row of the sector's dofs, blade by blade, (N, modes)."""
+    """Return the motion [kg^-½] of blades along a row of the sector's dofs in the modes of the full wheel, (N, m)."""
     return wheel_motion(sector, row[None]) @ pairs.vectors
 
 
 def blades_of_synthesis(parts: SectorParts, synthesis: Synthesis, row: np.ndarray) -> np.ndarray:
-    """Return what each mode of the reduced wheel moves along a row of the sector's dofs, blade by blade, (N, modes)."""
+    """Return the same for the modes of the reduced wheel, (N, m)."""
     return np.einsum("c,ncm->nm", row @ parts.basis, synthesis.motion)
 
 
@@ -54,7 +55,7 @@ def engine_order_response(
 
 
 def direct_response(problem: Problem, load: np.ndarray, loss_factor: float, at: float) -> np.ndarray:
-    """Solve (K (1 + iη) − ω² M) u = f without modes, (m,), by the symmetric real form of A + iB, [A −B; −B −A].
+    """Return u of (K (1 + iη) − ω² M) u = f without modes, (m,), by the symmetric real form of A + iB, [A −B; −B −A].
 
     Args:
         load: f, complex (m,).

@@ -2,8 +2,8 @@
 
   K(θ) = C₀ᵀKC₀ + C₁ᵀKC₁ + e^{iθ} S + e^{−iθ} Sᵀ,  S = C₀ᵀKC₁,
 
-Hermitian, real for n = 0 and n = N/2. Each frequency of 0 < n < N/2 belongs to the harmonic N − n too, with the
-conjugate shape: a pair of the wheel.
+Hermitian, real for n = 0 and n = N/2. Each frequency of 0 < n < N/2 is also one of harmonic N − n, with the conjugate
+shape: a pair of the wheel.
 """
 
 from collections.abc import Sequence
@@ -13,12 +13,13 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic
-from gudgeon.pipeline.cyclic.hermitian import Inertia, Problem, lowest_pairs, orthonormal
+from gudgeon.pipeline.cyclic.hermitian import Inertia, lowest_pairs, orthonormal
 from gudgeon.pipeline.cyclic.sector import Sector
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.modes.problem import Problem, null_motions
 
 FITS = 1e-9
-"""Rigid motions of the sector that miss the condition of a harmonic by less than this share fulfil it."""
+"""Relative error up to which rigid motions of the sector fulfil the condition of a harmonic."""
 
 
 @dataclass(frozen=True)
@@ -30,71 +31,60 @@ class HarmonicModes:
     angular_frequencies: np.ndarray
     """[rad/s], (count,), ascending."""
     shapes: np.ndarray
-    """On the sector's dofs, complex for pairs; real and imaginary part are the two shapes, (dofs, count)."""
+    """On the sector's dofs, (dofs, count); complex for pairs, whose real and imaginary parts are the two shapes."""
     rigid: int
-    """Rigid motions of this harmonic; the wheel has each `multiplicity` times."""
+    """Number of rigid motions of this harmonic; the wheel has each `multiplicity` times."""
     residuals: np.ndarray
     """‖Kv − ω²Mv‖ / ‖Kv‖ of each, (count,)."""
     orthogonality: float
     inertia: Inertia
-    """Proof that none of the harmonic is missed."""
-
-
-def harmonic_problem(sector: Sector, harmonic: int) -> Problem:
-    """Return the reduced problem of one harmonic.
-
-    Raises:
-        InputError: the wheel has no such harmonic.
-    """
-    symmetry = sector.symmetry
-    if harmonic not in symmetry.harmonics():
-        most = symmetry.sectors // 2
-        raise InputError(f"cyclic.harmonic: {harmonic} given, {symmetry.sectors} sectors have 0 to {most}")
-    theta = harmonic * symmetry.angle
-    K, M = (_at_phase(sector, matrix, theta) for matrix in (sector.model.K, sector.model.M))
-    return Problem(K, M, orthonormal(rigid_motions(sector, harmonic), M))
+    """Proof that no mode of the harmonic is missed."""
 
 
 def harmonic_modes(sector: Sector, harmonic: int, count: int) -> HarmonicModes:
-    """Extract the lowest `count` elastic modes of one harmonic.
+    """Return the lowest `count` elastic modes of one harmonic.
 
     Raises:
         InputError: the wheel has no such harmonic.
         StageError: there are fewer modes, one was missed, or one is not exact enough.
     """
-    problem = harmonic_problem(sector, harmonic)
-    pairs = lowest_pairs(problem, count)
-    phase = phase_of(harmonic * sector.symmetry.angle)
-    shapes = (sector.own + phase * sector.next) @ pairs.vectors
-    multiplicity = sector.symmetry.multiplicity(harmonic)
-    frequencies = np.sqrt(pairs.values)
+    symmetry = sector.symmetry
+    if harmonic not in symmetry.harmonics():
+        most = symmetry.sectors // 2
+        raise InputError(f"cyclic.harmonic: {harmonic} given, {symmetry.sectors} sectors have 0 to {most}")
+    phase = phase_of(harmonic * symmetry.angle)
+    K, M = (_at_phase(sector, matrix, phase) for matrix in (sector.model.K, sector.model.M))
+    rigid = orthonormal(rigid_motions(sector, harmonic), M)
+    pairs = lowest_pairs(Problem(K, M, rigid), count)
     return HarmonicModes(
-        harmonic, multiplicity, frequencies, shapes, problem.rigid.shape[1], pairs.residuals, pairs.orthogonality,
-        pairs.inertia,
-    )  # fmt: skip
-
-
-def tuned_modes(sector: Sector, count: int) -> list[HarmonicModes]:
-    """Extract the lowest `count` elastic modes of every harmonic 0…N/2."""
-    return [harmonic_modes(sector, harmonic, count) for harmonic in sector.symmetry.harmonics()]
+        harmonic=harmonic,
+        multiplicity=symmetry.multiplicity(harmonic),
+        angular_frequencies=np.sqrt(pairs.values),
+        shapes=(sector.own + phase * sector.next) @ pairs.vectors,
+        rigid=rigid.shape[1],
+        residuals=pairs.residuals,
+        orthogonality=pairs.orthogonality,
+        inertia=pairs.inertia,
+    )
 
 
 def tuned_frequencies(modes: Sequence[HarmonicModes | CyclicHarmonic]) -> np.ndarray:
-    """Return the wheel's lowest frequencies [rad/s], pairs twice, as far as all harmonics together reach, (f,)."""
+    """Return the wheel's lowest frequencies [rad/s], pairs twice, up to the least of the harmonics' highest, (f,)."""
     complete = min(one.angular_frequencies[-1] for one in modes)
     every = np.sort(np.concatenate([np.repeat(one.angular_frequencies, one.multiplicity) for one in modes]))
     return every[every <= complete]
 
 
 def phase_of(theta: float) -> complex | float:
-    """Return e^{iθ}, real where θ is 0 or π."""
+    """Return e^{iθ}, real if θ is 0 or π."""
     if abs(np.sin(theta)) < 16 * np.finfo(float).eps:
         return float(np.sign(np.cos(theta)))
     return np.exp(1j * theta)
 
 
-def _at_phase(sector: Sector, matrix: sparse.csr_matrix, theta: float) -> sparse.csr_matrix:
-    own, following, phase = sector.own, sector.next, phase_of(theta)
+def _at_phase(sector: Sector, matrix: sparse.csr_matrix, phase: complex | float) -> sparse.csr_matrix:
+    """Return a sector's matrix on its own dofs with v_{j+1} = e^{iθ} v_j, Hermitian, (m, m)."""
+    own, following = sector.own, sector.next
     diagonal = own.T @ matrix @ own + following.T @ matrix @ following
     across = phase * (own.T @ matrix @ following)
     whole = sparse.csr_matrix(diagonal + across + across.conj().T)
@@ -108,6 +98,4 @@ def rigid_motions(sector: Sector, harmonic: int) -> np.ndarray:
     if not rigid.shape[1]:
         return own
     missing = (rigid - phase * (sector.next @ own))[sector.high_dofs]
-    _, strength, motions = np.linalg.svd(missing, full_matrices=True)
-    strength = np.concatenate([strength, np.zeros(rigid.shape[1] - len(strength))])
-    return own @ motions[strength <= FITS * np.abs(rigid).max()].conj().T
+    return own @ null_motions(missing, FITS * np.abs(rigid).max()).conj().T

@@ -1,10 +1,10 @@
-"""One sector of a wheel, and how its high face hangs together with the low face of the next sector.
+"""One sector of a wheel, and the coupling of its high face with the low face of the next sector.
 
 Each sector has axes that turn with it. With v_j the dofs of sector j that are neither held nor on its high face,
 
   u_j = C₀ v_j + C₁ v_{j+1},
 
-where C₁ puts the low face of the next sector on the high one of this, turned by the rotation R through 2π/N.
+where C₁ maps the low face of the next sector to the high face of this one by the rotation R through 2π/N.
 """
 
 from dataclasses import dataclass
@@ -20,9 +20,9 @@ from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 
 MATCH_TOLERANCE = 1e-6
 """Largest distance between a node of the high face and its image of the low one, over the size of the face: far above
-what a mesher's periodic copy leaves, far below any element."""
+the error of a mesher's periodic copy, far below the size of an element."""
 INVARIANCE_TOLERANCE = 1e-9
-"""Of a node's directions, and of what is held, under the rotation."""
+"""Of a node's directions and of held directions under the rotation."""
 
 
 @dataclass(frozen=True)
@@ -36,38 +36,36 @@ class Sector:
     next: sparse.csr_matrix
     """C₁, (dofs, m)."""
     face: np.ndarray
-    """Places of the low face's dofs in v, (k,)."""
+    """Numbers of the low face's dofs in v, (k,)."""
     face_dofs: np.ndarray
     """The same in the model, (k,)."""
     high_dofs: np.ndarray
-    """The high face's dofs in the model that are not held, (k,)."""
+    """Numbers of the high face's free dofs in the model, (k,)."""
 
 
 def cyclic_sector(model: FEModel, symmetry: CyclicSymmetry, where: str = "cyclic") -> Sector:
-    """Match the nodes of the two faces and tie them.
+    """Match the nodes of the two faces and couple them.
 
     Args:
         where: Key of the symmetry in the scene, for messages.
 
     Raises:
-        InputError: a surface is missing, the faces do not match, they meet on the axis, or a support or a direction
-            of motion does not turn into that of the next sector.
+        InputError: a surface is missing, the faces do not match or meet on the axis, or a support or a direction of
+            motion is not that of the next sector after the rotation.
     """
     low, high = _pairs(model, symmetry, where)
     d, size = len(model.directions), len(model.held)
     R = symmetry.rotation
     turn = model.directions @ R @ model.directions.T + model.rotations @ R @ model.rotations.T
     if np.abs(turn @ turn.T - np.eye(d)).max() > INVARIANCE_TOLERANCE:
-        raise InputError(f"{where}: the directions of a node's dofs do not turn into those of the next sector")
+        raise InputError(f"{where}: the rotated directions of a node's dofs are not those of the next sector")
     low_dofs, high_dofs = ((d * nodes[:, None] + np.arange(d)).ravel() for nodes in (low, high))
     tie = sparse.csr_matrix(sparse.kron(sparse.eye(len(low)), turn))
     held_low, held_high = model.held[low_dofs], model.held[high_dofs]
     mixed = [np.abs(tie[a][:, b]).max() if a.any() and b.any() else 0.0
              for a, b in ((held_high, ~held_low), (~held_high, held_low))]  # fmt: skip
     if max(mixed) > INVARIANCE_TOLERANCE:
-        raise InputError(
-            f"{where}: what supports hold on '{symmetry.low}' does not turn into what they hold on '{symmetry.high}'"
-        )
+        raise InputError(f"{where}: the supports of '{symmetry.low}', rotated, are not those of '{symmetry.high}'")
     keep = ~model.held
     keep[high_dofs] = False
     places = np.flatnonzero(keep)
@@ -81,7 +79,7 @@ def cyclic_sector(model: FEModel, symmetry: CyclicSymmetry, where: str = "cyclic
 
 
 def _pairs(model: FEModel, symmetry: CyclicSymmetry, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nodes of the low face and, in the same order, their images on the high one."""
+    """Return the nodes of the low face and, in the same order, those of the high face at their images."""
     low = surface_nodes(model.mesh, symmetry.low, f"{where}.low")
     high = surface_nodes(model.mesh, symmetry.high, f"{where}.high")
     if len(low) != len(high):
@@ -92,7 +90,7 @@ def _pairs(model: FEModel, symmetry: CyclicSymmetry, where: str) -> tuple[np.nda
     if len(shared := np.intersect1d(low, high)):
         raise InputError(
             f"{where}: node {shared[0]} lies on '{symmetry.low}' and '{symmetry.high}'; a sector that reaches the axis"
-            " is not supported, give it a bore"
+            " is not supported, add a bore"
         )
     origin = np.array(symmetry.origin)
     images = (model.nodes[low] - origin) @ symmetry.rotation.T + origin
@@ -107,5 +105,5 @@ def _pairs(model: FEModel, symmetry: CyclicSymmetry, where: str) -> tuple[np.nda
             f" {MATCH_TOLERANCE * size:.3g} m are allowed; the faces must be meshed alike"
         )
     if len(np.unique(partner)) != len(high):
-        raise InputError(f"{where}: two nodes of '{symmetry.low}' fall on one of '{symmetry.high}'")
+        raise InputError(f"{where}: two nodes of '{symmetry.low}' match one of '{symmetry.high}'")
     return low, high[partner]

@@ -1,15 +1,15 @@
 """A mistuned wheel by synthesis of its sectors: Craig-Bampton, and partial interface modes between them (Tran 2009).
 
 One tuned sector is reduced: x_j = (y_j, y_{j+1}, q_j) with u_j = Ψ_low y_j + Ψ_high y_{j+1} + Φ_f q_j, y_j the dofs of
-the face before sector j in its turning axes. Every sector takes this basis. The faces of the tuned wheel, condensed,
-are a circulant matrix: harmonic by harmonic a Hermitian one of one face's size, whose partial interface modes are
-those of the whole wheel, whatever its number of sectors. The tuned modes X_n of the harmonics then diagonalise the
-tuned wheel, x_j = √(c_n/N) Re(e^{iθ_n j} X_n), c_n = 2 for a pair and else 1, and each blade's change δ_j of stiffness
-couples them by its Fourier sums d(p) = Σ_j δ_j e^{2πi p j/N}, with K_b the blade's stiffness on the sector's basis:
+the face before sector j in its turning axes. Every sector uses this basis. The condensed matrix of the tuned wheel's
+faces is circulant: for each harmonic it is a Hermitian one of the size of one face, whose partial interface modes are
+those of the whole wheel with any number of sectors. The tuned modes X_n of the harmonics diagonalise the tuned wheel,
+x_j = √(c_n/N) Re(e^{iθ_n j} X_n), c_n = 2 for a pair and 1 otherwise, and each blade's change δ_j of stiffness couples
+them by its Fourier sums d(p) = Σ_j δ_j e^{2πi p j/N}, with K_b the blade's stiffness on the sector's basis:
 
   ΔK_nm = √(c_n c_m)/2N · Re(d(m − n) X_nᴴ K_b X_m + d(m + n) X_nᵀ K_b X_m).
 
-With all dofs of the faces kept there is nothing to gain by harmonics: the sectors are put together as they are, sparse.
+With all dofs of the faces kept harmonics give no reduction: the sectors are assembled directly as sparse matrices.
 """
 
 from collections.abc import Mapping
@@ -20,22 +20,23 @@ import numpy as np
 from scipy import linalg, sparse
 
 from gudgeon.pipeline.cyclic.harmonic import phase_of, rigid_motions
-from gudgeon.pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
+from gudgeon.pipeline.cyclic.hermitian import lowest_pairs, orthonormal
 from gudgeon.pipeline.cyclic.sector import Sector
 from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, changes, shift, wheel_rigid
-from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.reduction.methods.craig_bampton import RIGID_SHARE, condensed
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.modes.problem import Problem, dense_pairs
+from gudgeon.pipeline.reduction.methods.craig_bampton import condensed
 from gudgeon.pipeline.reduction.methods.partial_interface import interface_basis
 
 LARGEST_FACE = 1500
-"""Dofs of a face: a pair of harmonics is a dense eigenproblem of twice the size, which takes about a minute."""
+"""Dofs of a face: the dense eigenproblem of a pair of harmonics, of twice the size, takes about a minute."""
 LARGEST_SIZE = 6000
 """Coordinates of a wheel reduced by interface modes: their dense eigenproblem takes about a minute."""
 
 
 @dataclass(frozen=True)
 class InterfaceChoice:
-    """Which dofs of a face stay physical, and how many interface modes stand for the others."""
+    """Dofs of a face that stay physical, and the number of interface modes that replace the others."""
 
     kept: np.ndarray
     """Over the dofs of the face, (k,)."""
@@ -55,25 +56,25 @@ class SectorParts:
     """(2k + f, 2k + f)"""
     M: np.ndarray
     cpu_seconds: float
-    """For constraint and fixed-interface modes and their projection."""
+    """CPU time of constraint modes, fixed-interface modes and projection [s]."""
 
 
 @dataclass(frozen=True)
 class Synthesis:
-    """What one choice of interface gives."""
+    """Lowest modes of a wheel reduced with one choice of interface."""
 
     angular_frequencies: np.ndarray
     """Elastic ones [rad/s], (count,), ascending."""
     motion: np.ndarray
     """Each mode in each sector's basis, mass-orthonormal over the wheel, (N, 2k + f, count)."""
     size: int
-    """Coordinates of the reduced wheel."""
+    """Number of coordinates of the reduced wheel."""
     kept: int
     """Physical dofs per face."""
     interface_modes: int
-    """Columns of the wheel's faces beside those kept."""
+    """Number of other columns of the wheel's faces."""
     cpu_seconds: float
-    """For interface basis, projection and eigenproblem; a sector's own reduction stands in `SectorParts`."""
+    """CPU time of interface basis, projection and eigenproblem, without that of `SectorParts` [s]."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class _Tuned:
     """Complex motion of sector 0, (2k + f, s); for a pair, column after column Re(e^{iθj} X) are its real modes."""
     size: int
     columns: int
-    """Of the faces."""
+    """Number of coordinates of the faces among them."""
 
 
 def sector_parts(sector: Sector, fixed_count: int, where: str = "cyclic") -> SectorParts:
@@ -96,7 +97,7 @@ def sector_parts(sector: Sector, fixed_count: int, where: str = "cyclic") -> Sec
         where: Key of the wheel in the scene, for messages.
 
     Raises:
-        InputError: a face has too many dofs, or the sector's interior fewer than modes are asked for.
+        InputError: a face has too many dofs, or the sector has fewer interior dofs than modes.
         StageError: the faces do not hold the sector.
     """
     start = process_time()
@@ -127,8 +128,8 @@ def synthesise(
         where: Key of the wheel in the scene, for messages.
 
     Raises:
-        InputError: more interface modes or frequencies are asked for than there are, or than is sensible.
-        StageError: rigid and elastic interface modes cannot be told apart.
+        InputError: more interface modes or frequencies are requested than there are, or too many coordinates.
+        StageError: rigid and elastic interface modes cannot be separated.
     """
     start = process_time()
     sectors, k = parts.sector.symmetry.sectors, len(parts.sector.face)
@@ -148,7 +149,8 @@ def synthesise(
     size, columns = sum(one.size for one in tuned.values()), sum(one.columns for one in tuned.values())
     if size > LARGEST_SIZE:
         raise InputError(
-            f"{where}: {size} coordinates, at most {LARGEST_SIZE}; keep or take fewer of a face's {k} dofs"
+            f"{where}: {size} coordinates, at most {LARGEST_SIZE}; keep fewer of a face's {k} dofs or use fewer"
+            " interface modes"
         )
     if count > (most := sum(len(one.values) for one in tuned.values())):
         raise InputError(f"{where}.count: {count} given, the reduced wheel has {most} elastic coordinates")
@@ -159,7 +161,7 @@ def synthesise(
 def _assembled(
     parts: SectorParts, count: int, blade: np.ndarray, delta: np.ndarray, where: str
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Put all sectors together with every dof of their faces: eigenvalues, motion and size."""
+    """Return eigenvalues, motion and size of the wheel assembled with every dof of its faces."""
     sectors, k, f = len(delta), len(parts.sector.face), parts.fixed_count
     low, high, own = (np.eye(2 * k + f)[:, a:b] for a, b in ((0, k), (k, 2 * k), (2 * k, None)))
     one = sparse.eye(sectors)
@@ -191,16 +193,11 @@ def _tuned(parts: SectorParts, choice: InterfaceChoice, harmonic: int) -> _Tuned
     every = None if choice.interface_count is None else twice * choice.interface_count
     W = interface_basis(K, M, np.tile(choice.kept, twice), rigid, every)
     K, M = (np.block([[W.T @ yy @ W, W.T @ yq], [yq.T @ W, qq]]) for yy, yq, qq in ((K, K_yq, K_qq), (M, M_yq, M_qq)))
-    scale = 1 / np.sqrt(M.diagonal())
-    values, vectors = linalg.eigh(K * np.outer(scale, scale), M * np.outer(scale, scale))
-    still = rigid.shape[1]
-    if still and np.abs(values[:still]).max() > RIGID_SHARE * values[still]:
-        raise StageError(f"modes: rigid motions have the eigenvalue {values[still - 1]:.2g} in the sectors' basis")
-    vectors = scale[:, None] * vectors[:, still:]
+    values, vectors = dense_pairs(K, M, rigid.shape[1], None, "in the basis of the sectors")
     y, q = W @ vectors[: W.shape[1]], vectors[W.shape[1] :]
     if twice == 2:
         y, q = (half[: len(half) // 2] + 1j * half[len(half) // 2 :] for half in (y, q))
-    return _Tuned(values[still:], np.concatenate([y, phase * y, q]), len(M), W.shape[1])
+    return _Tuned(values, np.concatenate([y, phase * y, q]), len(M), W.shape[1])
 
 
 def _at_phase(
@@ -223,7 +220,7 @@ def _real(matrix: np.ndarray, twice: int) -> np.ndarray:
 def _coupled(
     parts: SectorParts, tuned: Mapping[int, _Tuned], count: int, blade: np.ndarray, delta: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return eigenvalues (count,) and motion (N, 2k + f, count) of the tuned modes that the blades' changes couple."""
+    """Return eigenvalues (count,) and motion (N, 2k + f, count) of tuned modes coupled by the changes of the blades."""
     sectors, symmetry = len(delta), parts.sector.symmetry
     X = np.concatenate([one.X for one in tuned.values()], axis=1)
     of = np.repeat(list(tuned), [one.X.shape[1] for one in tuned.values()])

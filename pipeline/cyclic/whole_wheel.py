@@ -1,7 +1,7 @@
-"""The whole wheel, assembled of its sectors, each with the stiffness of its own blade.
+"""The whole wheel, assembled from its sectors, each with the stiffness of its own blade.
 
 T = I ⊗ C₀ + P ⊗ C₁ with P the shift to the next sector; K = Tᵀ (I ⊗ K + diag(f − 1) ⊗ K_blade) T in the turning axes
-of the sectors. Its size is N times a sector's: a reference for small meshes.
+of the sectors. It has N times the dofs of a sector: a reference for small meshes.
 """
 
 from dataclasses import dataclass, replace
@@ -10,30 +10,27 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.cyclic.harmonic import rigid_motions
-from gudgeon.pipeline.cyclic.hermitian import Problem, lowest_pairs, orthonormal
+from gudgeon.pipeline.cyclic.hermitian import orthonormal
 from gudgeon.pipeline.cyclic.sector import Sector
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.problem import Problem
 from gudgeon.pipeline.scenes.material import Material
 
 
 @dataclass(frozen=True)
 class Mistuning:
-    """Blades of unlike stiffness."""
+    """Blades of different stiffness."""
 
     part: sparse.csr_matrix
-    """Stiffness of the blade alone, its share in the sector's K, (dofs, dofs)."""
+    """Contribution of the blade to the sector's K, (dofs, dofs)."""
     factors: np.ndarray
     """Stiffness of each blade over the tuned one, (N,)."""
 
 
 def part_stiffness(model: FEModel, material: Material, cells: np.ndarray) -> sparse.csr_matrix:
-    """Return what some cells of a solid add to its stiffness, (dofs, dofs).
-
-    Args:
-        cells: Which, (e,): a mask, or numbers.
-    """
+    """Return the contribution of cells, a mask or numbers (e,), to the stiffness of a solid, (dofs, dofs)."""
     nodes, numbers = np.unique(model.mesh.cells[cells], return_inverse=True)
     mesh = replace(
         model.mesh, nodes=model.nodes[nodes], cells=numbers.reshape(-1, model.mesh.cells.shape[1]), surfaces={}
@@ -50,11 +47,7 @@ def shift(sectors: int) -> sparse.csr_matrix:
 
 
 def wheel_problem(sector: Sector, mistuning: Mistuning | None = None) -> Problem:
-    """Assemble the wheel, sector after sector, (N m).
-
-    Raises:
-        InputError: there are not as many blades as sectors, or a factor is not positive.
-    """
+    """Return the eigenproblem of the wheel, sector after sector, (N m); errors as of `changes`."""
     sectors, T = sector.symmetry.sectors, _tied(sector)
     K = sparse.kron(sparse.eye(sectors), sector.model.K)
     if mistuning is not None:
@@ -79,11 +72,6 @@ def changes(mistuning: Mistuning, sectors: int) -> np.ndarray:
     return factors - 1
 
 
-def wheel_frequencies(sector: Sector, count: int, mistuning: Mistuning | None = None) -> np.ndarray:
-    """Return the lowest elastic frequencies of the whole wheel [rad/s], (count,)."""
-    return np.sqrt(lowest_pairs(wheel_problem(sector, mistuning), count).values)
-
-
 def wheel_motion(sector: Sector, rows: np.ndarray) -> sparse.csr_matrix:
     """Return rows over a sector's dofs (c, dofs) as rows over the wheel's, sector after sector, (N c, N m)."""
     blocks = sparse.kron(sparse.eye(sector.symmetry.sectors), sparse.csr_matrix(rows), format="csr")
@@ -91,13 +79,13 @@ def wheel_motion(sector: Sector, rows: np.ndarray) -> sparse.csr_matrix:
 
 
 def _tied(sector: Sector) -> sparse.csr_matrix:
-    """Return T, (N dofs, N m)."""
+    """Return T, which couples the sectors, (N dofs, N m)."""
     sectors = sector.symmetry.sectors
     return sparse.csr_matrix(sparse.kron(sparse.eye(sectors), sector.own) + sparse.kron(shift(sectors), sector.next))
 
 
 def wheel_rigid(sector: Sector) -> np.ndarray:
-    """Return the wheel's rigid motions, put together of those of the harmonics, (N m, r)."""
+    """Return the wheel's rigid motions, assembled from those of the harmonics, (N m, r)."""
     symmetry = sector.symmetry
     columns = [np.empty((symmetry.sectors * sector.own.shape[1], 0))]
     for harmonic in symmetry.harmonics():

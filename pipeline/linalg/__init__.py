@@ -10,18 +10,11 @@ from gudgeon.pipeline.linalg.pardiso import PardisoFactor, find_library
 from gudgeon.pipeline.linalg.superlu import SuperLUFactor
 
 
-class Factor(Protocol):
-    """One factorisation A = L D Lᵀ of a sparse symmetric matrix."""
-
-    precision: np.dtype
-    """That it was made in."""
+class Solver(Protocol):
+    """A factor of a sparse matrix A, symmetric or Hermitian."""
 
     def solve(self, loads: np.ndarray) -> np.ndarray:
-        """Return A⁻¹ loads, (n,) or (n, k), in its precision."""
-        ...
-
-    def refactorise(self, matrix: sparse.csr_matrix) -> None:
-        """Factorise another matrix of the same size, in the same precision."""
+        """Return A⁻¹ loads, (n,) or (n, k)."""
         ...
 
     def negative_pivots(self) -> int:
@@ -29,7 +22,18 @@ class Factor(Protocol):
         ...
 
     def free(self) -> None:
-        """Give the factor's memory back."""
+        """Release the memory of the factor."""
+        ...
+
+
+class Factor(Solver, Protocol):
+    """A factor A = L D Lᵀ of a real symmetric matrix."""
+
+    precision: np.dtype
+    """Of the factor and its solutions."""
+
+    def refactorise(self, matrix: sparse.csr_matrix) -> None:
+        """Factorise another matrix of the same size, in the same precision."""
         ...
 
 
@@ -40,16 +44,16 @@ BACKENDS: dict[str, Callable[[sparse.csr_matrix, bool, bool], Factor]] = {
 
 
 def available_backend() -> str:
-    """Return the backend that `factorise` takes on this machine."""
+    """Return the backend that `factorise` uses on this machine."""
     return "superlu" if find_library() is None else "pardiso"
 
 
 def factorise(matrix: sparse.spmatrix, definite: bool = False, single: bool = False) -> Factor:
-    """Factorise a sparse symmetric matrix given in full.
+    """Factorise a sparse symmetric matrix, both triangles given, (n, n).
 
     Args:
-        definite: Whether it is known to be positive definite; a definite one has no negative pivots to count.
-        single: Whether single precision will do; a backend without it takes double.
+        definite: Whether it is known to be positive definite; its negative pivots are then not counted.
+        single: Whether single precision is enough; a backend without it uses double.
     """
     rows = sparse.csr_matrix(matrix)
     rows.sort_indices()
@@ -57,10 +61,11 @@ def factorise(matrix: sparse.spmatrix, definite: bool = False, single: bool = Fa
 
 
 def evened(matrix: sparse.csr_matrix) -> sparse.csr_matrix:
-    """Return S A S with a diagonal next to ±1, S diagonal of powers of two: its inertia is that of A.
+    """Return S A S with a diagonal close to ±1, S diagonal of powers of two: its inertia is that of A.
 
-    An indefinite factorisation perturbs pivots that are small beside the whole matrix. In a beam a turn's stiffness
-    over a displacement's is the square of an element's length, so whether that happens would depend on its unit.
+    An indefinite factorisation perturbs pivots that are small relative to the whole matrix. In a beam the ratio of
+    rotational to translational stiffness is the square of an element's length, so the perturbation would depend on the
+    unit of length.
     """
     size = np.abs(matrix.diagonal())
     exponent = np.zeros(len(size))

@@ -1,11 +1,11 @@
-"""How many factorisations this process has made: what a basis costs beside its seconds."""
+"""Number of factorisations that this process has made: a measure of cost beside CPU time."""
 
 from dataclasses import dataclass
 
 
 @dataclass
 class Counts:
-    """Counted by every backend."""
+    """Incremented by every backend."""
 
     factorisations: int = 0
 

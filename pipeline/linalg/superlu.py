@@ -11,13 +11,10 @@ from gudgeon.pipeline.linalg.counter import COUNTS
 class SuperLUFactor:
     """LU with diagonal pivots, so that the signs of U's diagonal give the inertia.
 
-    Args:
-        matrix: The whole symmetric matrix, (n, n).
-        definite: Whether it is positive definite; makes no difference here.
-        single: Whether single precision would do; double is all there is.
+    `definite` and `single` have no effect: every matrix is factorised in the same way, in double precision.
 
     Raises:
-        StageError: it is singular to the last digit.
+        StageError: the matrix (n, n) is singular to machine precision.
     """
 
     precision = np.dtype(np.float64)
@@ -26,7 +23,7 @@ class SuperLUFactor:
         self.refactorise(matrix)
 
     def refactorise(self, matrix: sparse.csr_matrix) -> None:
-        """Factorise another matrix; nothing of the one before is used."""
+        """Factorise another matrix, with a new ordering."""
         COUNTS.factorisations += 1
         try:
             self._lu = splu(
@@ -47,4 +44,4 @@ class SuperLUFactor:
         return int(np.count_nonzero(self._lu.U.diagonal() < 0))
 
     def free(self) -> None:
-        """Give the factor's memory back (with the object)."""
+        """Do nothing: Python releases the memory with the object."""

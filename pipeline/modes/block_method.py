@@ -1,10 +1,10 @@
-"""The block method for solid and plane parts: linear elements' modes, then block Davidson on one factorisation.
+"""The block method for solid and plane parts: modes of linear elements, then block Davidson on one factorisation.
 
-The factor is of K − σM with σ amid the wanted spectrum, about half the last wanted eigenvalue: wanted ones are then no
-farther from it than unwanted ones. It is in single precision where that tells rigid from elastic motion.
-Another one, by the same analysis, counts the eigenvalues below a gap above the last wanted one by its inertia: Ritz
+The factor is of K − σM with σ inside the wanted spectrum, at about half the last wanted eigenvalue: wanted eigenvalues
+are then no farther from it than unwanted ones. It is in single precision if that separates rigid and elastic motion.
+A second factor, by the same analysis, counts by its inertia the eigenvalues below a gap above the last wanted one: Ritz
 values are upper bounds, so that as many of them below the gap prove that none is missed. A shift above the wanted
-eigenvalues would serve for both, but takes one and a half times as many steps.
+eigenvalues would serve both purposes, but takes one and a half times as many steps.
 """
 
 import numpy as np
@@ -19,31 +19,30 @@ from gudgeon.pipeline.modes.lanczos import lower_shift
 from gudgeon.pipeline.modes.problem import Pairs, Problem
 
 LEAST_DOFS = 6000
-"""Below, Lanczos is as fast."""
+"""For fewer dofs Lanczos is as fast."""
 MOST_MODES = 120
-"""Above, the Ritz problems of the block method cost more than it saves."""
+"""For more modes the Ritz problems of the block method cost more than it saves."""
 GUARDS, GUARD_SHARE = 6, 5
-"""A block has this many pairs beyond the wanted ones, or one in so many of them."""
+"""Pairs of a block beyond the wanted ones: the larger of a number and one per so many wanted ones."""
 CAPACITY, STORE = (5, 7), 1e9
-"""Columns of the subspace by those of the block, as many as fit into so many bytes."""
+"""Columns of the subspace over columns of the block, least and most; between them as many as fit into so many bytes."""
 COARSE_TOLERANCE, COARSE_STEPS = 0.1, 12
-TOLERANCE = 1e-9
-"""Of ‖K φ − ω² M φ‖ / ‖K φ‖; or so many times the round-off floor over the eigenvalue:"""
-FLOORS = 3.0
+TOLERANCE, FLOORS = 1e-9, 3.0
+"""Of ‖K φ − ω² M φ‖ / ‖K φ‖; or so many times the round-off of the eigenvalues over the eigenvalue."""
 MOST_STEPS = 40
 SINGLE_LIMIT = 0.5
-"""Single precision is taken while its round-off floor is below this share of the first elastic eigenvalue."""
+"""Largest round-off of single precision over the first elastic eigenvalue for which it is used."""
 AROUND = (0.4, 0.6)
-"""Shares of the last wanted eigenvalue between which the shift may lie."""
+"""Bounds of the shift over the last wanted eigenvalue."""
 STALE = 0.8
-"""A shift above this share of the last wanted Ritz value is chosen anew."""
+"""A shift above this share of the last wanted Ritz value is replaced."""
 CLEAR = 1e-3
-"""A gap between eigenvalues that a count may stand in, as a share of them."""
+"""Least relative gap between eigenvalues that is wide enough for a count."""
 SINGLE_FLOOR = float(np.finfo(np.float32).eps)
 
 
 def block_pairs(model: FEModel, problem: Problem, count: int) -> Pairs | None:
-    """Return the lowest pairs; None where the method does not suit the model, or did not converge."""
+    """Return the lowest pairs; None if the method does not suit the model or did not converge."""
     if model.mesh.cell_type not in CORNERS or available_backend() != "pardiso":
         return None
     if problem.K.shape[0] < LEAST_DOFS or count > MOST_MODES:
@@ -67,10 +66,7 @@ def block_pairs(model: FEModel, problem: Problem, count: int) -> Pairs | None:
 
 
 def _by_neighbours(model: FEModel, problem: Problem) -> np.ndarray:
-    """Return the free dofs node by node, neighbours next to each other (Cuthill & McKee 1969), (free,).
-
-    Products with K and M then find what they need in the cache.
-    """
+    """Return the free dofs node by node in Cuthill-McKee order (1969), (free,): products with K and M use the cache."""
     node = model.free // len(model.directions)
     first = np.flatnonzero(np.diff(node, prepend=-1))
     graph = sparse.csr_matrix(problem.M[first][:, first])
@@ -80,7 +76,7 @@ def _by_neighbours(model: FEModel, problem: Problem) -> np.ndarray:
 
 
 def _capacity(problem: Problem, block: int) -> int:
-    """Return how many columns the subspace has room for."""
+    """Return the largest number of columns of the subspace."""
     fitting = int(STORE / (16 * problem.K.shape[0] * block))
     return block * min(max(fitting, CAPACITY[0]), CAPACITY[1])
 
@@ -99,7 +95,7 @@ def _coarse_modes(model: FEModel, problem: Problem, block: int) -> np.ndarray:
 
 
 class _ShiftedFactor:
-    """The factor of K − σM, made anew only where the Ritz values came down to where σ no longer suits them."""
+    """The factor of K − σM, repeated only if the Ritz values decreased so far that σ no longer suits them."""
 
     def __init__(self, problem: Problem, coarse: Coarse, count: int) -> None:
         self.problem, self.coarse, self.count = problem, coarse, count
@@ -107,50 +103,48 @@ class _ShiftedFactor:
         self.factor: Factor | None = None
 
     def __call__(self, values: np.ndarray, rest: np.ndarray) -> Factor:
-        """Return a factor that suits Ritz values θ (b,) with residuals (free, b)."""
+        """Return a factor for Ritz values θ [rad²/s²], (b,), with residuals (free, b)."""
         single = bool(SINGLE_FLOOR * self.problem.highest < SINGLE_LIMIT * values[0])
         if self.factor is None:
             values = np.sort(np.maximum(values - self._excess(rest), 0.5 * values))
         elif self.sigma < STALE * values[self.count - 1] and (single or not self.single):
             return self.factor
         self.sigma = _amid(values, *(share * values[self.count - 1] for share in AROUND))
-        self._make(self.sigma, single and self.single)
-        assert self.factor is not None
-        return self.factor
+        return self._made(self.sigma, single and self.single)
 
     def count_above(self, values: np.ndarray) -> tuple[float, int]:
-        """Return a shift in a gap above the last wanted of converged Ritz values, and how many eigenvalues are below.
+        """Return a shift in a gap above the last wanted Ritz value, and the number of elastic eigenvalues below it.
 
-        A factor's inertia is that of a matrix next to the one given: no Ritz value may be as near to the shift.
+        The inertia of a factor is exact for a matrix within round-off of the given one: the gap has to be wider.
         """
         lower, upper = values[self.count - 1 : -1], values[self.count :]
         uncertain = 2 * SINGLE_FLOOR * self.problem.highest
         clear = upper - lower > np.maximum(CLEAR * lower, uncertain)
         at = int(np.argmax(clear)) if clear.any() else int(np.argmax(upper / lower))
         sigma = 0.5 * float(lower[at] + upper[at])
-        self._make(sigma, bool(clear.any()) and self.single)
-        assert self.factor is not None
-        below = self.factor.negative_pivots() - self.problem.rigid.shape[1]
+        factor = self._made(sigma, bool(clear.any()) and self.single)
+        below = factor.negative_pivots() - self.problem.rigid.shape[1]
         self.free()
         return sigma, below
 
     def free(self) -> None:
-        """Give the factor's memory back."""
+        """Release the memory of the factor."""
         if self.factor is not None:
             self.factor.free()
 
-    def _make(self, sigma: float, single: bool) -> None:
+    def _made(self, sigma: float, single: bool) -> Factor:
         matrix = self.problem.K - sigma * self.problem.M
         if self.factor is not None and single == self.single:
             self.factor.refactorise(sparse.csr_matrix(matrix))
-            return
-        self.free()
-        self.factor, self.single = factorise(matrix, single=single), single
+        else:
+            self.free()
+            self.factor, self.single = factorise(matrix, single=single), single
+        return self.factor
 
     def _excess(self, rest: np.ndarray) -> np.ndarray:
-        """Return what the mid-side nodes would take off linear elements' eigenvalues, (b,) [rad²/s²].
+        """Return by how much mid-side nodes lower the eigenvalues of linear elements [rad²/s²], (b,).
 
-        Estimated by rᵀ D⁻¹ r over them, D = diag(K): on a hollow cylinder 0.5 to 1 of it.
+        Estimated by rᵀ D⁻¹ r over their dofs, D = diag(K): on a hollow cylinder 0.5 to 1 times the true value.
         """
         middle = ~self.coarse.corner
         rest, stiffness = rest[middle], self.problem.K.diagonal()[middle]

@@ -1,14 +1,14 @@
-"""How far a frequency may be from the exact one of the same mesh: bounds from residuals r = K φ − θ M φ.
+"""Bounds on the error of frequencies against the exact ones of the same mesh, from residuals r = K φ − θ M φ.
 
-For an M-normal φ an eigenvalue λ lies within ρ = ‖r‖_{M⁻¹} of θ. Where an inertia count proves that no other eigenvalue
-is near, |λ − θ| ≤ ρ²/δ with δ the distance of θ from all the others (Temple, Kato); for a cluster of close ones ρ is
-the root of the sum of their squares (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 11).
+For an M-normal φ an eigenvalue λ lies within ρ = ‖r‖_{M⁻¹} of θ. If an inertia count proves that no other eigenvalue
+is near, |λ − θ| ≤ ρ²/δ with δ the distance of θ from all the others (Temple, Kato); for a cluster of close eigenvalues
+ρ is the root of the sum of their squares (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 11).
 
 ‖r‖_{M⁻¹} needs no solve on solids: element by element M ≥ c diag(M), so that ‖r‖_{M⁻¹} ≤ ‖r‖_{diag(M)⁻¹} / √c (Wathen
-1987). c is that of the straight element, times the least ratio of Jacobians in an element where it is curved; the
-quadrature's weights are positive. Elsewhere M is factorised.
+1987). c is that of the straight element, times the least ratio of Jacobians within a curved element; the quadrature
+weights are positive. For other elements M is factorised.
 
-Residuals are known up to round-off only: eps·max(K_ii/M_ii), what all eigenvalues are uncertain by, is added.
+Residuals are known up to round-off only: eps·max(K_ii/M_ii), the uncertainty of all eigenvalues, is added.
 """
 
 from dataclasses import dataclass
@@ -23,15 +23,15 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import factorise
 
 LUMPED = ("tetra10", "triangle6")
-"""Cell types whose mass is of shape functions in each direction alike."""
+"""Cell types whose mass matrix has the same shape functions in each direction."""
 CLUSTER = 1e-3
-"""Eigenvalues nearer to each other than this share belong together: a gap less than that would weaken the bound."""
+"""Eigenvalues closer than this share form a cluster: a smaller gap would weaken the bound."""
 BATCH = 4096
 
 
 @dataclass(frozen=True)
 class ProvenCount:
-    """What an inertia count has shown: so many elastic eigenvalues lie below the shift, and no more."""
+    """Number of elastic eigenvalues below a shift, proven by an inertia count."""
 
     shift: float
     """[rad²/s²]"""
@@ -60,14 +60,14 @@ def algebraic_errors(
     Args:
         pairs: Angular frequencies [rad/s] (m,) and shapes (dofs, m); those that a count proves first, ascending.
         rest: Their residuals over the free dofs, (free, m).
-        proven: None where other eigenvalues may lie in between.
-        whole: Whether M is the mesh's own, and nothing is tied in it.
+        proven: None if other eigenvalues may lie in between.
+        whole: Whether M is that of the mesh, without ties.
     """
     theta = pairs[0] ** 2
     bounds = rho = _mass_norms(model, rest, whole)
     if proven is not None:
         first = slice(0, proven.count)
-        # Φᵀr: what the stored frequencies lack of being Rayleigh quotients, round-off for the most part.
+        # Φᵀr: difference of the stored frequencies from Rayleigh quotients, mostly round-off.
         offsets = pairs[1][model.free, first].T @ rest[:, first]
         floor = 0.0 if len(model.rigid_twists) else -np.inf
         sharper = _with_gaps(theta[first], rho[first], offsets, (floor, proven.shift))
@@ -76,20 +76,20 @@ def algebraic_errors(
 
 
 def round_off(model: FEModel) -> float:
-    """Return what round-off makes of the eigenvalues of a model [rad²/s²]."""
+    """Return the uncertainty of a model's eigenvalues by round-off [rad²/s²]."""
     stiffness, mass = model.K.diagonal()[model.free], model.M.diagonal()[model.free]
     return float(np.finfo(float).eps * (stiffness / mass).max())
 
 
 def _with_gaps(theta: np.ndarray, rho: np.ndarray, offsets: np.ndarray, between: tuple[float, float]) -> np.ndarray:
-    """Return bounds on |λ − θ| of all eigenvalues between two that are next to them, (m,)."""
+    """Return bounds on |λ − θ| [rad²/s²] of all eigenvalues between two neighbours of them, (m,)."""
     apart = np.flatnonzero(np.diff(theta) > CLUSTER * theta[1:]) + 1
     groups = [slice(a, b) for a, b in pairwise([0, *apart.tolist(), len(theta)])]
     radii = [float(np.linalg.norm(rho[group])) for group in groups]
     below = [between[0], *(theta[group][-1] + radius for group, radius in zip(groups, radii, strict=True))]
     above = [*(theta[group][0] - radius for group, radius in zip(groups, radii, strict=True)), between[1]]
     if any(low >= high for low, high in zip(below, above, strict=True)):
-        return rho  # Residuals too large to tell which eigenvalue is whose.
+        return rho  # The intervals overlap: residuals are too large to assign eigenvalues.
     bounds = rho.copy()
     for number, (group, radius) in enumerate(zip(groups, radii, strict=True)):
         gap = min(theta[group][0] - below[number], above[number + 1] - theta[group][-1])
@@ -98,7 +98,7 @@ def _with_gaps(theta: np.ndarray, rho: np.ndarray, offsets: np.ndarray, between:
 
 
 def _mass_norms(model: FEModel, rest: np.ndarray, whole: bool) -> np.ndarray:
-    """Return ‖r‖_{M⁻¹} of columns over the free dofs, or a bound on it, (m,)."""
+    """Return ‖r‖_{M⁻¹} of columns over the free dofs, or an upper bound, (m,)."""
     if whole and model.mesh.cell_type in LUMPED:
         lumped = model.M.diagonal()[model.free]
         return np.sqrt((rest**2 / lumped[:, None]).sum(axis=0) / lumped_share(model.mesh))

@@ -1,7 +1,7 @@
-"""A start for the modes of quadratic elements: those of linear ones on the same corners.
+"""Start vectors for the modes of quadratic elements: modes of linear elements on the same corners.
 
-Linear shape functions are quadratic ones whose mid-side nodes follow their corners, u = P u_c. So the linear elements'
-matrices are PᵀKP and PᵀMP, their modes are Ritz vectors of the fine problem, and their eigenvalues upper bounds.
+Linear shape functions are quadratic ones whose mid-side nodes follow their corners, u = P u_c. So the matrices of the
+linear elements are PᵀKP and PᵀMP, their modes are Ritz vectors of the fine problem, their eigenvalues upper bounds.
 """
 
 from dataclasses import dataclass
@@ -14,25 +14,25 @@ from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.modes.problem import Problem
 
 CORNERS = {"tetra10": (4, EDGES), "triangle6": (3, np.array([[0, 1], [1, 2], [2, 0]]))}
-"""Number of corners, and those at the ends of each mid-side node's edge, by cell type."""
+"""Number of corners, and the two corners of each mid-side node's edge, by cell type."""
 
 
 @dataclass(frozen=True)
 class Coarse:
-    """The linear elements' problem."""
+    """The problem of the linear elements."""
 
     problem: Problem
     P: sparse.csr_matrix
     """Prolongation, (free, coarse)."""
     corner: np.ndarray
-    """Whether a fine dof is a corner's, (free,)."""
+    """Whether a fine dof belongs to a corner, (free,)."""
 
 
 def linear_elements(model: FEModel, fine: Problem, order: np.ndarray) -> Coarse:
-    """Return the linear elements' problem of a mesh of quadratic triangles or tetrahedra, see `CORNERS`.
+    """Return the problem of linear elements on a mesh of quadratic ones, see `CORNERS`.
 
     Args:
-        fine: The model's, its free dofs in the order (free,).
+        fine: Problem of the model, its free dofs in the given order (free,).
     """
     corners, edges = CORNERS[model.mesh.cell_type]
     cells, count, d = model.mesh.cells, len(model.nodes), len(model.directions)
@@ -51,7 +51,7 @@ def linear_elements(model: FEModel, fine: Problem, order: np.ndarray) -> Coarse:
     columns = (np.cumsum(at_corners) - 1)[free[rank]]
     P = sparse.csr_matrix(whole[free][:, columns])
     K, M = (sparse.csr_matrix(P.T @ A @ P) for A in (fine.K, fine.M))
-    # Rigid motions are linear fields: their values at the corners are all of them, but for curved edges.
+    # Rigid motions are linear fields: their values at the corners define them, except on curved edges.
     rigid = fine.rigid[rank]
     if rigid.shape[1]:
         gram = np.linalg.cholesky(rigid.T @ (M @ rigid))

@@ -1,12 +1,12 @@
 """Block Davidson method for the lowest elastic pairs of K φ = λ M φ.
 
-A subspace V, M-orthonormal, grows by what a factor of K − σM makes of the residuals of its lowest Ritz pairs:
+An M-orthonormal subspace V is extended by solutions of K − σM for the residuals of its lowest Ritz pairs:
 
   Vᵀ K V y = θ y,   r = K V y − θ M V y,   V ← [V, (K − σM)⁻¹ r]
 
-Residuals, orthogonalisation and the Ritz problem are in double precision, so the factor may be in single: it decides
-how fast the pairs converge, not to what. All right-hand sides of a step are solved together. The method is that of
-Davidson (1975) with the shift-and-invert operator as preconditioner; no pair restarts before the store is full.
+Residuals, orthogonalisation and the Ritz problem are in double precision, so the factor may be in single: it affects
+the rate of convergence, not the result. All right-hand sides of a step are solved together. The method is that of
+Davidson (1975) with the shift-and-invert operator as preconditioner; it restarts when the subspace is full.
 """
 
 from collections.abc import Callable
@@ -20,16 +20,16 @@ from gudgeon.pipeline.linalg import Factor
 from gudgeon.pipeline.modes.problem import Problem
 
 RANK_TOLERANCE = 1e-12
-"""Squares below this share of the largest are round-off of dependent columns, which are dropped."""
+"""Squared norms below this share of the largest are round-off of dependent columns, which are dropped."""
 PASSES, CANCELLED = 3, 1e-2
-"""Where less than this share of a square is left by orthogonalisation, it is orthogonalised again: what is lacking
-grows by the root of its inverse from step to step, and a direction must not come to count twice."""
+"""If orthogonalisation leaves less than this share of a squared norm, it is repeated: otherwise the lack of
+orthogonality grows by the root of its inverse from step to step, until a direction counts twice."""
 DEPENDENT = 1e-8
-"""Coordinates of a restart below this are dependent."""
+"""Diagonal entries of R below this mark dependent coordinates at a restart."""
 LEAST_COLUMNS = 8
-"""Of a step: fewer cost the same."""
+"""Least number of loads of a step: fewer take the same time."""
 EAGERNESS = 0.5
-"""A pair whose residual is below this share of what is asked takes no part in a step."""
+"""Guard pairs below this share of the tolerance are left out of a step."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Ritz:
 
 
 class Subspace:
-    """An M-orthonormal basis V beside the rigid motions, with K V and G = Vᵀ K V; columns are added in place.
+    """An M-orthonormal basis V, M-orthogonal to the rigid motions, with K V and G = Vᵀ K V; columns are added in place.
 
     Args:
         capacity: Most columns.
@@ -67,7 +67,7 @@ class Subspace:
         return self._KV[:, : self.count]
 
     def add(self, columns: np.ndarray) -> int:
-        """Add what columns (free, k) hold beside the basis; return how many directions that was."""
+        """Add the components of columns (free, k) that the basis lacks; return the number of new directions."""
         W = self._beside(np.asfortranarray(columns, dtype=float))
         first, last = self.count, self.count + W.shape[1]
         self._V[:, first:last] = W
@@ -78,13 +78,13 @@ class Subspace:
         return last - first
 
     def _beside(self, W: np.ndarray) -> np.ndarray:
-        """Return an M-orthonormal basis of columns W beside V; W is overwritten."""
+        """Return an M-orthonormal basis of what columns W have outside V; W is overwritten."""
         for _ in range(PASSES):
             MW = self.problem.M @ W
             gram = W.T @ MW
             before = gram.diagonal().copy()
             for basis, M_basis in ((self.problem.rigid, self.problem.M_rigid), (self.V, None)):
-                # The rigid motions' products are at hand; what they take off MW is none of V's.
+                # M Φ_r is known, and MW needs no update: V is M-orthogonal to Φ_r.
                 inside = basis.T @ MW if M_basis is None else M_basis.T @ W
                 W = dgemm(-1.0, basis, inside, 1.0, W, overwrite_c=1)
                 gram -= inside.T @ inside
@@ -107,7 +107,7 @@ class Subspace:
         return linalg.eigh(0.5 * (G + G.T), subset_by_index=[0, min(count, self.count) - 1])
 
     def restart(self, Y: np.ndarray) -> None:
-        """Keep the span of coordinates Y (columns, k) alone."""
+        """Reduce the basis to the span of coordinates Y (columns, k)."""
         Q, R, _ = linalg.qr(Y, mode="economic", pivoting=True)
         Q = Q[:, np.abs(R.diagonal()) > DEPENDENT]
         G = Q.T @ self._G[: self.count, : self.count] @ Q
@@ -127,21 +127,21 @@ def davidson(
     most_steps: int,
     capacity: int,
 ) -> Ritz:
-    """Converge the lowest pairs from a start.
+    """Return the lowest elastic Ritz pairs, converged from start vectors.
 
     Args:
-        start: (free, b), b at least `count`: the rest guards the last wanted pairs.
+        start: (free, b), b at least `count`: further pairs guard the last wanted ones.
         factor: Returns a factor of K − σM for Ritz values (b,) and residuals (free, b).
         count: How many pairs have to converge.
-        tolerance: Of ‖K x − θ M x‖ / ‖K x‖, or over θ where that is more [1, rad²/s²].
-        most_steps: After these the pairs are given back as they are.
+        tolerance: Of ‖K x − θ M x‖ / ‖K x‖: relative [1], or absolute over θ [rad²/s²], whichever is larger.
+        most_steps: After these the pairs are returned unconverged.
         capacity: Most columns of the subspace, at least 4 b.
     """
     block, space, before, step = start.shape[1], Subspace(problem, capacity), None, 0
     space.add(start)
     while True:
         values, Y = space.ritz(block)
-        # By dgemm, twice as fast here as numpy's product, whose result is by rows.
+        # dgemm is twice as fast here as numpy's product, whose result is stored by rows.
         rest = dgemm(1.0, space.KV, Y)
         reached = 1 / np.linalg.norm(rest, axis=0)
         rest -= problem.M @ dgemm(1.0, space.V, Y * values)
@@ -161,5 +161,5 @@ def davidson(
             before = Y
         shifted, rest = factor(values, rest), rest[:, wanted]
         grown = space.add(shifted.solve(rest))
-        # Where nothing is left to add the pairs are what they can be.
+        # Without a new direction the pairs cannot improve.
         step = step + 1 if grown else most_steps

@@ -1,8 +1,8 @@
-"""How far a mode's frequency may be from the continuum's: the error of its elements, estimated from its stress.
+"""Estimated error of a mode's frequency against the continuum, from the recovered stress of its elements.
 
 The eigenvalue of a smooth mode on a mesh is too high by the energy of its error, λ_h − λ ≈ ‖σ − σ_h‖² (Strang & Fix
-1973), and recovered stress σ* stands for the exact one (Zienkiewicz & Zhu 1987; of eigenvalues: Wiberg, Bausys & Hager
-1999): (ω_h − ω)/ω ≈ ‖σ* − σ_h‖² / 2λ_h. What the facets of a mesh cut off a curved surface is not in it.
+1973), with recovered stress σ* for the exact one (Zienkiewicz & Zhu 1987; of eigenvalues: Wiberg, Bausys & Hager
+1999): (ω_h − ω)/ω ≈ ‖σ* − σ_h‖² / 2λ_h. The error of a curved surface's shape is not included.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from gudgeon.pipeline.modes.patch_recovery import Recovery
 from gudgeon.pipeline.scenes.material import Material
 
 BLOCK_BYTES = 2**26
-"""Of the strains worked on at once."""
+"""Largest array of strains in memory."""
 
 
 def discretisation_errors(
@@ -24,7 +24,7 @@ def discretisation_errors(
     angular_frequencies: np.ndarray,
     Phi: np.ndarray,
 ) -> np.ndarray | None:
-    """Return the estimated (ω − ω_exact)/ω of normal modes, (m,); None where the elements have no strains to recover.
+    """Return the estimated (ω − ω_exact)/ω of normal modes, (m,); None if the elements have no strains to recover.
 
     Args:
         angular_frequencies: [rad/s], (m,)

@@ -1,8 +1,10 @@
-"""Shift-invert Lanczos by ARPACK, one right-hand side at a time: for any model, and the oracle of the block method.
+"""Shift-invert Lanczos by ARPACK, one right-hand side at a time: for any model, and the reference of the block method.
 
 The shift is negative where rigid motions are left. A body that is held has none: K of its free dofs is definite and
 the shift is zero.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 from scipy import linalg, sparse
@@ -10,62 +12,71 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.linalg import Solver, factorise
 from gudgeon.pipeline.modes.problem import Pairs, Problem
 
 SPARE = 2
-"""Pairs beyond the wanted ones, so that the inertia count has a gap above the last wanted one to stand in."""
+"""Pairs beyond the wanted ones, so that there is a gap above the last wanted one for the inertia count."""
 
 
 def lanczos_pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
-    """Return the lowest `count` pairs, and two more.
+    """Return the lowest `count` pairs, and `SPARE` more.
 
     Raises:
-        StageError: ARPACK gave up.
+        StageError: ARPACK did not converge.
     """
     shift = lower_shift(model, problem)
     factor = factorise(problem.K - shift * problem.M, definite=model.parts is not None)
+    values, vectors = inverse_lanczos(problem, shift, count + SPARE, factor)
+    order = np.argsort(values)
+    return Pairs(values[order], vectors[:, order])
+
+
+def inverse_lanczos(problem: Problem, shift: float, count: int, factor: Solver) -> tuple[np.ndarray, np.ndarray]:
+    """Return the elastic eigenpairs nearest to a shift, unordered: λ [rad²/s²], (count,), and vectors (free, count).
+
+    ARPACK accepts a pair at a residual of eps^⅔ where the inverse of its eigenvalue is below that, which is too early
+    for small parts, whose eigenvalues are large numbers in SI. It works therefore in a unit close to the lowest ones.
+
+    Args:
+        shift: σ [rad²/s²].
+        factor: Of K − σM; its memory is released.
+
+    Raises:
+        StageError: ARPACK did not converge.
+    """
+    K, M = problem.K, problem.M
 
     def invert(load: np.ndarray) -> np.ndarray:
         return problem.elastic(factor.solve(np.ravel(load)))
 
-    start = problem.elastic(np.random.default_rng(0).standard_normal(problem.K.shape[0]))
-    unit = eigenvalue_unit(invert(problem.M @ start), start, problem.M)
-    inverse = LinearOperator(problem.K.shape, lambda load: unit * invert(load), dtype=float)
+    start = problem.elastic(np.random.default_rng(0).standard_normal(K.shape[0]).astype(K.dtype))
+    sizes = [float(np.real(np.vdot(one, M @ one))) for one in (start, invert(M @ start))]
+    unit = float(np.exp2(np.round(0.5 * np.log2(sizes[0] / sizes[1]))))
+    inverse = LinearOperator(K.shape, lambda load: unit * invert(load), dtype=K.dtype)
     try:
-        values, vectors = eigsh(problem.K, count + SPARE, M=problem.M, sigma=shift / unit, v0=start, OPinv=inverse)
+        values, vectors = eigsh(K, count, M=M, sigma=shift / unit, v0=start, OPinv=inverse)
     except ArpackError as error:
-        raise StageError(f"modes: Lanczos gave up with shift {shift:.3g} rad²/s² ({error})") from error
+        raise StageError(
+            f"modes: the Lanczos iteration with shift {shift:.3g} rad²/s² did not converge ({error})"
+        ) from error
     finally:
         factor.free()
-    order = np.argsort(values)
-    return Pairs(unit * values[order], vectors[:, order])
-
-
-def eigenvalue_unit(answer: np.ndarray, start: np.ndarray, M: sparse.csr_matrix) -> float:
-    """Return a power of two next to the lowest eigenvalues [rad²/s²], in which ARPACK is to count.
-
-    It takes a pair for converged by eps^⅔ where the inverse of its eigenvalue is below that: small parts, whose
-    eigenvalues are large numbers in SI, would be given up early.
-
-    Args:
-        answer: (K − σM)⁻¹ M start, (n,).
-    """
-    sizes = [float(np.real(np.vdot(one, M @ one))) for one in (start, answer)]
-    return float(np.exp2(np.round(0.5 * np.log2(sizes[0] / sizes[1]))))
+    return unit * values, vectors
 
 
 def lower_shift(model: FEModel, problem: Problem) -> float:
-    """Return a shift [rad²/s²] below all elastic eigenvalues: zero where nothing moves rigidly, else negative."""
+    """Return a shift [rad²/s²] below all elastic eigenvalues: negative if rigid motions are left, else zero."""
     if not problem.rigid.shape[1]:
         return 0.0
-    # Smooth fields bend neither a line's rotations nor know what is held: there a static answer estimates.
-    smooth = not (model.held.any() or model.rotations.any())
-    return -(_first_estimate(model) if smooth else _static_estimate(problem))
+    # Smooth fields do not bend rotations of a line and do not vanish at supports: there a static solution estimates.
+    if model.held.any() or model.rotations.any():
+        return -static_estimate(problem, lambda K: factorise(K, definite=True))
+    return -_smooth_estimate(model)
 
 
-def _first_estimate(model: FEModel) -> float:
-    """Return an eigenvalue scale [rad²/s²] below the first elastic one: least quotient of smooth fields / 100."""
+def _smooth_estimate(model: FEModel) -> float:
+    """Return 1 % of the least Rayleigh quotient of quadratic fields [rad²/s²]: below the first elastic eigenvalue."""
     arm = model.nodes - model.properties.centre
     rigid = model.rigid_modes
     quotients = []
@@ -81,18 +92,18 @@ def _first_estimate(model: FEModel) -> float:
     return min(q for q in quotients if q > 0) / 100
 
 
-def _static_estimate(problem: Problem) -> float:
-    """Return an eigenvalue scale [rad²/s²] below the first elastic one: the quotient of a static answer / 100."""
+def static_estimate(problem: Problem, factorised: Callable[[sparse.csr_matrix], Solver]) -> float:
+    """Return 1 % of the Rayleigh quotient of a static solution [rad²/s²]: below the first elastic eigenvalue."""
     K, M, rigid = problem.K, problem.M, problem.rigid
-    grounded = linalg.qr(rigid.T, mode="economic", pivoting=True)[2][: rigid.shape[1]]
+    grounded = linalg.qr(rigid.conj().T, mode="economic", pivoting=True)[2][: rigid.shape[1]]
     free = np.setdiff1d(np.arange(K.shape[0]), grounded)
-    factor = factorise(sparse.csr_matrix(K[free][:, free]), definite=True)
-    u = np.random.default_rng(0).standard_normal(K.shape[0])
+    factor = factorised(sparse.csr_matrix(K[free][:, free]))
+    u = np.random.default_rng(0).standard_normal(K.shape[0]).astype(K.dtype)
     for _ in range(2):
         load = M @ u
-        load -= (M @ rigid) @ (rigid.T @ load)
-        u = np.zeros(K.shape[0])
+        load -= problem.M_rigid @ (rigid.conj().T @ load)
+        u = np.zeros(K.shape[0], K.dtype)
         u[free] = factor.solve(load[free])
-        u -= rigid @ (rigid.T @ (M @ u))
+        u -= rigid @ (rigid.conj().T @ (M @ u))
     factor.free()
-    return float(u @ (K @ u)) / float(u @ (M @ u)) / 100
+    return float(np.real(np.vdot(u, K @ u)) / np.real(np.vdot(u, M @ u))) / 100

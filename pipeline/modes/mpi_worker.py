@@ -1,9 +1,9 @@
 """Eigenpairs or inertia of a pencil (K, M) by SLEPc and MUMPS: `mpirun -n N python3 mpi_worker.py FOLDER`.
 
-Runs under an interpreter of its own, often the system's: it needs numpy, petsc4py and slepc4py, nothing of gudgeon.
-FOLDER, which all ranks must see, holds `job.json` and the matrices in PETSc's binary format; each rank reads its rows.
-Results go there: `values.npy` and `vectors.npy`, or `inertia.json`; a reason why there are none to `error.txt`.
-`--version` in place of FOLDER says what is installed.
+Runs in a separate interpreter, often the system's, which needs numpy, petsc4py and slepc4py, but not gudgeon.
+FOLDER must be visible to all ranks. It contains `job.json` and the matrices in PETSc's binary format; each rank reads
+its rows. Results are written to it: `values.npy` and `vectors.npy`, or `inertia.json`; on failure the reason, to
+`error.txt`. `--version` in place of FOLDER prints the installed versions.
 """
 
 import contextlib
@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 
 DEBIAN = tuple(f"/usr/lib/{name}/*/*-real/lib/python3/dist-packages" for name in ("petscdir", "slepcdir"))
-"""Where Debian's packages stand; its .pth files point elsewhere unless PETSC_DIR and SLEPC_DIR are set."""
+"""Folders of Debian's packages, whose .pth files need PETSC_DIR and SLEPC_DIR."""
 MUMPS = {"mat_mumps_icntl_14": 60, "mat_mumps_icntl_13": 1, "mat_mumps_icntl_24": 1}
-"""14: share of memory beyond what the analysis foresees [%]. 13: the last front is not factorised by ScaLAPACK, whose
-pivots MUMPS does not count. 24: pivots of zero are. PETSC_OPTIONS overrules them."""
+"""14: memory beyond the estimate of the analysis [%]. 13: the last front is not factorised by ScaLAPACK, whose pivots
+MUMPS does not count. 24: zero pivots are counted. PETSC_OPTIONS overrides them."""
 
 
 def main(folder: Path) -> None:
-    """Do the job that a folder describes; a rank that fails ends them all."""
+    """Run the job of a folder; if a rank fails, all of them end."""
     try:
         PETSc, SLEPc = libraries()
         job = json.loads((folder / "job.json").read_text())
@@ -37,7 +37,7 @@ def main(folder: Path) -> None:
     except Exception as error:
         traceback.print_exc()
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-        # The first to fail says why. Leaving without MPI's farewell makes the launcher stop the others.
+        # The first rank to fail writes the reason. Exit without MPI_Finalize makes the launcher stop the others.
         with contextlib.suppress(FileExistsError), (folder / "error.txt").open("x") as file:
             file.write(lines[-1] if lines else type(error).__name__)
         sys.stderr.flush()
@@ -45,7 +45,7 @@ def main(folder: Path) -> None:
 
 
 def version() -> str:
-    """Return what is installed and how many ranks take part."""
+    """Return the installed versions and the number of ranks."""
     PETSc, SLEPc = libraries()
     numbers = [".".join(map(str, module.Sys.getVersion())) for module in (PETSc, SLEPc)]
     return f"PETSc {numbers[0]}, SLEPc {numbers[1]}, ranks: {PETSc.COMM_WORLD.size}"
@@ -97,7 +97,7 @@ def _modes(PETSc: Any, SLEPc: Any, pencil: tuple[Any, Any], job: dict[str, Any],
     rigid = np.load(folder / "rigid.npy", mmap_mode="r")
     if rigid.shape[1]:
         solver.setDeflationSpace([_vector(K, column) for column in rigid.T])
-    # The same start whatever the number of ranks.
+    # The start vector does not depend on the number of ranks.
     solver.setInitialSpace(_vector(K, np.random.default_rng(0).standard_normal(K.getSize()[0])))
     solver.setFromOptions()
     solver.solve()
@@ -108,7 +108,7 @@ def _modes(PETSc: Any, SLEPc: Any, pencil: tuple[Any, Any], job: dict[str, Any],
 
 
 def _vector(matrix: Any, values: np.ndarray) -> Any:
-    """Return a distributed vector that fits a matrix."""
+    """Return values (n,) as a distributed vector compatible with a matrix."""
     vector = matrix.createVecRight()
     first, last = vector.getOwnershipRange()
     vector.setArray(values[first:last])
@@ -121,7 +121,7 @@ def _direct(preconditioner: Any) -> None:
 
 
 def _write_pairs(PETSc: Any, solver: Any, count: int, folder: Path) -> None:
-    """Gather eigenpairs on the first rank, one after the other."""
+    """Gather eigenpairs one by one on the first rank and write them."""
     vector = solver.getOperators()[0].createVecRight()
     scatter, gathered = PETSc.Scatter.toZero(vector)
     first = PETSc.COMM_WORLD.rank == 0

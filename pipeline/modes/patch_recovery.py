@@ -1,9 +1,9 @@
 """Superconvergent patch recovery: smooth strains of a finite element solution (Zienkiewicz & Zhu 1992).
 
-About each corner a quadratic polynomial is fitted to the strains at the Gauss points of the elements that share it. A
-corner takes the value of its own polynomial, the middle of a side the mean of its two corners'. Patches of few
-elements, as at edges and corners of the body, take their neighbours in; a ridge on the quadratic terms keeps flat
-patches, as under a free surface, from being fitted to noise.
+Around each corner node a quadratic polynomial is fitted to the strains at the Gauss points of the elements that share
+it. The value at a corner is that of its polynomial, at the middle of a side the mean of the polynomials of its corners.
+Patches of few elements, as at edges and corners of the body, include their neighbours; a ridge on the quadratic terms
+prevents a fit to noise in flat patches, as under a free surface.
 """
 
 from collections.abc import Iterator
@@ -14,16 +14,16 @@ from scipy import sparse
 from gudgeon.pipeline.fem.elements.strain import EDGES, StrainSamples
 
 RIDGE = 2e-3
-"""Weight of a squared quadratic coefficient against all of a patch's squared samples, lengths scaled to the patch. With
-half or twice of it the estimates of the reference cases F1 to F4 change by 5 %."""
+"""Weight of a squared quadratic coefficient against all of a patch's squared samples, lengths scaled to the patch. Half
+or twice this value changes the estimates of the reference cases F1 to F4 by 5 %."""
 FEWEST = {1: 2, 2: 3, 3: 5}
-"""Patches of fewer elements take the elements in that touch them, by dimension."""
+"""Patches of fewer elements include the elements that touch them, by dimension."""
 BATCH = 512
-"""Patches, sides or elements worked on at once."""
+"""Patches, sides or elements processed at once."""
 
 
 class Recovery:
-    """Patches of a mesh. Values are of single precision: what is estimated of them needs a few digits."""
+    """Patches of a mesh. Values are in single precision: an estimate of an error needs few digits."""
 
     def __init__(self, samples: StrainSamples) -> None:
         self.samples = samples
@@ -36,7 +36,7 @@ class Recovery:
         self._sides, self._middles = self._all_sides()
 
     def error_energy(self, values: np.ndarray) -> np.ndarray:
-        """Return ∫ |σ* − σ_h|² over the mesh, recovered less given values, (k,).
+        """Return ∫ |σ* − σ_h|² over the mesh, the square of recovered minus given values, (k,).
 
         Args:
             values: D^½ ε at the samples' points, (e, q, s, k).
@@ -72,8 +72,8 @@ class Recovery:
         return nodal
 
     def _fits(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Yield patches of about equal size: corners (b,), elements (b, w), and what turns values at their points into
-        polynomials, (b, terms, w·q)."""
+        """Yield patches of about equal size: corners (b,), elements (b, w), and least-squares matrices from values at
+        their points to coefficients, (b, terms, w·q)."""
         touching = self._touching()
         sizes = np.diff(touching.indptr)
         order = np.argsort(sizes, kind="stable")
@@ -83,7 +83,7 @@ class Recovery:
             width = int(sizes[corners[-1]])
             places = np.arange(width)
             there = places < sizes[corners][:, None]
-            # Places beyond a patch's own elements repeat its first one, with no weight.
+            # Smaller patches are filled with their first element, with weight zero.
             elements = touching.indices[touching.indptr[corners][:, None] + np.where(there, places, 0)]
             points = self.samples.points[elements]
             reach = ((points - self.samples.nodes[self._corners[corners]][:, None, None]) ** 2).sum(axis=3)
@@ -96,7 +96,7 @@ class Recovery:
             yield corners, elements, np.linalg.solve(normal, terms.transpose(0, 2, 1)).astype(np.float32)
 
     def _touching(self) -> sparse.csr_matrix:
-        """Return which elements make each corner's patch, (corners, e)."""
+        """Return the elements of each corner's patch as a sparse pattern, (corners, e)."""
         count, per_cell = self._numbers.shape
         elements = np.repeat(np.arange(count), per_cell)
         shape = (len(self._corners), count)
@@ -117,7 +117,7 @@ class Recovery:
         return ends[first], nodes
 
     def _terms(self, points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-        """Return 1, x, x xᵀ at points (b, …, 3), about a corner each, in the scale of its patch, (b, …, terms)."""
+        """Return 1, x, x xᵀ at points (b, …, 3) relative to a corner each, scaled by its patch, (b, …, terms)."""
         middle = (slice(None),) + (None,) * (points.ndim - 2)
         x = (points - self.samples.nodes[self._corners[corners]][middle]) @ self._frame.T
         x = x / self._scale[corners][(*middle, None)]
@@ -127,7 +127,7 @@ class Recovery:
 
 
 def _frame(nodes: np.ndarray, dimension: int) -> np.ndarray:
-    """Return the directions in which a mesh of given dimension extends, (dimension, 3)."""
+    """Return orthonormal directions in which a mesh extends, (dimension, 3)."""
     if dimension == 3:
         return np.eye(3)
     return np.linalg.svd(nodes - nodes.mean(axis=0), full_matrices=False)[2][:dimension]

@@ -1,17 +1,28 @@
-"""The eigenproblem K φ = λ M φ of a model's free dofs, beside its rigid motions, and what extracts pairs of it."""
+"""The eigenproblem K φ = λ M φ of a body beside its rigid motions, and the checks that every extraction has to pass."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
+from scipy import linalg, sparse
 
+from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
+
+RESIDUAL_TOLERANCE = 1e-8
+"""‖Kφ − λMφ‖ / ‖Kφ‖ of each mode: Lanczos at full precision gives 1e-10 or better on tet10 solids."""
+ROUND_OFF_SHARE = 10.0
+"""Accepted residual over (round-off of the eigenvalues / eigenvalue): bending of fine beams reaches it."""
+ORTHOGONALITY_TOLERANCE = 1e-10
+RIGID_SHARE = 1e-6
+"""Eigenvalues of the rigid motions over the first elastic one, at most."""
+GAP = 1e-6
+"""Eigenvalues closer than this share are one for the inertia count."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """The dofs that no support holds."""
+    """Stiffness and mass of the free dofs, real or Hermitian, and the rigid motions in their null space."""
 
     K: sparse.csr_matrix
     M: sparse.csr_matrix
@@ -20,7 +31,7 @@ class Problem:
 
     @classmethod
     def of(cls, model: FEModel) -> "Problem":
-        """Return that of a model."""
+        """Return the problem of a model's free dofs."""
         return cls(*model.free_matrices(), model.rigid_modes[model.free])
 
     def in_order(self, order: np.ndarray) -> "Problem":
@@ -37,17 +48,33 @@ class Problem:
 
     @cached_property
     def highest(self) -> float:
-        """max(K_ii / M_ii) [rad²/s²]: times the round-off unit, what the eigenvalues are uncertain by."""
-        return float((self.K.diagonal() / self.M.diagonal()).max())
+        """max(K_ii / M_ii) [rad²/s²]: times the round-off unit, the uncertainty of the eigenvalues."""
+        return float((np.real(self.K.diagonal()) / np.real(self.M.diagonal())).max())
 
     def elastic(self, columns: np.ndarray) -> np.ndarray:
-        """Return columns (free, k) without what they hold of the rigid motions."""
-        return columns - self.rigid @ (self.M_rigid.T @ columns)
+        """Return columns (free, k) without their rigid motions."""
+        return columns - self.rigid @ (self.M_rigid.conj().T @ columns)
+
+    def refuse_inexact(self, values: np.ndarray, residual: np.ndarray, orthogonality: float) -> None:
+        """Raise a StageError if eigenpairs are not exact enough.
+
+        Args:
+            values: λ [rad²/s²], (k,).
+            residual: ‖Kφ − λMφ‖ / ‖Kφ‖ of each, (k,).
+            orthogonality: Largest entry of ΦᴴMΦ − I.
+        """
+        allowed = np.maximum(RESIDUAL_TOLERANCE, ROUND_OFF_SHARE * np.finfo(float).eps * self.highest / values)
+        if np.any(residual > allowed) or orthogonality > ORTHOGONALITY_TOLERANCE:
+            worst = int(np.argmax(residual / allowed))
+            raise StageError(
+                f"modes: residual {residual[worst]:.2g} of mode {worst + 1}, allowed: {allowed[worst]:.2g};"
+                f" orthogonality {orthogonality:.2g}, allowed: {ORTHOGONALITY_TOLERANCE:g}"
+            )
 
 
 @dataclass(frozen=True)
 class Pairs:
-    """Elastic eigenpairs, the lowest ones."""
+    """The lowest elastic eigenpairs."""
 
     values: np.ndarray
     """λ [rad²/s²], ascending, (k,); those behind the wanted ones need not be exact, but are upper bounds."""
@@ -55,3 +82,57 @@ class Pairs:
     """M-orthonormal, (free, at least the wanted ones)."""
     proven: tuple[float, int] | None = None
     """A shift [rad²/s²] above the wanted ones, and how many elastic eigenvalues an inertia count found below it."""
+
+
+def count_shift(values: np.ndarray, count: int, *, complete: bool = False) -> tuple[float, int]:
+    """Return a shift [rad²/s²] in the first gap above the last wanted eigenvalue, and how many values are below it.
+
+    Args:
+        values: Extracted eigenvalues [rad²/s²], ascending, more than wanted.
+        count: Wanted ones.
+        complete: Whether there are no others, so that the shift may be above all of them.
+    """
+    last = count - 1
+    while last + 1 < len(values) and values[last + 1] / values[last] - 1 < GAP:
+        last += 1
+    if last + 1 == len(values) and not complete:
+        last -= 1  # No gap: the count shows whether the last extracted eigenvalue is the last of its cluster.
+    sigma = 0.5 * (values[last] + values[last + 1]) if last + 1 < len(values) else 2 * values[last]
+    return float(sigma), last + 1
+
+
+def null_motions(motions: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return the orthonormal combinations (l, r) of motions (k, r) whose norm is at most a tolerance."""
+    _, strength, combinations = np.linalg.svd(motions, full_matrices=True)
+    strength = np.concatenate([strength, np.zeros(motions.shape[1] - len(strength))])
+    return combinations[strength <= tolerance]
+
+
+def dense_pairs(
+    K: np.ndarray, M: np.ndarray, rigid: int, count: int | None, basis: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest elastic eigenvalues [rad²/s²], (k,), and M-orthonormal vectors (n, k) of dense K v = λ M v.
+
+    Args:
+        rigid: Number of rigid motions, which are left out.
+        count: Number of elastic pairs; None is all.
+        basis: What the matrices are over, for messages.
+
+    Raises:
+        StageError: eigenvalues of the rigid motions are not small.
+    """
+    scale = 1 / np.sqrt(M.diagonal())
+    size = np.outer(scale, scale)
+    subset = None if count is None else (0, rigid + count - 1)
+    values, vectors = linalg.eigh(K * size, M * size, subset_by_index=subset)
+    refuse_stiff_rigid(values, rigid, basis)
+    return values[rigid:], scale[:, None] * vectors[:, rigid:]
+
+
+def refuse_stiff_rigid(values: np.ndarray, rigid: int, basis: str) -> None:
+    """Raise a StageError if the first of ascending eigenvalues, those of rigid motions, are above `RIGID_SHARE`."""
+    if rigid and np.abs(values[:rigid]).max() > RIGID_SHARE * values[rigid]:
+        raise StageError(
+            f"modes: rigid motions have the eigenvalue {values[rigid - 1]:.2g} rad²/s² {basis}, allowed:"
+            f" {RIGID_SHARE:g} of the first elastic one, {values[rigid]:.2g} rad²/s²"
+        )

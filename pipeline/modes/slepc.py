@@ -1,8 +1,8 @@
-"""Normal modes by SLEPc and MUMPS under MPI, for meshes whose factor one machine does not hold. Optional.
+"""Normal modes by SLEPc and MUMPS under MPI, for meshes whose factor exceeds the memory of one machine. Optional.
 
-The environment's `GUDGEON_SLEPC` says how a Python with petsc4py and slepc4py is started on all ranks, such as
-`mpirun -n 4 /usr/bin/python3`; while it is set, normal modes come from there. K and M are assembled here, written in
-PETSc's binary format to a folder under TMPDIR, which all ranks must see, and each rank reads its rows.
+The environment variable `GUDGEON_SLEPC` is the command that starts a Python with petsc4py and slepc4py on all ranks,
+such as `mpirun -n 4 /usr/bin/python3`; while it is set, it extracts normal modes. K and M are assembled here and
+written in PETSc's binary format to a folder under TMPDIR, which must be visible to all ranks; each rank reads its rows.
 """
 
 import json
@@ -22,19 +22,19 @@ from gudgeon.pipeline.errors import InputError, StageError
 VARIABLE = "GUDGEON_SLEPC"
 WORKER = Path(__file__).with_name("mpi_worker.py")
 MATRIX_CLASS = 1211216
-"""How PETSc's binary files begin for a sparse matrix."""
+"""First number of PETSc's binary file of a sparse matrix."""
 TOLERANCE = 1e-10
-"""Of SLEPc's relative residual in the transformed problem; the frequencies' errors are its square over the gap."""
+"""Of SLEPc's relative residual in the transformed problem; the error of a frequency is its square over the gap."""
 MOST_RESTARTS = 300
-ROWS = 1 << 20
-"""Written at once."""
+BATCH = 1 << 20
+"""Entries written at once."""
 
 
 def command() -> list[str] | None:
-    """Return how the worker is started, or None where SLEPc is not asked for.
+    """Return the command that starts the worker, or None if `GUDGEON_SLEPC` is not set.
 
     Raises:
-        InputError: it is asked for and cannot be read, or there is no such command.
+        InputError: the variable cannot be parsed, or there is no such command.
     """
     text = os.environ.get(VARIABLE, "")
     if not text.strip():
@@ -51,7 +51,7 @@ def command() -> list[str] | None:
 def slepc_pairs(
     K: sparse.csr_matrix, M: sparse.csr_matrix, rigid: np.ndarray, shift: float, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the eigenpairs of K φ = λ M φ nearest to a shift, beside the rigid motions: λ ascending, Φ M-orthonormal.
+    """Return the elastic eigenpairs of K φ = λ M φ nearest to a shift: λ ascending, Φ M-orthonormal.
 
     Args:
         rigid: M-orthonormal, (dofs, r); the shift is no eigenvalue.
@@ -92,7 +92,7 @@ def _run(folder: Path, K: sparse.csr_matrix, M: sparse.csr_matrix, job: dict[str
     for name, matrix in (("K", K), ("M", M)):
         write_petsc(folder / f"{name}.petsc", matrix)
     (folder / "job.json").write_text(json.dumps(job))
-    # An environment of our interpreter would lead another one astray; ranks are the threads.
+    # These variables are for this interpreter only. One thread per rank.
     environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONHOME", "VIRTUAL_ENV")}
     threads = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
     child = subprocess.run(
@@ -120,5 +120,5 @@ def write_petsc(path: Path, matrix: sparse.csr_matrix) -> None:
         np.array([MATRIX_CLASS, *rows.shape, rows.nnz], ">i4").tofile(file)
         np.diff(rows.indptr).astype(">i4").tofile(file)
         for values, form in ((rows.indices, ">i4"), (rows.data, ">f8")):
-            for start in range(0, rows.nnz, ROWS):
-                values[start : start + ROWS].astype(form).tofile(file)
+            for start in range(0, rows.nnz, BATCH):
+                values[start : start + BATCH].astype(form).tofile(file)

@@ -1,12 +1,12 @@
-"""Static correction: what the kept modes lack under contact forces and loads.
+"""Static correction: the displacement under contact forces and loads that the kept modes do not contain.
 
-Attachment shapes with inertia relief, G Bᵀ with G = Pᵀ K_c⁻¹ P and P = I − M Φ_r Φ_rᵀ (K_c: enough dofs held to stop
-rigid motion); the residual shapes are W = (G − Φ Λ⁻¹ Φᵀ) Bᵀ and the residual flexibility R = B W.
-W is M-orthogonal to Φ, and its stiffness Wᵀ K W is R itself. A body that supports hold has no rigid modes: there
+Attachment shapes with inertia relief are G Bᵀ with G = Pᵀ K_c⁻¹ P and P = I − M Φ_r Φ_rᵀ (K_c: enough dofs held to
+prevent rigid motion); the residual shapes are W = (G − Φ Λ⁻¹ Φᵀ) Bᵀ and the residual flexibility is R = B W.
+W is M-orthogonal to Φ, and its stiffness Wᵀ K W is R itself. A body held by supports has no rigid modes: there
 P = I, and K_c is the stiffness of its free dofs.
 
-The rows of B have units of their own (N, Pa), so that entries of R may differ by many orders of magnitude: what is
-checked of R is checked after scaling row i by the square root of its whole flexibility bᵢ G bᵢᵀ.
+The rows of B have different units (N, Pa), so that entries of R may differ by many orders of magnitude: R is checked
+after scaling row i by the square root of its total flexibility bᵢ G bᵢᵀ.
 """
 
 from dataclasses import dataclass
@@ -23,49 +23,49 @@ from gudgeon.pipeline.modes.normal import NormalModes
 BLOCK = 96
 """Right-hand sides per call of the solver."""
 RANK_TOLERANCE = 1e-10
-"""Directions of the normalised static shapes below this share of the largest are dependent, and dropped."""
+"""Directions of normalised shapes below this share of the largest are dependent, and dropped."""
 SOLVED = 1e-5
-"""Share of its load that an answer may leave unbalanced: solids leave 1e-9, beams of 400 elements 1e-6 by round-off."""
+"""Unbalanced share of the load of a static solution: solids leave 1e-9, beams of 400 elements 1e-6 by round-off."""
 SYMMETRY_TOLERANCE = 1e-8
-"""Of R after scaling: what two solves of the same factor differ by."""
+"""Of R after scaling: the difference between two solves by the same factor."""
 
 
 @dataclass(frozen=True)
 class Residual:
-    """What the normal modes lack. W itself, (dofs, c), would be gigabytes and is never formed in full."""
+    """Static displacement that kept modes do not contain. W itself, (dofs, c), takes gigabytes and is not formed."""
 
     flexibility: np.ndarray
     """R = B W [m/N and the like], (c, c), symmetric."""
     scale: np.ndarray
-    """Square root of each row's whole flexibility bᵢ G bᵢᵀ, (c,); 1 where the row cannot move."""
+    """Square root of each row's total flexibility bᵢ G bᵢᵀ, (c,); 1 if the row cannot move."""
     fields: np.ndarray
     """W·pressures: residual displacement under each field, (dofs, k)."""
 
 
 @dataclass(frozen=True)
 class StaticShapes:
-    """Static correction shapes that join the dynamic basis, and what is left for R."""
+    """Static correction shapes that join the dynamic basis, and the residual flexibility beside them."""
 
     angular_frequencies: np.ndarray
-    """Their own Ritz frequencies [rad/s], (k,), ascending."""
+    """Ritz frequencies of the shapes [rad/s], (k,), ascending."""
     Phi: np.ndarray
     """Mass-orthonormal, M-orthogonal to the normal modes, (dofs, k)."""
     residual_flexibility: np.ndarray
-    """Of what neither normal modes nor these shapes carry, (c, c)."""
+    """R without the contribution of these shapes, (c, c)."""
     dropped: int
     """Nearly dependent directions that the rank test dropped."""
 
 
 class Flexibility:
-    """G of a model: its elastic displacement under forces, with inertia relief where rigid motions are left."""
+    """G of a model: its elastic displacement under forces, with inertia relief if it has rigid motions."""
 
     def __init__(self, model: FEModel) -> None:
         self.rigid = model.rigid_modes
         self.M_rigid = model.M @ self.rigid
         self.dofs = np.setdiff1d(model.free, _statically_determinate(self.rigid))
-        """Those that neither a support nor the grounding of the rigid motions holds."""
+        """Dofs that neither a support nor the grounding of the rigid motions holds."""
         self._K = model.K
-        # Forces and moments of beams have units of their own: each is measured by the mass that it moves.
+        # Forces and moments of beams have different units: each is scaled by the mass of its dof.
         mass = model.M.diagonal()[self.dofs] if model.parts is not None else np.ones(len(self.dofs))
         self._weight = 1 / np.sqrt(mass)[:, None]
         free = model.free
@@ -76,10 +76,10 @@ class Flexibility:
     def grounded(self, loads: np.ndarray) -> np.ndarray:
         """Return K_c⁻¹ loads over `dofs`, (c, k).
 
-        One mixture of the answers with random signs is put into K again: it shows any that is wrong, for one product.
+        All solutions are checked by one product with K: that of their sum with random signs.
 
         Raises:
-            StageError: the answers do not balance their loads.
+            StageError: the solutions do not balance their loads.
         """
         whole = np.zeros((self._size, loads.shape[1]), order="F")
         whole[self._places] = loads
@@ -92,24 +92,20 @@ class Flexibility:
         rest = float(np.linalg.norm(left)) if len(sizes) else 0.0
         if not rest < SOLVED:
             raise StageError(
-                f"modes: static answers leave {rest:.2g} of their load unbalanced, allowed: {SOLVED:g}; something hangs"
-                " on next to nothing, or the mesh has slivers or far more elements than its shapes need"
+                f"modes: static solutions leave {rest:.2g} of their load unbalanced, allowed: {SOLVED:g}. A part is"
+                " connected by too few nodes, the mesh has slivers, or the mesh is much finer than its shape needs"
             )
         return answer
 
     def solve(self, forces: np.ndarray) -> np.ndarray:
-        """Return G·forces, (dofs, k).
-
-        Raises:
-            StageError: see `grounded`.
-        """
+        """Return G·forces [m], (dofs, k), for forces [N], (dofs, k); errors as of `grounded`."""
         balanced = forces - self.M_rigid @ (self.rigid.T @ forces)
         answer = np.zeros(forces.shape)
         answer[self.dofs] = self.grounded(balanced[self.dofs])
         return answer - self.rigid @ (self.M_rigid.T @ answer)
 
     def free(self) -> None:
-        """Give the factor's memory back."""
+        """Release the memory of the factor."""
         self.factor.free()
 
 
@@ -120,16 +116,16 @@ def residual_shapes(
     pressures: np.ndarray,
     flexibility: Flexibility | None = None,
 ) -> Residual:
-    """Return what the normal modes lack under unit forces on the rows of B and under pressure fields.
+    """Return the static displacement under unit forces on the rows of B and under pressure fields, without kept modes.
 
     Args:
         B: Displacement conjugate to each force, (c, dofs).
         normal: Normal modes, or Ritz vectors: then W is K-orthogonal to them, but not M-orthogonal.
         pressures: Forces of each field, (c, k).
-        flexibility: Of the model, where it is factorised already.
+        flexibility: Of the model, if it is factorised already.
 
     Raises:
-        StageError: an answer does not balance its load, or R is not symmetric.
+        StageError: a solution does not balance its load, or R is not symmetric.
     """
     own = flexibility or Flexibility(model)
     rigid, M_rigid, free = own.rigid, own.M_rigid, own.dofs
@@ -138,8 +134,8 @@ def residual_shapes(
     B_touched = sparse.csr_matrix(B_free[:, touched])
     at_rows, whole_modes = B @ normal.Phi, "ritz_dropped" not in normal.quality
     kept = at_rows / normal.angular_frequencies
-    # Of a slender body nearly all of G Bᵀ cancels: what normal modes carry is taken off the loads, not off the answers,
-    # and what round-off leaves of it is taken off again.
+    # In a slender body nearly all of G Bᵀ cancels: the part of the normal modes is subtracted from the loads, and what
+    # round-off leaves of it from the solutions.
     M_modes = (model.M @ normal.Phi)[free] if whole_modes else np.empty((len(free), 0))
     R, fields = np.empty((B.shape[0], B.shape[0])), np.zeros((B.shape[1], pressures.shape[1]))
     for start in range(0, B.shape[0], BLOCK):
@@ -152,7 +148,7 @@ def residual_shapes(
         if whole_modes:
             taken = at_rows @ (M_modes.T @ X)
         elif model.parts is not None:
-            taken = at_rows @ _carried(model.parts, normal.Phi, _spread(X, free, B.shape[1]))
+            taken = at_rows @ _carried(model.parts, normal.Phi, X, free)
         else:
             taken = kept @ kept[rows].T
         R[:, rows] = B_touched @ X[touched] - B_rigid @ (M_rigid_free.T @ X) - taken
@@ -168,26 +164,21 @@ def residual_shapes(
     scale = np.sqrt(np.where(whole > 0, whole, 1.0))
     asymmetry = np.abs((R - R.T) / np.outer(scale, scale)).max(initial=0.0)
     if asymmetry > SYMMETRY_TOLERANCE:
-        raise StageError(f"modes: residual flexibility is asymmetric by {asymmetry:.2g}")
+        raise StageError(
+            f"modes: residual flexibility is asymmetric by {asymmetry:.2g}, allowed: {SYMMETRY_TOLERANCE:g}"
+        )
     return Residual(0.5 * (R + R.T), scale, fields)
 
 
-def _spread(X: np.ndarray, free: np.ndarray, size: int) -> np.ndarray:
-    """Return columns over some dofs as columns over all."""
-    whole = np.zeros((size, X.shape[1]))
+def _carried(parts: LineStiffness, Phi: np.ndarray, X: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Return the coordinates in the span of Φ (dofs, m), by strain energy, of X on the free dofs (free, k), (m, k)."""
+    whole = np.zeros((len(Phi), X.shape[1]))
     whole[free] = X
-    return whole
-
-
-def _carried(parts: LineStiffness, Phi: np.ndarray, X: np.ndarray) -> np.ndarray:
-    """Return the coordinates of X (dofs, k) in the span of Φ (dofs, m) by strain energy, (m, k)."""
-    return linalg.solve(parts.product(Phi), parts.product(Phi, X), assume_a="pos")
+    return linalg.solve(parts.product(Phi), parts.product(Phi, whole), assume_a="pos")
 
 
 def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual, pressures: np.ndarray) -> StaticShapes:
-    """Turn the residual shapes under given pressure fields into M-orthonormal coordinates of their own.
-
-    Within the span of W·pressures the Ritz problem (pᵀ R p) y = θ (pᵀ Wᵀ M W p) y makes them diagonal in M and K.
+    """Return M-orthonormal shapes, diagonal in M and K, of the residual displacement under given pressure fields.
 
     Args:
         B: Displacement conjugate to each force, (c, dofs).
@@ -197,29 +188,38 @@ def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual, pres
     R = residual.flexibility
     if pressures.shape[1] == 0:
         return StaticShapes(np.empty(0), np.empty((B.shape[1], 0)), R, 0)
-    flexibility = residual.fields.T @ (model.K @ residual.fields)
-    scale = 1 / np.sqrt(flexibility.diagonal())
-    strength, directions = linalg.eigh(flexibility * scale * scale[:, None])
-    kept = strength > RANK_TOLERANCE * strength[-1]
-    WY = residual.fields @ ((directions[:, kept] / np.sqrt(strength[kept])) * scale[:, None])
-    inverse_theta, Z = linalg.eigh(WY.T @ (model.M @ WY))
-    values, Z = 1 / inverse_theta[::-1], Z[:, ::-1]
-    Phi = WY @ (Z * np.sqrt(values))
+    values, Phi = ritz_pairs(model, residual.fields)
     at_points = B @ Phi
     rest = R - (at_points / values) @ at_points.T
-    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T), int((~kept).sum()))
+    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T), pressures.shape[1] - len(values))
+
+
+def ritz_pairs(model: FEModel, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the Ritz values θ [rad²/s²] of shapes (dofs, k), ascending, and M-orthonormal Ritz vectors (dofs, m).
+
+    The shapes are made K-orthonormal first and the mass is diagonalised, so that the lowest frequencies are the most
+    exact. Directions of less than `RANK_TOLERANCE` of the largest are dropped.
+    """
+    stiffness = shapes.T @ (model.K @ shapes)
+    scale = 1 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
+    strength, directions = linalg.eigh(stiffness * scale * scale[:, None])
+    kept = strength > RANK_TOLERANCE * strength[-1]
+    shapes = shapes @ ((directions[:, kept] / np.sqrt(strength[kept])) * scale[:, None])
+    inverse, Z = linalg.eigh(shapes.T @ (model.M @ shapes))
+    values, Z = 1 / inverse[::-1], Z[:, ::-1]
+    return values, shapes @ (Z * np.sqrt(values))
 
 
 def pressure_fields(coordinates: np.ndarray, areas: np.ndarray, count: int) -> np.ndarray:
     """Return smooth pressure fields on an interface as contact forces [N per unit pressure], (c, count).
 
-    Products of Legendre polynomials in the surface coordinates, lowest degree first, times the tributary areas; as
-    many fields as points give every point its own load instead. On the piston skirt 30 such fields leave 0.1 % of
-    impulse error where 30 single-node loads leave 0.3 to 0.7 %.
+    Products of Legendre polynomials in the surface coordinates, lowest degree first, times the tributary areas; with
+    as many fields as points each point has its own load instead. On the piston skirt 30 such fields give an impulse
+    error of 0.1 %, 30 single-node loads one of 0.3 to 0.7 %.
 
     Args:
         coordinates: Surface coordinates scaled to [−1, 1], (c, 2) or (c, 1).
-        areas: Tributary areas [m^2], (c,).
+        areas: Tributary areas [m²], (c,).
     """
     if count == 0 or count >= len(areas):
         return np.eye(len(areas))[:, : count or 0]
@@ -232,12 +232,7 @@ def pressure_fields(coordinates: np.ndarray, areas: np.ndarray, count: int) -> n
 
 
 def _pinned(K: sparse.csr_matrix, pinned: np.ndarray, free: np.ndarray) -> sparse.csr_matrix:
-    """Return K over the free dofs with some of them uncoupled from all others: its blocks of dofs stay whole.
-
-    Args:
-        pinned: Numbers of those in the model, (p,).
-        free: Numbers of the free dofs, ascending, (free,).
-    """
+    """Return K over free dofs (free,), ascending, with pinned ones (p,) uncoupled; its blocks of dofs stay full."""
     if not len(pinned):
         return K
     kept = np.ones(K.shape[0])

@@ -1,4 +1,4 @@
-"""How exact the frequencies of a reduction are: residuals, bounds against the mesh, estimates against the continuum."""
+"""Errors of a reduction's frequencies: residuals, bounds against the mesh, estimates against the continuum."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,28 +14,28 @@ from gudgeon.pipeline.reduction.methods import Reduction
 from gudgeon.pipeline.scenes.component import Component
 
 INCOMPRESSIBLE = 0.48
-"""ν from which quadratic elements may lock: displacements must keep the volume of every one."""
+"""ν from which quadratic elements may lock: displacements must preserve the volume of each."""
 COMPRESSIBLE = 0.3
-"""ν at which the same elements do not lock: what is off there too is too coarse, whatever the material."""
+"""ν at which the same elements do not lock: an error that is there too is due to their size."""
 ACCEPTED = 0.03
-"""Estimated relative error of a frequency that is accepted in any case."""
+"""Estimated relative error of a frequency that is always accepted."""
 LOCKING_RATIO = 2.0
-"""Times the error at that ν from which elements lock."""
+"""Error over the error at that ν from which elements lock."""
 IS_A_MODE = 0.1
-"""Coordinates whose frequency is known no better than this are no modes, and their error of discretisation means
-nothing: static shapes, Ritz vectors of the highest orders."""
+"""Largest algebraic error of a mode. Coordinates above it (static shapes, Ritz vectors of the highest orders) have no
+discretisation error."""
 
 
 @dataclass(frozen=True)
 class FrequencyErrors:
-    """Of each coordinate."""
+    """Errors of the frequency of each coordinate."""
 
     residuals: np.ndarray
     """‖KΦ − MΦω²‖ / ‖KΦ‖ over the free dofs, (m,)."""
     algebraic: np.ndarray
     """Bound on |δω|/ω against the nearest exact frequency of the mesh, (m,)."""
     discretisation: np.ndarray | None
-    """Estimate of (ω − ω_exact)/ω, (m,), NaN where a coordinate is no mode; None where the elements have none."""
+    """Estimate of (ω − ω_exact)/ω, (m,), NaN if a coordinate is no mode; None if the elements have no estimate."""
 
 
 def refuse_locking(
@@ -45,7 +45,7 @@ def refuse_locking(
     where: str,
     reduced: Callable[[Component], np.ndarray | None],
 ) -> None:
-    """Refuse nearly incompressible material on elements that cannot follow it.
+    """Refuse nearly incompressible material on elements that lock.
 
     Args:
         errors: Estimates of (ω − ω_exact)/ω, (m,).
@@ -54,7 +54,7 @@ def refuse_locking(
         reduced: Returns the estimates of another component on the same mesh.
 
     Raises:
-        StageError: ν is high, and the elements' own estimate says that modes are stiffer than their size explains.
+        StageError: ν is high, and the estimated errors are larger than the size of the elements explains.
     """
     material = component.material
     if material is None or material.nu < INCOMPRESSIBLE or errors is None or np.isnan(errors).all():
@@ -67,9 +67,9 @@ def refuse_locking(
     if error > (allowed := max(ACCEPTED, LOCKING_RATIO * usual)):
         raise StageError(
             f"{where}.material.nu: {material.nu:g} given, elements of this size lock: the frequency of mode"
-            f" {worst + 1}, {frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about {error:.1%}, allowed next"
-            f" to ν = 0.5: {allowed:.1%}, twice what it is at ν = {COMPRESSIBLE:g}; refine the mesh, keep fewer modes,"
-            " or lower nu"
+            f" {worst + 1}, {frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about {error:.1%}, allowed:"
+            f" {allowed:.1%} (the larger of {ACCEPTED:.0%} and {LOCKING_RATIO:g} times the error at"
+            f" ν = {COMPRESSIBLE:g}); refine the mesh, keep fewer modes, or reduce nu"
         )
 
 
@@ -79,8 +79,8 @@ def frequency_errors(
     """Return the errors of a reduction's frequencies.
 
     Args:
-        model: What was reduced.
-        untied: The model before surfaces were made rigid; the same one where none are.
+        model: The reduced model.
+        untied: The model before surfaces were made rigid; the same one if none are.
         spread: From the dofs of `model` to those of `untied`, (dofs, dofs).
     """
     frequencies, Phi, count = reduction.angular_frequencies, reduction.Phi, reduction.normal_count

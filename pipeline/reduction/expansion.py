@@ -1,4 +1,4 @@
-"""Where a body's nodes stand for given coordinates: rigid twists of its design, then its elastic shapes."""
+"""Nodal displacements of a body from its coordinates: rigid twists of its design, then its elastic shapes."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ def displacement(nodes: np.ndarray, morph: MorphRecord, modal: ModalRecord, coor
         StageError: the modal record holds no shapes, or other numbers of nodes or coordinates.
     """
     if modal.shapes is None:
-        raise StageError("modes: the record holds no nodal shapes, only the contact points can be moved")
+        raise StageError("modes: the record contains no nodal shapes, so that only contact points have displacements")
     rigid_count = len(morph.rigid_twists)
     given = (len(nodes), len(coordinates) - rigid_count)
     have = (modal.shapes.shape[0], modal.shapes.shape[2])

@@ -1,4 +1,4 @@
-"""What a run says of its modes: frequency, estimated error, residual, and where the mesh is too coarse for them."""
+"""Table of a component's modes: frequency, estimated error, residual; and notes on meshes that are too coarse."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,24 +9,20 @@ from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.stores.folder import FolderStore
 
 FIELDS = ("angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors")
-"""Of a record of modes, what is read."""
+"""Fields of a modal record that are read."""
 SHOWN = 24
-"""Lines of a table; of more modes the middle ones are left out."""
+"""Lines of a table; with more modes the middle ones are omitted."""
 COARSE = 0.01
-"""Estimated relative error of a kept mode's frequency from which a run says so."""
+"""Estimated relative error of a kept mode's frequency above which a note is given."""
 
 
 def kept_modes(store: FolderStore, keys: Mapping[str, str]) -> dict[str, ModalRecord]:
-    """Return the small fields of records of modes by component, of those that there are.
-
-    Args:
-        keys: Of the records, by component.
-    """
+    """Return `FIELDS` of the modal records that exist, by component; `keys` are those of all."""
     return {name: store.get(key, "modes", only=FIELDS) for name, key in keys.items() if store.has(key)}
 
 
 def frequency_rows(record: ModalRecord) -> list[dict[str, Any]]:
-    """Return number, frequency [Hz], estimated error, bound and residual of each kept mode, None where unknown."""
+    """Return number, frequency [Hz], estimated error, bound and residual of each kept mode, None if unknown."""
     count = record.normal_count
     columns = [
         [None] * count if values is None else [float(v) if np.isfinite(v) else None for v in values[:count]]
@@ -40,7 +36,7 @@ def frequency_rows(record: ModalRecord) -> list[dict[str, Any]]:
 
 
 def frequency_text(rows: Mapping[str, list[dict[str, Any]]]) -> str:
-    """Return the rows of components as a table."""
+    """Return the rows of components as a text table."""
     lines = []
     for name, modes in rows.items():
         if not modes:
@@ -57,7 +53,7 @@ def frequency_text(rows: Mapping[str, list[dict[str, Any]]]) -> str:
 
 
 def coarse_notes(records: Mapping[str, ModalRecord]) -> list[str]:
-    """Return a line for each component whose mesh is too coarse for modes that it keeps."""
+    """Return a note for each component whose mesh is too coarse for kept modes."""
     notes = []
     for name, record in records.items():
         errors = record.discretisation_errors
@@ -65,8 +61,8 @@ def coarse_notes(records: Mapping[str, ModalRecord]) -> list[str]:
             continue
         worst = coarse[np.argmax(errors[coarse])]
         notes.append(
-            f"component.{name}.mesh.size: too coarse for {len(coarse)} of {record.normal_count} modes; the frequency of"
-            f" mode {worst + 1}, {record.angular_frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about"
-            f" {errors[worst]:.1%}; a finer mesh mends it, or fewer modes"
+            f"component.{name}.mesh.size: the estimated frequency error of {len(coarse)} of {record.normal_count} modes"
+            f" is above {COARSE:.0%}; the largest is {errors[worst]:.1%}, at mode {worst + 1}"
+            f" ({record.angular_frequencies[worst] / (2 * np.pi):.4g} Hz). Refine the mesh or keep fewer modes."
         )
     return notes

@@ -1,4 +1,4 @@
-"""Gauges of a reduced component: values per unit of each coordinate and contact force."""
+"""Gauges of a reduced component: stress or strain per unit of each coordinate and contact force."""
 
 import numpy as np
 from scipy import sparse
@@ -14,9 +14,9 @@ from gudgeon.pipeline.scenes.component import Component
 def gauge_modes(
     component: Component, gauges: dict[str, sparse.csr_matrix], model: FEModel, B: sparse.csr_matrix, own: Reduction
 ) -> dict[str, GaugeModes]:
-    """Return what the gauges of a component read of its reduced body.
+    """Return the gauge values of each coordinate, and their residual for each contact force.
 
-    The residual is zero, and of a surface left out, where the reduction makes none: what the coordinates lack is dropped.
+    If the reduction drops R, the residual is zero, and empty for the gauge of a surface.
 
     Args:
         gauges: Rows S of each over the model's dofs, (k, dofs).
@@ -28,7 +28,7 @@ def gauge_modes(
     S = sparse.csr_matrix(sparse.vstack(list(gauges.values())))
     rows, residual, has = S @ own.Phi, np.zeros((S.shape[0], B.shape[0])), own.residual_flexibility is not None
     if has:
-        residual = _answers(S, model, B) - (rows / own.angular_frequencies**2) @ (B @ own.Phi).T
+        residual = _static(S, model, B) - (rows / own.angular_frequencies**2) @ (B @ own.Phi).T
     found, first = {}, 0
     for name, lines in gauges.items():
         gauge, here = component.gauge[name], slice(first, first + lines.shape[0])
@@ -39,8 +39,8 @@ def gauge_modes(
     return found
 
 
-def _answers(S: sparse.csr_matrix, model: FEModel, B: sparse.csr_matrix) -> np.ndarray:
-    """Return S G Bᵀ, (k, C), solved from the side that has fewer rows; G is symmetric."""
+def _static(S: sparse.csr_matrix, model: FEModel, B: sparse.csr_matrix) -> np.ndarray:
+    """Return S G Bᵀ, (k, C), solved for the side with fewer rows; G is symmetric."""
     flexibility = Flexibility(model)
     few, many = (S, B) if S.shape[0] <= B.shape[0] else (B, S)
     found = np.empty((many.shape[0], few.shape[0]))

@@ -28,7 +28,7 @@ from gudgeon.pipeline.scenes.component import Component
 
 @dataclass(frozen=True)
 class _Touched:
-    """What all interfaces of a component ask for."""
+    """Interfaces of a component on its mesh."""
 
     points: dict[str, ContactPoints]
     tractions: dict[str, TractionSpace]
@@ -36,7 +36,7 @@ class _Touched:
     rows: dict[str, sparse.csr_matrix]
     """Rows of B by interface, in the order of the names."""
     fields: dict[str, np.ndarray]
-    """Forces of the pressure fields that ask for a static shape, by interface, (rows, k)."""
+    """Forces of the pressure fields that get a static shape, by interface, (rows, k)."""
     ties: dict[str, Tie]
 
     def all_rows(self, dofs: int) -> ContactRows:
@@ -51,7 +51,7 @@ class _Touched:
 
 
 def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name: str) -> ModalRecord:
-    """Assemble a component and reduce it by its reduction.
+    """Assemble a component and reduce it to a modal record.
 
     Args:
         name: The component's name in the scene, for messages.
@@ -113,12 +113,12 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
 
 
 def _reduced(model: FEModel, contact: ContactRows, component: Component, where: str) -> Reduction:
-    """Run the reduction; measure the reaction at the reference where one is named."""
+    """Run the reduction, and evaluate the reaction at the reference surface if one is given."""
     settings = component.modes
     if settings.reduction != "rigid" and settings.normal_count > (most := largest_count(model)):
         raise InputError(
             f"{where}.modes.normal_count: {settings.normal_count} given, its mesh has {most} at most;"
-            " refine it or ask for fewer"
+            " refine the mesh or request fewer modes"
         )
     reference = None
     if settings.reference is not None:
@@ -136,24 +136,25 @@ def _reduced(model: FEModel, contact: ContactRows, component: Component, where: 
 
 
 def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:
-    """Find what the mesh alone tells, so that a mistake shows before anything is assembled."""
+    """Find the interfaces on the mesh, so that incorrect ones are refused before matrices are assembled."""
     points, tractions, ties = {}, {}, {}
     for key, interface in sorted(component.interface.items()):
+        here = f"{where}.interface.{key}"
         if interface.kind == "points":
-            points[key] = contact_points(mesh, interface, f"{where}.interface.{key}")
+            points[key] = contact_points(mesh, interface, here)
         elif interface.kind == "traction":
-            tractions[key] = traction_space(mesh, interface, f"{where}.interface.{key}")
+            tractions[key] = traction_space(mesh, interface, here)
         elif interface.kind == "patch":
-            points[key] = patch_point(mesh, interface, f"{where}.interface.{key}")
+            points[key] = patch_point(mesh, interface, here)
         elif interface.kind == "tie":
-            ties[key] = tie_of(mesh, interface, f"{where}.interface.{key}")
+            ties[key] = tie_of(mesh, interface, here)
     refuse_too_many(tractions, f"{where}.interface")
     refuse_unresolved(tractions, f"{where}.interface")
     return _Touched(points, tractions, {}, {}, {}, ties)
 
 
 def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FEModel, where: str) -> None:
-    """Fill in loads, rows and fields."""
+    """Add loads, rows of B and pressure fields."""
     points, tractions, count = touched.points, touched.tractions, component.modes.static_count
     for key, interface in sorted(component.interface.items()):
         if key in points:
@@ -163,7 +164,7 @@ def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FE
             if model.rotations.any() and not np.abs(rows.data).max(initial=0.0) > 0:
                 raise InputError(
                     f"{where}.interface.{key}.surface: '{interface.surface}' given, the beam does not move along its"
-                    f" normal; take {interface.surface}-top or {interface.surface}-bottom"
+                    f" normal; use {interface.surface}-top or {interface.surface}-bottom"
                 )
             touched.rows[key] = rows
             coordinates = surface_coordinates(at.points, mesh.surfaces[interface.surface].shape)
@@ -180,15 +181,15 @@ def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FE
 
 
 def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:
-    """Return Tᵀ M Φ, T the unit translations, (3, m); what is held weighs too, but does not move."""
+    """Return Tᵀ M Φ [kg^½], T the unit translations, (3, m); held dofs do not move."""
     momentum = (model.M @ reduction.Phi).reshape(len(model.nodes), len(model.directions), -1).sum(axis=0)
     return model.directions.T @ momentum
 
 
 def _couplings(model: FEModel, reduction: Reduction) -> InertiaCouplings | None:
-    """Constant tensors of the nodal floating frame: ũᵀ M Φ with u = x + Σ qₖ φₖ.
+    """Return the constant tensors of the nodal floating frame, ũᵀ M Φ with u = x + Σ qₖ φₖ.
 
-    None for a line mesh, and for a body that is held or cannot turn: its frame does not float.
+    None for a line mesh, and for a body that is held or cannot rotate: it has no floating frame.
     """
     if len(model.directions) != 3 or len(model.rigid_twists) < 6:
         return None

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.cyclic import WheelRecord
-from gudgeon.pipeline.cyclic import SectorParts, sector_parts
+from gudgeon.pipeline.cyclic.synthesis import SectorParts, sector_parts
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.measuring.clock import Seconds, fastest
 from gudgeon.pipeline.measuring.machine import machine

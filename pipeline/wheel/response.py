@@ -8,25 +8,18 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.cyclic import (
-    InterfaceChoice,
-    Mistuning,
-    Sector,
-    SectorParts,
+from gudgeon.pipeline.cyclic.forced import (
     blades_of_synthesis,
     blades_of_wheel,
-    cyclic_sector,
     direct_response,
     engine_order_response,
-    harmonic_modes,
     magnification,
-    part_stiffness,
-    synthesise,
-    tuned_frequencies,
-    wheel_motion,
-    wheel_problem,
 )
+from gudgeon.pipeline.cyclic.harmonic import harmonic_modes, tuned_frequencies
 from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
+from gudgeon.pipeline.cyclic.sector import Sector, cyclic_sector
+from gudgeon.pipeline.cyclic.synthesis import InterfaceChoice, SectorParts, synthesise
+from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, part_stiffness, wheel_motion, wheel_problem
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.interfaces.points import surface_weights

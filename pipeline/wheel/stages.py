@@ -45,7 +45,7 @@ def _make(job: WheelJob, stage: str, tell: Progress) -> Any:
         from gudgeon.pipeline.stages.mesh import build_mesh
 
         return build_mesh(job.component, job.path.parent, wheel.component)
-    from gudgeon.pipeline.cyclic import sector_parts
+    from gudgeon.pipeline.cyclic.synthesis import sector_parts
     from gudgeon.pipeline.wheel import response as solve
 
     if stage == "modes":

@@ -421,7 +421,7 @@ def test_whole_table_is_taken(case: Case, capsys: Capture) -> None:
     """The refusals below are not for anything else."""
     assert main(case.command("morph", case.table(FULL_TURN))) == 0
     # The mesh of these tests is a coarse one, and the command says so.
-    assert all(": too coarse for " in line for line in complaints(capsys.readouterr().err))
+    assert all(": the estimated frequency error of " in line for line in complaints(capsys.readouterr().err))
 
 
 @pytest.mark.parametrize(

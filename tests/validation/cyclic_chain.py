@@ -7,8 +7,12 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.cyclic import CyclicSymmetry, Mistuning, Sector, cyclic_sector
+from gudgeon.pipeline.cyclic.harmonic import HarmonicModes, harmonic_modes
+from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
+from gudgeon.pipeline.cyclic.sector import Sector, cyclic_sector
+from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, wheel_problem
 from gudgeon.pipeline.fem.model import FEModel, MassProperties
+from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 
 F5 = json.loads((Path(__file__).parents[2] / "data/bladed-disk/F5_cyclic_chain.json").read_text())
 
@@ -32,3 +36,13 @@ def chain() -> tuple[Sector, Mistuning]:
     sector = cyclic_sector(model, CyclicSymmetry(sectors=given["sectors"]))
     factors = 1 + np.array(given["mistuning_of_blade_stiffness"])
     return sector, Mistuning(sparse.csr_matrix(part), factors)
+
+
+def tuned_modes(sector: Sector, count: int) -> list[HarmonicModes]:
+    """Return the lowest `count` elastic modes of every harmonic 0…N/2."""
+    return [harmonic_modes(sector, harmonic, count) for harmonic in sector.symmetry.harmonics()]
+
+
+def wheel_frequencies(sector: Sector, count: int, mistuning: Mistuning | None = None) -> np.ndarray:
+    """Return the lowest elastic frequencies of the whole wheel [rad/s], (count,)."""
+    return np.sqrt(lowest_pairs(wheel_problem(sector, mistuning), count).values)

@@ -5,18 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.pipeline.cyclic import (
-    InterfaceChoice,
-    harmonic_modes,
-    sector_parts,
-    synthesise,
-    tuned_frequencies,
-    tuned_modes,
-    wheel_frequencies,
-    wheel_problem,
-)
+from gudgeon.pipeline.cyclic.harmonic import harmonic_modes, tuned_frequencies
 from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
-from tests.validation.cyclic_chain import F5, chain
+from gudgeon.pipeline.cyclic.synthesis import InterfaceChoice, sector_parts, synthesise
+from gudgeon.pipeline.cyclic.whole_wheel import wheel_problem
+from tests.validation.cyclic_chain import F5, chain, tuned_modes, wheel_frequencies
 
 EXACT = 1e-11
 """Round-off of a dense eigenproblem; the reference itself is good to 1e-12 and asks for 1e-9."""

@@ -1,5 +1,8 @@
-"""Reduction reductions: each turns an FE model and its rows into elastic coordinates. A new one is a file and a
-line here."""
+"""Reductions: each turns an FE model and its contact rows into elastic coordinates.
+
+A new one is a file and a line here. Bodies may be free or held. A reduction raises an `InputError`, whose key begins
+with `modes`, if the settings do not suit the body, and a `StageError` if its shapes do not pass their own checks.
+"""
 
 from collections.abc import Callable
 

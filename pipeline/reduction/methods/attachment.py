@@ -1,5 +1,5 @@
-"""Attachment modes with inertia relief, G Bᵀ, as the only coordinates: static answers to unit loads on each row, made
-dynamic."""
+"""Attachment modes with inertia relief, G Bᵀ, as the only coordinates: static displacements under unit loads on each
+row, with their mass."""
 
 import numpy as np
 
@@ -12,12 +12,7 @@ from gudgeon.pipeline.scenes.modes import ModesSettings
 
 
 def attachment(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a body, free or held.
-
-    Raises:
-        InputError: the rows have fewer independent shapes than are asked for, or too many; its key begins with `modes`.
-        StageError: a shape fails its own check.
-    """
+    """Reduce a body to Ritz vectors of its attachment modes."""
     count, flexibility = row_count(rows, "attachment"), Flexibility(model)
     shapes = np.empty((rows.B.shape[1], count))
     for start in range(0, count, BLOCK):
@@ -27,8 +22,8 @@ def attachment(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Re
     found = len(modes.angular_frequencies) if modes else 0
     if modes is None or found < settings.normal_count:
         raise InputError(
-            f"modes.normal_count: {settings.normal_count} given, the interfaces' {count} rows have {found} independent"
-            " attachment modes; ask for fewer, or 0 for all"
+            f"modes.normal_count: {settings.normal_count} given, the {count} rows of the interfaces have {found}"
+            " independent attachment modes; request fewer, or 0 for all"
         )
     reduction = completed(model, rows, lowest(modes, settings.normal_count or found), flexibility)
     flexibility.free()

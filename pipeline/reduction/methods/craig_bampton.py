@@ -1,15 +1,13 @@
-"""Substructures: fixed-interface normal modes and constraint modes, put together and made diagonal (Craig & Bampton
-1968).
+"""Substructures: fixed-interface normal modes and constraint modes, assembled and made diagonal (Craig & Bampton 1968).
 
 The mesh is cut along its longest axis into groups of whole cells. The boundary b is every dof that two groups share,
-that a row of B touches, or that lies on a surface which `boundary` names; the rest of each group is its interior i,
-which the assembled matrices couple with the boundary only. So Ψ = −K_ii⁻¹ K_ib group by group, and with
-u_i = Φ_f q_f + Ψ u_b
+that a row of B touches, or that lies on a surface in `boundary`; the other dofs of each group are its interior i, which
+is coupled with the boundary only. So Ψ = −K_ii⁻¹ K_ib group by group, and with u_i = Φ_f q_f + Ψ u_b
 
   K_bb + Σ K_bi Ψ,  M_bb + Σ (M_bi Ψ + Ψᵀ M_ib + Ψᵀ M_ii Ψ),  K_ff = Λ_f,  M_ff = I,  M_bf = (M_bi + Ψᵀ M_ii) Φ_f.
 
-A boundary that leaves the body rigid motions (no row, or one point) is joined by as many dofs as hold them, so that
-K_ii is regular; they are counted in `boundary_added`.
+If the boundary leaves rigid motions (no row, or one point), dofs that hold them are added to it, so that K_ii is
+regular; their number is `boundary_added`.
 """
 
 from collections.abc import Sequence
@@ -23,19 +21,18 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
+from gudgeon.pipeline.modes.problem import dense_pairs, null_motions
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 LARGEST_BOUNDARY = 3000
 """Boundary dofs: their dense eigenproblem takes about a minute."""
 DENSE = 400
-"""Interior dofs up to which all fixed-interface modes are computed at once."""
+"""Interior dofs up to which fixed-interface modes are solved with dense matrices."""
 EMPTY = 1e-9
-"""Rigid motions of which the boundary dofs feel less than this share are not held by it."""
+"""A rigid motion that moves the boundary dofs by less than this share is not held by them."""
 SOLVED = 1e-8
-"""Residual of K_ii Ψ + K_ib over K_ib: an interior that hangs on too few boundary dofs has no such solution."""
-RIGID_SHARE = 1e-6
-"""Eigenvalues of the rigid motions over the first elastic one, at most."""
+"""Residual of K_ii Ψ + K_ib over K_ib: larger if an interior is connected with too few boundary dofs."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,7 @@ class Substructure:
     dofs: np.ndarray
     """Interior dofs, (i,)."""
     touching: np.ndarray
-    """Places among the boundary dofs that it is coupled with, (b,)."""
+    """Numbers, among the boundary dofs, of those coupled with the interior, (b,)."""
     Psi: np.ndarray
     """Constraint modes, (i, b)."""
     fixed: NormalModes
@@ -59,28 +56,22 @@ class Parts:
     boundary: np.ndarray
     """Boundary dofs, (b,)."""
     added: int
-    """How many of them only hold rigid motions."""
+    """Number of them that only hold rigid motions."""
     groups: list[Substructure]
     K: np.ndarray
     """Over boundary dofs, then the fixed-interface modes of each group, (b + f, b + f)."""
     M: np.ndarray
     starts: list[int]
-    """Where each group's modes begin."""
+    """Number of the first coordinate of each group."""
 
 
 def craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a body, free or held.
-
-    Raises:
-        InputError: more parts, modes or boundary dofs than the mesh has or than is sensible; its key begins with
-            `modes`.
-        StageError: a shape fails its own check.
-    """
+    """Reduce a body to boundary dofs and fixed-interface modes of its substructures."""
     return synthesised(model, rows, settings, cut(model, rows, settings))
 
 
 def cut(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Parts:
-    """Cut a body into its substructures and condense each to the boundary.
+    """Cut a body into substructures and condense each to the boundary.
 
     Raises:
         InputError: more parts, modes or boundary dofs than the mesh has or than is sensible.
@@ -91,7 +82,7 @@ def cut(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Parts:
     if len(boundary) > LARGEST_BOUNDARY:
         raise InputError(
             f"modes.substructures: {settings.substructures} given, they and the interfaces have {len(boundary)}"
-            f" boundary dofs, at most {LARGEST_BOUNDARY}; coarsen the mesh, or take fewer parts or smaller interfaces"
+            f" boundary dofs, at most {LARGEST_BOUNDARY}; coarsen the mesh, or use fewer parts or smaller interfaces"
         )
     groups = [
         condensed(model, np.setdiff1d(np.flatnonzero(part == number), boundary), boundary, settings.fixed_count, number)
@@ -103,14 +94,10 @@ def cut(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Parts:
 def synthesised(
     model: FEModel, rows: ContactRows, settings: ModesSettings, parts: Parts, W: np.ndarray | None = None
 ) -> Reduction:
-    """Put the parts together and make them diagonal.
+    """Return the lowest Ritz vectors of the assembled parts, completed by static shapes and R.
 
     Args:
         W: Columns to which the boundary dofs are reduced, (b, k), the rigid motions in their span; all dofs by default.
-
-    Raises:
-        InputError: more modes are asked for than the parts have coordinates.
-        StageError: a shape fails its own check.
     """
     modes = ritz_modes(model, _lowest_shapes(model, parts, W, settings.normal_count))
     quality = modes.quality | {"boundary_dofs": len(parts.boundary), "boundary_added": parts.added}
@@ -119,14 +106,14 @@ def synthesised(
 
 
 def substructures(model: FEModel, count: int) -> np.ndarray:
-    """Return the substructure of each dof, −1 where several share it or a support holds it, (dofs,).
+    """Return the substructure of each dof, (dofs,), −1 if several share it or a support holds it.
 
     Raises:
-        InputError: the mesh has fewer cells than parts are asked for.
+        InputError: the mesh has fewer cells than substructures.
     """
     cells = model.mesh.cells
     if count > len(cells):
-        raise InputError(f"modes.substructures: {count} given, the mesh has {len(cells)} cells; ask for at most that")
+        raise InputError(f"modes.substructures: {count} given, the mesh has {len(cells)} cells; use at most that many")
     axis = int(np.ptp(model.nodes, axis=0).argmax())
     order = np.argsort(model.nodes[cells, axis].mean(axis=1), kind="stable")
     node_part = np.full(len(model.nodes), -2)
@@ -139,7 +126,7 @@ def substructures(model: FEModel, count: int) -> np.ndarray:
 
 
 def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray, surfaces: Sequence[str]) -> tuple[np.ndarray, int]:
-    """Return the boundary dofs in order, and how many of them only hold rigid motions."""
+    """Return the boundary dofs in order, and the number of them that only hold rigid motions."""
     B = sparse.csr_matrix(rows.B, copy=True)
     B.eliminate_zeros()
     chosen = part == -1
@@ -148,8 +135,6 @@ def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray, surfaces: Seq
         chosen[surface_dofs(model, name, "modes.boundary")] = True
     chosen &= ~model.held
     rigid = model.rigid_modes
-    if not rigid.shape[1]:
-        return np.flatnonzero(chosen), 0
     loose = loose_motions(rigid, chosen)
     if len(loose):
         chosen[linalg.qr((rigid @ loose.T).T, mode="economic", pivoting=True)[2][: len(loose)]] = True
@@ -160,37 +145,29 @@ def loose_motions(rigid: np.ndarray, held: np.ndarray) -> np.ndarray:
     """Return the combinations of rigid motions (dofs, r) that do not move the chosen dofs, (l, r)."""
     if not rigid.shape[1]:
         return np.empty((0, 0))
-    _, strength, motions = np.linalg.svd(rigid[held], full_matrices=True)
-    strength = np.concatenate([strength, np.zeros(rigid.shape[1] - len(strength))])
-    return motions[strength <= EMPTY * np.abs(rigid).max()]
+    return null_motions(rigid[held], EMPTY * np.abs(rigid).max())
 
 
 def surface_dofs(model: FEModel, name: str, where: str) -> np.ndarray:
-    """Return the dofs of a surface's nodes, (k,).
-
-    Raises:
-        InputError: the mesh has no such surface.
-    """
+    """Return the dofs of a surface's nodes, (k,); an InputError at key `where` if the mesh has no such surface."""
     d = len(model.directions)
     return (d * surface_nodes(model.mesh, name, where)[:, None] + np.arange(d)).ravel()
 
 
 def condensed(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, fixed_count: int, number: int) -> Substructure:
-    """Return constraint and fixed-interface modes of one interior.
+    """Return constraint and fixed-interface modes of one interior (i,) beside all boundary dofs (b,).
 
     Args:
-        dofs: Interior dofs, (i,).
-        boundary: All boundary dofs, (b,).
         number: Of the substructure, for messages.
 
     Raises:
-        InputError: it has fewer dofs than modes are asked for.
+        InputError: it has fewer dofs than fixed-interface modes.
         StageError: the boundary does not hold it.
     """
     if fixed_count > len(dofs):
         raise InputError(
             f"modes.fixed_count: {fixed_count} given, substructure {number} has {len(dofs)} interior dofs;"
-            " refine the mesh or ask for fewer"
+            " refine the mesh or request fewer modes"
         )
     K_ib = sparse.csc_matrix(model.K[dofs][:, boundary])
     K_ib.eliminate_zeros()
@@ -205,13 +182,14 @@ def condensed(model: FEModel, dofs: np.ndarray, boundary: np.ndarray, fixed_coun
         rest = float(np.abs(K_ii @ Psi + load).max()) / float(np.abs(load).max(initial=0.0) or 1.0)
         if not rest < SOLVED:
             raise StageError(
-                f"modes: the boundary does not hold substructure {number} (residual {rest:.2g}); take fewer parts"
+                f"modes: the boundary does not hold substructure {number} (residual {rest:.2g}, allowed: {SOLVED:g});"
+                " use fewer parts"
             )
     return Substructure(dofs, touching, Psi, _fixed_modes(model, dofs, fixed_count))
 
 
 def _fixed_modes(model: FEModel, dofs: np.ndarray, count: int) -> NormalModes:
-    """Return the lowest modes of an interior with all other dofs held, Phi (i, count)."""
+    """Return the lowest modes of an interior (i,) with all other dofs held, Phi (i, count)."""
     if count == 0:
         return NormalModes(np.empty(0), np.empty((len(dofs), 0)), {})
     if len(dofs) <= DENSE:
@@ -236,14 +214,9 @@ def _lowest_shapes(model: FEModel, parts: Parts, W: np.ndarray | None, wanted: i
     if most < max(wanted, 1):
         raise InputError(
             f"modes.normal_count: {wanted} given, the substructures have {max(most, 0)} coordinates beside the rigid"
-            " motions; raise fixed_count, interface_count or substructures, or refine the mesh"
+            " motions; increase fixed_count, interface_count or substructures, or refine the mesh"
         )
-    scale = 1 / np.sqrt(M.diagonal())
-    last = rigid + (wanted or most) - 1
-    values, vectors = linalg.eigh(K * np.outer(scale, scale), M * np.outer(scale, scale), subset_by_index=(0, last))
-    if rigid and np.abs(values[:rigid]).max() > RIGID_SHARE * values[rigid]:
-        raise StageError(f"modes: rigid motions have the eigenvalue {values[rigid - 1]:.2g} in the parts' basis")
-    vectors = scale[:, None] * vectors[:, rigid:]
+    vectors = dense_pairs(K, M, rigid, wanted or most, "in the basis of the substructures")[1]
     if W is not None:
         vectors = np.concatenate([W @ vectors[: W.shape[1]], vectors[W.shape[1] :]])
     basis = np.zeros((len(model.held), vectors.shape[1]))
@@ -257,7 +230,7 @@ def _lowest_shapes(model: FEModel, parts: Parts, W: np.ndarray | None, wanted: i
 def _assembled(
     model: FEModel, boundary: np.ndarray, groups: list[Substructure]
 ) -> tuple[np.ndarray, np.ndarray, list[int]]:
-    """Return stiffness and mass over boundary dofs, then fixed-interface modes, and where each group's begin."""
+    """Return stiffness and mass over boundary dofs, then fixed-interface modes, and the first number of each group."""
     ends = np.cumsum([len(boundary), *(group.fixed.Phi.shape[1] for group in groups)])
     K, M = np.zeros((2, ends[-1], ends[-1]))
     count = len(boundary)

@@ -1,7 +1,7 @@
 """Rigid attachment: shapes of the body with a reference surface clamped (Escalona, Hussien & Shabana 1998).
 
-The shapes and the rigid motions together are made diagonal, so that the rigid motions stay exact and the elastic
-coordinates are those of a free body: a Ritz basis with the wrong boundary at the reference.
+Shapes and rigid motions are made diagonal together, so that the rigid motions stay exact and the elastic coordinates
+are those of a free body: a Ritz basis with an incorrect boundary condition at the reference.
 """
 
 from dataclasses import replace
@@ -17,12 +17,7 @@ from gudgeon.pipeline.scenes.modes import ModesSettings
 
 
 def fixed_reference(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a body, free or held.
-
-    Raises:
-        InputError: there is no such surface, or it does not hold the body; its key begins with `modes`.
-        StageError: a shape fails its own check.
-    """
+    """Reduce a body to the lowest modes of the body clamped at `settings.reference`."""
     key = "modes.reference"
     nodes = surface_nodes(model.mesh, settings.reference or "", key)
     held = model.held.copy().reshape(len(model.nodes), -1)

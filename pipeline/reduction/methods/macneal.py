@@ -1,4 +1,4 @@
-"""MacNeal's basis: normal modes, static correction shapes if asked, and the residual flexibility of the rest without
+"""MacNeal's basis: normal modes, static correction shapes on request, and the residual flexibility of the rest without
 mass (MacNeal 1971; massless contact boundary: Monjaraz-Tec, Gross & Krack 2022)."""
 
 from gudgeon.pipeline.fem.model import FEModel
@@ -8,9 +8,5 @@ from gudgeon.pipeline.scenes.modes import ModesSettings
 
 
 def macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a body, free or held.
-
-    Raises:
-        StageError: a shape fails its own check.
-    """
+    """Reduce a body to its lowest normal modes and static correction."""
     return completed(model, rows, normal_modes(model, settings.normal_count))

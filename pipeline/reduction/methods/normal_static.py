@@ -1,4 +1,4 @@
-"""Normal modes and static correction modes, all dynamic, as Kim et al. do: what they lack is dropped."""
+"""Normal modes and static correction modes, all with mass, as Kim et al.: residual flexibility is dropped."""
 
 from dataclasses import replace
 
@@ -9,5 +9,5 @@ from gudgeon.pipeline.scenes.modes import ModesSettings
 
 
 def normal_static(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a body, free or held; contact on the result needs springs of its own."""
+    """Reduce a body as `macneal`, without R; contact then needs a penalty stiffness."""
     return replace(macneal(model, rows, settings), residual_flexibility=None)

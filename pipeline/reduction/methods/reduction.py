@@ -1,8 +1,8 @@
-"""What every reduction is given and gives back, and what all elastic ones do: Ritz shapes of a basis, and what is left.
+"""Input and result of every reduction, and the steps common to elastic ones: Ritz vectors of a basis, and R.
 
 For any K-diagonal, M-orthonormal shapes Φ that are M-orthogonal to the rigid motions, Φ Λ⁻¹ Φᵀ K is the K-orthogonal
-projection onto their span. What they lack in statics is therefore R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ, positive semidefinite,
-whether they are normal modes or not.
+projection onto their span. The static flexibility that they lack is therefore R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ, positive
+semidefinite, whether they are normal modes or not.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,20 +10,19 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy import linalg, sparse
+from scipy import sparse
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.bounds import round_off
 from gudgeon.pipeline.modes.normal import NormalModes
-from gudgeon.pipeline.modes.static import RANK_TOLERANCE, Flexibility, Residual, residual_shapes, static_shapes
+from gudgeon.pipeline.modes.problem import ORTHOGONALITY_TOLERANCE
+from gudgeon.pipeline.modes.static import Flexibility, Residual, residual_shapes, ritz_pairs, static_shapes
 
-ORTHOGONALITY_TOLERANCE = 1e-10
-"""Of all shapes in M: the reductions reach 1e-12 on solids, plane parts, bars and beams."""
 DEFINITENESS_TOLERANCE = 1e-9
-"""Negative eigenvalues that round-off may leave in R, each row scaled by the root of its whole flexibility."""
-
+"""Negative eigenvalues that round-off may leave in R, each row scaled by the root of its total flexibility."""
 ROUND_OFFS = 10.0
-"""How often the model's round-off floor may come into R."""
+"""Round-off of R over the round-off of the eigenvalues, at most."""
 
 
 @dataclass(frozen=True)
@@ -33,14 +32,14 @@ class ContactRows:
     B: sparse.csr_matrix
     """Displacement conjugate to each force: along the outward normal at a point, and so on, (c, dofs)."""
     pressures: np.ndarray
-    """Contact forces [N] of the pressure fields that ask for a static shape, (c, k); none on loads."""
+    """Contact forces [N] of the pressure fields that get a static shape, (c, k); zero on loads."""
     spans: Mapping[str, Sequence[int]] = field(default_factory=dict)
     """First and last + 1 row of each interface, by its name."""
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """Elastic coordinates, diagonal in mass and stiffness."""
+    """Result of a reduction: elastic coordinates, diagonal in mass and stiffness."""
 
     angular_frequencies: np.ndarray
     """[rad/s], (m,)."""
@@ -48,34 +47,22 @@ class Reduction:
     """(dofs, m)"""
     normal_count: int
     residual_flexibility: np.ndarray | None
-    """[m/N and the like], (c, c)"""
+    """R [m/N for forces; other rows accordingly], (c, c); None if the reduction drops it."""
     quality: dict[str, Any]
 
 
 def ritz_modes(model: FEModel, basis: np.ndarray) -> NormalModes:
-    """Return the elastic Ritz vectors of a basis: (K − λ M) projected on what it holds beside the rigid motions.
+    """Return the elastic Ritz vectors of a basis (dofs, k) that is zero where the body is held.
 
-    Directions of less than `RANK_TOLERANCE` of the largest are dropped and counted in `ritz_dropped`. The basis is
-    made K-orthonormal first and the mass diagonalised, so that the lowest frequencies are the most exact; a second
-    pass brings orthogonality to round-off.
-
-    Args:
-        basis: (dofs, k), zero where the body is held.
+    Dependent directions are dropped and counted in `ritz_dropped`, see `ritz_pairs`; a second pass reduces the error of
+    orthogonality to round-off.
     """
     rigid = model.rigid_modes
     M_rigid = model.M @ rigid
     shapes, values = basis, np.empty(0)
     for _ in range(2):
-        shapes = shapes - rigid @ (M_rigid.T @ shapes)
-        stiffness = shapes.T @ (model.K @ shapes)
-        scale = 1 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
-        strength, directions = linalg.eigh(stiffness * scale * scale[:, None])
-        kept = strength > RANK_TOLERANCE * strength[-1]
-        shapes = shapes @ ((directions[:, kept] / np.sqrt(strength[kept])) * scale[:, None])
-        inverse, Z = linalg.eigh(shapes.T @ (model.M @ shapes))
-        values, Z = 1 / inverse[::-1], Z[:, ::-1]
-        shapes = shapes @ (Z * np.sqrt(values))
-    # Of vectors whose frequencies are orders apart the passes leave 1e-10; a Newton step squares that.
+        values, shapes = ritz_pairs(model, shapes - rigid @ (M_rigid.T @ shapes))
+    # If frequencies differ by orders of magnitude the passes leave 1e-10; a Newton step squares that.
     shapes = shapes @ (1.5 * np.eye(len(values)) - 0.5 * (shapes.T @ (model.M @ shapes)))
     dropped = basis.shape[1] - shapes.shape[1]
     return NormalModes(np.sqrt(values), shapes, {"ritz_dropped": dropped})
@@ -89,16 +76,15 @@ def lowest(modes: NormalModes, count: int) -> NormalModes:
 def completed(
     model: FEModel, rows: ContactRows, kept: NormalModes, flexibility: Flexibility | None = None
 ) -> Reduction:
-    """Add the static correction shapes that are asked for, and R of all that is left.
+    """Return kept normal modes or Ritz vectors with the static correction shapes of the pressure fields, and R.
 
-    Static shapes beside Ritz vectors that are no normal modes couple with them in mass: all are made diagonal together.
+    Static shapes are coupled in mass with Ritz vectors that are no normal modes: all are made diagonal together.
 
     Args:
-        kept: Normal modes or Ritz vectors.
-        flexibility: A factor of the model's stiffness, where there is one already.
+        flexibility: Of the model, if it is factorised already.
 
     Raises:
-        StageError: a shape fails its own check.
+        StageError: shapes are not orthogonal, or R is not symmetric and positive semidefinite.
     """
     residual = residual_shapes(model, rows.B, kept, rows.pressures, flexibility)
     lacking = _lacking(rows, kept, residual)
@@ -111,9 +97,10 @@ def completed(
         Phi, frequencies = together.Phi, together.angular_frequencies
     orthogonality = float(np.abs(Phi.T @ (model.M @ Phi) - np.eye(Phi.shape[1])).max()) if Phi.size else 0.0
     if orthogonality > ORTHOGONALITY_TOLERANCE:
-        raise StageError(f"modes: static shapes are orthogonal to {orthogonality:.2g} only")
-    R = static.residual_flexibility
-    R, least = _definite(R, residual.scale, _noise(model, frequencies))
+        raise StageError(
+            f"modes: orthogonality of static shapes {orthogonality:.2g}, allowed: {ORTHOGONALITY_TOLERANCE:g}"
+        )
+    R, least = _definite(static.residual_flexibility, residual.scale, _noise(model, frequencies))
     quality = kept.quality | {
         "basis_orthogonality": orthogonality,
         "static_dropped": static.dropped + rows.pressures.shape[1] - len(lacking),
@@ -123,35 +110,33 @@ def completed(
 
 
 def _lacking(rows: ContactRows, kept: NormalModes, residual: Residual) -> np.ndarray:
-    """Return the pressure fields whose static answer the kept shapes lack by more than round-off, (k,)."""
+    """Return the numbers of the pressure fields whose residual displacement is above round-off, (k,)."""
     own = (rows.pressures.T @ (rows.B @ kept.Phi)) / kept.angular_frequencies
     rest = np.einsum("ck,cd,dk->k", rows.pressures, residual.flexibility, rows.pressures, optimize=True)
     return np.flatnonzero(rest > DEFINITENESS_TOLERANCE * (rest + (own**2).sum(axis=1)))
 
 
 def _noise(model: FEModel, frequencies: np.ndarray) -> float:
-    """Return what round-off may make of R's scaled eigenvalues: fine meshes of beams are badly conditioned."""
+    """Return the round-off of R's scaled eigenvalues: fine meshes of beams are ill-conditioned."""
     if not len(frequencies):
         return DEFINITENESS_TOLERANCE
-    free = model.free
-    top = float((model.K.diagonal()[free] / model.M.diagonal()[free]).max())
-    return max(DEFINITENESS_TOLERANCE, ROUND_OFFS * np.finfo(float).eps * top / float(frequencies.min()) ** 2)
+    return max(DEFINITENESS_TOLERANCE, ROUND_OFFS * round_off(model) / float(frequencies.min()) ** 2)
 
 
 def _definite(R: np.ndarray, scale: np.ndarray, noise: float) -> tuple[np.ndarray, float]:
-    """Return R without the negative eigenvalues that round-off leaves, and the least of those, scaled.
+    """Return R without negative eigenvalues due to round-off, and its least scaled eigenvalue.
 
     Raises:
-        StageError: one is larger than that.
+        StageError: an eigenvalue is below −noise.
     """
-    felt = np.flatnonzero(R.any(axis=1))
-    if not len(felt):
+    rows = np.flatnonzero(R.any(axis=1))
+    if not len(rows):
         return R, 0.0
-    block, size = np.ix_(felt, felt), scale[felt]
+    block, size = np.ix_(rows, rows), scale[rows]
     values, vectors = np.linalg.eigh(R[block] / np.outer(size, size))
     least = float(values[0])
     if least < -noise:
-        raise StageError(f"modes: residual flexibility has a scaled eigenvalue {least:.2g}, it must not be negative")
+        raise StageError(f"modes: least scaled eigenvalue of residual flexibility {least:.2g}, allowed: {-noise:.2g}")
     if least < 0:
         R = R.copy()
         R[block] -= (vectors * np.minimum(values, 0.0)) @ vectors.T * np.outer(size, size)
@@ -159,17 +144,14 @@ def _definite(R: np.ndarray, scale: np.ndarray, noise: float) -> tuple[np.ndarra
 
 
 def reference_reaction(model: FEModel, reduction: Reduction, nodes: np.ndarray) -> float:
-    """Return the largest share of a shape's forces that is left unbalanced at a reference surface.
+    """Return the largest share of a shape's forces that is unbalanced at the nodes (k,) of a reference surface.
 
-    max over shapes of ‖r‖ / ‖K φ‖ with r = K φ − ω² M φ on the reference's free dofs; each dof is scaled by the root
-    of its own stiffness, so that forces and moments compare. Zero for normal modes, whose boundary there is natural.
-
-    Args:
-        nodes: Of the reference surface, (k,).
+    max over shapes of ‖r‖ / ‖K φ‖ with r = K φ − ω² M φ on the surface's free dofs; each dof is scaled by the root of
+    its stiffness, so that forces and moments are comparable. Zero for normal modes, whose boundary there is natural.
     """
-    d = len(model.directions)
-    at = np.zeros(len(model.held), bool)
-    at[(d * nodes[:, None] + np.arange(d)).ravel()] = True
+    at = np.zeros((len(model.nodes), len(model.directions)), bool)
+    at[nodes] = True
+    at = at.ravel()
     weight = 1 / np.sqrt(model.K.diagonal())
     forces = (model.K @ reduction.Phi) * weight[:, None]
     rest = forces - (model.M @ reduction.Phi) * reduction.angular_frequencies**2 * weight[:, None]

@@ -1,4 +1,4 @@
-"""A body without elasticity: nothing is extracted, nothing is factorised, the counts of modes do not matter."""
+"""A body without elastic coordinates: nothing is factorised, and the counts of modes have no effect."""
 
 import numpy as np
 

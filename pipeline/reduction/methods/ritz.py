@@ -1,11 +1,11 @@
 """Load-dependent Ritz vectors as a reduction: K X₁ = Bᵀ, K Xᵢ₊₁ = M Xᵢ, see `RitzVectors`.
 
-One factorisation serves all blocks and R. Where the rows are more than half of the vectors wanted, the first block
-takes their most flexible load patterns, the leading eigenvectors of B G Bᵀ with each row scaled by the root of its own
+One factorisation serves all blocks and R. If the rows are more than half of the wanted vectors, the first block
+are their most flexible load patterns, the leading eigenvectors of B G Bᵀ with each row scaled by the root of its
 flexibility.
 
-Vectors that grow out of round-off take no part in what the loads do: only those are kept whose share
-of a row's flexibility, (bφ)²/ω² over the sum of all, stands out.
+Vectors that originate from round-off are not excited by the loads: a vector is kept only if its share of a row's
+flexibility, (bφ)²/ω² over the sum of all, is above `PARTICIPATION`.
 """
 
 from dataclasses import replace
@@ -22,17 +22,12 @@ from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 PARTICIPATION = 1e-8
-"""Share of a row's flexibility below which a vector is round-off: those of an axial impact on a rod lie above 1e-6, what
-grew along bending and torsion below 1e-10."""
+"""Share of a row's flexibility below which a vector is round-off: under an axial impact on a rod, axial vectors have
+more than 1e-6, bending and torsion less than 1e-10."""
 
 
 def ritz(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a body, free or held, by vectors that its loads excite.
-
-    Raises:
-        InputError: there is no load to start from, or the loads excite fewer vectors; its key begins with `modes`.
-        StageError: a shape fails its own check.
-    """
+    """Reduce a body to the Ritz vectors that loads on its interfaces excite."""
     wanted = settings.ritz_count or 2 * settings.normal_count
     source = RitzVectors(model)
     loads = _load_patterns(model, rows, source.flexibility, max(wanted // 2, 1))
@@ -41,8 +36,8 @@ def ritz(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reductio
     excited = _excited(rows, modes)
     if len(excited) < settings.normal_count:
         raise InputError(
-            f"modes.normal_count: {settings.normal_count} given, the interfaces' loads excite {len(excited)} of the"
-            f" {wanted} vectors; raise modes.ritz_count or ask for fewer"
+            f"modes.normal_count: {settings.normal_count} given, loads on the interfaces excite {len(excited)} of the"
+            f" {wanted} vectors; increase modes.ritz_count or reduce modes.normal_count"
         )
     modes = replace(modes, angular_frequencies=modes.angular_frequencies[excited], Phi=modes.Phi[:, excited])
     quality = modes.quality | {
@@ -58,7 +53,7 @@ def ritz(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reductio
 
 
 def _excited(rows: ContactRows, modes: NormalModes) -> np.ndarray:
-    """Return the numbers of the modes that take part in what the rows' loads do."""
+    """Return the numbers of the modes that loads on the rows excite."""
     share = (rows.B @ modes.Phi) ** 2 / modes.angular_frequencies**2
     whole = share.sum(axis=1, keepdims=True)
     return np.flatnonzero((share / np.where(whole > 0, whole, 1.0)).max(axis=0) > PARTICIPATION)

@@ -1,10 +1,10 @@
-"""Load-dependent Ritz vectors, made again for other loads at the price of back-substitutions (Wu & Mani; the
-recurrence: Wilson, Yuan & Dickens 1982).
+"""Load-dependent Ritz vectors; for other loads only back-substitutions are repeated (Wu & Mani; the recurrence: Wilson,
+Yuan & Dickens 1982).
 
-K X₁ = f, K Xᵢ₊₁ = M Xᵢ, each block M-orthogonalised twice against all before it. Neither step touches the factor, so
-that a load which moves needs as many solves as vectors and nothing else; several places advance together, and their
-solves stand in blocks. Beside kept normal modes, which Wu & Mani combine them with, the first block is static
-correction and the next ones follow what inertia does of it. On a body with rigid motions K⁻¹ is G, with inertia relief.
+K X₁ = f, K Xᵢ₊₁ = M Xᵢ, each block M-orthogonalised twice against all before it. The factor does not depend on the
+load, so that a moving load needs one solve for each vector; several places are solved together in blocks. Beside kept
+normal modes, with which Wu & Mani combine them, the first block is static correction and the next ones are its response
+to inertia. On a body with rigid motions K⁻¹ is G, with inertia relief.
 """
 
 from collections.abc import Generator, Sequence
@@ -19,22 +19,19 @@ from gudgeon.pipeline.modes.static import BLOCK, RANK_TOLERANCE, Flexibility
 from gudgeon.pipeline.reduction.methods.reduction import ritz_modes
 
 Recurrence = Generator[np.ndarray, np.ndarray, tuple[np.ndarray, int]]
-"""Yields loads and is sent what they displace; returns the vectors and how many dependent ones were dropped."""
+"""Yields loads and is sent their displacements; returns the vectors and the number of dropped dependent ones."""
 
 
 class RitzVectors:
-    """Vectors of one body for any loads, on one factorisation."""
+    """Vectors of one body for any loads, with one factorisation."""
 
     def __init__(self, model: FEModel) -> None:
-        self._model = model
-        self.factorisations = 0
-        """How often K was factorised."""
+        self._model, self.flexibility = model, Flexibility(model)
         self.solved = 0
-        """Right-hand sides that the recurrence solved so far."""
-        self.flexibility = self._factorised()
+        """Right-hand sides that the recurrence has solved."""
 
     def generate(self, loads: np.ndarray, count: int, normal: NormalModes | None = None) -> NormalModes:
-        """Return the vectors of given loads; see `generate_all`."""
+        """Return the vectors of loads [N], (dofs, k); see `generate_all`."""
         return self.generate_all([loads], count, normal)[0]
 
     def generate_all(
@@ -43,9 +40,9 @@ class RitzVectors:
         """Return a set of elastic vectors for each place, K-diagonal and M-orthonormal, lowest frequency first.
 
         Args:
-            places: Nodal forces of each load [N], one array (dofs, k) a place.
+            places: Nodal forces [N] at each place, (dofs, k).
             count: Vectors of each set, kept normal modes included.
-            normal: Normal modes that stay among them; count − m vectors of the loads join these m.
+            normal: Normal modes, (m,), that are kept; count − m vectors of the loads are added.
 
         Raises:
             InputError: the loads are no forces on this body, or have fewer independent vectors.
@@ -54,9 +51,9 @@ class RitzVectors:
         first = np.empty((size, 0)) if normal is None else normal.Phi
         for loads in places:
             if loads.ndim != 2 or loads.shape[0] != size or not np.isfinite(loads).all():
-                raise InputError(f"loads: shape {loads.shape} given, ({size}, k) finite nodal forces are needed")
+                raise InputError(f"loads: shape {loads.shape} given; expected finite nodal forces ({size}, k)")
         if count <= first.shape[1]:
-            raise InputError(f"count: {count} given, it must be above the {first.shape[1]} normal modes that are kept")
+            raise InputError(f"count: {count} given; expected more than the {first.shape[1]} kept normal modes")
         found = []
         for basis, _ in self._advance([_recurrence(self._model.M, loads, count, first) for loads in places]):
             modes = ritz_modes(self._model, basis) if basis.shape[1] == count else None
@@ -67,23 +64,15 @@ class RitzVectors:
         return found
 
     def krylov(self, loads: np.ndarray, count: int) -> tuple[np.ndarray, int]:
-        """Return M-orthonormal vectors (dofs, count or fewer), elastic ones only, and how many dependent ones went.
-
-        Args:
-            loads: (dofs, k)
-        """
+        """Return at most `count` M-orthonormal vectors of loads (dofs, k), and the number of dropped dependent ones."""
         return self._advance([_recurrence(self._model.M, loads, count, np.empty((loads.shape[0], 0)))])[0]
 
     def free(self) -> None:
-        """Give the factor's memory back."""
+        """Release the memory of the factor."""
         self.flexibility.free()
 
-    def _factorised(self) -> Flexibility:
-        self.factorisations += 1
-        return Flexibility(self._model)
-
     def _advance(self, recurrences: Sequence[Recurrence]) -> list[tuple[np.ndarray, int]]:
-        """Run recurrences side by side, the loads of all solved in blocks."""
+        """Run recurrences in parallel, with the loads of all solved in blocks."""
         results: dict[int, tuple[np.ndarray, int]] = {}
         answers: dict[int, np.ndarray | None] = dict.fromkeys(range(len(recurrences)))
         while answers:
@@ -122,7 +111,7 @@ def _recurrence(M: sparse.csr_matrix, loads: np.ndarray, count: int, basis: np.n
         dropped += loads.shape[1] - len(kept)
         kept = kept[: count - basis.shape[1]]
         block = block @ (directions[:, kept] / np.sqrt(strength[kept]))
-        # What the rank test kept of a nearly dependent block is orthogonal to few digits: once more.
+        # The rest of a nearly dependent block is orthogonal to few digits only: repeated.
         block = block - basis @ (images.T @ block)
         loads = M @ block
         basis, images = np.column_stack([basis, block]), np.column_stack([images, loads])

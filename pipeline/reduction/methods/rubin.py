@@ -1,5 +1,5 @@
-"""Rubin's basis: free-interface normal modes and the residual attachment modes of every row, their mass kept (Rubin
-1975). Beside `macneal` the residual has coordinates of its own; nothing is left for R."""
+"""Rubin's basis: free-interface normal modes and the residual attachment modes of every row, with their mass (Rubin
+1975). Compared with `macneal` the residual displacement has coordinates of its own; R is round-off."""
 
 from dataclasses import replace
 
@@ -14,25 +14,20 @@ from gudgeon.pipeline.scenes.modes import ModesSettings
 
 
 def rubin(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
-    """Reduce a body, free or held; `static_count` does not matter, every row has its shape.
-
-    Raises:
-        InputError: there are more rows than is sensible; its key begins with `modes`.
-        StageError: a shape fails its own check.
-    """
+    """Reduce a body to normal modes and one shape for every row; `static_count` has no effect."""
     return macneal(model, replace(rows, pressures=np.eye(row_count(rows, "rubin"))), settings)
 
 
 def row_count(rows: ContactRows, reduction: str) -> int:
-    """Return how many rows there are to have a shape each.
+    """Return the number of rows for a reduction that makes one shape for each.
 
     Raises:
-        InputError: more than is sensible.
+        InputError: it exceeds `LARGEST_BOUNDARY`.
     """
     count = rows.B.shape[0]
     if count > LARGEST_BOUNDARY:
         raise InputError(
-            f"modes.reduction: '{reduction}' given, it makes a shape of each of the interfaces' {count} rows, at most"
-            f" {LARGEST_BOUNDARY}; coarsen the mesh or take smaller interfaces"
+            f"modes.reduction: '{reduction}' given, it makes one shape for each of the {count} rows of the interfaces,"
+            f" allowed: {LARGEST_BOUNDARY}; coarsen the mesh or use smaller interfaces"
         )
     return count

@@ -7,10 +7,11 @@ import pytest
 from pydantic import ValidationError
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.cyclic import CyclicSymmetry, cyclic_sector
+from gudgeon.pipeline.cyclic.sector import cyclic_sector
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.geometry.shapes.bladed_sector import BladedSector
+from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 from gudgeon.pipeline.scenes.material import Material
 
 STEEL = Material(E=2.1e11, nu=0.3, rho=7800.0)

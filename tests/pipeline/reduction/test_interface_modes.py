@@ -175,7 +175,7 @@ def test_static_fields_that_the_shapes_hold_already_are_dropped() -> None:
         ({"reduction": "partial-interface", "kept": ["bottom"]}, "kept: 'bottom' given, none of its dofs is on the"),
         ({"reduction": "interface", "boundary": ["floor"]}, "boundary: the mesh has no surface 'floor', it has back"),
         ({"reduction": "interface", "interface_count": 999}, "interface_count: 999 given, the boundary has"),
-        ({"reduction": "attachment", "normal_count": 2}, "normal_count: 2 given, the interfaces' 1 rows have 1"),
+        ({"reduction": "attachment", "normal_count": 2}, "normal_count: 2 given, the 1 rows of the interfaces have 1"),
     ],
 )
 def test_what_there_is_not_is_refused(table: dict[str, Any], message: str) -> None:
@@ -198,13 +198,13 @@ def test_a_component_keeps_the_dofs_of_its_interface() -> None:
 def test_shapes_of_rows_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(import_module("gudgeon.pipeline.reduction.methods.rubin"), "LARGEST_BOUNDARY", 0)
     for reduction in ("rubin", "attachment"):
-        with pytest.raises(InputError, match=f"modes.reduction: '{reduction}' given, it makes a shape of each of the"):
+        with pytest.raises(InputError, match=f"modes.reduction: '{reduction}' given, it makes one shape for each of"):
             reduced(reduction, block(), normal_count=3)
 
 
 def test_attachment_modes_need_a_row() -> None:
     model, _ = block()
-    with pytest.raises(InputError, match="the interfaces' 0 rows have 0 independent"):
+    with pytest.raises(InputError, match="the 0 rows of the interfaces have 0 independent"):
         reduced("attachment", (model, ContactRows(sparse.csr_matrix((0, model.K.shape[0])), np.empty((0, 0)))))
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from gudgeon.pipeline import kinds
 from gudgeon.pipeline.cli import main
-from gudgeon.pipeline.cyclic import tuned_frequencies
+from gudgeon.pipeline.cyclic.harmonic import tuned_frequencies
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import kind_of
 from gudgeon.pipeline.report.effort import Effort
@@ -294,7 +294,7 @@ MISFITS: list[tuple[dict[str, Any], str]] = [
     ({"wheel__disk__fixed_count": 99999}, "wheel.disk.fixed_count: 99999 given, a sector has"),
     ({"wheel__disk__count": 99999}, "wheel.disk.count: 99999 given, the reduced wheel has 60 elastic coordinates"),
     ({"wheel__disk__low": "rim"}, "wheel.disk: 'rim' has"),
-    ({"component__sector__supports": ["bore", "low"]}, "wheel.disk: what supports hold on 'low' does not turn"),
+    ({"component__sector__supports": ["bore", "low"]}, "wheel.disk: the supports of 'low', rotated, are not"),
 ]
 
 

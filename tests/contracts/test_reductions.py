@@ -1,5 +1,5 @@
-"""Every reduction, on solids of curved and of straight elements, plane parts and bars, free, held and tied, and on
-beams free, hinged and clamped: orthonormal, diagonal, never too soft, exact in statics where it promises."""
+"""Every reduction, on solids of curved and straight elements, plane parts and bars, free, held and tied, and on beams
+free, hinged and clamped: orthonormal, diagonal, never too soft, and exact in statics unless R is dropped."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ from gudgeon.pipeline.scenes.supports import Support
 
 ORTHOGONALITY = 1e-10
 ROUND_OFF = 1e-8
-"""Relative, of what a beam's matrices say of its lowest shapes: eps · largest eigenvalue / lowest one."""
+"""Relative round-off of a beam's lowest eigenvalues: eps · largest eigenvalue / lowest one."""
 NORMAL, STATIC = 6, 4
 DROPS_STATICS = {"normal+static", "rigid"}
 """Reductions without R; with all others Φ and R together give every contact load its exact static answer."""
@@ -35,7 +35,7 @@ NORMAL_MODES = {"macneal", "normal+static", "rubin"}
 """Reductions whose first shapes are the normal modes themselves; the others' are Ritz vectors."""
 WITHOUT_MODES = {"rigid"}
 NOTHING_LEFT = {"rubin", "attachment"}
-"""Reductions whose shapes carry every row's statics: R is round-off."""
+"""Reductions whose shapes contain the static displacement of every row: R is round-off."""
 
 
 def held() -> tuple[FEModel, ContactRows]:
@@ -87,7 +87,7 @@ def bar() -> tuple[FEModel, ContactRows]:
 
 
 def sliding() -> tuple[FEModel, ContactRows]:
-    """A solid that a smooth floor holds: it slides along x and y and turns about z."""
+    """A solid on a smooth floor: it slides along x and y and rotates about z."""
     return solid(Support(surface="open_end", hold=("z",)))
 
 
