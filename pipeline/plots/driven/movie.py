@@ -1,4 +1,4 @@
-"""`cycle.mp4` of a driven scene: the whole run, what surrounds the driven body cut open, beside its curves."""
+"""`cycle.mp4` of a driven scene: the whole run, bodies around the driven one cut open, beside its curves."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,33 +19,31 @@ SIZE = (1280, 720)
 BOX = (150, 84, 550, 640)
 """Left, upper, right, lower border of the rendered part [px]."""
 LIFT = 3e-3
-"""Edges stand so far before their faces, relative to the driven body's diagonal, or they would flicker."""
+"""Distance of edges before their faces, relative to the driven body's diagonal; without it they flicker."""
 FRAMES = 240
 TRIANGLES = 16_000
-"""Of each body, where its facets are not more."""
+"""Target number of flat triangles of each body."""
 COMMON = 95
-"""Percentile of a body's largest displacement over the frames that has the last colour; rare ones go beyond."""
+"""Percentile of a body's largest displacements over the frames that has the last colour."""
 WHERE = ((0.61, 0.98), 0.845)
 """Left and right border of the curves, and upper one, in the movie."""
 
 
 @dataclass(frozen=True)
 class Script:
-    """What the movie shows."""
+    """Content of the movie."""
 
     assembly: Assembly
     run: Cycle
     frames: np.ndarray
     """Numbers of the frames."""
     tops: dict[str, float]
-    """Elastic displacement of each body that has the last colour [m]."""
+    """Elastic displacement of the last colour of each body [m]."""
 
 
 def draw_cycle_movie(drawing: Drawing) -> None:
     """Make one movie of a driven scene."""
-    if not drawing.contacts_of(drive_of(drawing).body):
-        return
-    script = write_script(drawing)
+    script = _script(drawing) if drawing.contacts_of(drive_of(drawing).body) else None
     if script is None:
         return
     with style.styled(), drawing.file("cycle.mp4") as path:
@@ -55,8 +53,8 @@ def draw_cycle_movie(drawing: Drawing) -> None:
         film.shoot(path, figure, stage, script.frames, _mover(drawing, script))
 
 
-def write_script(drawing: Drawing) -> Script | None:
-    """Choose frames of the whole run, and one scale and one set of colours for all of them."""
+def _script(drawing: Drawing) -> Script | None:
+    """Choose frames of the whole run, and one scale and one range of colours for all of them."""
     count = len(drawing.trajectory.frame_times)
     frames = np.unique(np.linspace(0, count - 1, min(FRAMES, count)).round().astype(int))
     assembly = assemble(drawing, TRIANGLES, frames.tolist())
@@ -71,7 +69,7 @@ def write_script(drawing: Drawing) -> Script | None:
 
 
 def _set_up(stage: film.Stage, script: Script) -> None:
-    """Put the bodies into the scene and aim the camera at all places that they come to."""
+    """Add the bodies to the scene and aim the camera at their places in all frames."""
     assembly, seen = script.assembly, []
     for frame in script.frames[:: max(1, len(script.frames) // 24)]:
         assembly.turn_to(frame)
@@ -99,15 +97,13 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
 
 
 def _ground(drawing: Drawing, script: Script) -> tuple[Figure, list[Axes]]:
-    """Draw all that stands still, and return it with the axes of the curves."""
+    """Return the static figure and its axes of the curves."""
     assembly, run = script.assembly, script.run
     what = f"gaps, tilt, lateral motion and deformation × {assembly.scale:g}"
     figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     for number, (name, top) in enumerate(script.tops.items()):
-        factor, unit = style.prefixed(top, "m")
-        box = (0.03 + 0.26 * number, 0.072, 0.22, 0.018)
-        colours = style.scale(0.0, top * factor, assembly.parts[name].colours)
-        style.colour_bar(figure, colours, f"{name}: elastic, across [{unit}]", box, "max")
+        box, colours = (0.03 + 0.26 * number, 0.072, 0.22, 0.018), assembly.parts[name].colours
+        style.magnitude_bar(figure, top, f"{name}: elastic, across", "m", box, colours=colours, over=True)
     panels = draw_panels(drawing, figure, [run], run.span, WHERE)
     panels[-1].set_xlabel(f"crank angle [deg]  ·  Hann window of {WINDOW * 1e6:.0f} µs")
     return figure, panels

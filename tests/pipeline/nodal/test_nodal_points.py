@@ -383,12 +383,12 @@ def test_rigid_impacts_part_within_what_steps_resolve() -> None:
         (
             'method = "impact"\nrestitution = 0.5',
             "",
-            r"contact\.impact\.method: 'impact' given, allowed: residual, penalty, constraint",
+            r"contact\.pair\.method: 'impact' given, allowed: residual, penalty, constraint",
         ),
         (
             'method = "constraint"\nfriction = { static = 0.2, direction = [1, 0, 0] }',
             "",
-            r"contact\.impact\.friction: friction is not supported; remove it",
+            r"contact\.pair\.friction: friction is not supported; remove it",
         ),
         (
             'method = "penalty"\nlaw = { kind = "hertz", stiffness = 1e8 }',
