@@ -39,10 +39,7 @@ PLOTS: Pictures = {
 
 DRIVEN: Pictures = {
     "flat": {
-        "force": "gudgeon.pipeline.plots.contact.curves:draw_force",
-        "energy": "gudgeon.pipeline.plots.contact.curves:draw_energy",
-        "gauges": "gudgeon.pipeline.plots.contact.gauges:draw_gauges",
-        "pressure": "gudgeon.pipeline.plots.contact.pressure:draw_pressure",
+        **{name: PLOTS["flat"][name] for name in ("force", "energy", "gauges", "pressure")},
         "cycle": "gudgeon.pipeline.plots.driven.cycle:draw_cycle",
     },
     "rendered": {
@@ -127,8 +124,9 @@ def _draw_group(group: str, job: Path, drawn: list[str], notes: list[str]) -> No
             elif event == "drawn" and value not in drawn:
                 drawn.append(value)
     if code < 0 and group == "rendered":
+        name = next((one.name for one in signal.Signals if one == -code), f"signal {-code}")
         notes.append(
-            f"pictures with 3-D rendering were not drawn: rendering crashed ({_signal_name(-code)});"
+            f"pictures with 3-D rendering were not drawn: rendering crashed ({name});"
             " install libgl1 libegl1 libegl-mesa0 or libosmesa6; `gudgeon doctor` lists which"
         )
     elif code:
@@ -144,10 +142,3 @@ def _run_child(job: Path, hidden: Collection[str]) -> tuple[int, str, str]:
         command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace"
     )
     return child.returncode, child.stdout, child.stderr
-
-
-def _signal_name(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"

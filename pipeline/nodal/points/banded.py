@@ -107,51 +107,28 @@ def _diagonals(matrix: sparse.csr_matrix, width: int) -> np.ndarray:
 @njit(cache=True)
 def solve(band, x):  # type: ignore[no-untyped-def]
     """Replace x by S⁻¹ x, (n,)."""
-    if band.lower.shape[1] == 3:
-        _substitute3(band.lower, x, 0, 1)
-        x *= band.pivots
-        _substitute3(band.upper, x, len(x) - 1, -1)
-    elif band.lower.shape[1] == 5:
-        _substitute5(band.lower, x, 0, 1)
-        x *= band.pivots
-        _substitute5(band.upper, x, len(x) - 1, -1)
-    else:
-        _substitute(band.lower, x, 0, 1)
-        x *= band.pivots
-        _substitute(band.upper, x, len(x) - 1, -1)
-
-
-@njit(cache=True)
-def _substitute3(rows, x, first, way):  # type: ignore[no-untyped-def]
-    """Solve a triangle of width 3; the last unknowns stay in registers, and only one product waits for them."""
-    a, b, c = 0.0, 0.0, 0.0
-    j = first
-    for _ in range(len(x)):
-        rest = x[j] - (rows[j, 1] * b + rows[j, 2] * c)
-        a, b, c = rest - rows[j, 0] * a, a, b
-        x[j] = a
-        j += way
-
-
-@njit(cache=True)
-def _substitute5(rows, x, first, way):  # type: ignore[no-untyped-def]
-    """Solve a triangle of width 5."""
-    a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
-    j = first
-    for _ in range(len(x)):
-        rest = x[j] - ((rows[j, 1] * b + rows[j, 2] * c) + (rows[j, 3] * d + rows[j, 4] * e))
-        a, b, c, d, e = rest - rows[j, 0] * a, a, b, c, d
-        x[j] = a
-        j += way
+    _substitute(band.lower, x, 0, 1)
+    x *= band.pivots
+    _substitute(band.upper, x, len(x) - 1, -1)
 
 
 @njit(cache=True)
 def _substitute(rows, x, first, way):  # type: ignore[no-untyped-def]
-    """Solve a triangle of any width."""
-    j = first
+    """Solve a triangle; at widths 3 and 5 the last unknowns stay in registers, and one product waits for them."""
+    width, j = rows.shape[1], first
+    a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
     for done in range(len(x)):
-        for k in range(min(rows.shape[1], done)):
-            x[j] -= rows[j, k] * x[j - way * (k + 1)]
+        if width == 3:
+            rest = x[j] - (rows[j, 1] * b + rows[j, 2] * c)
+            a, b, c = rest - rows[j, 0] * a, a, b
+            x[j] = a
+        elif width == 5:
+            rest = x[j] - ((rows[j, 1] * b + rows[j, 2] * c) + (rows[j, 3] * d + rows[j, 4] * e))
+            a, b, c, d, e = rest - rows[j, 0] * a, a, b, c, d
+            x[j] = a
+        else:
+            for k in range(min(width, done)):
+                x[j] -= rows[j, k] * x[j - way * (k + 1)]
         j += way
 
 

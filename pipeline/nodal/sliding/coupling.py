@@ -113,11 +113,6 @@ class Coupling:
         before, self._places, self.inward = self._places, self._slave.places(), inward
         return self._places - before
 
-    @property
-    def energy(self) -> float:
-        """Σ V(g) now [J]."""
-        return contact_energy(self.stiffness, self.gap)
-
     def _gaps(self, places: np.ndarray, inward: np.ndarray, touch: Touch) -> np.ndarray:
         gap = self.gap_at_rest + places[: self.surfaces.count]
         if self.surfaces.size:

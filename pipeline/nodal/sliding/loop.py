@@ -13,8 +13,10 @@ from gudgeon.pipeline.measuring.clock import Clock, Seconds
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.loop import simulate_points
 from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
-from gudgeon.pipeline.nodal.quantities import body_quantities, named, resultant_quantities
+from gudgeon.pipeline.nodal.quantities import named, resultant_quantities
+from gudgeon.pipeline.nodal.sliding.contact import contact_energy
 from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
+from gudgeon.solver.results.contact_events import departure
 
 PROGRESS_STRIDE = 64
 
@@ -118,7 +120,7 @@ class _Run:
         for name, forces in self._contact_forces.items():
             found |= named(name, resultant_quantities(self.times[1:], forces))
         for body, moving in self.bodies:
-            found |= body_quantities(body.name, body.centre_motion(moving.motion()))
+            found |= named(body.name, departure(*body.centre_motion(moving.motion())))
         return found
 
     def _keep(self, n: int, found: StepForces) -> None:
@@ -182,7 +184,7 @@ class _Account:
     def _balance(self) -> tuple[tuple[float, float, float], float]:
         moving = [moving for _, moving in self._run.bodies]
         kinetic, strain = sum(body.kinetic for body in moving), sum(body.strain for body in moving)
-        contact = self._run.coupling.energy
+        contact = contact_energy(self._run.coupling.stiffness, self._run.coupling.gap)
         lost = sum(body.dissipated for body in moving)
         given = self._given + sum(body.work for body in moving)
         return (kinetic, strain, contact), kinetic + strain + contact + lost - given

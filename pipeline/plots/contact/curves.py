@@ -127,11 +127,11 @@ def _cycle_energy(drawing: Drawing) -> Figure:
     trajectory, run = drawing.trajectory, own_cycle(drawing)
     kinetic, work = (float(np.abs(trajectory.energies[:, column]).max()) for column in (0, 4))
     subtitle = (
-        f"{drawing.scene_name}  ·  not shown: kinetic energy of the prescribed motion ≤ {style.quantity(kinetic, 'J')},"
+        f"{drawing.scene_name}  ·  not shown: kinetic energy of the drive ≤ {style.quantity(kinetic, 'J')},"
         f" work of loads and joints ≤ {style.quantity(work, 'J')}  ·  drift {powers(trajectory.energy_drift)}"
     )
     across = across_energy(drawing, trajectory, run.drive)
-    curves = [(f"kinetic, {run.drive.body} across and tilting", style.BLUE, across)]
+    curves = [(f"kinetic, {run.drive.body}: lateral motion and tilt", style.BLUE, across)]
     curves += [(name, colour, trajectory.energies[:, k]) for k, (name, colour) in enumerate(ENERGIES) if k]
     shown = [curve for curve in curves if curve[2].any()]
     figure = style.new_figure("Energy without the prescribed motion", subtitle)

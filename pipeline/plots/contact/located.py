@@ -160,11 +160,9 @@ def course(drawing: Drawing, side: Side, direction: np.ndarray, pressed: np.ndar
         pressed: Outward forces on the interface's residual flexibility at each frame [N], (f, c).
     """
     body, trajectory = drawing.body(side.body), drawing.trajectory
-    arm = body.morph.points[side.interface][side.point] - body.morph.centre
-    wrench = np.concatenate([direction, np.cross(arm, direction)])
     if not len(body.modal.angular_frequencies):
-        motion = trajectory.motion.get(side.body, np.zeros((len(trajectory.times), 12)))
-        return _from_start(side.label, trajectory.times, motion[:, :6] @ wrench)
+        return _from_start(side.label, trajectory.times, rigid_course(drawing, side, direction)[0])
+    wrench = _wrench(drawing, side, direction)
     interface = body.modal.interfaces[side.interface]
     count = len(body.morph.rigid_twists)
     rigid = body.coordinates[:, :count] @ (body.morph.rigid_twists @ wrench)
@@ -173,6 +171,19 @@ def course(drawing: Drawing, side: Side, direction: np.ndarray, pressed: np.ndar
         outward = outward + pressed @ _residual(drawing, body, side, interface)
     place = rigid + outward * (interface.normals[side.point] @ direction)
     return _from_start(side.label, trajectory.frame_times, place)
+
+
+def rigid_course(drawing: Drawing, side: Side, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return shift and speed of a point of a rigid body along a direction at samples [m, m/s], (s,) each."""
+    wrench = _wrench(drawing, side, direction)
+    motion = drawing.trajectory.motion.get(side.body, np.zeros((len(drawing.trajectory.times), 12)))
+    return motion[:, :6] @ wrench, motion[:, 6:] @ wrench
+
+
+def _wrench(drawing: Drawing, side: Side, direction: np.ndarray) -> np.ndarray:
+    """Return the motion of a point along a direction per translation and rotation of the centre, (6,)."""
+    morph = drawing.store.get(drawing.trajectory.bodies[side.body], "morph", only=["points", "centre"])
+    return np.concatenate([direction, np.cross(morph.points[side.interface][side.point] - morph.centre, direction)])
 
 
 def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:

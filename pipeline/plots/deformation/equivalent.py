@@ -9,6 +9,10 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.interfaces.stress_recovery import COMPONENTS, von_mises
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 
+DISPLACEMENT = ("Elastic deformation", "elastic displacement", "m")
+STRESS = ("Von Mises stress, deformation", "von Mises stress", "Pa")
+"""Title, name and unit of the values that colour a deformed body."""
+
 
 def reads_stress(drawing: Drawing, body: BodyMotion) -> bool:
     """Return whether a body has a gauge of stress on a surface."""

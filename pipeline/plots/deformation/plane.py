@@ -10,7 +10,7 @@ from matplotlib.tri import Triangulation
 from gudgeon.pipeline.geometry.shapes.plane import boundary_edges
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.deformation.equivalent import equivalent_stress, reads_stress
+from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, reads_stress
 
 PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Flat triangles that make up one of six nodes."""
@@ -26,16 +26,16 @@ def draw_sheets(drawing: Drawing) -> None:
     for body in drawing.shaped(names):
         frame = drawing.strongest_frame(body.name)
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
-        text = ("Elastic deformation", "elastic displacement", "m")
-        style.draw(drawing.file("deformation.png", body.name, count), _picture, drawing, body, frame, magnitude, text)
+        file = drawing.file("deformation.png", body.name, count)
+        style.draw(file, _picture, drawing, body, frame, magnitude, DISPLACEMENT)
         if reads_stress(drawing, body):
             stress = equivalent_stress(drawing, body, frame)
-            text = ("Von Mises stress, deformation", "von Mises stress", "Pa")
-            style.draw(drawing.file("stress.png", body.name, len(names)), _picture, drawing, body, frame, stress, text)
+            file = drawing.file("stress.png", body.name, len(names))
+            style.draw(file, _picture, drawing, body, frame, stress, STRESS)
 
 
 def _picture(drawing: Drawing, body: BodyMotion, frame: int, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
-    """Return a part coloured by values (n,); text is title, name of the values, unit."""
+    """Return a part coloured by values (n,), with texts such as `STRESS`."""
     title, name, unit = text
     elastic, size = body.elastic(frame)[:, :2], body.size
     scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))

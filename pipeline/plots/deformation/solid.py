@@ -14,7 +14,7 @@ from PIL.Image import Image
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
-from gudgeon.pipeline.plots.deformation.equivalent import equivalent_stress, reads_stress
+from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, reads_stress
 
 IMAGE = (1340, 1000)
 """Size of the rendered part of the picture [px]."""
@@ -51,26 +51,13 @@ class Moment:
     up: np.ndarray
 
 
-@dataclass(frozen=True)
-class Coloured:
-    """Values shown as colours of a body's skin."""
-
-    values: np.ndarray
-    """Not negative, NaN where unknown, at the points of the moment's body, (p,)."""
-    unit: str
-    name: str
-    title: str
-    """With a place for the scale of the deformation."""
-
-
 def draw_deformation(drawing: Drawing) -> None:
     """Draw one picture for each solid body with contact."""
     for body in drawing.shaped(drawing.touched("tetra10")):
         moment = strongest_moment(drawing, body, TRIANGLES)
         magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
-        coloured = Coloured(magnitude, "m", "elastic displacement", "Elastic deformation × {scale:g}")
         file = drawing.file("deformation.png", body.name, drawing.deformed_count())
-        style.draw(file, _picture, drawing, moment, coloured)
+        style.draw(file, _picture, drawing, moment, magnitude, DISPLACEMENT)
 
 
 def draw_stress(drawing: Drawing) -> None:
@@ -80,9 +67,8 @@ def draw_stress(drawing: Drawing) -> None:
         stress = equivalent_stress(drawing, body, drawing.strongest_frame(body.name))
         fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
         moment = strongest_moment(drawing, body, TRIANGLES, fields)
-        title = "Von Mises stress, deformation × {scale:g}"
-        coloured = Coloured(values_where_known(moment.skin), "Pa", "von Mises stress", title)
-        style.draw(drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, coloured)
+        values = values_where_known(moment.skin)
+        style.draw(drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, values, STRESS)
 
 
 def values_where_known(skin: Skin) -> np.ndarray:
@@ -112,20 +98,25 @@ def strongest_moment(
     return Moment(*skin_of(body, triangles, fields), frame, force, middle, outward, up)
 
 
-def _picture(drawing: Drawing, moment: Moment, coloured: Coloured) -> Figure:
-    """Return the body at a moment, its deformation magnified, with the force on it."""
-    largest = float(np.nanmax(coloured.values))
+def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
+    """Return the body with magnified deformation and the force on it.
+
+    Args:
+        values: Of the colours, not negative, NaN where unknown, at the points of the moment's body, (p,).
+        text: Such as `STRESS`.
+    """
+    (title, name, unit), largest = text, float(np.nanmax(values))
     size, elastic = moment.body.size, moment.body.elastic(moment.frame)
     scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
-    image = _render(moment, elastic, scale, coloured.values / (largest or 1.0))
+    image = _render(moment, elastic, scale, values / (largest or 1.0))
     time, end = drawing.trajectory.frame_times[moment.frame], drawing.trajectory.times[-1]
     figure = style.new_figure(
-        coloured.title.format(scale=scale),
+        f"{title} × {scale:g}",
         f"{drawing.scene_name}  ·  body {moment.body.name}, largest contact force,"
         f" {style.moment(time, end, float(np.linalg.norm(moment.force)))}",
     )
     style.show_image(figure, image, (0.02, 0.06))
-    style.magnitude_bar(figure, largest, coloured.name, coloured.unit, BAR)
+    style.magnitude_bar(figure, largest, name, unit, BAR)
     style.legend_below(figure, (style.RED, 3, "contact force on the body"), (style.GREY, 1.6, "undeformed edges"))
     return figure
 

@@ -1,7 +1,8 @@
 """`cycle.png` of a driven scene: side force, tilt and lateral shift over the crank angle, of all compared runs."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from itertools import cycle
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,12 +15,9 @@ from gudgeon.pipeline.plots.contact.force_axes import WINDOW
 from gudgeon.pipeline.plots.driven.drive import Cycle, crank_axis, cycles, gas_pressure, shown_angle
 
 STYLES = (
-    (style.BLUE, "-"),
-    (style.ORANGE, (0, (5, 1.5))),
-    (style.GREEN, (0, (1.5, 1))),
-    (style.RED, (0, (6, 1.5, 1.5, 1.5))),
-    (style.GREY, "-"),
-)
+    (style.BLUE, "-"), (style.ORANGE, (0, (5, 1.5))), (style.GREEN, (0, (1.5, 1))),
+    (style.RED, (0, (6, 1.5, 1.5, 1.5))), (style.GREY, "-"),
+)  # fmt: skip
 """Colour and dashes of each run."""
 APART = 0.12
 """Space between two panels, relative to their mean height."""
@@ -30,16 +28,13 @@ SIDES = (0.1, 0.61), (0.67, 0.965)
 """Left and right border of the whole cycle and of the enlarged part."""
 
 
-@dataclass(frozen=True)
-class Panel:
-    """One quantity over the crank angle."""
+class Panel(NamedTuple):
+    """One quantity over the crank angle: its curves of a run, and the height relative to other panels."""
 
     label: str
     unit: str
     values: Callable[[Cycle], Sequence[np.ndarray]]
-    """Its curves of a run, in that unit."""
     height: float
-    """Relative to the other panels'."""
 
 
 PANELS = (
@@ -73,8 +68,9 @@ def _picture(drawing: Drawing) -> Figure:
         axes.axvspan(*enlarged, color=style.ORANGE, alpha=0.09, lw=0)
     beside = draw_panels(drawing, figure, runs, (float(enlarged[0]), float(enlarged[1])), (SIDES[1], top))
     beside[0].set_title("largest contact force, enlarged", loc="right", fontsize=8.5, color=style.FAINT)
+    styles = [*zip(runs, cycle(STYLES), strict=False)]
     figure.legend(
-        [Line2D([], [], color=colour, ls=dashes, lw=1.6) for colour, dashes in _styles(len(runs))],
+        [Line2D([], [], color=colour, ls=dashes, lw=1.6) for _, (colour, dashes) in styles],
         [_label(run) for run in runs],
         loc="upper left", bbox_to_anchor=(0.028, 1 - 118 / style.HEIGHT), ncols=min(2, len(runs)),
         columnspacing=2.0, handlelength=3.0,
@@ -110,7 +106,7 @@ def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[flo
     whole = span == runs[0].span
     factor, unit = style.prefixed(max(float(np.abs(curve).max()) for own in curves for curve in own), panel.unit)
     seen = [0.0]
-    for run, own, (colour, dashes) in zip(runs, curves, _styles(len(runs)), strict=True):
+    for run, own, (colour, dashes) in zip(runs, curves, cycle(STYLES), strict=False):
         within = (run.degrees >= span[0]) & (run.degrees <= span[1])
         for curve in own:
             # A force of zero is not drawn: its line would hide those of other contacts.
@@ -160,7 +156,3 @@ def _label(run: Cycle) -> str:
     name = max(peaks, key=lambda key: peaks[key])
     angle = shown_angle(run.drive, hardest_angle(run), 1)
     return f"{run.label}: {style.quantity(peaks[name], 'N')} on {name} at {angle}°"
-
-
-def _styles(count: int) -> list[tuple]:
-    return [STYLES[k % len(STYLES)] for k in range(count)]

@@ -7,7 +7,7 @@ from matplotlib.patches import Patch
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.located import Side, Touch
+from gudgeon.pipeline.plots.contact.located import Touch, rigid_course
 
 STICKS = 1e-7
 """Sliding speed, relative to the largest speed, up to which a point sticks: round-off."""
@@ -28,9 +28,9 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     line = np.asarray(settings["friction"]["direction"], float)
     line = line / np.linalg.norm(line)
     belt = float(line @ np.asarray(settings["against"].get("velocity", (0.0, 0.0, 0.0))))
-    place, speed = _along(drawing, touch.side, line)
+    place, speed = rigid_course(drawing, touch.side, line)
     if touch.other is not None:
-        ground, ground_speed = _along(drawing, touch.other, line)
+        ground, ground_speed = rigid_course(drawing, touch.other, line)
     else:
         ground, ground_speed = belt * trajectory.times, np.full(len(trajectory.times), belt)
     largest = max(float(np.abs(speed).max()), float(np.abs(ground_speed).max()))
@@ -88,14 +88,6 @@ def _force_axes(axes: Axes, times: np.ndarray, touch: Touch, line: np.ndarray, f
     axes.set_ylabel(f"force [{unit}]")
     axes.set_ylim(-1.12 * float(hold.max()) or -1.0, 1.12 * float(hold.max()) or 1.0)
     style.legend(axes)
-
-
-def _along(drawing: Drawing, side: Side, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return position and speed of a point of a rigid body along a line at samples [m, m/s], (s,) each."""
-    morph = drawing.store.get(drawing.trajectory.bodies[side.body], "morph", only=["points", "centre"])
-    wrench = np.concatenate([line, np.cross(morph.points[side.interface][side.point] - morph.centre, line)])
-    motion = drawing.trajectory.motion.get(side.body, np.zeros((len(drawing.trajectory.times), 12)))
-    return motion[:, :6] @ wrench, motion[:, 6:] @ wrench
 
 
 def _runs(sliding: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
