@@ -76,9 +76,11 @@ def new_band(body: NodalBody, rows: sparse.csr_matrix, step: float) -> Band:
     u, v = body.start
     load = body.load_means(np.array([0.0, step]))[0] @ body.load_rows()
     answers = rows.toarray()
+    Ku, Mv, mean, rhs = np.zeros((4, len(u)))
     band = Band(
-        lower, upper, 1 / columns[:, 0] ** 2, M, K, rows.indptr.astype(np.int64), rows.indices.astype(np.int64),
-        rows.data, answers, load, body.damping, u, v, *np.zeros((4, len(u))), np.zeros(2),
+        lower=lower, upper=upper, pivots=1 / columns[:, 0] ** 2, M=M, K=K, starts=rows.indptr.astype(np.int64),
+        dofs=rows.indices.astype(np.int64), entries=rows.data, answers=answers, load=load, beta=body.damping, u=u, v=v,
+        Ku=Ku, Mv=Mv, mean=mean, rhs=rhs, balance=np.zeros(2),
     )  # fmt: skip
     for answer in answers:
         solve(band, answer)
@@ -189,8 +191,8 @@ def _advance(band, force, h, work):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def march(bodies, works, now, rest, gap, h, forces, gaps, energies):  # type: ignore[no-untyped-def]
-    """Make `len(forces)` steps; returns how many were made, fewer where a contact force was not found.
+def march(bodies, works, now, rest, gap, out):  # type: ignore[no-untyped-def]
+    """Make as many steps as `out` has room for; returns how many were made, fewer where a force was not found.
 
     Args:
         bodies: Bands.
@@ -198,9 +200,10 @@ def march(bodies, works, now, rest, gap, h, forces, gaps, energies):  # type: ig
         now: The Press.
         rest: Gaps where u = 0 [m], (c,).
         gap: Present gaps [m], changed in place, (c,).
-        forces, gaps: Output: λ̄ of each step [N] and gaps at its end [m], (s, c).
-        energies: Output: kinetic, strain, contact, dissipated, work of loads [J], (s, 5).
+        out: λ̄ of each step [N] and gaps at its end [m], (s, c) each; then kinetic, strain, contact, dissipated energy,
+            work of loads [J], (s, 5).
     """
+    (forces, gaps, energies), h = out, now.step
     free, rate = np.empty(len(rest)), np.empty(len(rest))
     for n in range(len(forces)):
         rate[:] = 0.0

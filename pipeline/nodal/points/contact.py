@@ -76,8 +76,10 @@ def new_press(contacts: list[PointContact], W: np.ndarray, gap: np.ndarray, step
     laws = [contact.law for contact in contacts if contact.law is not None]
     law = np.concatenate(laws) if laws else np.zeros((c, 4))
     stored = sum(law_energy(law[i], -gap[i]) for i in range(c))
-    balance = np.array([0.0, stored, 0.0])
-    return Press(not laws, step, W.copy(), law, np.zeros(c), -gap, np.zeros(c + 1), balance)
+    return Press(
+        rigid=not laws, step=step, W=W.copy(), law=law, force=np.zeros(c), depth=-gap, approach=np.zeros(c + 1),
+        balance=np.array([0.0, stored, 0.0]),
+    )  # fmt: skip
 
 
 @njit(cache=True)

@@ -53,7 +53,7 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
     for first in range(0, count, part):
         chosen = slice(first, min(first + part, count))
         out = history.forces[chosen], history.gaps[1:][chosen], energies[chosen]
-        if (made := loop.advance(now, rest, gap, *out)) < len(out[0]):
+        if (made := loop.advance(now, rest, gap, out)) < len(out[0]):
             raise StageError(f"full FE: no contact force was found in step {first + made + 1} of {step:g} s")
         if progress is not None:
             progress(chosen.stop / count)
@@ -70,9 +70,10 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
     error, exchanged = float(np.abs(balance - (begun[:4].sum() - begun[4])).max()), float(np.abs(converted).max())
     forces = {name: history.forces[:, rows[name]] @ contact.directions for name, contact in problem.contacts.items()}
     return NodalRecord(
-        float(history.times[1]), history.times[1:], np.sum(list(forces.values()), axis=0), energies[:, :3].copy(),
-        error / exchanged if exchanged else 0.0, sum(body.K.shape[0] for body in problem.bodies),
-        int(now.balance[2]), taken.wall, taken.cpu, forces=forces, quantities=quantities,
+        step=float(history.times[1]), times=history.times[1:], force=np.sum(list(forces.values()), axis=0),
+        energies=energies[:, :3].copy(), energy_drift=error / exchanged if exchanged else 0.0,
+        coordinates=sum(body.K.shape[0] for body in problem.bodies), newton_iterations=int(now.balance[2]),
+        wall_seconds=taken.wall, cpu_seconds=taken.cpu, forces=forces, quantities=quantities,
     )  # fmt: skip
 
 
@@ -86,10 +87,10 @@ def _stacked(problem: PointProblem, number: int) -> sparse.csr_matrix:
 def _compile(problem: PointProblem, stacked: list[sparse.csr_matrix], rest: np.ndarray, narrow: bool) -> None:
     """Compile the loop, whose compilation is no part of a run's time."""
     c = len(rest)
-    now = new_press(list(problem.contacts.values()), np.eye(c), rest + 1.0, 1.0)
+    now = new_press(list(problem.contacts.values()), np.eye(c), rest + 1.0, problem.duration)
     if narrow:
         out = np.zeros((1, c)), np.zeros((1, c)), np.zeros((1, 5))
-        _Compiled(problem, stacked, problem.duration).advance(now, rest, rest + 1.0, *out)
+        _Compiled(problem, stacked, problem.duration).advance(now, rest, rest + 1.0, out)
     else:
         press(now, rest + 1.0, np.zeros(c), rest + 1.0)
 
@@ -126,9 +127,9 @@ class _Compiled:
         """Return displacements and velocities of each body now, (2, dofs)."""
         return [np.array([band.u, band.v]) for band in self._bands]
 
-    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, *out: np.ndarray) -> int:
+    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]) -> int:
         """Make steps, see `march`."""
-        return march(self._bands, self._works, now, rest, gap, self._step, *out)
+        return march(self._bands, self._works, now, rest, gap, out)
 
     def free(self) -> None:
         """Release memory that the interpreter does not."""
@@ -158,7 +159,7 @@ class _Factored:
     def motions(self) -> list[np.ndarray]:
         return [body.motion() for body in self._bodies]
 
-    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, *out: np.ndarray) -> int:
+    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]) -> int:
         forces, gaps, energies = out
         for n in range(len(forces)):
             rate = self.rates() if now.rigid else gap

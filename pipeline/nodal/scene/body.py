@@ -85,4 +85,4 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     damping = settings.damping.stiffness_factor if settings.damping else 0.0
     twists = free_twists(job, name)
     body, reduction = supported_body(name, model, twists, momentum, damping=damping, field=field)
-    return Part(name, mesh, model, component, body, reduction, np.asarray(settings.position, float))
+    return Part(name, mesh, model, component, body, reduction, position=np.asarray(settings.position, float))

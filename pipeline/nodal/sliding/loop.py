@@ -107,9 +107,10 @@ class _Run:
             if k in surfaces.sliding and self._surfaces
         }
         return NodalRecord(
-            self.step, self.times[1:], total, self._energies, self._account.drift,
-            sum(len(moving.u) for _, moving in self.bodies), self._iterations, taken.wall, taken.cpu,
-            forces=forces, motion=self._motion,
+            step=self.step, times=self.times[1:], force=total, energies=self._energies,
+            energy_drift=self._account.drift, coordinates=sum(len(moving.u) for _, moving in self.bodies),
+            newton_iterations=self._iterations, wall_seconds=taken.wall, cpu_seconds=taken.cpu, forces=forces,
+            motion=self._motion,
             frame_times=self.times[self._frames] if self.problem.frames else None, masters=masters,
             quantities=self._quantities(),
         )  # fmt: skip

@@ -74,7 +74,7 @@ def _strain_map(body: BodyMotion) -> LineMap:
     top = 1.25 * float(np.percentile(np.abs(strains), 99)) or 1e-12
     factor, unit = (1e6, "µm/m") if top < LARGE else (1e2, "%")
     label = f"strain [{unit}], tension positive"
-    return LineMap("Waves in the bar", "axial strain", position, strains, top, factor, label)
+    return LineMap("Waves in the bar", "axial strain", position, strains, top, factor, label=label)
 
 
 def _deflection_map(body: BodyMotion) -> LineMap:
@@ -83,7 +83,7 @@ def _deflection_map(body: BodyMotion) -> LineMap:
     factor, unit = style.prefixed(top, "m")
     what = "elastic deflection" if len(body.morph.rigid_twists) else "deflection"
     label = f"{what} along {'xyz'[axis]} [{unit}]"
-    return LineMap("Bending of the beam", what, position, values, top, factor, label)
+    return LineMap("Bending of the beam", what, position, values, top, factor, label=label)
 
 
 def _diagram(drawing: Drawing, body: BodyMotion, found: LineMap) -> Figure:

@@ -27,16 +27,16 @@ def draw_sheets(drawing: Drawing) -> None:
         frame = drawing.strongest_frame(body.name)
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
         file = drawing.file("deformation.png", body.name, count)
-        style.draw(file, _picture, drawing, body, frame, magnitude, DISPLACEMENT)
+        style.draw(file, _picture, drawing, body, magnitude, DISPLACEMENT)
         if reads_stress(drawing, body):
             stress = equivalent_stress(drawing, body, frame)
             file = drawing.file("stress.png", body.name, len(names))
-            style.draw(file, _picture, drawing, body, frame, stress, STRESS)
+            style.draw(file, _picture, drawing, body, stress, STRESS)
 
 
-def _picture(drawing: Drawing, body: BodyMotion, frame: int, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
+def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
     """Return a part coloured by values (n,), with texts such as `STRESS`."""
-    title, name, unit = text
+    (title, name, unit), frame = text, drawing.strongest_frame(body.name)
     elastic, size = body.elastic(frame)[:, :2], body.size
     scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     place = body.nodes[:, :2] + scale * elastic
