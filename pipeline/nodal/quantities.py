@@ -6,7 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.nodal.problem import PointContact
-from gudgeon.solver.results.contact_events import Quantity, impact_quantities, merged, rebound, smoothed_peak
+from gudgeon.solver.results.contact_events import Quantity, departure, impact_quantities, merged, rebound, smoothed_peak
 
 
 @dataclass(frozen=True)
@@ -115,6 +115,11 @@ def resultant_quantities(times: np.ndarray, forces: np.ndarray) -> dict[str, Qua
         "start": (float(times[pressed[0]]) - step, "s"),
         "duration": (float(times[pressed[-1]] - times[pressed[0]]) + step, "s"),
     }
+
+
+def body_quantities(name: str, motion: np.ndarray) -> Json:
+    """Return final velocity and displacement of a body from its `NodalBody.centre_motion`."""
+    return named(name, departure(*motion))
 
 
 def named(name: str, values: dict[str, Quantity]) -> Json:

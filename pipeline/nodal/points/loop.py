@@ -18,8 +18,7 @@ from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.banded import is_narrow, march, new_band
 from gudgeon.pipeline.nodal.points.contact import Press, new_press, press
 from gudgeon.pipeline.nodal.problem import PointProblem
-from gudgeon.pipeline.nodal.quantities import History, contact_quantities, named
-from gudgeon.solver.results.contact_events import departure
+from gudgeon.pipeline.nodal.quantities import History, body_quantities, contact_quantities, named
 
 PARTS = 100
 """Parts of a run after which its progress is reported."""
@@ -193,5 +192,5 @@ def _quantities(problem: PointProblem, history: History, rows: dict[str, slice],
         values = contact_quantities(history.of(rows[name]), contact, pair, elastic, problem.flying)
         found |= named(name, values)
     for body, motion in zip(problem.bodies, motions, strict=True):
-        found |= named(body.name, departure(*motion))
+        found |= body_quantities(body.name, motion)
     return found

@@ -13,10 +13,9 @@ from gudgeon.pipeline.measuring.clock import Clock, Seconds
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.loop import simulate_points
 from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
-from gudgeon.pipeline.nodal.quantities import named, resultant_quantities
+from gudgeon.pipeline.nodal.quantities import body_quantities, named, resultant_quantities
 from gudgeon.pipeline.nodal.sliding.contact import contact_energy
 from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
-from gudgeon.solver.results.contact_events import departure
 
 PROGRESS_STRIDE = 64
 
@@ -121,7 +120,7 @@ class _Run:
         for name, forces in self._contact_forces.items():
             found |= named(name, resultant_quantities(self.times[1:], forces))
         for body, moving in self.bodies:
-            found |= named(body.name, departure(*body.centre_motion(moving.motion())))
+            found |= body_quantities(body.name, body.centre_motion(moving.motion()))
         return found
 
     def _keep(self, n: int, found: StepForces) -> None:
