@@ -1,10 +1,10 @@
-"""One body in the full-FE run: the midpoint rule, its rigid motion apart, and its response at a few ports.
+"""One body of the full FE: the midpoint rule, its rigid motion apart, and its response at a few ports.
 
     S v̄ = M v − ½ h K u + ½ h f,   u⁺ = u + h v̄,   v⁺ = 2 v̄ − v,   S = M + α K,   α = ¼ h² + ½ h β
 
-A rigid motion Φ_r q is independent of all else in this rule (K Φ_r = 0; p̄ = p + ½ h Φ_rᵀ f, p = q̇) and is integrated on
-its own: the elastic part stays as small as it is beside a stroke of centimetres, so that its energy is not lost in
-round-off. What is suppressed is projected out. A port is a row of displacements at which a force may act.
+A rigid motion Φ_r q is decoupled in this rule (K Φ_r = 0; p̄ = p + ½ h Φ_rᵀ f, p = q̇) and is integrated separately:
+beside a stroke of centimetres the small elastic part keeps its digits, and with them the strain energy. Suppressed
+motions are projected out. A port is a row of displacements at which a force may act.
 """
 
 import numpy as np
@@ -16,9 +16,9 @@ from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.nodal.problem import NodalBody
 
 RIGID_TOLERANCE = 1e-6
-"""Of ΦᵀMΦ = 1 and of the strain energy of Φ per largest stiffness over mass; round-off of assembly is 1e-11."""
+"""Error allowed of ΦᵀMΦ = 1, and of ΦᵀKΦ = 0 over the largest K_ii / M_ii; round-off of assembly is 1e-11."""
 REFRESH = 256
-"""Steps after which K u and M v, carried on by what the solution says, are multiplied out again."""
+"""Steps after which K u and M v, updated from the solution of each step, are multiplied out again."""
 BLOCK = 128
 """Ports solved at once."""
 
@@ -27,23 +27,18 @@ class MovingBody:
     """State of a body and its constant matrices at one step size.
 
     Args:
-        body: What it is made of.
         ports: Rows of displacements at which forces may act, (p, dofs).
         step: h [s].
 
     Raises:
-        StageError: the rigid motions are none.
+        StageError: `rigid` or `suppressed` of the body are not its rigid motions.
     """
 
     def __init__(self, body: NodalBody, ports: sparse.csr_matrix, step: float) -> None:
         self.K, self.M, self.step = body.K, body.M, step
-        self.alpha, self.damping = step**2 / 4 + step * body.damping / 2, body.damping
-        size = body.K.shape[0]
-        none = np.zeros((size, 0))
-        rigid = none if body.rigid is None else body.rigid
-        held = none if body.suppressed is None else body.suppressed
-        self.rigid_count = rigid.shape[1]
-        self._Phi = np.column_stack([rigid, held])
+        self.alpha, self.damping = body.alpha(step), body.damping
+        self.rigid_count = 0 if body.rigid is None else body.rigid.shape[1]
+        self._Phi = body.all_rigid()
         self._MPhi = np.asarray(body.M @ self._Phi)
         self._check_rigid(body.name)
         self._factor = factorise(body.M + self.alpha * body.K, definite=True)
@@ -60,13 +55,12 @@ class MovingBody:
         self._begin(body)
 
     def _begin(self, body: NodalBody) -> None:
-        zero = np.zeros(self.K.shape[0])
-        u, v = (zero if x is None else np.array(x, float) for x in (body.displacement, body.velocity))
-        r = self.rigid_count
+        (u, v), r = body.start, self.rigid_count
         self.q, self.p = (self._MPhi.T @ u)[:r], (self._MPhi.T @ v)[:r]
         self.u, self.v = self._elastic(u), self._elastic(v)
         self._Ku, self._Mv = self.K @ self.u, self.M @ self.v
-        self._mean, self._rhs, self._mean_q = zero, zero, self.p
+        self._mean = self._rhs = np.zeros_like(u)
+        self._mean_q = self.p
         self._count, self.dissipated, self.work = 0, 0.0, 0.0
         self._given = np.zeros(len(self._loads))
 
@@ -81,24 +75,24 @@ class MovingBody:
         return 0.5 * float(self.u @ self._Ku)
 
     def places(self) -> np.ndarray:
-        """Return the displacement of the ports now [m], (p,)."""
+        """Return the present displacement of the ports [m], (p,)."""
         return self._ports @ self.u + self.ports_rigid @ self.q
 
     def rate(self, number: int) -> float:
-        """Return the velocity of one port now [m/s]."""
+        """Return the present velocity of one port [m/s]."""
         return float((self._ports[number] @ self.v)[0] + self.ports_rigid[number] @ self.p)
 
     def rates(self) -> np.ndarray:
-        """Return the velocity of the ports now [m/s], (p,)."""
+        """Return the present velocity of the ports [m/s], (p,)."""
         return self._ports @ self.v + self.ports_rigid @ self.p
 
     def motion(self) -> np.ndarray:
-        """Return displacements and velocities now, rigid motion included, (2, dofs)."""
+        """Return present displacements [m] and velocities [m/s], rigid motion included, (2, dofs)."""
         Phi = self._Phi[:, : self.rigid_count]
         return np.array([self.u + Phi @ self.q, self.v + Phi @ self.p])
 
     def predict(self, loads: np.ndarray) -> np.ndarray:
-        """Begin a step under constant loads (l,); returns where the ports end without forces on them [m], (p,)."""
+        """Begin a step under constant loads (l,); returns the end of the ports without port forces [m], (p,)."""
         h = self.step
         self._given = loads
         self._rhs = self._Mv - (h / 2) * self._Ku
@@ -110,7 +104,7 @@ class MovingBody:
         return self._ports @ (self.u + h * self._mean) + self.ports_rigid @ (self.q + h * self._mean_q)
 
     def advance(self, forces: np.ndarray) -> np.ndarray:
-        """End the step with constant forces on the ports (p,); returns what q grew by, (r,)."""
+        """End the step under constant forces on the ports (p,) [N]; returns the change of q, (r,)."""
         h = self.step
         acting = np.flatnonzero(forces)
         if len(acting):
@@ -135,11 +129,11 @@ class MovingBody:
         return growth
 
     def free(self) -> None:
-        """Give the factor's memory back."""
+        """Release the factor's memory."""
         self._factor.free()
 
     def _elastic(self, field: np.ndarray) -> np.ndarray:
-        """Take rigid motions out of displacements (dofs, ...)."""
+        """Project rigid motions out of displacements (dofs, ...)."""
         return field - self._Phi @ (self._MPhi.T @ field)
 
     def _port_answers(self, ports: sparse.csr_matrix) -> np.ndarray:
@@ -157,4 +151,4 @@ class MovingBody:
         scale = float((self.K.diagonal() / self.M.diagonal()).max())
         strain = np.abs(self._Phi.T @ (self.K @ self._Phi)).max() / (scale or 1.0)
         if max(np.abs(mass).max(), strain) > RIGID_TOLERANCE:
-            raise StageError(f"nodal: body '{name}': rigid motions strain it or are not mass-orthonormal")
+            raise StageError(f"full FE: body '{name}': its rigid motions strain it or are not mass-orthonormal")

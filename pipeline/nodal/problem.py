@@ -1,4 +1,4 @@
-"""What the full-FE run integrates: one or two bodies, contacts, loads and a rod. Plain arrays and callables."""
+"""Bodies, contacts, loads and a rod as the full FE integrates them: plain arrays and callables."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,12 +7,12 @@ import numpy as np
 from scipy import sparse
 
 ROUND_OFF = 1e-9
-"""Share of a body's largest mass-normalised rigid coordinate below which another is none."""
+"""Mass-normalised rigid coordinates below this share of the body's largest are zero."""
 
 
 @dataclass(frozen=True)
 class NodalLoad:
-    """A load that is no contact."""
+    """A load other than contact."""
 
     row: np.ndarray
     """Nodal forces per unit of the load, (dofs,)."""
@@ -22,10 +22,9 @@ class NodalLoad:
 
 @dataclass(frozen=True)
 class NodalBody:
-    """A linear elastic body in all its dofs; those that are held have been taken out.
+    """A linear elastic body with all its dofs but those that supports hold.
 
-    `rigid` and `suppressed` together are mass-orthonormal and span all rigid motions that the body has; both are None
-    where it has none.
+    `rigid` and `suppressed` together are mass-orthonormal and span all rigid motions; both are None without any.
     """
 
     name: str
@@ -40,12 +39,27 @@ class NodalBody:
     damping: float = 0.0
     """β of C = β K [s]."""
     rigid: np.ndarray | None = None
-    """Φ_r: rigid motions that it may make, (dofs, r)."""
+    """Φ_r: rigid motions that are free, (dofs, r)."""
     suppressed: np.ndarray | None = None
-    """Φ_o: rigid motions that it may not make, (dofs, k)."""
+    """Φ_o: rigid motions that the scene suppresses, (dofs, k)."""
     twists: np.ndarray | None = None
     """The columns of `rigid` as translation and rotation about the centre [kg^-½, kg^-½ m^-1], (r, 6)."""
     loads: tuple[NodalLoad, ...] = ()
+
+    @property
+    def start(self) -> np.ndarray:
+        """Displacements [m] and velocities [m/s] at the start, (2, dofs)."""
+        zero = np.zeros(self.K.shape[0])
+        return np.array([zero if x is None else x for x in (self.displacement, self.velocity)], float)
+
+    def alpha(self, step: float) -> float:
+        """Return α of S = M + α K, ¼ h² + ½ h β [s²]."""
+        return step**2 / 4 + step * self.damping / 2
+
+    def all_rigid(self) -> np.ndarray:
+        """Return all rigid motions, the free ones first, (dofs, k)."""
+        parts = [part for part in (self.rigid, self.suppressed) if part is not None]
+        return np.column_stack([np.zeros((self.K.shape[0], 0)), *parts])
 
     def load_means(self, times: np.ndarray) -> np.ndarray:
         """Return the mean of each load over each interval between times (t + 1,) [s], (t, l)."""
@@ -63,8 +77,7 @@ class NodalBody:
         """
         if self.rigid is None or self.twists is None:
             return np.zeros((3, 6))
-        zero = np.zeros(len(self.rigid))
-        u, v = (zero if x is None else x for x in (self.displacement, self.velocity))
+        u, v = self.start
         rates = np.array([motion[1], motion[0] - u, v]) @ (self.M @ self.rigid)
         rates[np.abs(rates) < ROUND_OFF * np.abs(rates).max(axis=1, initial=0.0, keepdims=True)] = 0.0
         return rates @ self.twists
@@ -77,15 +90,15 @@ class SlidingSurface:
     rows: sparse.csr_matrix
     """B: outward normal displacement of each of its functions, (F, dofs of the master)."""
     weights: Callable[[float], tuple[np.ndarray, np.ndarray]]
-    """N(σ): given a distance slid [m], returns numbers and values of the functions that each point touches, (c, s);
-    a point that is not on the surface has the number −1 throughout."""
+    """N(σ): returns numbers and values of the functions that each point touches after a sliding distance [m], (c, s);
+    the numbers of a point beside the surface are −1."""
     slide: np.ndarray
     """σ = slide @ u of the slave, (dofs,)."""
 
 
 @dataclass(frozen=True)
 class NodalContact:
-    """Points of the slave against something rigid, or against a surface of the master. c: points."""
+    """Points of the slave against a rigid obstacle, or against a surface of the master. c: points."""
 
     G: sparse.csr_matrix
     """∂g/∂u of the slave, (c, dofs)."""
@@ -100,7 +113,7 @@ class NodalContact:
 
 @dataclass(frozen=True)
 class NodalRod:
-    """A massless rod from a point of the slave to a pin that moves as given, in one plane."""
+    """A massless rod in one plane, from a point of the slave to a crank pin with prescribed motion."""
 
     name: str
     rows: np.ndarray
@@ -117,25 +130,26 @@ class NodalRod:
 
 @dataclass(frozen=True)
 class NodalProblem:
-    """Bodies and what acts on them, for a time [s]."""
+    """Bodies with sliding points, surface layers or a joint."""
 
     slave: NodalBody
     """The body with the contact points."""
     contacts: dict[str, NodalContact]
     duration: float
+    """[s]"""
     master: NodalBody | None = None
     """The body with the surfaces over which points slide."""
     rod: NodalRod | None = None
     frames: int = 0
-    """Number of equally spaced times, the last at the end, at which the masters' surfaces are kept."""
+    """Number of equally spaced times, the last at the end, at which the surfaces' displacements are kept."""
 
 
 @dataclass(frozen=True)
 class PointContact:
-    """Points at which fixed rows of bodies meet, or a row meets something rigid. c: points."""
+    """Contact of fixed points of a body with points of another, or with a rigid obstacle. c: points."""
 
     rows: tuple[sparse.csr_matrix | None, ...]
-    """∂g/∂u of each body of the problem, (c, dofs); None of one that has no part in it."""
+    """∂g/∂u of each body of the problem, (c, dofs); None of bodies that do not take part."""
     gap: np.ndarray
     """g₀: gaps where u = 0 [m], (c,)."""
     directions: np.ndarray
@@ -143,17 +157,18 @@ class PointContact:
     body: int
     """Number of the body that has the contact in the scene."""
     other: int | None = None
-    """Number of the body that it is against; None for something rigid."""
+    """Number of the other body; None for a rigid obstacle."""
     law: np.ndarray | None = None
-    """K, n, χ, c of F = max(0, K dⁿ (1 + χ ḋ/v⁻) + c ḋ) at each point, (c, 4); None where nothing yields but bodies."""
+    """K, n, χ, c of F = max(0, K dⁿ (1 + χ ḋ/v⁻) + c ḋ) at each point, (c, 4); None of rigid contact."""
 
 
 @dataclass(frozen=True)
 class PointProblem:
-    """Bodies that meet at fixed points, for a time [s]. Loads are constant; all contacts have laws, or none has."""
+    """Bodies with contact at fixed points and constant loads; all contacts have laws, or none has."""
 
     bodies: tuple[NodalBody, ...]
     contacts: dict[str, PointContact]
     duration: float
+    """[s]"""
     flying: bool = False
-    """Whether nothing but one contact acts, so that there is a restitution."""
+    """Whether one contact is all that acts, so that a restitution is defined."""

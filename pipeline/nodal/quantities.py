@@ -1,4 +1,4 @@
-"""Quantities of a full-FE run, named and defined as the solver's: from mean forces of steps and gaps at their ends."""
+"""Quantities of a full-FE run, named and defined as the solver's, from mean forces of steps and gaps at their ends."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from gudgeon.solver.results.contact_events import Quantity, departure, impact_qu
 
 @dataclass(frozen=True)
 class History:
-    """What contact points did. s: steps, c: points."""
+    """Forces and gaps of contact points. s: steps, c: points."""
 
     times: np.ndarray
     """Start and ends of the steps [s], (s + 1,)."""
@@ -23,29 +23,29 @@ class History:
     """Of the gaps at the start [m/s], (c,)."""
 
     def of(self, rows: slice) -> "History":
-        """Return that of some points."""
+        """Return the history of some points."""
         return History(self.times, self.forces[:, rows], self.gaps[:, rows], self.rates[rows])
 
 
 def resolved(times: np.ndarray) -> float:
-    """Return the period of the highest frequency that the steps carry through the run [s].
+    """Return the shortest period that the steps resolve throughout the run [s].
 
-    The midpoint rule is late by ω³h²T/12 in phase after a time T; beyond one radian a wave has left its front.
+    The midpoint rule lags by ω³h²T/12 in phase after a time T; a period with a lag above one radian is not resolved.
     """
     step, duration = float(times[1] - times[0]), float(times[-1] - times[0])
     return 2 * np.pi * (step**2 * duration / 12) ** (1 / 3)
 
 
 def located(history: History, rigid: bool) -> np.ndarray:
-    """Return the impacts of a contact, (b, 7) as `Trajectory.impacts`; its gap is that of its nearest point.
+    """Return the impacts of a contact as in `Trajectory.impacts`, (b, 7), by the gap of its nearest point.
 
-    With a law an impact begins and ends where the gap, linear in the step, passes zero. A rigid contact closes as the gap
-    of the step before leads on, and ends with its last step.
+    With a law an impact begins and ends where the gap, linear in the step, passes zero. A rigid contact closes where
+    the gap, extrapolated from the step before, passes zero, and ends with its last step under force.
     """
     times, force, gap = history.times, history.forces.sum(axis=1), history.gaps.min(axis=1)
     h, pressed = float(times[1] - times[0]), np.concatenate([[0], force > 0, [0]]).astype(np.int8)
     firsts, ends = np.flatnonzero(np.diff(pressed) == 1), np.flatnonzero(np.diff(pressed) == -1)
-    # Speeds at which the gap closes, in each step; before the first one as at the start.
+    # Closing speed in each step; before the first step the speed at the start.
     speeds = np.concatenate([[-history.rates.min()], -np.diff(gap) / h, [0.0]])
     impacts = np.zeros((len(firsts), 7))
     for impact, first, end in zip(impacts, firsts, ends, strict=True):
@@ -69,12 +69,12 @@ def contact_quantities(
     elastic: bool,
     alone: bool,
 ) -> dict[str, Quantity]:
-    """Return what a contact did.
+    """Return impulse, impacts, peak force and rebound of a contact.
 
     Args:
-        motions: Of its body's centre and of the other body's, see `NodalBody.centre_motion`; None for something rigid.
-        elastic: Whether any body is.
-        alone: Whether nothing else acts on them.
+        motions: Of the centres of its body and of the other, see `NodalBody.centre_motion`; None of a rigid obstacle.
+        elastic: Whether any body is elastic.
+        alone: Whether nothing else acts on the bodies.
     """
     step = float(history.times[1] - history.times[0])
     forces = history.forces @ contact.directions
@@ -85,7 +85,7 @@ def contact_quantities(
         return values
     along = impulse / size
     rigid = contact.law is None
-    # A law's force has its own bandwidth; a rigid one has all that steps carry, and its impacts part within it.
+    # A law limits the bandwidth of its force; a rigid contact opens and closes faster than steps resolve.
     resolution = resolved(history.times) if rigid else 2 * step
     impacts = located(history, rigid)
     if elastic:
@@ -98,7 +98,7 @@ def contact_quantities(
 
 
 def resultant_quantities(times: np.ndarray, forces: np.ndarray) -> dict[str, Quantity]:
-    """Return what the resultant of a contact tells where its points' gaps are not kept.
+    """Return impulse, peak force, start and duration of a contact from its resultant, where gaps are not recorded.
 
     Args:
         times: Ends of the steps [s], (s,); the first begins at 0.
@@ -118,10 +118,10 @@ def resultant_quantities(times: np.ndarray, forces: np.ndarray) -> dict[str, Qua
 
 
 def body_quantities(name: str, motion: np.ndarray) -> Json:
-    """Return with what a body's centre leaves, see `NodalBody.centre_motion`."""
+    """Return final velocity and displacement of a body from its `NodalBody.centre_motion`."""
     return named(name, departure(*motion))
 
 
 def named(name: str, values: dict[str, Quantity]) -> Json:
-    """Return quantities of a body or a contact as a record keeps them, name.key → {"value", "unit"}."""
+    """Return quantities of a body or a contact in the form of a record, name.key → {"value", "unit"}."""
     return {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}

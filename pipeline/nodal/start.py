@@ -1,4 +1,4 @@
-"""Bodies and starts for the full-FE run: rigid motions, gravity, and a start that does not ring."""
+"""Bodies of the full FE from FE models, with gravity, and their static deformation at the start."""
 
 from dataclasses import replace
 
@@ -11,15 +11,11 @@ from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.nodal.problem import NodalBody, NodalLoad, NodalProblem, NodalRod
 
 LENGTH_STEPS = 4
-"""Newton steps that bring the rod to its length; it is a micrometre off."""
+"""Newton steps that bring the rod to its length; the first error is about a micrometre."""
 
 
 def _rigid_split(model: FEModel, twists: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the rigid motions that a model may make, (dofs, r), and the others that its supports leave; None of none.
-
-    Args:
-        twists: Mass-normalised, (r, 6).
-    """
+    """Return the rigid motions of mass-normalised twists (r, 6), (dofs, r), and all others that supports leave."""
     every, rigid = model.rigid_modes, replace(model, rigid_twists=twists).rigid_modes
     if rigid.shape[1] == every.shape[1]:
         return rigid, None
@@ -31,18 +27,18 @@ def _rigid_split(model: FEModel, twists: np.ndarray) -> tuple[np.ndarray, np.nda
 def supported_body(
     name: str, model: FEModel, twists: np.ndarray, momentum: np.ndarray, *, damping: float, field: np.ndarray
 ) -> tuple[NodalBody, sparse.csr_matrix]:
-    """Return a body of any kind on the dofs that its supports leave; a rigid one on its rigid coordinates.
+    """Return a body with the dofs that its supports leave; a rigid one with its rigid coordinates.
 
-    Under a field a body that is held starts as its weight deforms it.
+    A supported body starts with the static deformation under its weight.
 
     Args:
-        twists: Mass-normalised rigid motions that it may make, (r, 6).
+        twists: Mass-normalised free rigid motions, (r, 6).
         momentum: Linear and angular about the centre at the start [kg m/s, kg m²/s], (6,).
         damping: β of C = β K [s].
         field: Gravity [m/s²], (3,).
 
     Returns:
-        The body, and the displacement of the model's dofs by its own, (dofs of the model, dofs).
+        The body, and the displacement of the model's dofs per dof of the body, (dofs of the model, dofs).
     """
     rates = twists @ momentum
     if model.mesh.cell_type == "vertex":
@@ -67,43 +63,31 @@ def _steady(row: np.ndarray) -> NodalLoad:
 
 
 def static_start(problem: NodalProblem, step: float) -> NodalProblem:
-    """Deform the slave as its loads, its inertia and the rod hold it at the start, contact left out.
+    """Return the problem with the slave deformed statically by its loads, its inertia and the rod, without contact.
 
-    K u = f − M a with a the rigid acceleration under loads and rod. Before and after, the slave is shifted along, with
-    its velocity, so that the rod has its length and keeps it: neither needs to be given.
+    K u = f − M a with a the rigid acceleration under loads and rod. Before and after, position and velocity of the
+    slave along the stroke are set so that the rod has its length and the length has no rate.
 
     Args:
         step: Interval over which the loads' first mean and the crank pin's first acceleration are taken [s].
     """
-    slave, rod = problem.slave, problem.rod
-    size, interval = slave.K.shape[0], np.array([0.0, step])
-    velocity = np.zeros(size) if slave.velocity is None else slave.velocity
-    displacement = np.zeros(size) if slave.displacement is None else slave.displacement
+    slave, rod, interval = problem.slave, problem.rod, np.array([0.0, step])
+    displacement, velocity = slave.start
     force = slave.load_means(interval)[0] @ slave.load_rows()
     if rod is not None:
         displacement, velocity = _fit_rod(slave, rod, displacement, velocity)
-        force += _rod_force(slave, rod, displacement, velocity, force, interval) @ rod.rows
+        force += _rod_force(slave, rod, (displacement, velocity), force, interval) @ rod.rows
     displacement = displacement + _deformation(slave, force)
     if rod is not None:
         displacement, velocity = _fit_rod(slave, rod, displacement, velocity)
     return replace(problem, slave=replace(slave, displacement=displacement, velocity=velocity))
 
 
-def _rigid_motions(body: NodalBody) -> np.ndarray:
-    """All rigid motions, made or suppressed, (dofs, k)."""
-    parts = [part for part in (body.rigid, body.suppressed) if part is not None]
-    return np.column_stack([np.zeros((body.K.shape[0], 0)), *parts])
-
-
 def _rod_force(
-    body: NodalBody,
-    rod: NodalRod,
-    displacement: np.ndarray,
-    velocity: np.ndarray,
-    force: np.ndarray,
-    interval: np.ndarray,
+    body: NodalBody, rod: NodalRod, start: tuple[np.ndarray, np.ndarray], force: np.ndarray, interval: np.ndarray
 ) -> np.ndarray:
-    """Lateral and along force of the rod on the rigid body (2,): |P − C| has no second derivative."""
+    """Return the lateral and along force of the rod on the rigid body [N], (2,): |P − C| has no second derivative."""
+    displacement, velocity = start
     pins = rod.crank(interval)
     arm = rod.point + rod.rows @ displacement - pins[0, :2]
     length = np.hypot(*arm)
@@ -118,8 +102,8 @@ def _rod_force(
 
 
 def _deformation(body: NodalBody, force: np.ndarray) -> np.ndarray:
-    """Solve K u = f − M a without rigid motion: enough dofs are grounded, they carry nothing."""
-    Phi = _rigid_motions(body)
+    """Solve K u = f − M a without rigid motion: k dofs are grounded, whose reactions are zero."""
+    Phi = body.all_rigid()
     MPhi = body.M @ Phi
     kept = np.ones(len(force), bool)
     if Phi.shape[1]:
@@ -135,7 +119,7 @@ def _deformation(body: NodalBody, force: np.ndarray) -> np.ndarray:
 def _fit_rod(
     body: NodalBody, rod: NodalRod, displacement: np.ndarray, velocity: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Shift the body along, and its velocity, until the rod has its length and the length no rate."""
+    """Return position and velocity, changed along the stroke until the rod has its length and the length no rate."""
     if body.rigid is None or body.twists is None:
         return displacement, velocity
     wanted = np.concatenate([rod.directions[1], np.zeros(3)])

@@ -1,6 +1,6 @@
-"""Pictures of a result, drawn in child processes: VTK without working GL libraries ends the process it runs in.
+"""Pictures of a result, drawn in child processes: VTK without working GL libraries kills its process.
 
-matplotlib and pyvista are imported nowhere outside this package, and here only by the child.
+matplotlib and pyvista are imported by the child alone.
 """
 
 import json
@@ -17,8 +17,7 @@ from types import MappingProxyType
 from gudgeon.pipeline.errors import InputError
 
 Pictures = dict[str, dict[str, str]]
-"""By group, name → drawing function; each group has a child process of its own, so that a crash in one spares the
-other."""
+"""Name → drawing function, by group; each group has its own child process, so that a crash affects one group only."""
 
 PLOTS: Pictures = {
     "flat": {
@@ -40,10 +39,7 @@ PLOTS: Pictures = {
 
 DRIVEN: Pictures = {
     "flat": {
-        "force": "gudgeon.pipeline.plots.contact.curves:draw_force",
-        "energy": "gudgeon.pipeline.plots.contact.curves:draw_energy",
-        "gauges": "gudgeon.pipeline.plots.contact.gauges:draw_gauges",
-        "pressure": "gudgeon.pipeline.plots.contact.pressure:draw_pressure",
+        **{name: PLOTS["flat"][name] for name in ("force", "energy", "gauges", "pressure")},
         "cycle": "gudgeon.pipeline.plots.driven.cycle:draw_cycle",
     },
     "rendered": {
@@ -51,14 +47,13 @@ DRIVEN: Pictures = {
         "movie": "gudgeon.pipeline.plots.driven.movie:draw_cycle_movie",
     },
 }
-"""The same for a scene that a joint drives."""
+"""Pictures of a scene that a joint drives."""
 
 FILES = (
-    "force.png", "energy.png", "impacts.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png", "stress.png",
-    "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
+    "force.png", "energy.png", "impacts.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png",
+    "stress.png", "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
 )  # fmt: skip
-"""Names that belong to the pictures; with more than one body or map, its name stands before the dot. A driven scene
-has a cycle instead of an impact."""
+"""Names of all pictures; one of several bodies or contacts has its name before the dot."""
 
 CHILD = "gudgeon.pipeline.plots.child"
 ALONE: Mapping[str, str] = MappingProxyType({})
@@ -78,35 +73,29 @@ def render(
     Args:
         key: Of the trajectory, or of the wheel's response.
         compare: Keys of other runs of the same scene, by their labels in `cycle.png`; the trajectory's own key may be
-            among them, with the label that it gets.
-        pictures: Those of another kind of scene; of bodies, `PLOTS` or `DRIVEN`, where left out.
+            among them, for its label.
+        pictures: Of another kind of scene; the default is `PLOTS` or `DRIVEN`.
 
     Returns:
-        The files that were drawn, and a note for each picture that could not be.
+        The files that were drawn, and a note for each picture that could not be drawn.
 
     Raises:
         InputError: the folder cannot be written.
     """
-    # Named before it is made: Ctrl-C within mkdtemp would leave a folder that nobody knows.
+    # Named before it is made: Ctrl-C within mkdtemp would leave a folder of unknown name.
     scratch = out / f".drawing-{uuid.uuid4().hex}"
     drawn: list[str] = []
     notes: list[str] = []
     try:
         scratch.mkdir(parents=True)
-        # What cannot be drawn this time must not stand there as drawn from an earlier result.
+        # A picture that fails this time must not remain from an earlier result.
         for name in FILES:
             (out / name).unlink(missing_ok=True)
         for group in PLOTS:
             job = {
-                "store": str(store_root.resolve()),
-                "key": key,
-                "pictures": pictures,
-                "scene": scene_name,
-                "compare": dict(compare),
-                "out": str(out.resolve()),
-                "scratch": str(scratch.resolve()),
-                "group": group,
-            }
+                "store": str(store_root.resolve()), "key": key, "pictures": pictures, "scene": scene_name,
+                "compare": dict(compare), "out": str(out.resolve()), "scratch": str(scratch.resolve()), "group": group,
+            }  # fmt: skip
             path = scratch / f"{group}.json"
             path.write_text(json.dumps(job))
             _draw_group(group, path, drawn, notes)
@@ -118,10 +107,10 @@ def render(
 
 
 def _draw_group(group: str, job: Path, drawn: list[str], notes: list[str]) -> None:
-    """Run the child; where it crashes although there is a display, once more without the display.
+    """Run the child; if it crashes and a display is set, run it again without the display.
 
-    VTK itself takes the first window system that works: X, EGL, OSMesa. Only a broken X server, such as a forwarded
-    one without GLX, can stand in its way.
+    VTK uses the first window system that works: X, EGL, OSMesa. Only a broken X server, such as a forwarded one without
+    GLX, prevents that.
     """
     code, stderr = 0, ""
     for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
@@ -135,28 +124,21 @@ def _draw_group(group: str, job: Path, drawn: list[str], notes: list[str]) -> No
             elif event == "drawn" and value not in drawn:
                 drawn.append(value)
     if code < 0 and group == "rendered":
+        name = next((one.name for one in signal.Signals if one == -code), f"signal {-code}")
         notes.append(
-            f"pictures with 3-D rendering were left out: rendering crashed ({_signal_name(-code)});"
-            " install libgl1 libegl1 libegl-mesa0 or libosmesa6, `gudgeon doctor` says which"
+            f"pictures with 3-D rendering were not drawn: rendering crashed ({name});"
+            " install libgl1 libegl1 libegl-mesa0 or libosmesa6; `gudgeon doctor` lists which"
         )
     elif code:
         lines = stderr.strip().splitlines() or [f"exit code {code}"]
-        notes.append(f"pictures were left out ({group}): {lines[-1]}")
+        notes.append(f"pictures ({group}) were not drawn: {lines[-1]}")
 
 
 def _run_child(job: Path, hidden: Collection[str]) -> tuple[int, str, str]:
     """Return the child's exit code (−n: killed by signal n), stdout and stderr; it never outlives this call."""
-    environment = {name: value for name, value in os.environ.items() if name not in hidden}
-    environment["MPLBACKEND"] = "Agg"
+    environment = {name: value for name, value in os.environ.items() if name not in hidden} | {"MPLBACKEND": "Agg"}
     command = [sys.executable, "-m", CHILD, str(job)]
     child = subprocess.run(
         command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace"
     )
     return child.returncode, child.stdout, child.stderr
-
-
-def _signal_name(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"

@@ -1,6 +1,6 @@
-"""`python -m gudgeon.pipeline.plots.child JOB.json`: draws one group of pictures and tells each on stdout, a line each:
+"""`python -m gudgeon.pipeline.plots.child JOB.json`: draws one group of pictures and writes a line each to stdout:
 
-`drawn NAME` for a file that is whole, `note TEXT` for a picture that could not be drawn.
+`drawn NAME` for a complete file, `note TEXT` for a picture that could not be drawn.
 """
 
 import importlib
@@ -15,7 +15,7 @@ from gudgeon.pipeline.plots.base.run import Drawing
 
 
 def main(job_path: str) -> None:
-    """Draw what the job asks for; a picture that fails is noted, and the others are drawn nevertheless."""
+    """Draw the pictures of the job; one that fails is noted, and the others are drawn."""
     job = json.loads(Path(job_path).read_text())
     drawing = Drawing(
         store=modaldb.open(job["store"]),
@@ -32,14 +32,14 @@ def main(job_path: str) -> None:
         try:
             getattr(importlib.import_module(module), attribute)(drawing)
         except ModuleNotFoundError as error:
-            _tell("note", f"{name} was left out: {error.name} is not installed; pip install 'gudgeon[plots]'")
+            _tell("note", f"{name} was not drawn: {error.name} is not installed; pip install 'gudgeon[plots]'")
         except Exception as error:
-            # Whatever a drawing library finds wrong: the result itself stands, and the other pictures can be drawn.
+            # Any error of a drawing library: the result is valid, and other pictures can be drawn.
             traceback.print_exc()
             reason = (str(error).splitlines() or [""])[0]
-            _tell("note", f"{name} was left out: {type(error).__name__}: {reason}")
+            _tell("note", f"{name} was not drawn: {type(error).__name__}: {reason}")
     for name in [] if foreign else drawing.unseen():
-        _tell("note", f"contact {name} was closed between two frames only: raise run.frames to see it in pictures")
+        _tell("note", f"contact {name} was closed between two frames only; increase run.frames to see it in pictures")
 
 
 def _tell(event: str, value: str) -> None:

@@ -10,7 +10,8 @@ from scipy import sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.nodal import NodalBody, NodalLoad, supported_body
+from gudgeon.pipeline.nodal.problem import NodalBody, NodalLoad
+from gudgeon.pipeline.nodal.start import supported_body
 from gudgeon.pipeline.scenes.material import Material
 
 MKL_HAS_A_WHEEL = platform.machine() == "x86_64"

@@ -1,10 +1,10 @@
-"""Bodies whose matrices are narrow bands, and their time loop, compiled.
+"""Bodies with narrow band matrices, and their compiled time loop.
 
     S v̄ = M v − ½ h K u + ½ h (f + Gᵀ λ̄),   u⁺ = u + h v̄,   v⁺ = 2 v̄ − v,   S = M + α K,   α = ¼ h² + ½ h β
 
-S = L D Lᵀ is factorised once. A step is one solve and one product with K for each body; M v̄ follows from the rule. A
-rigid body is r coordinates of unit mass. K u and M v are carried on by K v̄ and M v̄ and never multiplied out again:
-K u of a fine mesh has fewer digits than its sum over the steps.
+S = L D Lᵀ is factorised once. A step is one solve and one product with K per body; M v̄ follows from the rule. A rigid
+body has r coordinates of unit mass. K u and M v are updated by K v̄ and M v̄ and never multiplied out again: K u of a
+fine mesh has fewer correct digits than its sum over the steps.
 """
 
 from typing import NamedTuple
@@ -18,18 +18,18 @@ from gudgeon.pipeline.nodal.problem import NodalBody
 from gudgeon.solver.compiled import compiled
 
 WIDEST = 16
-"""Entries beside the diagonal up to which a band is solved faster here than by a sparse factor."""
+"""Entries beside the diagonal up to which this loop is faster than a sparse factor."""
 WIDTHS = (3, 5, WIDEST)
-"""To which triangles are filled up with zeros; bars need 2, beams 3 and 5."""
+"""Widths to which triangles are padded with zeros; bars need 2, beams 3 and 5."""
 
 
 class Band(NamedTuple):
-    """A body. n: dofs, b: entries beside the diagonal, c: points of all contacts."""
+    """A body and its state. n: dofs, b: entries beside the diagonal, c: points of all contacts."""
 
     lower: np.ndarray
-    """L left of its diagonal of ones, by rows from there, zeros up to `WIDTHS`, (n, w)."""
+    """L without its unit diagonal, each row from the diagonal leftwards, zero-padded to one of `WIDTHS`, (n, w)."""
     upper: np.ndarray
-    """Lᵀ right of it, the same, (n, w)."""
+    """Lᵀ, each row from the diagonal rightwards, (n, w)."""
     pivots: np.ndarray
     """1 / D, (n,)."""
     M: np.ndarray
@@ -37,7 +37,7 @@ class Band(NamedTuple):
     K: np.ndarray
     """[N/m], the same."""
     starts: np.ndarray
-    """G by rows: where each begins, (c + 1,)."""
+    """G as a CSR matrix: where each row begins, (c + 1,)."""
     dofs: np.ndarray
     entries: np.ndarray
     answers: np.ndarray
@@ -54,7 +54,7 @@ class Band(NamedTuple):
     """v̄"""
     rhs: np.ndarray
     balance: np.ndarray
-    """What damping took, work of the load [J], (2,)."""
+    """Energy dissipated by damping, and work of the load [J], (2,)."""
 
 
 def is_narrow(body: NodalBody) -> bool:
@@ -69,23 +69,18 @@ def bandwidth(body: NodalBody) -> int:
 
 
 def new_band(body: NodalBody, rows: sparse.csr_matrix, step: float) -> Band:
-    """Return a body at its start.
-
-    Args:
-        rows: G, (c, dofs).
-        step: h [s].
-    """
+    """Return a body at its start, for steps of h [s] and contact rows G (c, dofs)."""
     K, M = (_diagonals(matrix, bandwidth(body)) for matrix in (body.K, body.M))
-    alpha = step**2 / 4 + step * body.damping / 2
-    columns = cholesky_banded(M + alpha * K, lower=True).T
+    columns = cholesky_banded(M + body.alpha(step) * K, lower=True).T
     lower, upper = _triangles(columns[:, 1:] / columns[:, :1])
-    zero = np.zeros(len(columns))
-    u, v = (zero.copy() if x is None else np.array(x, float) for x in (body.displacement, body.velocity))
+    u, v = body.start
     load = body.load_means(np.array([0.0, step]))[0] @ body.load_rows()
     answers = rows.toarray()
+    Ku, Mv, mean, rhs = np.zeros((4, len(u)))
     band = Band(
-        lower, upper, 1 / columns[:, 0] ** 2, M, K, rows.indptr.astype(np.int64), rows.indices.astype(np.int64),
-        rows.data, answers, load, body.damping, u, v, zero.copy(), zero.copy(), zero.copy(), zero.copy(), np.zeros(2),
+        lower=lower, upper=upper, pivots=1 / columns[:, 0] ** 2, M=M, K=K, starts=rows.indptr.astype(np.int64),
+        dofs=rows.indices.astype(np.int64), entries=rows.data, answers=answers, load=load, beta=body.damping, u=u, v=v,
+        Ku=Ku, Mv=Mv, mean=mean, rhs=rhs, balance=np.zeros(2),
     )  # fmt: skip
     for answer in answers:
         solve(band, answer)
@@ -113,58 +108,35 @@ def _diagonals(matrix: sparse.csr_matrix, width: int) -> np.ndarray:
 
 @compiled()
 def solve(band, x):  # type: ignore[no-untyped-def]
-    """Put S⁻¹ x in the place of x, (n,)."""
-    if band.lower.shape[1] == 3:
-        _substitute3(band.lower, x, 0, 1)
-        x *= band.pivots
-        _substitute3(band.upper, x, len(x) - 1, -1)
-    elif band.lower.shape[1] == 5:
-        _substitute5(band.lower, x, 0, 1)
-        x *= band.pivots
-        _substitute5(band.upper, x, len(x) - 1, -1)
-    else:
-        _substitute(band.lower, x, 0, 1)
-        x *= band.pivots
-        _substitute(band.upper, x, len(x) - 1, -1)
-
-
-@compiled()
-def _substitute3(rows, x, first, way):  # type: ignore[no-untyped-def]
-    """Solve a triangle of width 3; what was found last stays in registers, only one product waits for it."""
-    a, b, c = 0.0, 0.0, 0.0
-    j = first
-    for _ in range(len(x)):
-        rest = x[j] - (rows[j, 1] * b + rows[j, 2] * c)
-        a, b, c = rest - rows[j, 0] * a, a, b
-        x[j] = a
-        j += way
-
-
-@compiled()
-def _substitute5(rows, x, first, way):  # type: ignore[no-untyped-def]
-    """The same of width 5."""
-    a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
-    j = first
-    for _ in range(len(x)):
-        rest = x[j] - ((rows[j, 1] * b + rows[j, 2] * c) + (rows[j, 3] * d + rows[j, 4] * e))
-        a, b, c, d, e = rest - rows[j, 0] * a, a, b, c, d
-        x[j] = a
-        j += way
+    """Replace x by S⁻¹ x, (n,)."""
+    _substitute(band.lower, x, 0, 1)
+    x *= band.pivots
+    _substitute(band.upper, x, len(x) - 1, -1)
 
 
 @compiled()
 def _substitute(rows, x, first, way):  # type: ignore[no-untyped-def]
-    """The same of any width."""
-    j = first
+    """Solve a triangle; at widths 3 and 5 the last unknowns stay in registers, and one product waits for them."""
+    width, j = rows.shape[1], first
+    a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
     for done in range(len(x)):
-        for k in range(min(rows.shape[1], done)):
-            x[j] -= rows[j, k] * x[j - way * (k + 1)]
+        if width == 3:
+            rest = x[j] - (rows[j, 1] * b + rows[j, 2] * c)
+            a, b, c = rest - rows[j, 0] * a, a, b
+            x[j] = a
+        elif width == 5:
+            rest = x[j] - ((rows[j, 1] * b + rows[j, 2] * c) + (rows[j, 3] * d + rows[j, 4] * e))
+            a, b, c, d, e = rest - rows[j, 0] * a, a, b, c, d
+            x[j] = a
+        else:
+            for k in range(min(width, done)):
+                x[j] -= rows[j, k] * x[j - way * (k + 1)]
         j += way
 
 
 @compiled(fastmath=FAST)
 def product(diagonals, x, out):  # type: ignore[no-untyped-def]
-    """Put a symmetric band times x in `out`, (n,)."""
+    """Write the product of a symmetric band and x to `out`, (n,)."""
     n = len(x)
     for j in range(n):
         out[j] = diagonals[0, j] * x[j]
@@ -219,18 +191,19 @@ def _advance(band, force, h, work):  # type: ignore[no-untyped-def]
 
 
 @compiled()
-def march(bodies, works, now, rest, gap, h, forces, gaps, energies):  # type: ignore[no-untyped-def]
-    """Make `len(forces)` steps; returns how many were made, fewer where a contact force could not be found.
+def march(bodies, works, now, rest, gap, out):  # type: ignore[no-untyped-def]
+    """Make as many steps as `out` has room for; returns how many were made, fewer where a force was not found.
 
     Args:
         bodies: Bands.
-        works: Room for each, (n,).
+        works: Scratch for each band, (n,).
         now: The Press.
         rest: Gaps where u = 0 [m], (c,).
-        gap: Now; changed in place, (c,).
-        forces, gaps: Out: λ̄ of each step [N] and gaps at its end [m], (s, c).
-        energies: Out: kinetic, strain, contact, lost, work of loads [J], (s, 5).
+        gap: Present gaps [m], changed in place, (c,).
+        out: λ̄ of each step [N] and gaps at its end [m], (s, c) each; then kinetic, strain, contact, dissipated energy,
+            work of loads [J], (s, 5).
     """
+    (forces, gaps, energies), h = out, now.step
     free, rate = np.empty(len(rest)), np.empty(len(rest))
     for n in range(len(forces)):
         rate[:] = 0.0

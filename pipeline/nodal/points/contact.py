@@ -1,18 +1,19 @@
-"""Contact forces at fixed points within one step of the midpoint rule, compiled, by solvers of this package alone.
+"""Contact forces at fixed points in one step of the midpoint rule, compiled.
 
     g⁺ = free + W λ̄,   W = Σ G_b W_b G_bᵀ over the bodies
 
-Of the solver that this is the reference of, only the formulas of the contact laws are shared. With laws λ̄ is the mean
-of the elastic force over the depths passed in the step, (V(d⁺) − V(d))/(d⁺ − d), damping beside it, so that an elastic
-law keeps energy. Where nothing yields but the bodies (Signorini, the mass of the nodes in the step) a point closes when
-its gap half-way through the step would be negative, and stays closed as long as it is pressed:
+Only the formulas of the contact laws are shared with the solver, which this is the reference of. With a law λ̄ is the
+mean of the elastic force over the depths of the step, (V(d⁺) − V(d))/(d⁺ − d), plus damping, so that an elastic law
+conserves energy. In rigid contact (Signorini) a point closes when its gap half-way through the step would be negative,
+and stays closed while its force is positive:
 
     0 ≤ λ̄ ⊥ ġ⁺ + max(ġ, 0) ≥ 0,   ġ⁺ = 2 (g⁺ − g)/h − ġ
 
 (Moreau and Jean's rule with θ = ½ and no restitution, V. Acary, Z. Angew. Math. Mech. 96 (2016) 585-603, but for the
-maximum.) Its work h λ̄ (ġ + ġ⁺)/2 is never positive: a closing loses what the mass that W sees in one step had, which
-goes to zero with step and mesh, and a closed point none. Constraints on gaps would let closed nodes swing for ever.
-Either way the forces are found point by point (Gauss-Seidel); W is symmetric and positive, so that this converges.
+maximum.) Its work h λ̄ (ġ + ġ⁺)/2 is never positive: a closing dissipates the kinetic energy of the mass that W sees in
+one step, which tends to zero with step and mesh; a closed point dissipates none. Constraints on gaps instead of rates
+would let closed nodes oscillate undamped. The forces are found by Gauss-Seidel sweeps over the points, which converge
+since W is symmetric and positive definite.
 """
 
 from typing import NamedTuple
@@ -26,27 +27,27 @@ from gudgeon.solver.laws.force import law_energy, law_force
 FAST = {"reassoc", "contract"}
 """Sums may be reordered; NaN and infinity keep their meaning."""
 SWEEPS = 10_000
-"""Gauss-Seidel sweeps over the points before a step fails; one or two suffice for a few points."""
+"""Gauss-Seidel sweeps after which a step fails; one or two suffice for a few points."""
 TOLERANCE = 1e-13
-"""Violation of a rigid contact's condition, or change of a law's depth in a sweep, that counts as none, relative to
-gaps and their changes in the step; round-off of sums over points is a hundredth of it."""
+"""Allowed violation of a rigid contact's condition, and change of a law's depth in a sweep, relative to gaps and their
+changes in the step; round-off of sums over points is a hundredth of it."""
 DEPENDENT = 1e-14
-"""Pivot of W, relative to its diagonal, below which a point depends on others and sweeps alone find the forces."""
+"""Pivot of W, relative to its diagonal, below which a point depends on others; then sweeps alone find the forces."""
 ROUND_OFF = 1e-14
-"""Change of a depth in Newton's method, relative to the depths of its step, at which it is found."""
+"""Change of a depth in Newton's method, relative to the depths of the step, at which it has converged."""
 NEWTON_LIMIT = 200
-"""Far above the five or so that a depth takes; each that leaves the bracket halves it instead."""
+"""Newton iterations of one depth; about five suffice, and one that leaves the bracket halves it instead."""
 CLOSE = 1e-3
-"""Relative difference of two depths below which two Gauss points give the mean force, to 1e-16."""
+"""Relative difference of two depths below which two Gauss points give the mean force to 1e-16."""
 SLOWEST = 1e-6
-"""Least approach speed of a contact, relative to the largest so far: what grazes loses as if it came at that."""
+"""Least approach speed of a contact for its damping, relative to the largest so far; grazing contacts use it."""
 
 
 class Press(NamedTuple):
-    """What the contact of c points needs and remembers; arrays change in place."""
+    """Data and state of the contact of c points; arrays change in place."""
 
     rigid: bool
-    """Whether nothing yields but the bodies."""
+    """Whether contact has no law."""
     step: float
     """h [s]."""
     W: np.ndarray
@@ -56,11 +57,11 @@ class Press(NamedTuple):
     force: np.ndarray
     """λ̄ of the last step [N], (c,)."""
     depth: np.ndarray
-    """−g at its end [m], (c,); of laws."""
+    """−g at its end [m], (c,); with laws."""
     approach: np.ndarray
-    """v⁻ of the contact that goes on at each point, and the largest so far [m/s], (c + 1,); of laws."""
+    """v⁻ of the present contact of each point, then the largest so far [m/s], (c + 1,); with laws."""
     balance: np.ndarray
-    """What contact took so far, what its laws store now [J], iterations, (3,)."""
+    """Energy dissipated so far and energy stored by laws [J], iterations, (3,)."""
 
 
 def new_press(contacts: list[PointContact], W: np.ndarray, gap: np.ndarray, step: float) -> Press:
@@ -75,13 +76,15 @@ def new_press(contacts: list[PointContact], W: np.ndarray, gap: np.ndarray, step
     laws = [contact.law for contact in contacts if contact.law is not None]
     law = np.concatenate(laws) if laws else np.zeros((c, 4))
     stored = sum(law_energy(law[i], -gap[i]) for i in range(c))
-    balance = np.array([0.0, stored, 0.0])
-    return Press(not laws, step, W.copy(), law, np.zeros(c), -gap, np.zeros(c + 1), balance)
+    return Press(
+        rigid=not laws, step=step, W=W.copy(), law=law, force=np.zeros(c), depth=-gap, approach=np.zeros(c + 1),
+        balance=np.array([0.0, stored, 0.0]),
+    )  # fmt: skip
 
 
 @compiled()
 def press(now, gap, rate, free):  # type: ignore[no-untyped-def]
-    """Find λ̄ of a step; False where it could not be found.
+    """Find λ̄ of a step; returns whether it was found.
 
     Args:
         now: The Press.
@@ -116,14 +119,14 @@ def complementary(W, b, usable, force, tolerance):  # type: ignore[no-untyped-de
     """Solve 0 ≤ λ ⊥ W λ + b ≥ 0; returns the sweeps made, negative where they were not enough.
 
     Sweeps find which points are pressed, Cholesky's method their forces to round-off. Each lowers ½ λᵀWλ + bᵀλ, so that
-    no set of pressed points comes twice.
+    no set of pressed points recurs.
 
     Args:
         W: Symmetric, positive [m/N], (c, c).
         b: [m], (c,).
         usable: Points that take part, (c,); others have no force on entry and get none.
         force: A guess on entry, λ on exit [N], (c,).
-        tolerance: Violation that counts as none [m].
+        tolerance: Allowed violation [m].
     """
     for sweep in range(1, SWEEPS + 1):
         change = 0.0
@@ -169,7 +172,7 @@ def _polish(W, b, force, tolerance):  # type: ignore[no-untyped-def]
 
 @compiled()
 def _fits(W, b, usable, force, tolerance):  # type: ignore[no-untyped-def]
-    """Whether no gap is closed too far and no pressed one is open."""
+    """Return whether no gap is negative and no pressed gap is open, to the tolerance."""
     wrong = 0
     for i in range(len(b)):
         if usable[i]:
@@ -210,7 +213,9 @@ def _yield(now, free):  # type: ignore[no-untyped-def]
     now.balance[1] = 0.0
     for i in range(c):
         lost = (force[i] - _elastic(now.law[i], now.depth[i], depth[i])[0]) * (depth[i] - now.depth[i])
-        now.balance[0] += max(lost, 0.0)  # No law gives energy: what a wrong force would create shall show as drift.
+        now.balance[0] += max(
+            lost, 0.0
+        )  # No law creates energy: an error of the force that does must show as energy drift.
         now.balance[1] += law_energy(now.law[i], depth[i])
         now.depth[i] = depth[i]
         if depth[i] <= 0.0:
@@ -222,8 +227,8 @@ def _yield(now, free):  # type: ignore[no-untyped-def]
 def _point(now, i, alone):  # type: ignore[no-untyped-def]
     """Solve d + W_ii λ̄(d) = d₀ of one point; returns λ̄ [N], d [m] and the iterations used.
 
-    The force grows with the depth, so that there is one root. Where the force jumps over it, as that of a dashpot does
-    when a contact begins, the point stays on the edge of contact and bears what holds it there.
+    The force grows with the depth, so that there is one root. Where the force jumps across it, as a dashpot's does when
+    a contact begins, the depth is zero and the force is the one that keeps it zero.
 
     Args:
         alone: d₀, depth at the end of the step under all other forces [m].
@@ -249,13 +254,13 @@ def _point(now, i, alone):  # type: ignore[no-untyped-def]
             if high - low <= ROUND_OFF * (abs(d) + abs(before)):
                 break
     if low <= 0.0 <= high:
-        d = 0.0  # Not what round-off makes of it: its sign says whether the contact has begun.
+        d = 0.0  # Exactly zero: the sign of a rounded value would decide whether the contact has begun.
     return max((alone - d) / give, 0.0), d, NEWTON_LIMIT
 
 
 @compiled()
 def _mean(law, before, after, approach, h):  # type: ignore[no-untyped-def]
-    """Return the mean force of a step between two depths, what is lost included, and its derivative by the second."""
+    """Return the mean force between two depths in a step, damping included, and its derivative by the second."""
     elastic, steepness = _elastic(law, before, after)
     rate = (after - before) / h
     per_rate = law[2] / approach if approach > 0.0 else 0.0

@@ -1,8 +1,8 @@
-"""The full FE of bodies that meet at fixed points: compiled for narrow bodies, or over sparse factors.
+"""Time loop of the full FE with contact at fixed points: compiled for narrow bodies, or with sparse factors.
 
-Energy drift is the largest error of T + U + V + D − W over the largest part of the energy that contact turned into
-others than kinetic, U − U₀ + V + D, with T kinetic, U strain, V what laws store, D what closings, lossy laws and
-damping took, W the work of loads.
+The energy drift is the largest error of T + U + V + D − W over the largest energy that contact converted from kinetic
+energy, U − U₀ + V + D: T kinetic, U strain, V stored by laws, D dissipated by closings, laws and damping, W work of
+loads.
 """
 
 from collections.abc import Callable
@@ -21,17 +21,17 @@ from gudgeon.pipeline.nodal.problem import PointProblem
 from gudgeon.pipeline.nodal.quantities import History, body_quantities, contact_quantities, named
 
 PARTS = 100
-"""Into which a run is divided to tell its progress."""
+"""Parts of a run after which its progress is reported."""
 
 
 def simulate_points(problem: PointProblem, step: float, progress: Callable[[float], None] | None = None) -> NodalRecord:
     """Integrate the problem with a fixed step [s].
 
     Args:
-        progress: Told the share done from time to time.
+        progress: Receives the share done.
 
     Raises:
-        StageError: a contact force could not be found, or a body's rigid motions are none.
+        StageError: a contact force was not found, or see `MovingBody`.
     """
     count = max(1, round(problem.duration / step))
     stacked = [_stacked(problem, number) for number in range(len(problem.bodies))]
@@ -52,14 +52,28 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
     for first in range(0, count, part):
         chosen = slice(first, min(first + part, count))
         out = history.forces[chosen], history.gaps[1:][chosen], energies[chosen]
-        if (made := loop.advance(now, rest, gap, *out)) < len(out[0]):
-            raise StageError(f"nodal: no contact force was found in step {first + made + 1} of {step:g} s")
+        if (made := loop.advance(now, rest, gap, out)) < len(out[0]):
+            raise StageError(f"full FE: no contact force was found in step {first + made + 1} of {step:g} s")
         if progress is not None:
             progress(chosen.stop / count)
-    found = _quantities(problem, history, loop, float(energies[-1, 3]))
+    ends = np.cumsum([0, *(len(contact.gap) for contact in problem.contacts.values())])
+    rows = {name: slice(*ends[k : k + 2]) for k, name in enumerate(problem.contacts)}
+    motions = [body.centre_motion(motion) for body, motion in zip(problem.bodies, loop.motions(), strict=True)]
+    quantities = _quantities(problem, history, rows, motions) | {
+        "energy_lost": {"value": float(energies[-1, 3]), "unit": "J"}
+    }
     taken = clock.read()
     loop.free()
-    return _record(problem, history, energies, begun, (int(now.balance[2]), taken.wall, taken.cpu), found)
+    balance = energies[:, :4].sum(axis=1) - energies[:, 4]
+    converted = energies[:, 1] - begun[1] + energies[:, 2] + energies[:, 3]
+    error, exchanged = float(np.abs(balance - (begun[:4].sum() - begun[4])).max()), float(np.abs(converted).max())
+    forces = {name: history.forces[:, rows[name]] @ contact.directions for name, contact in problem.contacts.items()}
+    return NodalRecord(
+        step=float(history.times[1]), times=history.times[1:], force=np.sum(list(forces.values()), axis=0),
+        energies=energies[:, :3].copy(), energy_drift=error / exchanged if exchanged else 0.0,
+        coordinates=sum(body.K.shape[0] for body in problem.bodies), newton_iterations=int(now.balance[2]),
+        wall_seconds=taken.wall, cpu_seconds=taken.cpu, forces=forces, quantities=quantities,
+    )  # fmt: skip
 
 
 def _stacked(problem: PointProblem, number: int) -> sparse.csr_matrix:
@@ -70,18 +84,18 @@ def _stacked(problem: PointProblem, number: int) -> sparse.csr_matrix:
 
 
 def _compile(problem: PointProblem, stacked: list[sparse.csr_matrix], rest: np.ndarray, narrow: bool) -> None:
-    """Have what is compiled compiled, which is no part of a run's time."""
+    """Compile the loop, whose compilation is no part of a run's time."""
     c = len(rest)
-    now = new_press(list(problem.contacts.values()), np.eye(c), rest + 1.0, 1.0)
+    now = new_press(list(problem.contacts.values()), np.eye(c), rest + 1.0, problem.duration)
     if narrow:
         out = np.zeros((1, c)), np.zeros((1, c)), np.zeros((1, 5))
-        _Compiled(problem, stacked, problem.duration).advance(now, rest, rest + 1.0, *out)
+        _Compiled(problem, stacked, problem.duration).advance(now, rest, rest + 1.0, out)
     else:
         press(now, rest + 1.0, np.zeros(c), rest + 1.0)
 
 
 class _Compiled:
-    """Narrow bodies."""
+    """Narrow bodies in the compiled loop."""
 
     def __init__(self, problem: PointProblem, stacked: list[sparse.csr_matrix], step: float) -> None:
         self._bands = tuple(new_band(body, rows, step) for body, rows in zip(problem.bodies, stacked, strict=True))
@@ -102,7 +116,7 @@ class _Compiled:
         return sum((rows @ band.v for rows, band in self._parts), np.zeros(()))
 
     def energies(self, now: Press) -> np.ndarray:
-        """Return kinetic, strain, contact, lost, work of loads now [J], (5,)."""
+        """Return kinetic, strain, contact, dissipated energy and work of loads now [J], (5,)."""
         kinetic = sum(0.5 * float(band.v @ band.Mv) for band in self._bands)
         strain = sum(0.5 * float(band.u @ band.Ku) for band in self._bands)
         balance = sum((band.balance for band in self._bands), np.zeros(2))
@@ -112,16 +126,16 @@ class _Compiled:
         """Return displacements and velocities of each body now, (2, dofs)."""
         return [np.array([band.u, band.v]) for band in self._bands]
 
-    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, *out: np.ndarray) -> int:
+    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]) -> int:
         """Make steps, see `march`."""
-        return march(self._bands, self._works, now, rest, gap, self._step, *out)
+        return march(self._bands, self._works, now, rest, gap, out)
 
     def free(self) -> None:
-        """Nothing is held that the interpreter does not free."""
+        """Release memory that the interpreter does not."""
 
 
 class _Factored:
-    """Bodies of any shape, each with a sparse factor; the same functions."""
+    """Bodies of any shape, each with a sparse factor; the functions are those of `_Compiled`."""
 
     def __init__(self, problem: PointProblem, stacked: list[sparse.csr_matrix], step: float) -> None:
         self._bodies = [MovingBody(body, rows, step) for body, rows in zip(problem.bodies, stacked, strict=True)]
@@ -144,7 +158,7 @@ class _Factored:
     def motions(self) -> list[np.ndarray]:
         return [body.motion() for body in self._bodies]
 
-    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, *out: np.ndarray) -> int:
+    def advance(self, now: Press, rest: np.ndarray, gap: np.ndarray, out: tuple[np.ndarray, ...]) -> int:
         forces, gaps, energies = out
         for n in range(len(forces)):
             rate = self.rates() if now.rigid else gap
@@ -165,44 +179,18 @@ class _Factored:
             body.free()
 
 
-def _quantities(problem: PointProblem, history: History, loop: "_Compiled | _Factored", lost: float) -> Json:
-    """Return name → {"value", "unit"} as the solver names them, and what was lost."""
-    elastic = any(body.K.nnz for body in problem.bodies)
-    motions = []
-    for body, motion in zip(problem.bodies, loop.motions(), strict=True):
-        motions.append(body.centre_motion(motion))
-    found, first = {}, 0
+def _quantities(problem: PointProblem, history: History, rows: dict[str, slice], motions: list[np.ndarray]) -> Json:
+    """Return the run's quantities, named as the solver's.
+
+    Args:
+        rows: Points of each contact.
+        motions: See `NodalBody.centre_motion`, of each body.
+    """
+    elastic, found = any(body.K.nnz for body in problem.bodies), {}
     for name, contact in problem.contacts.items():
-        rows = slice(first, first + len(contact.gap))
-        other = None if contact.other is None else motions[contact.other]
-        values = contact_quantities(history.of(rows), contact, (motions[contact.body], other), elastic, problem.flying)
+        pair = motions[contact.body], None if contact.other is None else motions[contact.other]
+        values = contact_quantities(history.of(rows[name]), contact, pair, elastic, problem.flying)
         found |= named(name, values)
-        first = rows.stop
     for body, motion in zip(problem.bodies, motions, strict=True):
         found |= body_quantities(body.name, motion)
-    return found | {"energy_lost": {"value": lost, "unit": "J"}}
-
-
-def _record(
-    problem: PointProblem,
-    history: History,
-    energies: np.ndarray,
-    begun: np.ndarray,
-    counts: tuple[int, float, float],
-    quantities: Json,
-) -> NodalRecord:
-    balance = energies[:, :4].sum(axis=1) - energies[:, 4]
-    turned = energies[:, 1] - begun[1] + energies[:, 2] + energies[:, 3]
-    error, exchanged = float(np.abs(balance - (begun[:4].sum() - begun[4])).max()), float(np.abs(turned).max())
-    forces, first = {}, 0
-    for name, contact in problem.contacts.items():
-        rows = slice(first, first + len(contact.gap))
-        forces[name], first = history.forces[:, rows] @ contact.directions, rows.stop
-    total = np.sum(list(forces.values()), axis=0)
-    coordinates = sum(body.K.shape[0] for body in problem.bodies)
-    iterations, wall, cpu = counts
-    return NodalRecord(
-        float(history.times[1]), history.times[1:], total, energies[:, :3].copy(),
-        error / exchanged if exchanged else 0.0, coordinates, iterations, wall, cpu, forces=forces,
-        quantities=quantities,
-    )  # fmt: skip
+    return found

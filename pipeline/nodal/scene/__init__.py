@@ -1,1 +1,1 @@
-"""A scene made a full-FE problem."""
+"""Scenes as problems of the full FE."""

@@ -1,4 +1,4 @@
-"""A body of a scene on its mesh, for the full-FE run."""
+"""A body of a scene with its mesh and FE matrices, for the full FE."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,8 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.patch import patch_point, patch_row
 from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points
 from gudgeon.pipeline.interfaces.tie import refuse_rigid
-from gudgeon.pipeline.nodal import NodalBody, supported_body
+from gudgeon.pipeline.nodal.problem import NodalBody
+from gudgeon.pipeline.nodal.start import supported_body
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.job import Job, free_twists
 from gudgeon.pipeline.stages.mesh import movement_of
@@ -23,7 +24,7 @@ CONTACT_KINDS = ("points", "patch")
 
 @dataclass(frozen=True)
 class Part:
-    """One body of the scene on its mesh, that of the changed design where it has a change."""
+    """One body of the scene with its mesh, that of the changed design where there is one."""
 
     name: str
     mesh: MeshRecord
@@ -31,7 +32,7 @@ class Part:
     component: Component
     body: NodalBody
     reduction: sparse.csr_matrix
-    """Displacement of the model's dofs by the body's own, (dofs of the model, dofs)."""
+    """Displacement of the model's dofs per dof of the body, (dofs of the model, dofs)."""
     position: np.ndarray
     """[m], (3,)"""
 
@@ -42,7 +43,7 @@ class Part:
             where: The key that names it, for messages.
 
         Raises:
-            InputError: there is no such interface, it is for no contact, or its surface does not fit it.
+            InputError: there is no such interface, or it is of another kind or does not fit its surface.
         """
         if name not in self.component.interface:
             have = ", ".join(self.component.interface) or "none"
@@ -50,7 +51,7 @@ class Part:
         interface = self.component.interface[name]
         if interface.kind not in CONTACT_KINDS:
             raise InputError(
-                f"{where}: '{name}' is of kind '{interface.kind}', report.full_fe needs 'points' or 'patch'"
+                f"{where}: '{name}' is of kind '{interface.kind}', report.full_fe allows 'points', 'patch'"
             )
         if interface.kind == "patch":
             points = patch_point(self.mesh, interface, where)
@@ -84,4 +85,4 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     damping = settings.damping.stiffness_factor if settings.damping else 0.0
     twists = free_twists(job, name)
     body, reduction = supported_body(name, model, twists, momentum, damping=damping, field=field)
-    return Part(name, mesh, model, component, body, reduction, np.asarray(settings.position, float))
+    return Part(name, mesh, model, component, body, reduction, position=np.asarray(settings.position, float))

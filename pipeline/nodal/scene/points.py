@@ -1,49 +1,51 @@
-"""A scene whose bodies meet at fixed points, in full FE: point against point, or against a plane or a bore."""
+"""Full-FE problem of a scene with contact at fixed points: against points of another body, or against an obstacle."""
 
 import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.nodal import PointContact, PointProblem
+from gudgeon.pipeline.nodal.problem import PointContact, PointProblem
 from gudgeon.pipeline.nodal.scene.body import Part, load_part
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.obstacles import obstacle_of
 
 INSIDE = 1e-9
-"""Depth at the start, relative to the points' coordinates, that is round-off."""
-CARRIED = ("residual", "penalty", "constraint")
-"""Contact methods; what residual flexibility stands for is in the nodes."""
+"""Penetration allowed at the start, relative to the points' coordinates: round-off."""
+METHODS = ("residual", "penalty", "constraint")
+"""Contact methods of a full FE; its nodes have all the flexibility that `residual` adds to a reduced model."""
 
 
 def meeting_problem(job: Job) -> PointProblem:
     """Return the problem.
 
     Raises:
-        InputError: something is not carried, or points start inside or do not pair.
+        InputError: something is not supported, points start in penetration, or points of two bodies do not pair.
     """
     scene = job.scene
     for name in scene.springs():
-        raise InputError(f"{job.path}: report.full_fe: knows no springs, leave force.{name} out")
+        raise InputError(f"{job.path}: report.full_fe: springs are not supported; remove force.{name}")
     parts = [load_part(job, name, np.asarray(scene.run.gravity)) for name in scene.body]
     contacts = {name: _contact(job, name, parts) for name in scene.contact}
     if len({contact.law is None for contact in contacts.values()}) > 1:
-        raise InputError(f"{job.path}: report.full_fe: carries contacts with laws or layers, or without any, not both")
+        raise InputError(
+            f"{job.path}: report.full_fe: contacts with a law or a layer cannot be combined with rigid contacts"
+        )
     flying = len(contacts) == 1 and not any(scene.run.gravity)
     return PointProblem(tuple(part.body for part in parts), contacts, scene.run.duration, flying)
 
 
 def refuse_contacts(job: Job) -> None:
-    """Refuse contacts of kinds that the full-FE run has not.
+    """Check that contacts are of the kinds that the full FE has.
 
     Raises:
         InputError: a contact has friction or a restitution.
     """
     for name, contact in job.scene.contact.items():
         where = f"{job.path}: report.full_fe: contact.{name}"
-        if contact.method not in CARRIED:
-            raise InputError(f"{where}.method: '{contact.method}' given, it carries {', '.join(CARRIED)}")
+        if contact.method not in METHODS:
+            raise InputError(f"{where}.method: '{contact.method}' given, allowed: {', '.join(METHODS)}")
         if contact.friction is not None:
-            raise InputError(f"{where}.friction: given, it carries frictionless contact only")
+            raise InputError(f"{where}.friction: friction is not supported; remove it")
 
 
 def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
@@ -59,7 +61,7 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
         far, there = parts[other].contact_rows(contact.against.interface, where)
         if len(far.points) != len(placed):
             raise InputError(
-                f"{job.path}: {where}: has {len(far.points)} points, {len(placed)} face them; they must be as many"
+                f"{job.path}: {where}: has {len(far.points)} points, the one opposite {len(placed)}; needed: equal"
             )
         order, gap = _facing(placed, points.normals, far.points + parts[other].position)
         if len(np.unique(order)) < len(order):
@@ -70,7 +72,7 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
         other, obstacle = None, obstacle_of(contact.against.model_dump())
         gap, directions = obstacle.gap(placed), obstacle.direction(placed)
     if gap.min() < -INSIDE * float(np.abs(placed).max()):
-        raise InputError(f"{job.path}: contact.{name}: points start inside by {-gap.min():.3g} m")
+        raise InputError(f"{job.path}: contact.{name}: points start with a penetration of {-gap.min():.3g} m")
     law = None
     if contact.surface_stiffness is not None:
         law = np.zeros((len(gap), 4))
@@ -81,7 +83,7 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
 
 
 def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return which point of another body stands nearest to each point's normal, and the gap along it [m], (c,) each."""
+    """Return the point of another body nearest to the normal of each point, and the gap along it [m], (c,) each."""
     aside = np.cross(there[None] - placed[:, None], normals[:, None])
     order = np.linalg.norm(aside, axis=2).argmin(axis=1)
     return order, np.einsum("ci,ci->c", there[order] - placed, normals)

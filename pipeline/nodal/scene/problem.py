@@ -1,4 +1,4 @@
-"""A scene as a problem in full FE: same meshes, same points, same surface layer, same loads and rod."""
+"""A scene as a problem of the full FE, with its meshes, contact points, surface layers, loads and rod."""
 
 from dataclasses import replace
 
@@ -10,48 +10,48 @@ from gudgeon.modaldb.traction import along_direction, chart_coordinates
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.loads import load_rows
 from gudgeon.pipeline.interfaces.traction_space import traction_space
-from gudgeon.pipeline.nodal import (
+from gudgeon.pipeline.nodal.problem import (
     NodalContact,
     NodalLoad,
     NodalProblem,
     NodalRod,
     PointProblem,
     SlidingSurface,
-    SplineWeights,
-    static_start,
 )
 from gudgeon.pipeline.nodal.scene.body import Part, load_part
 from gudgeon.pipeline.nodal.scene.points import meeting_problem, refuse_contacts
+from gudgeon.pipeline.nodal.sliding.weights import SplineWeights
+from gudgeon.pipeline.nodal.start import static_start
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.obstacles import basic_surface, obstacle_of
 
 LINES = ("bar", "beam", "rigid")
-"""Geometries whose points are few."""
+"""Geometries with few contact points."""
 START_STEP = 1e-6
-"""Over which loads and the crank pin's motion are taken for the deformation at the start [s]."""
+"""Interval of loads and crank pin motion for the static deformation at the start [s]."""
 
 
 def nodal_problem(job: Job) -> NodalProblem | PointProblem:
-    """Return the scene in full FE, on the mesh of the changed design where it has a change.
+    """Return the scene in full FE, with the mesh of the changed design where there is one.
 
-    Points that slide over another body, a joint, and many points of a solid on a layer against an obstacle go to the
-    loop with sliding contact; all else to that of bodies that meet at fixed points.
+    Scenes with points that slide over another body, with a joint, or with many points of one solid that press a layer
+    against an obstacle become a `NodalProblem`; all others a `PointProblem`.
 
     Raises:
-        InputError: the scene has what neither carries.
+        InputError: the scene has something that neither supports.
     """
     scene = job.scene
     for name in scene.moving():
-        raise InputError(f"{job.path}: report.full_fe: knows no moving forces, leave force.{name} out")
+        raise InputError(f"{job.path}: report.full_fe: moving forces are not supported; remove force.{name}")
     if not scene.contact:
-        raise InputError(f"{job.path}: report.full_fe: is for scenes with contacts, this one has none")
+        raise InputError(f"{job.path}: report.full_fe: the scene has no contact; needed: at least one")
     refuse_contacts(job)
     sliding = bool(scene.masters() or scene.joint)
     return _sliding_problem(job) if sliding or _layered_solid(job) else meeting_problem(job)
 
 
 def _layered_solid(job: Job) -> bool:
-    """Whether one free or held solid presses layers of its points against obstacles."""
+    """Return whether the only body is a free solid whose points press layers against obstacles."""
     scene = job.scene
     if scene.others() or len(scene.body) != 1 or scene.springs():
         return False
@@ -66,14 +66,14 @@ def _sliding_problem(job: Job) -> NodalProblem:
     over = {master.body for master in masters.values()}
     if len(slaves) != 1 or len(over) > 1 or slaves | over != set(scene.body) or len(scene.joint) > 1:
         raise InputError(
-            f"{job.path}: report.full_fe: where points slide or a joint drives, it is for the contact points of one body,"
-            " against obstacles or one other body, and one joint"
+            f"{job.path}: report.full_fe: with sliding points or a joint, all contacts must be contacts of one body,"
+            " against obstacles or one other body, with one joint at most"
         )
     for name, contact in scene.contact.items():
         if contact.surface_stiffness is None or contact.against.shape == "body":
             raise InputError(
-                f"{job.path}: report.full_fe: contact.{name} needs surface_stiffness and an obstacle or a surface where"
-                " points slide or a joint drives"
+                f"{job.path}: report.full_fe: contact.{name}: with sliding points or a joint, a contact needs"
+                " surface_stiffness, and an obstacle or a surface that it is against"
             )
     slave = _solid(job, slaves.pop(), np.asarray(scene.run.gravity))
     master = _solid(job, over.pop(), np.zeros(3)) if over else None
@@ -93,13 +93,13 @@ def _solid(job: Job, name: str, field: np.ndarray) -> Part:
     part = load_part(job, name, field)
     if part.mesh.cell_type not in ("tetra10", "line3"):
         raise InputError(
-            f"{job.path}: report.full_fe: where points slide or a joint drives, it is for solids and bars,"
-            f" component.{job.scene.component_of(name)}.geometry is '{part.component.geometry.kind}'"
+            f"{job.path}: component.{job.scene.component_of(name)}.geometry: '{part.component.geometry.kind}' given,"
+            " report.full_fe with sliding points or a joint allows solids and bars"
         )
     if part.model.held.any() and len(part.model.rigid_twists):
         raise InputError(
-            f"{job.path}: report.full_fe: where points slide or a joint drives, it is for bodies free or held,"
-            f" component.{job.scene.component_of(name)}.supports hold it in part"
+            f"{job.path}: component.{job.scene.component_of(name)}.supports: leave some rigid motions free,"
+            " report.full_fe with sliding points or a joint allows all or none"
         )
     return part
 
@@ -114,14 +114,8 @@ def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalCont
         obstacle = basic_surface(space.chart, master.position)
     else:
         surface, obstacle = None, obstacle_of(contact.against.model_dump())
-    directions = obstacle.direction(placed)
-    return NodalContact(
-        -rows,
-        obstacle.gap(placed),
-        contact.surface_stiffness * points.areas,
-        directions,
-        surface,
-    )
+    stiffness = contact.surface_stiffness * points.areas
+    return NodalContact(-rows, obstacle.gap(placed), stiffness, obstacle.direction(placed), surface)
 
 
 def _surface(
@@ -129,9 +123,7 @@ def _surface(
 ) -> tuple[SlidingSurface, TractionModes]:
     over = job.scene.masters()[name]
     found = traction_space(master.mesh, master.component.interface[over.interface], f"contact.{name}.against")
-    space = TractionModes(
-        found.chart, found.start, found.spacing, found.counts, np.empty((0, 0)), found.resultant
-    )  # fmt: skip
+    space = TractionModes(found.chart, found.start, found.spacing, found.counts, np.empty((0, 0)), found.resultant)
     weights = SplineWeights(space, chart_coordinates(found.chart, placed - master.position))
     along = np.tile(slave.model.directions @ along_direction(found.chart), len(slave.model.nodes))
     slide = (slave.model.M @ along @ slave.reduction) / slave.model.properties.mass

@@ -1,4 +1,4 @@
-"""Contact within one step: the discrete gradient of V(g) = ½ κ ⟨−g⟩² point by point, and Newton's method on it."""
+"""Contact in one step: the discrete gradient of V(g) = ½ κ ⟨−g⟩² point by point, solved by Newton's method."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ NEWTON_TOLERANCE = 1e-13
 """Change of a gap in the last iteration over the largest gap."""
 NEWTON_LIMIT = 60
 FLAT = 1e-6
-"""Below this relative change of a gap the difference quotient is replaced by the derivative at its middle."""
+"""Relative change of a gap below which the difference quotient is replaced by the derivative at its middle."""
 
 
 def close_gaps(
@@ -29,7 +29,7 @@ def close_gaps(
         gap: At the start of the step [m], (a,).
         free: At its end without contact forces [m], (a,).
         scale: The largest gap [m], to which the tolerance refers.
-        follow: What else changes the gaps with the forces [m], (a,), so little that its derivative can be left out.
+        follow: Further change of the gaps with the forces [m], (a,), so small that its derivative is omitted.
 
     Returns:
         g⁺ (a,), λ̄ (a,) and the iterations used.
@@ -54,7 +54,7 @@ def close_gaps(
         if np.abs(change).max() <= NEWTON_TOLERANCE * scale:
             return new, discrete_gradient(stiffness, gap, new)[0], iteration
     raise StageError(
-        f"nodal: contact did not converge in {NEWTON_LIMIT} iterations (change {np.abs(change).max():.2g} m)"
+        f"full FE: contact did not converge in {NEWTON_LIMIT} iterations (change {np.abs(change).max():.2g} m)"
     )
 
 

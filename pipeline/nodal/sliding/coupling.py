@@ -1,12 +1,12 @@
-"""What happens between the bodies in one step: contact points, the rod, and the drag of a deformed surface.
+"""Forces between the bodies in one step: contact points, the rod, and the drag of a deformed surface.
 
 With N at the start and N⁺ at the end of the step, N̄ their mean, e the inward displacement of the master's functions:
 
     g⁺ = g₀ + G u⁺ + N⁺ e⁺,   force on the functions N̄ᵀ λ̄,   g⁺ − g = G Δu + N̄ Δe + ΔN ē
 
-so that λ̄ᵀ ΔN ē is work that neither body receives: the slave climbs the deformed surface. It is given back as the
-drag d = λ̄ᵀ ΔN ē / Δσ along the slave's way of sliding in the same step, which closes the energy. N⁺ belongs to a
-prediction of σ⁺ with the last step's forces; d depends so little on itself that Newton's method just follows it.
+so that λ̄ᵀ ΔN ē is work that neither body receives: the slave climbs the deformed surface. The drag
+d = λ̄ᵀ ΔN ē / Δσ along the sliding direction in the same step returns it, which closes the energy balance. N⁺ is that
+of σ⁺ predicted with the last step's forces; d depends so little on itself that Newton's method omits its derivative.
 """
 
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ from gudgeon.pipeline.nodal.sliding.weights import Surfaces, Touch
 FAR = 1.0
 """Gap of a point off its surface [m]."""
 PREDICTED = 0.1
-"""Relative difference of Δσ from its prediction above which the drag takes the prediction: it passes zero there."""
+"""Relative difference of Δσ from its prediction above which the drag uses the prediction: Δσ passes zero there."""
 NEAR = 4.0
-"""Points nearer than this many times what contact moved in the last step are solved for; the rest is verified."""
+"""Gaps below this times the largest change by contact in the last step are solved for, the others verified."""
 
 
 @dataclass
 class StepForces:
-    """What one step found."""
+    """Forces in one step."""
 
     ports: np.ndarray
     """Force on each port of the slave: λ̄, rod lateral and along, drags [N], (p,)."""
@@ -41,12 +41,12 @@ class StepForces:
     rod: float
     """x, positive when it pushes the slave away from the crank pin [N]."""
     edge: float
-    """Contact energy that came with points which entered a surface or left it [J]."""
+    """Contact energy of points that entered a surface, less that of points that left one [J]."""
     iterations: int
 
 
 def slave_ports(problem: NodalProblem) -> sparse.csr_matrix:
-    """Stack G of all contacts, J of the rod and the ways of sliding."""
+    """Stack G of all contacts, J of the rod and the rows of sliding."""
     contacts = problem.contacts.values()
     rows = [contact.G for contact in contacts]
     if problem.rod is not None:
@@ -67,9 +67,8 @@ class Coupling:
     """Contacts and rod with their state at the start of a step.
 
     Args:
-        problem: Bodies and contacts.
-        slave: Its ports are `slave_ports(problem)`.
-        master: Its ports are `master_ports(problem)`.
+        slave: With the ports `slave_ports(problem)`.
+        master: With the ports `master_ports(problem)`.
     """
 
     def __init__(self, problem: NodalProblem, slave: MovingBody, master: MovingBody | None) -> None:
@@ -83,13 +82,11 @@ class Coupling:
         self._slave, self._W = slave, slave.W
         self._R = np.zeros((0, 0)) if master is None else master.W
         self._aux = np.zeros(len(self._W) - c)
-        self._reach = 0.0
-        places = slave.places()
+        self._reach, self._places = 0.0, slave.places()
         self.inward = np.zeros(0) if master is None else master.places()
-        self._places = places
-        self._sigma = places[self._slides]
+        self._sigma = self._places[self._slides]
         self._touch = self.surfaces.touch(self._sigma)
-        self.gap = self._gaps(places, self.inward, self._touch)
+        self.gap = self._gaps(self._places, self.inward, self._touch)
 
     def solve(self, places: np.ndarray, inward: np.ndarray, pins: np.ndarray) -> StepForces:
         """Find the forces of a step.
@@ -112,16 +109,9 @@ class Coupling:
         return found
 
     def finish(self, inward: np.ndarray) -> np.ndarray:
-        """Take over where the bodies ended; returns how far the slave's ports went [m], (p,)."""
-        places = self._slave.places()
-        way = places - self._places
-        self._places, self.inward = places, inward
-        return way
-
-    @property
-    def energy(self) -> float:
-        """Σ V(g) now [J]."""
-        return contact_energy(self.stiffness, self.gap)
+        """Take over the bodies' positions after a step; returns the change of the slave's ports [m], (p,)."""
+        before, self._places, self.inward = self._places, self._slave.places(), inward
+        return self._places - before
 
     def _gaps(self, places: np.ndarray, inward: np.ndarray, touch: Touch) -> np.ndarray:
         gap = self.gap_at_rest + places[: self.surfaces.count]
@@ -146,7 +136,7 @@ class _Step:
         self.drag = np.zeros(len(sigma))
 
     def hold(self, rod: RodStep) -> None:
-        """Put the rod in: its force follows from all others."""
+        """Add the rod, whose force follows from all others."""
         W, c = self.home._W, self.c
         two, slides = slice(c, c + 2), self.home._slides
         give = 2 * float(rod.end @ W[two, two] @ rod.middle)
@@ -159,7 +149,7 @@ class _Step:
         self.free = np.where(self.touch.present, self.free + self.push * self.rod_free, FAR)
 
     def run(self) -> StepForces:
-        """Solve, verify the points left out, and collect the forces."""
+        """Solve for points near contact, verify all others, and collect the forces."""
         home, c = self.home, self.c
         multipliers, functions = np.zeros(c), np.zeros(home.surfaces.size)
         old, new = home.gap, self.free
@@ -215,7 +205,7 @@ class _Step:
         return found
 
     def _local(self, rows: np.ndarray) -> None:
-        """Narrow N and the master's response to the functions that these rows touch."""
+        """Restrict N and the master's response to the functions that these rows touch."""
         home = self.home
         mark = np.zeros(home.surfaces.size, np.int64)
         mark[self.touch.numbers[rows]] = 1

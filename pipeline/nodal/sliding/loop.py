@@ -1,4 +1,4 @@
-"""The time loop of the full-FE run, and the account that it keeps of the energy."""
+"""Time loop of the full FE where points slide or press a layer, and its energy balance."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +14,7 @@ from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.loop import simulate_points
 from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
 from gudgeon.pipeline.nodal.quantities import body_quantities, named, resultant_quantities
+from gudgeon.pipeline.nodal.sliding.contact import contact_energy
 from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
 
 PROGRESS_STRIDE = 64
@@ -25,14 +26,14 @@ def simulate_nodal(
     """Integrate a problem with a fixed step [s].
 
     Args:
-        progress: Told the share done from time to time.
+        progress: Receives the share done.
 
     Raises:
-        StageError: contact did not converge in a step, or a body's rigid motions are none.
+        StageError: contact did not converge in a step, or see `MovingBody`.
     """
     with ExitStack() as stack:
-        # OpenBLAS takes all cores for vectors of 10⁴ entries and lets its threads spin between calls: beside PARDISO
-        # and other work on the machine that made a step ten times slower.
+        # OpenBLAS uses all cores for vectors of 10⁴ entries, and its threads spin between calls: beside PARDISO and
+        # other processes a step took ten times longer.
         stack.enter_context(ThreadpoolController().select(internal_api="openblas").limit(limits=1))
         if isinstance(problem, PointProblem):
             return simulate_points(problem, step, progress)
@@ -40,7 +41,7 @@ def simulate_nodal(
         count = max(1, round(problem.duration / step))
         run = _Run(problem, step, count)
         stack.callback(run.free)
-        # Solves release the interpreter's lock: the master's runs beside the slave's.
+        # Solves release the interpreter's lock: the master's runs in parallel to the slave's.
         run.pool = stack.enter_context(ThreadPoolExecutor(1)) if run.master is not None else None
         for n in range(count):
             run.advance(n)
@@ -58,7 +59,7 @@ class _Run:
         if problem.master is not None and self.master is not None:
             self.bodies.append((problem.master, self.master))
         self.coupling = Coupling(problem, self.slave, self.master)
-        self.account = _Account(self)
+        self._account = _Account(self)
         self.pool: ThreadPoolExecutor | None = None
         self._loads = [body.load_means(self.times) for body, _ in self.bodies]
         self._pins = np.zeros((count + 1, 0)) if problem.rod is None else np.asarray(problem.rod.crank(self.times))
@@ -85,36 +86,36 @@ class _Run:
             master.advance(found.functions)
         way = self.coupling.finish(inward if master is None else master.places())
         self._keep(n, found)
-        self._energies[n] = self.account.book(found, way, growth)
+        self._energies[n] = self._account.add(found, way, growth)
 
     def free(self) -> None:
-        """Give the factors' memory back."""
+        """Release the factors' memory."""
         for _, moving in self.bodies:
             moving.free()
 
     def record(self, taken: Seconds) -> NodalRecord:
-        """Return what was found, and the seconds it took."""
+        """Return the record of the run, which took some time."""
         forces = dict(self._contact_forces)
         total = np.sum([np.zeros((len(self.times) - 1, 3)), *forces.values()], axis=0)
         if self.problem.rod is not None:
             forces[self.problem.rod.name] = self._rod_force @ self.problem.rod.directions
         surfaces = self.coupling.surfaces
-        names = list(self.problem.contacts)
         masters = {
-            names[k]: np.array([-inward[surfaces.functions[k]] for inward in self._surfaces])
-            for k in surfaces.sliding
-            if len(self._surfaces)
+            name: np.array([-inward[surfaces.functions[k]] for inward in self._surfaces])
+            for k, name in enumerate(self.problem.contacts)
+            if k in surfaces.sliding and self._surfaces
         }
         return NodalRecord(
-            self.step, self.times[1:], total, self._energies, self.account.drift,
-            sum(len(moving.u) for _, moving in self.bodies), self._iterations, taken.wall, taken.cpu,
-            forces=forces, motion=self._motion,
+            step=self.step, times=self.times[1:], force=total, energies=self._energies,
+            energy_drift=self._account.drift, coordinates=sum(len(moving.u) for _, moving in self.bodies),
+            newton_iterations=self._iterations, wall_seconds=taken.wall, cpu_seconds=taken.cpu, forces=forces,
+            motion=self._motion,
             frame_times=self.times[self._frames] if self.problem.frames else None, masters=masters,
             quantities=self._quantities(),
         )  # fmt: skip
 
     def _quantities(self) -> Json:
-        """Return name → {"value", "unit"} as the solver names them."""
+        """Return the run's quantities, named as the solver's."""
         found: Json = {}
         for name, forces in self._contact_forces.items():
             found |= named(name, resultant_quantities(self.times[1:], forces))
@@ -141,8 +142,8 @@ class _Account:
     """Energy balance E − E₀ − W + D, against the energy exchanged at contacts.
 
     W is the work of loads and of the rod, and the contact energy of points that enter a surface or leave it pressed;
-    the drag is internal. What contact exchanges is ½ (Σ |w_k| + |w_e| + V), w_k the work of the contact forces so far
-    on each rigid motion of the slave, w_e that on its deformation: a driven stroke has no part in it.
+    the drag is internal. Contacts exchange ½ (Σ |w_k| + |w_e| + V), with w_k the work of the contact forces so far on
+    each rigid motion of the slave and w_e that on its deformation, so that a driven stroke is excluded.
     """
 
     def __init__(self, run: _Run) -> None:
@@ -157,12 +158,12 @@ class _Account:
         """Largest error of the balance over the largest exchange; 0 where contact exchanges nothing."""
         return self._worst / self._exchanged if self._exchanged else 0.0
 
-    def book(self, found: StepForces, way: np.ndarray, growth: np.ndarray) -> tuple[float, float, float]:
-        """Book a step; returns kinetic, strain and contact energy [J].
+    def add(self, found: StepForces, way: np.ndarray, growth: np.ndarray) -> tuple[float, float, float]:
+        """Add a step; returns kinetic, strain and contact energy [J].
 
         Args:
-            way: How far the slave's ports went [m].
-            growth: How much its rigid coordinates grew.
+            way: Change of the slave's ports [m].
+            growth: Change of its rigid coordinates.
         """
         run, c = self._run, len(found.multipliers)
         if run.problem.rod is not None:
@@ -183,7 +184,7 @@ class _Account:
     def _balance(self) -> tuple[tuple[float, float, float], float]:
         moving = [moving for _, moving in self._run.bodies]
         kinetic, strain = sum(body.kinetic for body in moving), sum(body.strain for body in moving)
-        contact = self._run.coupling.energy
+        contact = contact_energy(self._run.coupling.stiffness, self._run.coupling.gap)
         lost = sum(body.dissipated for body in moving)
         given = self._given + sum(body.work for body in moving)
         return (kinetic, strain, contact), kinetic + strain + contact + lost - given

@@ -1,9 +1,9 @@
 """The massless rod within a step: one force x along its direction in the middle of the step.
 
 The force follows from |P⁺ − C⁺| − L + ½ h n·(Ṗ⁺ − Ċ⁺) = 0 at the end of the step, linear about a prediction of P⁺.
-Under the midpoint rule Ṗ⁺ = 2 (P⁺ − P)/h − Ṗ, so the condition has the derivative 2 n by P⁺ and takes
-a violation back, half of it in the next step and the rest in the one after; a condition on the length alone would swing
-for ever, one on its rate would drift.
+Under the midpoint rule Ṗ⁺ = 2 (P⁺ − P)/h − Ṗ, so the condition has the derivative 2 n by P⁺ and removes a violation
+within two steps, half of it in each; a condition on the length alone would oscillate undamped, one on its rate would
+drift.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from gudgeon.pipeline.nodal.problem import NodalRod
 
 @dataclass(frozen=True)
 class RodStep:
-    """The linear condition error + 2 n·(P⁺ − predicted) = 0, and along what the force acts."""
+    """The linear condition error + 2 n·(P⁺ − predicted) = 0, and the direction of the force."""
 
     middle: np.ndarray
     """Direction of the force, (2,)."""

@@ -1,4 +1,4 @@
-"""Which functions of the master's surfaces the points touch: one table for all contacts, and products with it."""
+"""Weights N of the master's surface functions at the contact points: one table for all contacts, and its products."""
 
 from itertools import pairwise
 
@@ -10,17 +10,16 @@ from gudgeon.pipeline.nodal.problem import NodalContact
 
 
 class SplineWeights:
-    """Splines of a traction space at points that keep their place across and slide along.
+    """Splines of a traction space at points that slide along it.
 
     Args:
-        space: The traction space.
-        coordinates: Across and along of the points at σ = 0 [m], (c, 2).
+        coordinates: Of the points at σ = 0, across and along [m], (c, 2).
     """
 
     def __init__(self, space: TractionModes, coordinates: np.ndarray) -> None:
         self._start, self._spacing = float(space.start[1]), float(space.spacing[1])
         self._along, self._count = coordinates[:, 1], int(space.counts[1])
-        # The weights across stay; a point in the middle of the range along gives them.
+        # The weights across are constant; they are those of a point in the middle of the range along.
         middle = np.full(len(coordinates), self._start + 0.5 * self._spacing * (self._count - 3))
         fixed = np.column_stack([coordinates[:, 0], middle])
         self._on = inside(space, fixed)
@@ -41,11 +40,11 @@ class SplineWeights:
 
 
 class Touch:
-    """N at one moment: numbers among the functions of all surfaces and values, (c, s); zero where there is none."""
+    """N at one time: numbers of functions, counted over all surfaces, and values, (c, s); zero where there is none."""
 
     def __init__(self, numbers: np.ndarray, values: np.ndarray, present: np.ndarray) -> None:
         self.numbers, self.values, self.present = numbers, values, present
-        """`present`: which points have a surface before them, rigid or not, (c,)."""
+        """`present`: whether each point faces a surface, rigid or not, (c,)."""
 
     def sample(self, field: np.ndarray, points: np.ndarray | slice = slice(None)) -> np.ndarray:
         """N field at some points, (a,)."""
@@ -57,13 +56,13 @@ class Touch:
         return np.bincount(self.numbers[points].ravel(), amounts.ravel(), minlength=size)
 
     def dense(self, points: np.ndarray, column: np.ndarray, width: int) -> np.ndarray:
-        """N of some points on some functions, (a, width); `column` (F,) says where each function goes."""
+        """N of some points and functions as a matrix, (a, width); `column` (F,) is the column of each function."""
         flat = column[self.numbers[points]] + width * np.arange(len(points))[:, None]
         return np.bincount(flat.ravel(), self.values[points].ravel(), minlength=len(points) * width).reshape(-1, width)
 
 
 class Surfaces:
-    """The surfaces of all contacts: contact k has its rows of points, and its functions if it slides."""
+    """The surfaces of all contacts: contact k has the points `points[k]` and the functions `functions[k]`."""
 
     def __init__(self, contacts: list[NodalContact]) -> None:
         ends = np.cumsum([0, *(len(contact.gap) for contact in contacts)])
@@ -73,11 +72,11 @@ class Surfaces:
         self.functions = [slice(a, b) for a, b in pairwise(bases)]
         self.count, self.size = int(ends[-1]), int(bases[-1])
         self.sliding = [k for k, contact in enumerate(contacts) if contact.surface is not None]
-        """Contacts that slide; σ is counted in their order."""
+        """Contacts that slide, in the order of σ."""
         self._weights = [surface.weights for c in contacts if (surface := c.surface) is not None]
 
     def touch(self, sigmas: np.ndarray) -> Touch:
-        """Return N for the distances slid of the sliding contacts."""
+        """Return N after the sliding distances [m] of the sliding contacts."""
         found = [weights(float(sigma)) for weights, sigma in zip(self._weights, sigmas, strict=True)]
         width = max([values.shape[1] for _, values in found], default=1)
         numbers, values = np.zeros((self.count, width), np.int64), np.zeros((self.count, width))

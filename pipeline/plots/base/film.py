@@ -1,7 +1,7 @@
-"""Movies: a rendered scene and marks on curves that move over a figure that stands still.
+"""Movies: a rendered scene and time marks on curves over a static figure.
 
-Titles, colour bars and curves are drawn once, and each frame is pasted on them. Arrows are drawn flat: what is rendered
-stays as small as its bodies, and rendering takes most of the time.
+Titles, colour bars and curves are drawn once, and each frame is pasted on them. Arrows are drawn in 2-D, so that only
+the bodies are rendered: rendering takes most of the time.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,21 +20,20 @@ from PIL import Image, ImageDraw, ImageFont
 from gudgeon.pipeline.plots.base import style, view
 
 FINER = 1.5
-"""The scene is rendered so much larger and averaged, which takes half the time of VTK's own smoothing."""
+"""Factor by which the rendered scene is larger before it is averaged; half the time of VTK's own smoothing."""
 DPI = 100
 RATE, SLOW = 25, 10
-"""Frames a second, and the same of a movie of few frames."""
+"""Frames per second of a movie, and of one with fewer than `FEW` frames."""
 FEW = 60
-"""Frames of which a movie is slow."""
 UPPER = 25
-"""What is written about a frame, below the upper border [px]: as high as the title."""
+"""Distance of a frame's text from the upper border [px], as that of the title."""
 HEAD, HALF, THICK = 20, 9, 3
 """Length and half width of an arrow's head, and half width of its shaft [px]."""
 
 
 @dataclass(frozen=True)
 class Stage:
-    """What moves: an aimed scene, where it is shown, and the curves on which a line follows it."""
+    """The moving parts: an aimed scene, its place in the movie, and the curves with a time mark."""
 
     plotter: pv.Plotter
     box: tuple[int, int, int, int]
@@ -50,13 +49,13 @@ class Stage:
 
 @dataclass(frozen=True)
 class Shot:
-    """One frame, whose scene stands as it is shown."""
+    """Time mark, text and arrows of one frame."""
 
     abscissa: float
-    """On the curves."""
+    """Of the time mark on the curves."""
     text: str
     arrows: Sequence[tuple[np.ndarray, np.ndarray, str]] = field(default=())
-    """Tail and tip in the scene, level on the screen, and text."""
+    """Tail and tip [m], horizontal on the screen, and text."""
 
 
 def new_plotter(box: tuple[int, int, int, int]) -> pv.Plotter:
@@ -70,9 +69,9 @@ def shoot(path: Path, figure: Figure, stage: Stage, frames: np.ndarray, turn_to:
     """Write a movie.
 
     Args:
-        figure: What stands still.
+        figure: The static part.
         frames: Numbers of the frames.
-        turn_to: Moves the scene to a frame and returns what is shown with it.
+        turn_to: Moves the scene to a frame and returns its mark, text and arrows.
     """
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
@@ -99,7 +98,7 @@ def shoot(path: Path, figure: Figure, stage: Stage, frames: np.ndarray, turn_to:
 
 
 def _draw_arrow(picture: Image.Image, tail: np.ndarray, tip: np.ndarray, text: str) -> None:
-    """Draw a level arrow between two places [px], with smooth edges, and its text above."""
+    """Draw a horizontal arrow between two places [px], with smooth edges, and its text above."""
     length, away = abs(tail[0] - tip[0]), float(np.sign(tail[0] - tip[0]))
     size = (int(length) + 1, 2 * HALF + 1)
     mask = Image.new("L", (4 * size[0], 4 * size[1]))

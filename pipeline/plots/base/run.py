@@ -1,4 +1,4 @@
-"""What a drawing function is given: the records of one trajectory, read when they are asked for, and where to draw."""
+"""Input of a drawing function: the records of one trajectory, read on access, and the output folder."""
 
 import contextlib
 import os
@@ -30,7 +30,7 @@ class BodyMotion:
     mesh: MeshRecord
     modal: ModalRecord
     morph: MorphRecord
-    """Its rigid twists are those that the scene leaves the body."""
+    """Its rigid twists are those that the scene leaves free."""
     nodes: np.ndarray
     """Nodal positions of the design [m], (n, 3)."""
     coordinates: np.ndarray
@@ -42,12 +42,12 @@ class BodyMotion:
         return float(np.linalg.norm(np.ptp(self.nodes, axis=0)))
 
     def on(self, points: np.ndarray, shapes: np.ndarray) -> "BodyMotion":
-        """Return the same motion of other points (p, 3), at which the shapes have the values (p, 3 m)."""
+        """Return the same motion of other points (p, 3), with the values of the shapes there (p, 3 m)."""
         modal = replace(self.modal, shapes=shapes.reshape(len(points), 3, -1))
         return replace(self, modal=modal, nodes=points)
 
     def surface(self, interface: str) -> Surface | None:
-        """Return the named surface that holds all the nodes of an interface, the one with the fewest facets."""
+        """Return the named surface with all nodes of an interface, the one with the fewest facets."""
         nodes = self.modal.interfaces[interface].nodes
         holders = [one for one in self.mesh.surfaces.values() if np.isin(nodes, one.facets).all()]
         return min(holders, key=lambda one: len(one.facets), default=None)
@@ -74,7 +74,7 @@ class BodyMotion:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A trajectory to draw; of a wheel, `key` is its response's and there is no trajectory."""
+    """A trajectory to draw; of a wheel, `key` is that of its response and there is no trajectory."""
 
     store: FolderStore
     key: str
@@ -82,9 +82,9 @@ class Drawing:
     out: Path
     scratch: Path
     tell: Callable[[str], None]
-    """Told the name of each file once it is whole."""
+    """Receives the name of each complete file."""
     compare: Mapping[str, str] = field(default_factory=dict)
-    """Keys of other runs of the same scene, by the label that they get."""
+    """Keys of other runs of the same scene, by their labels."""
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -93,17 +93,16 @@ class Drawing:
 
     @cached_property
     def scene(self) -> dict[str, Any]:
-        """The solver's part of the scene as JSON, or nothing where the record does not say."""
+        """The solver's part of the scene as JSON; empty if the record has none."""
         return self.store.provenance(self.key).get("scene", {})
 
     def body(self, name: str) -> BodyMotion:
-        """Read one body's records; the residual flexibility, which may be huge, stays on the disk."""
+        """Return one body's records without the residual flexibility, which may be huge."""
         morph = self.store.get(self.trajectory.bodies[name], "morph")
         if (settings := self.scene.get("body", {}).get(name)) is not None:
             morph = replace(morph, rigid_twists=free_twists(morph, Body.model_validate(settings), name))
         mesh = self.store.get(morph.mesh_key, "mesh")
-        needed = ["shapes", "angular_frequencies", "interfaces"]
-        modal = self.store.get(morph.modes_key, "modes", only=needed)
+        modal = self.store.get(morph.modes_key, "modes", only=["shapes", "angular_frequencies", "interfaces"])
         first = self.trajectory.coordinate_offsets[name]
         count = len(morph.rigid_twists) + len(modal.angular_frequencies)
         nodes = mesh.nodes if morph.nodes is None else morph.nodes
@@ -111,7 +110,7 @@ class Drawing:
 
     @property
     def driven(self) -> bool:
-        """Whether a joint drives the scene: the rigid motion is large, and known beforehand but for what slaps."""
+        """Whether a joint drives the scene, so that the rigid motion is large and mostly prescribed."""
         return bool(self.trajectory.joints)
 
     def cell_type(self, body: str) -> str:
@@ -120,7 +119,7 @@ class Drawing:
         return self.store.get(morph.mesh_key, "mesh", only=["cell_type"]).cell_type
 
     def position(self, body: str) -> np.ndarray:
-        """Return where the scene puts the origin of a body's nodes [m], (3,)."""
+        """Return the position of a body's origin in the scene [m], (3,)."""
         return np.asarray(self.scene["body"][body]["position"], float)
 
     def contacts_of(self, body: str) -> dict[str, ContactHistory]:
@@ -135,20 +134,14 @@ class Drawing:
 
     def struck_lines(self) -> list[str]:
         """Return the bars and beams on which a contact, their own or another's, ever acts."""
-        return [
-            body
-            for body in self.trajectory.bodies
-            if any(contact.force.any() for contact in self.contacts_on(body).values()) and self.cell_type(body) in LINES
-        ]
+        found = [name for name in self.trajectory.bodies if any(c.force.any() for c in self.contacts_on(name).values())]
+        return [name for name in found if self.cell_type(name) in LINES]
 
     def touched(self, cell_type: str) -> list[str]:
-        """Return the bodies of a kind of cells that some contact presses in some frame."""
-        return [
-            body
-            for body in self.trajectory.bodies
-            if any(contact.multipliers.any() for contact in self.contacts_of(body).values())
-            and self.cell_type(body) == cell_type
-        ]
+        """Return the bodies of a cell type with a closed contact of their own in some frame."""
+        bodies = self.trajectory.bodies
+        found = [name for name in bodies if any(c.multipliers.any() for c in self.contacts_of(name).values())]
+        return [name for name in found if self.cell_type(name) == cell_type]
 
     def shaped(self, names: Iterable[str]) -> Iterator[BodyMotion]:
         """Yield those of some bodies whose modes have shapes."""
@@ -162,11 +155,10 @@ class Drawing:
 
     def frame_force(self, body: str) -> np.ndarray:
         """Return the sum of all contact forces on a body at each frame [N], (f,)."""
-        forces = [contact.multipliers.sum(axis=1) for contact in self.contacts_of(body).values()]
-        return np.sum(forces, axis=0)
+        return np.sum([contact.multipliers.sum(axis=1) for contact in self.contacts_of(body).values()], axis=0)
 
     def strongest_contact(self, body: str) -> str:
-        """Return the contact of a body that carries the largest force in any frame."""
+        """Return the contact of a body with the largest force in any frame."""
         contacts = self.contacts_of(body)
         return max(contacts, key=lambda name: contacts[name].multipliers.sum(axis=1).max())
 
@@ -175,22 +167,17 @@ class Drawing:
         return int(np.argmax(self.frame_force(body)))
 
     def unseen(self) -> list[str]:
-        """Return the contacts that were closed, but in no frame, other than those whose impacts are located."""
-        trajectory = self.trajectory
-        return [
-            name
-            for name, contact in trajectory.contacts.items()
-            if contact.force.any() and not contact.multipliers.any() and name not in trajectory.impacts
-        ]
+        """Return the contacts that were closed, but in no frame, except those with located impacts."""
+        contacts = self.trajectory.contacts.items()
+        found = [name for name, contact in contacts if contact.force.any() and not contact.multipliers.any()]
+        return [name for name in found if name not in self.trajectory.impacts]
 
     @contextlib.contextmanager
     def file(self, name: str, part: str = "", parts: int = 1) -> Iterator[Path]:
-        """Give a scratch path that takes the place of `out/name` once it is whole.
-
-        A picture of an earlier result is taken away first, so that it does not stand there if this one fails.
+        """Yield a scratch path, which replaces `out/name` at the end; a picture of an earlier result is removed first.
 
         Args:
-            part: What the picture is of; it stands before the dot where there are several `parts`.
+            part: Subject of the picture, written before the dot if there are several `parts`.
         """
         if parts > 1:
             name = "{0}-{part}.{2}".format(*name.partition("."), part=part)

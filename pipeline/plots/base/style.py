@@ -21,14 +21,14 @@ WIDTH, HEIGHT, DPI = 1600, 1200, 200
 INK, FAINT, GRID, GROUND = "#1f2933", "#66727f", "#e3e8ed", "#f1f3f5"
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5fa8", "#e07a10", "#2b8a57", "#c2302e", "#8a949e"
 MAGNITUDE = ListedColormap(colormaps["viridis"](np.linspace(0.1, 1.0, 256)), "magnitude")
-"""Without its darkest part, on which no shading can be seen."""
+"""Without its darkest part, on which shading is invisible."""
 AROUND = ListedColormap(colormaps["Blues"](np.linspace(0.06, 0.85, 256)), "around")
-"""Magnitudes on what stands around a body, so that the two are told apart."""
+"""Magnitudes on a body that surrounds another, in different colours."""
 PRESSURE = "magma_r"
 SIGNED = colormaps["RdBu_r"]
 
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
-"""Scale factors are these times a power of ten."""
+"""Scale factors are one of these times a power of ten."""
 
 Box = tuple[float, float, float, float]
 """Left, bottom, width, height in a figure."""
@@ -80,19 +80,19 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def draw(file: AbstractContextManager[Path], make: Callable[..., Figure], *arguments: Any) -> None:
-    """Write the figure that a function returns for its arguments, in our look, to the path that `file` gives."""
+    """Write the figure `make(*arguments)`, with our settings, to the path that `file` gives."""
     with styled(), file as path:
         save(make(*arguments), path)
 
 
 def styled() -> Any:
-    """Return a context in which matplotlib has our look."""
+    """Return a context with our settings of matplotlib."""
     return matplotlib.rc_context(SETTINGS)
 
 
 @dataclass(frozen=True)
 class Abscissa:
-    """What histories are drawn over: time, or the crank angle."""
+    """Abscissa of histories: time, or the crank angle."""
 
     values: np.ndarray
     """At samples, in the unit of the label, (s,)."""
@@ -101,7 +101,7 @@ class Abscissa:
     """Sets limits and ticks of axes."""
 
     def finish(self, panels: Sequence[Axes]) -> None:
-        """Limit axes that stand one above the other, and label the lowest."""
+        """Set the limits of axes one above the other, and label the lowest."""
         for axes in panels:
             self.limit(axes)
             axes.tick_params(labelbottom=axes is panels[-1])
@@ -109,7 +109,7 @@ class Abscissa:
 
 
 def over_time(times: np.ndarray, span: tuple[float, float]) -> Abscissa:
-    """Return time at samples (s,) as abscissa, of which a span is shown [s]."""
+    """Return the time of samples (s,) as abscissa, limited to a span [s]."""
     factor, unit = time_unit(span[1] - span[0])
     return Abscissa(times * factor, f"time [{unit}]", lambda axes: axes.set_xlim(span[0] * factor, span[1] * factor))
 
@@ -121,9 +121,9 @@ def rows(
 
     Args:
         heights: Relative to one another.
-        apart: Between two, relative to their mean height.
+        apart: Space between two, relative to their mean height.
         sides: Left and right border, in the figure.
-        top: Upper border, in the figure; otherwise there is room for one line of legend below the titles.
+        top: Upper border, in the figure; the default leaves one line for a legend below the titles.
     """
     left, right = sides
     bottom, top = 0.6 / figure.get_figheight(), top or 1 - 1.075 / figure.get_figheight()
@@ -133,7 +133,7 @@ def rows(
 
 
 def legend(axes: Axes, *more: tuple[Any, str], beside: Axes | None = None, columns: int = 3) -> None:
-    """Write the labels of axes, of those that share their place, and more, above them."""
+    """Draw the legend of axes, of axes at the same place, and of more handles, above them."""
     found = [*zip(*axes.get_legend_handles_labels(), strict=True), *more]
     if beside is not None:
         found += zip(*beside.get_legend_handles_labels(), strict=True)
@@ -146,13 +146,13 @@ def legend(axes: Axes, *more: tuple[Any, str], beside: Axes | None = None, colum
 
 
 def legend_below(figure: Figure, *labels: tuple[str, float, str]) -> None:
-    """Write below a picture what lines of some colour and width mean."""
+    """Draw a legend of lines, each with colour, width and text, below a picture."""
     lines = [Line2D([], [], color=colour, lw=width, label=label) for colour, width, label in labels]
     figure.legend(handles=lines, loc="lower left", bbox_to_anchor=(0.03, 0.015), ncols=len(lines), columnspacing=2.0)
 
 
 def show_image(figure: Figure, image: Image, corner: tuple[float, float]) -> Axes:
-    """Put a rendered picture in its own size on a figure, its lower left corner at a place in the figure."""
+    """Add a rendered picture in its own size to a figure, its lower left corner at a place in the figure."""
     width, height = DPI * figure.get_size_inches()
     axes = figure.add_axes((*corner, image.width / width, image.height / height))
     axes.imshow(np.asarray(image), interpolation="none")
@@ -161,23 +161,28 @@ def show_image(figure: Figure, image: Image, corner: tuple[float, float]) -> Axe
 
 
 def colour_bar(figure: Figure, mappable: ScalarMappable, label: str, box: Box, extend: Extend = "neither") -> None:
-    """Add the scale of colours, which `extend` beyond its ends."""
+    """Add a colour bar; with `extend` values lie beyond its ends."""
     level = "horizontal" if box[2] > box[3] else "vertical"
     bar = figure.colorbar(mappable, cax=figure.add_axes(box), orientation=level, extend=extend)
     bar.outline.set_visible(False)  # type: ignore[operator]
     bar.set_label(label)
 
 
-def scale(low: float, high: float, colours: Colormap = MAGNITUDE) -> ScalarMappable:
-    """Return colours between two values; all are equal where the upper one is zero."""
-    return ScalarMappable(Normalize(low, high or 1.0), colours)
+def magnitude_bar(
+    figure: Figure, top: float, label: str, unit: str, box: Box, *, colours: Colormap = MAGNITUDE, over: bool = False
+) -> None:
+    """Add a colour bar from zero to `top`, its unit with a prefix; with `over` values lie above it.
+
+    Args:
+        label: Before the unit; without one the unit is not written.
+    """
+    factor, name = prefixed(top, unit)
+    scale = ScalarMappable(Normalize(0.0, top * factor or 1.0), colours)
+    colour_bar(figure, scale, label and f"{label} [{name}]", box, "max" if over else "neither")
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
-    """Return the factor and the unit in which `largest` has one to three digits before the point.
-
-    A zero keeps the plain unit.
-    """
+    """Return factor and unit in which `largest` has one to three digits before the point; of zero the plain unit."""
     for size, prefix in PREFIXES:
         if abs(largest) >= 0.9999 * size:
             return 1 / size, prefix + unit
@@ -191,10 +196,10 @@ def quantity(value: float, unit: str) -> str:
 
 
 def digits(value: float) -> str:
-    """Return a value with three significant digits, never in exponents between 0.001 and 999."""
+    """Return a value with three significant digits, without exponent between 0.001 and 999."""
     if value == 0 or not np.isfinite(value):
         return f"{value:g}"
-    # Rounded first: what rounds up to a power of ten has a digit more before the point.
+    # Rounded first: a value that rounds up to a power of ten has one more digit before the point.
     decimals = max(0, 2 - int(np.floor(np.log10(abs(float(f"{value:.2e}"))) + 1e-9)))
     return f"{value:.{decimals}f}"
 
@@ -205,7 +210,7 @@ def signed(value: float, decimals: int) -> str:
 
 
 def nice_scale(shown: float, largest: float) -> float:
-    """Return the largest nice factor that shows a displacement `largest` no bigger than `shown`, at least 1."""
+    """Return the largest factor of `STEPS` that magnifies `largest` to at most `shown`; at least 1."""
     if largest <= 0 or shown <= largest:
         return 1.0
     power = 10 ** np.floor(np.log10(shown / largest))
@@ -213,7 +218,7 @@ def nice_scale(shown: float, largest: float) -> float:
 
 
 def time_unit(span: float) -> tuple[float, str]:
-    """Return factor and unit for a span of time: µs below 2 ms, ms below 2 s."""
+    """Return factor and unit for a time span [s]: µs below 2 ms, ms below 2 s."""
     return (1e6, "µs") if span < 2e-3 else (1e3, "ms") if span < 2 else (1.0, "s")
 
 
@@ -239,7 +244,7 @@ def contact_span(times: np.ndarray, force: np.ndarray, margin: float) -> tuple[f
 
 
 def plain_axes(axes: Axes) -> None:
-    """Take away the grid and the frame of a map."""
+    """Remove grid and frame of a map."""
     axes.grid(False)
     for spine in axes.spines.values():
         spine.set_visible(False)

@@ -1,7 +1,7 @@
 """The skin of a solid for drawing: flat triangles and sharp edges, with the fields of the solid's nodes on them.
 
-VTK interpolates nodal fields wherever it divides, cuts or slices. A skin that carries mode shapes is therefore drawn
-at any number of frames without weights of nodes.
+VTK interpolates nodal fields wherever it divides, cuts or slices. With the mode shapes as fields, a skin is therefore
+drawn at any frame without interpolation weights.
 """
 
 from collections.abc import Mapping
@@ -16,12 +16,11 @@ from gudgeon.pipeline.plots.base.run import BodyMotion
 CELLS = {6: pv.CellType.QUADRATIC_TRIANGLE, 10: pv.CellType.QUADRATIC_TETRA}
 """Kind of cell by its number of nodes."""
 SHARP = 25.0
-"""Triangles whose normals are further apart [deg] meet at an edge of the part."""
+"""Angle between normals of triangles above which their common edge is sharp [deg]."""
 LEVELS = (3, 2, 1)
-"""How often a facet may be divided into four."""
+"""Numbers of divisions of a facet into four."""
 PLACE = "place"
-"""Field of the positions: VTK keeps points that it adds in single precision, but fields in double."""
-
+"""Field of the positions: VTK stores points that it adds in single precision, but fields in double."""
 
 EMPTY: Mapping[str, np.ndarray] = MappingProxyType({})
 
@@ -38,30 +37,30 @@ class Skin(NamedTuple):
         return np.concatenate([part.points for part in self])
 
     def take(self, name: str) -> np.ndarray:
-        """Return a field at all points, (p, ...), and let the skin go without it."""
+        """Return a field at all points, (p, ...), and remove it from the skin."""
         return np.concatenate([part.point_data.pop(name) for part in self if part.n_points])
 
     def move(self, points: np.ndarray) -> None:
-        """Move all points (p, 3), and turn the normals of the triangles accordingly."""
+        """Move all points (p, 3), and update the normals of the triangles."""
         count = self.surface.n_points
         self.surface.points, self.edges.points = points[:count], points[count:]
-        # VTK hands old normals on where there are any.
+        # VTK returns old normals if there are any.
         self.surface.point_data.pop("Normals", None)
         turned = self.surface.compute_normals(cell_normals=False, consistent_normals=False)
         self.surface.point_data["Normals"] = turned.point_data["Normals"]
         self.surface.point_data.active_normals_name = "Normals"
 
     def colour(self, values: np.ndarray) -> None:
-        """Set the values that colour the triangles; those of the edges are left out, (p,)."""
+        """Set the values that colour the triangles, (p,); those of the edges are ignored."""
         self.surface.point_data["magnitude"] = values[: self.surface.n_points]
 
 
 class Cut(NamedTuple):
-    """A plane that a body is cut open along."""
+    """A plane along which a body is cut open."""
 
     origin: np.ndarray
     keep: np.ndarray
-    """Unit normal, towards what is kept, (3,)."""
+    """Unit normal, towards the part that is kept, (3,)."""
 
 
 def make_skin(
@@ -70,9 +69,9 @@ def make_skin(
     """Return the skin of tet10 cells (e, 10) or of facets (e, 6) of a body with nodes (n, 3).
 
     Args:
-        triangles: Aim for the number of flat triangles: the finest division that needs no more is taken.
-        fields: Values at the nodes by name, (n, ...), of which the skin has those at its points, (p, k).
-        cut: Where given, the body ends there with a face of its own.
+        triangles: Target number of flat triangles; the finest division with no more is used.
+        fields: Values at the nodes by name, (n, ...); the skin has their values at its points, (p, k).
+        cut: The body ends there with a plane face.
     """
     grid = pv.UnstructuredGrid({CELLS[cells.shape[1]]: cells}, nodes)
     grid.point_data[PLACE] = nodes
@@ -86,7 +85,7 @@ def make_skin(
     if cut is not None:
         rim = closed.slice(cut.keep, origin=cut.origin)
         edges = edges.clip(cut.keep, origin=cut.origin, invert=False).append_polydata(rim)
-        # Clipping makes points at one place one: it goes before the split of sharp edges.
+        # Clipping merges points at one place, so it precedes the split at sharp edges.
         closed = closed.clip(cut.keep, origin=cut.origin, invert=False).triangulate()
     surface = closed.compute_normals(
         cell_normals=False, split_vertices=True, feature_angle=SHARP, consistent_normals=False
@@ -97,11 +96,7 @@ def make_skin(
 def skin_of(
     body: BodyMotion, triangles: int, fields: Mapping[str, np.ndarray] = EMPTY, cut: Cut | None = None
 ) -> tuple[BodyMotion, Skin]:
-    """Return the motion of a solid's skin, its triangles' points first, and the skin itself.
-
-    Args:
-        triangles, fields, cut: As `make_skin` takes them.
-    """
+    """Return the motion of the points of a solid's skin, and the skin itself, see `make_skin`."""
     assert body.modal.shapes is not None
     skin = make_skin(body.nodes, body.mesh.cells, triangles, {**fields, "shapes": body.modal.shapes}, cut)
     return body.on(skin.points, skin.take("shapes")), skin

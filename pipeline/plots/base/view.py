@@ -1,6 +1,6 @@
-"""The 3-D side: a body's skin, its obstacle and a force arrow in a pyvista scene, and the picture of it as an array.
+"""3-D rendering: skins of bodies and force arrows in a pyvista scene, and its image.
 
-Text, colour bars and curves are matplotlib's, around the rendered image: one look for all pictures.
+Text, colour bars and curves around the image are drawn by matplotlib, alike in all pictures.
 """
 
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ from gudgeon.pipeline.plots.base.surface import Skin
 from gudgeon.solver.obstacles import Obstacle, basic_surface, obstacle_of
 
 FINER = 2.0
-"""A picture is rendered so much larger and averaged."""
+"""Factor by which a picture is rendered larger before it is averaged."""
 LIGHTS = (((0.5, 0.8, 1.0), 0.55), ((-1.0, 0.2, 0.8), 0.3), ((0.2, -1.0, 0.7), 0.35))
 """Position relative to the camera and strength of each light: from above, and fill for what faces down."""
 
 
 @dataclass(frozen=True)
 class View:
-    """Where the camera stands, relative to the body's middle."""
+    """Direction of the camera."""
 
     towards: np.ndarray
     """Unit vector from the body to the camera."""
@@ -32,7 +32,7 @@ class View:
 
 
 def axis_of(surface: Surface | None, outward: np.ndarray) -> np.ndarray:
-    """Return the direction that is drawn upwards: the cylinder's axis, or the most upright one across `outward`."""
+    """Return the direction drawn upwards: the cylinder's axis, or the one across `outward` closest to z (or y)."""
     if surface is not None and surface.shape.get("kind") == "cylinder":
         axis = np.asarray(surface.shape["axis"], float)
         axis = axis / np.linalg.norm(axis)
@@ -43,7 +43,7 @@ def axis_of(surface: Surface | None, outward: np.ndarray) -> np.ndarray:
 
 
 def looking(outward: np.ndarray, up: np.ndarray, azimuth: float, elevation: float) -> View:
-    """Return a view of the side that looks along `outward`, turned and raised by angles [deg]."""
+    """Return a view of the side whose normal is `outward`, rotated and raised by angles [deg]."""
     front = outward - up * (outward @ up)
     if np.linalg.norm(front) < 1e-6:
         front = np.cross(up, [1.0, 0.0, 0.0] if abs(up[0]) < 0.9 else [0.0, 1.0, 0.0])
@@ -63,7 +63,7 @@ def new_plotter(size: tuple[int, int], finer: float = FINER) -> pv.Plotter:
 
 
 def add_edges(plotter: pv.Plotter, edges: pv.PolyData, colour: str, width: float) -> None:
-    """Add unlit lines; a part without an edge has none, which pyvista refuses to draw."""
+    """Add unlit lines; pyvista refuses to draw the empty set of a part without edges."""
     if edges.n_cells:
         plotter.add_mesh(edges, color=colour, line_width=width, lighting=False)
 
@@ -88,11 +88,13 @@ def add_arrow(plotter: pv.Plotter, tail: np.ndarray, tip: np.ndarray) -> None:
     plotter.add_mesh(shape, color=style.RED, ambient=0.35, smooth_shading=True)
 
 
-def photograph(plotter: pv.Plotter, size: tuple[int, int]) -> Image.Image:
-    """Render the scene as it stands now and average it to a picture of some size [px]."""
+def photograph(plotter: pv.Plotter, size: tuple[int, int], *, last: bool = False) -> Image.Image:
+    """Render the present scene, averaged to a picture of some size [px], and close it after the `last` one."""
     plotter.render()
     image = plotter.screenshot(return_img=True)
     assert image is not None
+    if last:
+        plotter.close()
     return Image.fromarray(np.asarray(image)).resize(size, Image.Resampling.BOX)
 
 
@@ -117,7 +119,7 @@ def aim(plotter: pv.Plotter, view: View, bounds_points: np.ndarray, *, fill: flo
 
 
 def pixel(plotter: pv.Plotter, size: tuple[int, int], point: np.ndarray) -> np.ndarray:
-    """Return where a picture of some size [px] by an aimed camera shows a point, from the upper left corner, (2,)."""
+    """Return the pixel of a point in a picture of some size [px], from the upper left corner, (2,)."""
     camera, (width, height) = plotter.camera, size
     towards = np.array(camera.position) - camera.focal_point
     up = np.array(camera.up)
@@ -127,7 +129,7 @@ def pixel(plotter: pv.Plotter, size: tuple[int, int], point: np.ndarray) -> np.n
 
 
 def obstacle_at(drawing: Drawing, contact: str) -> Obstacle | None:
-    """Return what a contact's body meets, undeformed; None for points of another body, and where nothing is said."""
+    """Return the undeformed obstacle of a contact; None for points of another body, and where the scene has none."""
     scene_contact = drawing.scene.get("contact", {}).get(contact)
     if scene_contact is None or scene_contact["against"]["shape"] == "body":
         return None

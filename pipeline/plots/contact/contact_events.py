@@ -1,4 +1,4 @@
-"""`impacts.png` of a contact whose impacts are located: how the two points meet and part above, what it gives below."""
+"""`impacts.png` of a contact with located impacts: motion of the two points above, contact force below."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -6,16 +6,16 @@ from matplotlib.figure import Figure
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, spaced
+from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, impact_count, spaced
 from gudgeon.pipeline.plots.contact.located import Course, Touch, normal_courses, touches
 from gudgeon.pipeline.plots.driven.sliding import slides, sliding_figure
 
 HEADROOM = 0.12
-"""Of the axis, for the numbers of impacts."""
+"""Room for the numbers of impacts, of the axis."""
 NUMBERS = 0.03
-"""Of the axis: numbers of impacts that are closer overlap."""
+"""Distance of two numbers of impacts below which they overlap, of the axis."""
 STILL = 1e-6
-"""Of the closing speed: points that part by less do so by round-off, or gather speed after the impact."""
+"""Opening speed, relative to the closing speed, up to which it is round-off and is not written."""
 COLOURS = (style.BLUE, style.ORANGE)
 
 
@@ -28,7 +28,7 @@ def draw_impacts(drawing: Drawing) -> None:
 
 
 def shade(axes: Axes, touch: Touch, shown: float) -> None:
-    """Shade the impacts that last, and draw a line for each of the others."""
+    """Shade lasting impacts, and draw a line for each brief one."""
     for impact, brief in zip(touch.impacts, touch.brief, strict=True):
         if brief:
             axes.axvline(impact[0] * shown, color=style.RED, lw=0.8, alpha=0.45, zorder=0.5)
@@ -40,11 +40,7 @@ def _figure(drawing: Drawing, touch: Touch) -> Figure:
     span = touch.span
     abscissa, (shown, _) = style.over_time(touch.trajectory.times, span), style.time_unit(span[1] - span[0])
     impacts = touch.impacts
-    parts = [
-        drawing.scene_name,
-        f"contact {touch.name}",
-        "one impact" if len(impacts) == 1 else f"{len(impacts)} impacts",
-    ]
+    parts = [drawing.scene_name, f"contact {touch.name}", impact_count(len(impacts))]
     closing, opening = (abs(float(speed)) for speed in impacts[0, 5:])
     if len(impacts) == 1 and closing > 0:
         parts.append(f"closing at {style.quantity(closing, 'm/s')}")
@@ -68,21 +64,18 @@ def _figure(drawing: Drawing, touch: Touch) -> Figure:
 def _places(axes: Axes, courses: list[Course], touch: Touch, span: tuple[float, float]) -> None:
     shown, _ = style.time_unit(span[1] - span[0])
     seen = np.concatenate([_within(course, span) for course in courses] + ([] if touch.other else [np.zeros(1)]))
-    low, high = float(seen.min()), float(seen.max())
-    size = high - low or 1.0
-    low, high = low - 0.06 * size, high + HEADROOM * size
-    scale, unit = style.prefixed(max(abs(float(seen.min())), abs(float(seen.max()))), "m")
+    size = float(np.ptp(seen)) or 1.0
+    low, high = float(seen.min()) - 0.06 * size, float(seen.max()) + HEADROOM * size
+    scale, unit = style.prefixed(float(np.abs(seen).max()), "m")
     for course, colour in zip(courses, COLOURS, strict=False):
         axes.plot(course.times * shown, course.place * scale, color=colour, lw=1.8, label=course.label)
     if touch.other is None:
         axes.axhspan(low * scale, 0, facecolor="none", edgecolor=style.GREY, hatch="////", alpha=0.45, lw=0)
         axes.axhline(0, color=style.FAINT, lw=1.2, zorder=0.7, label="obstacle")
     axes.set_ylim(low * scale, high * scale)
-    axes.set_ylabel(f"place along the normal [{unit}]")
-    starts = touch.impacts[:, 0]
-    middles = np.where(
-        touch.brief, starts, 0.5 * (np.maximum(starts, span[0]) + np.minimum(touch.impacts[:, 1], span[1]))
-    )
+    axes.set_ylabel(f"position along the normal [{unit}]")
+    starts, ends = touch.impacts[:, :2].T
+    middles = np.where(touch.brief, starts, 0.5 * (np.maximum(starts, span[0]) + np.minimum(ends, span[1])))
     if len(starts) > 1:
         for number in spaced(middles, span, NUMBERS):
             axes.text(
@@ -94,6 +87,6 @@ def _places(axes: Axes, courses: list[Course], touch: Touch, span: tuple[float, 
 
 
 def _within(course: Course, span: tuple[float, float]) -> np.ndarray:
-    """Return the places that a span of time shows, its ends included."""
+    """Return the positions within a span of time, its ends included."""
     inside = (course.times >= span[0]) & (course.times <= span[1])
     return np.append(course.place[inside], np.interp(span, course.times, course.place))

@@ -1,6 +1,6 @@
-"""Histories: `force.png`, contact force at samples and within a window; `energy.png`, where the energy is.
+"""`force.png`, contact force at samples and smoothed, and `energy.png`, energies and their balance.
 
-They run over time; those of a driven scene run over the crank angle, without the energy that the drive itself moves.
+The abscissa is time; in a driven scene it is the crank angle, and the energy of the drive is omitted.
 """
 
 import numpy as np
@@ -10,18 +10,18 @@ from matplotlib.figure import Figure
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes
+from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, impact_count
 from gudgeon.pipeline.plots.contact.located import Touch, joined, touches
 from gudgeon.pipeline.plots.driven.drive import Drive, hardest_first, own_cycle, shown_angle
 
 ENERGIES = (("kinetic", style.BLUE), ("strain", style.ORANGE), ("contact", style.RED), ("dissipated", style.GREEN))
 WORK = "#7a4fa3"
 ROUND_OFF = 1e-9
-"""Of the largest energy: what stays below is zero but for rounding."""
+"""Share of the largest energy up to which another is round-off."""
 
 
 def draw_force(drawing: Drawing) -> None:
-    """Draw the resultant of each contact over time or the crank angle, or its impulses where samples are too coarse."""
+    """Draw the resultant of each contact over time or crank angle, or its impulses if samples do not resolve it."""
     if drawing.trajectory.contacts:
         style.draw(drawing.file("force.png"), _cycle_force if drawing.driven else _force, drawing)
 
@@ -54,14 +54,14 @@ def _force(drawing: Drawing) -> Figure:
 
 
 def _cycle_force(drawing: Drawing) -> Figure:
-    """Draw the contacts of a driven scene, the hardest first."""
+    """Draw the contacts of a driven scene, the largest force first."""
     run = own_cycle(drawing)
     names = hardest_first(run.trajectory.contacts)
     figure = style.new_figure("Contact force", drawing.scene_name)
     panels = style.rows(figure, [1.0] * len(names), 0.35)
     for axes, name in zip(panels, names, strict=True):
         angle = shown_angle(run.drive, force_axes(axes, run.trajectory, name, run.degrees), 1)
-        _name(axes, f"{name}: hardest at {angle}°")
+        _name(axes, f"{name}: largest force at {angle}°")
     run.abscissa.finish(panels)
     return figure
 
@@ -71,7 +71,7 @@ def _name(axes: Axes, text: str) -> None:
 
 
 def _span(trajectory: Trajectory, located: list[Touch]) -> tuple[float, float]:
-    """Return from when to when there is something to see [s]."""
+    """Return the time span of the picture [s]."""
     if located:
         spans = np.array([touch.span for touch in located])
         return float(spans[:, 0].min()), float(spans[:, 1].max())
@@ -86,18 +86,18 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
         if start and duration and duration["value"] > 0:
             label = name if len(trajectory.contacts) < 2 else f"{name}:"
             if (count := len(joined(trajectory, name))) > 0:
-                label = f"contact {name}: {'one impact' if count == 1 else f'{count} impacts'}"
+                label = f"contact {name}: {impact_count(count)}"
             factor, unit = style.time_unit(start["value"] + duration["value"])
             end = (start["value"] + duration["value"]) * factor
             decimals = max(0, 2 - int(np.floor(np.log10(end))))
-            # Both with the digits of the end: a start at zero but for round-off is zero.
+            # Both with the digits of the end, so that a start within round-off of zero is zero.
             first, last = (f"{time:.{decimals}f}" for time in (start["value"] * factor, end))
             parts.append(f"{label} {f'at {first}' if first == last else f'from {first} to {last}'} {unit}")
     return "  ·  ".join(parts[:4])
 
 
 def draw_energy(drawing: Drawing) -> None:
-    """Draw kinetic, strain, contact and dissipated energy over time or the crank angle, and what they add up to."""
+    """Draw kinetic, strain, contact and dissipated energy, and their balance, over time or the crank angle."""
     style.draw(drawing.file("energy.png"), _cycle_energy if drawing.driven else _energy, drawing)
 
 
@@ -123,18 +123,18 @@ def _energy(drawing: Drawing) -> Figure:
 
 
 def _cycle_energy(drawing: Drawing) -> Figure:
-    """Draw each energy of a driven scene on a scale of its own: the drive's would hide all others."""
+    """Draw each energy of a driven scene on a separate scale, without the much larger energy of the drive."""
     trajectory, run = drawing.trajectory, own_cycle(drawing)
     kinetic, work = (float(np.abs(trajectory.energies[:, column]).max()) for column in (0, 4))
     subtitle = (
-        f"{drawing.scene_name}  ·  not shown: kinetic energy along ≤ {style.quantity(kinetic, 'J')},"
+        f"{drawing.scene_name}  ·  not shown: kinetic energy of the drive ≤ {style.quantity(kinetic, 'J')},"
         f" work of loads and joints ≤ {style.quantity(work, 'J')}  ·  drift {powers(trajectory.energy_drift)}"
     )
     across = across_energy(drawing, trajectory, run.drive)
-    curves = [(f"kinetic, {run.drive.body} across and tilting", style.BLUE, across)]
+    curves = [(f"kinetic, {run.drive.body}: lateral motion and tilt", style.BLUE, across)]
     curves += [(name, colour, trajectory.energies[:, k]) for k, (name, colour) in enumerate(ENERGIES) if k]
     shown = [curve for curve in curves if curve[2].any()]
-    figure = style.new_figure("Energy apart from the driven motion", subtitle)
+    figure = style.new_figure("Energy without the prescribed motion", subtitle)
     panels = style.rows(figure, [1.0] * len(shown), 0.3)
     for axes, (name, colour, energy) in zip(panels, shown, strict=True):
         scale, unit = style.prefixed(float(energy.max()), "J")
@@ -158,7 +158,7 @@ def across_energy(drawing: Drawing, trajectory: Trajectory, drive: Drive) -> np.
 
 
 def energy_curves(energies: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
-    """Return label, colour and history [J] of what is not zero throughout: the balance first, work last.
+    """Return label, colour and history [J] of energies that are not zero throughout: the balance first, work last.
 
     Args:
         energies: As in `Trajectory.energies`.
@@ -167,16 +167,15 @@ def energy_curves(energies: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
     worked = bool(np.abs(work).max() > ROUND_OFF * np.abs(energies).max())
     total = balance(energies)
     if worked and np.abs(total).max() < ROUND_OFF * np.abs(energies).max():
-        # The round-off of what cancels is no energy.
         total = np.zeros_like(total)
     seen = np.abs(energies).max(axis=0) > ROUND_OFF * np.abs(energies).max()
-    curves = [("sum less work" if worked else "total", style.INK, total)]
+    curves = [("energy balance" if worked else "total", style.INK, total)]
     curves += [(name, c, energies[:, k]) for k, (name, c) in enumerate(ENERGIES) if seen[k]]
     return [*curves, ("work of loads", WORK, work)] if worked else curves
 
 
 def balance(energies: np.ndarray) -> np.ndarray:
-    """Return what stays constant [J], (s,): all energies less the work of loads, which older records do not have."""
+    """Return all energies minus the work of loads, which old records lack; constant but for errors [J], (s,)."""
     return energies[:, :4].sum(axis=1) - energies[:, 4:].sum(axis=1)
 
 

@@ -1,4 +1,4 @@
-"""The force of one contact over time: curves where it lasts, stems of impulses where it does not."""
+"""Force of one contact over time: curves of lasting contact, stems of impulses of brief impacts."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,27 +9,27 @@ from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.contact.located import Touch
 
 WINDOW = 40e-6
-"""Full width of the Hann window [s]: within the bandwidth of the modes that are commonly kept."""
+"""Full width of the Hann window [s], which usual numbers of modes resolve."""
 FINEST = 4
-"""Sample intervals: a narrower window changes nothing."""
+"""Least width of a window, in sample intervals."""
 SHORTEST = 3.0
-"""Windows that contact lasts at least: less, and the window is what is seen."""
+"""Least duration of contact, in windows; of a shorter one the curve would show the window."""
 LONGEST = 1000.0
-"""Windows that contact lasts at most, but for a driven scene: more, and the window changes nothing."""
+"""Largest duration of contact, in windows, except in a driven scene; a window changes nothing in a longer one."""
 WRITTEN = 10
-"""Stems that have their impulse written on them at most."""
+"""Largest number of stems with a written impulse."""
 APART = 0.055
-"""Of the axis: values that are closer overlap."""
+"""Distance of two values below which they overlap, of the axis."""
 LOW = 0.05
-"""Of the highest stem: no value is written on a lower one."""
+"""Height of stems below which no value is written, of the highest one."""
 SAME = 0.02
-"""Of the largest force: a window that changes no more than this is not worth a curve."""
+"""Change by a window, of the largest force, up to which its curve is omitted."""
 
 
 def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None:
-    """Return a contact's force within a window [N], (s, 3), and what the window is; None where none makes sense.
+    """Return a contact's smoothed force [N], (s, 3), and the name of the window; None where smoothing is meaningless.
 
-    It is the mean that the quantity `force_peak` is the largest of, or a Hann window where the run has no such.
+    The window is that of the quantity `force_peak`, or a Hann window if the run has none.
     """
     from scipy.ndimage import uniform_filter1d
 
@@ -40,9 +40,8 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
     if own is None and name in trajectory.impacts:
         return None
     width = own["value"] if own else WINDOW
-    if width < FINEST * interval or not SHORTEST * width <= lasts <= (
-        np.inf if own or trajectory.joints else LONGEST * width
-    ):
+    longest = np.inf if own or trajectory.joints else LONGEST * width
+    if width < FINEST * interval or not SHORTEST * width <= lasts <= longest:
         return None
     if own:
         mean = uniform_filter1d(force, round(width / interval), axis=0, mode="reflect")
@@ -55,14 +54,11 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
 def force_axes(
     axes: Axes, trajectory: Trajectory, name: str, abscissa: np.ndarray, normal: np.ndarray | None = None
 ) -> float:
-    """Draw the resultant's magnitude at samples, and within a window where that makes sense.
+    """Draw the resultant's magnitude at samples, and its smoothed curve; returns the abscissa of the last curve's peak.
 
     Args:
         abscissa: Of each sample, (s,).
-        normal: Unit vector of the part to draw, where friction has another, (3,).
-
-    Returns:
-        Where on the abscissa the last drawn curve is highest.
+        normal: Unit vector of the component to draw, for a contact with friction, (3,).
     """
     times, force = trajectory.times, trajectory.contacts[name].force
     if normal is not None:
@@ -87,7 +83,7 @@ def force_axes(
 
 
 def impact_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:
-    """Draw a contact with impacts that samples do not resolve: impulses as stems, and the force of those that last."""
+    """Draw impulses of brief impacts as stems, and the force of lasting ones."""
     shown, _ = style.time_unit(span[1] - span[0])
     impacts, brief = touch.impacts, touch.brief
     if brief.all():
@@ -107,8 +103,13 @@ def impact_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:
     style.legend(axes, beside=beside)
 
 
+def impact_count(count: int) -> str:
+    """Return a number of impacts as text."""
+    return "one impact" if count == 1 else f"{count} impacts"
+
+
 def spaced(places: np.ndarray, span: tuple[float, float], apart: float = APART) -> list[int]:
-    """Return the numbers of the first few places at which texts do not overlap."""
+    """Return the numbers of the first places at which texts do not overlap."""
     found: list[int] = []
     for number in np.argsort(places)[:WRITTEN]:
         place = places[number]
@@ -123,9 +124,9 @@ def _stems(axes: Axes, impacts: np.ndarray, span: tuple[float, float]) -> None:
     scale, unit = style.prefixed(float(impacts[:, 2].max()), "N·s")
     at, impulses = impacts[:, 0] * shown, impacts[:, 2] * scale
     highest = impacts[impacts[:, 3].argmax()]
-    label = f"impulse of {'one impact' if len(impacts) == 1 else f'each of {len(impacts)} impacts'}"
+    label = f"impulse of {'each of ' * (len(impacts) > 1)}{impact_count(len(impacts))}"
     if len(impacts) > 1:
-        label += f", together {style.quantity(float(impacts[:, 2].sum()), 'N·s')}"
+        label += f", total {style.quantity(float(impacts[:, 2].sum()), 'N·s')}"
     elif highest[3] > 0:
         length = style.quantity(float(highest[1] - highest[0]), "s")
         label += f", force up to {style.quantity(float(highest[3]), 'N')} in {length}"
@@ -137,8 +138,7 @@ def _stems(axes: Axes, impacts: np.ndarray, span: tuple[float, float]) -> None:
         first = at[number] <= span[0] * shown
         axes.annotate(
             style.digits(float(impulses[number])), (at[number], impulses[number]), xytext=(5 if first else 0, 6),
-            textcoords="offset points", ha="left" if first else "center",
-            fontsize=8.5, color=style.RED,
+            textcoords="offset points", ha="left" if first else "center", fontsize=8.5, color=style.RED,
         )  # fmt: skip
     axes.set_ylim(0, 1.2 * float(impulses.max()) or 1.0)
     axes.set_ylabel(f"impulse [{unit}]", color=style.RED)

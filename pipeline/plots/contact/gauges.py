@@ -1,4 +1,4 @@
-"""`gauges.png`: what the gauges of all bodies read over time, with their peaks, and when impacts happen."""
+"""`gauges.png`: stress or strain of all gauges over time, with peaks and the times of impacts."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,17 +12,16 @@ from gudgeon.pipeline.plots.contact.located import touches
 
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.GREY, "#8a5fb0", "#b08a2e")
 NOTHING = 1e-9
-"""Components below this share of the largest one are not drawn."""
+"""Share of the largest component below which others are not drawn."""
 PANEL, MOST = 420, 6
-"""Height of a further panel [px], and how many a picture has at most."""
+"""Height of a further panel [px], and largest number of panels."""
 
 
 def draw_gauges(drawing: Drawing) -> None:
     """Draw one panel for each gauge."""
     gauges = [(name, values) for name, values in drawing.trajectory.gauges.items() if values.size][:MOST]
-    if not gauges:
-        return
-    style.draw(drawing.file("gauges.png"), _figure, drawing, dict(gauges))
+    if gauges:
+        style.draw(drawing.file("gauges.png"), _figure, drawing, dict(gauges))
 
 
 def _figure(drawing: Drawing, gauges: dict[str, np.ndarray]) -> Figure:

@@ -1,4 +1,4 @@
-"""What a contact with located impacts shows: the impacts, the force, and how the points that meet move."""
+"""Contacts with located impacts, prepared for drawing: impacts, force, and motion of the points in contact."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,20 +11,20 @@ from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.solver.obstacles import obstacle_of
 
 BRIEF = 5.0
-"""Sample intervals: samples do not resolve the force of an impact that is shorter, only its impulse."""
+"""Sample intervals: of a shorter impact samples resolve only the impulse, not the force."""
 FEW = 20.0
-"""Sample intervals: a picture of less shows nothing."""
+"""Sample intervals that a picture covers at least."""
 MARGIN = 0.25
-"""Shown before the first impact and after the last, of the time between them."""
+"""Margin before the first impact and after the last, of the time between them."""
 SHARE = 0.05
-"""Of all impulse: where brief impacts give more, they are drawn by their impulses."""
+"""Share of all impulse above which brief impacts are drawn by their impulses."""
 ALONE = 0.6
-"""The same beside a single impact, of its duration."""
+"""Margin of a single impact, of its duration."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """A point that meets another."""
+    """A point in contact."""
 
     body: str
     interface: str
@@ -39,7 +39,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact and where it is pressed most."""
+    """A contact at its point of largest impulse."""
 
     name: str
     trajectory: Trajectory
@@ -47,39 +47,39 @@ class Touch:
     other: Side | None
     """On the other body; None against an obstacle."""
     direction: np.ndarray
-    """Unit vector along which the contact pushes the body, (3,)."""
+    """Unit vector of the normal force on the body, (3,)."""
     gap: float
     """At the start [m]."""
 
     @property
     def contact(self) -> ContactHistory:
-        """The contact's history."""
+        """History of the contact."""
         return self.trajectory.contacts[self.name]
 
     @property
     def interval(self) -> float:
-        """Between samples [s]."""
+        """Sample interval [s]."""
         return float(self.trajectory.times[1] - self.trajectory.times[0])
 
     @cached_property
     def impacts(self) -> np.ndarray:
-        """Impacts as in `Trajectory.impacts`, joined where they part for less than frequencies resolve, (b, 7)."""
+        """Impacts as in `Trajectory.impacts`, merged where the gap between them is not resolved, (b, 7)."""
         return joined(self.trajectory, self.name)
 
     @cached_property
     def brief(self) -> np.ndarray:
-        """Which impacts are seen by their impulse alone: without duration, or shorter than samples resolve, (b,)."""
+        """Whether each impact is drawn by its impulse alone: it has no duration, or samples do not resolve it, (b,)."""
         lengths = self.impacts[:, 1] - self.impacts[:, 0]
         return (self.impacts[:, 3] == 0) | (lengths < BRIEF * self.interval)
 
     @property
     def impulsive(self) -> bool:
-        """Whether the impulses of brief impacts are worth drawing."""
+        """Whether the impulses of brief impacts are large enough to be drawn."""
         return bool(self.impacts[self.brief, 2].sum() > SHARE * self.impacts[:, 2].sum())
 
     @cached_property
     def lasting_force(self) -> np.ndarray:
-        """Force along the direction in the impacts that last, zero in samples that others reach into [N], (s,)."""
+        """Force along the direction in lasting impacts, zero in samples that brief impacts reach [N], (s,)."""
         force = self.contact.force @ self.direction
         if not self.brief.any():
             return force
@@ -92,7 +92,7 @@ class Touch:
 
     @property
     def span(self) -> tuple[float, float]:
-        """What is worth showing [s]: the impacts with a margin, or the whole run where they last next to nothing."""
+        """Time span of the picture [s]: the impacts with a margin, or the whole run if they are short."""
         end = float(self.trajectory.times[-1])
         first, last = float(self.impacts[:, 0].min()), float(self.impacts[:, 1].max())
         if last - first < FEW * self.interval:
@@ -103,17 +103,17 @@ class Touch:
 
 @dataclass(frozen=True)
 class Course:
-    """How a point moves along one direction."""
+    """Motion of a point along one direction."""
 
     label: str
     times: np.ndarray
     """[s], (t,)"""
     place: np.ndarray
-    """From its start [m], (t,)."""
+    """Position relative to its start [m], (t,)."""
 
 
 def joined(trajectory: Trajectory, name: str) -> np.ndarray:
-    """Return the impacts of a contact, joined where they part for less than the window of its smoothed force, (b, 7)."""
+    """Return the impacts of a contact, merged where they part for less than the window of its force, (b, 7)."""
     window = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
     found: list[np.ndarray] = []
     for impact in trajectory.impacts.get(name, np.empty((0, 7))):
@@ -128,13 +128,13 @@ def joined(trajectory: Trajectory, name: str) -> np.ndarray:
 
 
 def touches(drawing: Drawing) -> list[Touch]:
-    """Return the contacts whose impacts are located and were any, as the scene describes them."""
+    """Return the contacts with located impacts that the scene describes."""
     found = [touch_of(drawing, name) for name, impacts in drawing.trajectory.impacts.items() if len(impacts)]
     return [touch for touch in found if touch is not None]
 
 
 def touch_of(drawing: Drawing, name: str) -> Touch | None:
-    """Return a contact where it is pressed most, or None where the scene does not say what it meets."""
+    """Return a contact at its point of largest impulse; None if the scene does not describe its obstacle or points."""
     contact, settings = drawing.trajectory.contacts[name], drawing.scene.get("contact", {}).get(name)
     if settings is None or settings["against"]["shape"] == "surface":
         return None
@@ -154,32 +154,40 @@ def touch_of(drawing: Drawing, name: str) -> Touch | None:
 
 
 def course(drawing: Drawing, side: Side, direction: np.ndarray, pressed: np.ndarray | None = None) -> Course:
-    """Return how a point moves along a direction.
-
-    A body without elastic coordinates is followed at samples, another at frames.
+    """Return the motion of a point along a direction, at samples for a rigid body and at frames for an elastic one.
 
     Args:
-        pressed: Outward forces on the interface's points at each frame, (f, c), where what the coordinates lack yields.
+        pressed: Outward forces on the interface's residual flexibility at each frame [N], (f, c).
     """
     body, trajectory = drawing.body(side.body), drawing.trajectory
-    arm = body.morph.points[side.interface][side.point] - body.morph.centre
-    wrench = np.concatenate([direction, np.cross(arm, direction)])
     if not len(body.modal.angular_frequencies):
-        motion = trajectory.motion.get(side.body, np.zeros((len(trajectory.times), 12)))
-        return _from_start(side.label, trajectory.times, motion[:, :6] @ wrench)
+        return _from_start(side.label, trajectory.times, rigid_course(drawing, side, direction)[0])
+    wrench = _wrench(drawing, side, direction)
     interface = body.modal.interfaces[side.interface]
     count = len(body.morph.rigid_twists)
     rigid = body.coordinates[:, :count] @ (body.morph.rigid_twists @ wrench)
     outward = body.coordinates[:, count:] @ interface.rows[side.point]
     if pressed is not None:
         outward = outward + pressed @ _residual(drawing, body, side, interface)
-    return _from_start(
-        side.label, trajectory.frame_times, rigid + outward * (interface.normals[side.point] @ direction)
-    )
+    place = rigid + outward * (interface.normals[side.point] @ direction)
+    return _from_start(side.label, trajectory.frame_times, place)
+
+
+def rigid_course(drawing: Drawing, side: Side, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return shift and speed of a point of a rigid body along a direction at samples [m, m/s], (s,) each."""
+    wrench = _wrench(drawing, side, direction)
+    motion = drawing.trajectory.motion.get(side.body, np.zeros((len(drawing.trajectory.times), 12)))
+    return motion[:, :6] @ wrench, motion[:, 6:] @ wrench
+
+
+def _wrench(drawing: Drawing, side: Side, direction: np.ndarray) -> np.ndarray:
+    """Return the motion of a point along a direction per translation and rotation of the centre, (6,)."""
+    morph = drawing.store.get(drawing.trajectory.bodies[side.body], "morph", only=["points", "centre"])
+    return np.concatenate([direction, np.cross(morph.points[side.interface][side.point] - morph.centre, direction)])
 
 
 def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
-    """Return how the body's point, and the other's, move along the contact's direction from the other's start."""
+    """Return the motion of both points along the contact's direction, relative to the start of the other point."""
     flexible = drawing.scene["contact"][touch.name].get("method") == "residual"
     pressed = -touch.contact.multipliers if flexible else None
     own = course(drawing, touch.side, touch.direction, pressed)
@@ -192,7 +200,7 @@ def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
 
 
 def _facing(drawing: Drawing, touch: Touch) -> np.ndarray:
-    """Return which point of the body each point of the other faces, (c,)."""
+    """Return the point of the body opposite each point of the other, (c,)."""
     assert touch.other is not None
     mine = touch.contact.points + drawing.position(touch.side.body)
     there = _points(drawing, touch.other.body, touch.other.interface) + drawing.position(touch.other.body)
@@ -202,9 +210,8 @@ def _facing(drawing: Drawing, touch: Touch) -> np.ndarray:
 
 
 def _residual(drawing: Drawing, body: BodyMotion, side: Side, interface: InterfaceModes) -> np.ndarray:
-    """Return the row of R of a point [m/N], (c,); zero where the reduction stores none."""
-    fields = ["residual_flexibility", "interface_rows"]
-    modal = drawing.store.get(body.morph.modes_key, "modes", only=fields)
+    """Return the row of R of a point [m/N], (c,); zero if the reduction stores none."""
+    modal = drawing.store.get(body.morph.modes_key, "modes", only=["residual_flexibility", "interface_rows"])
     if modal.residual_flexibility is None:
         return np.zeros(len(interface.nodes))
     first, last = modal.interface_rows[side.interface]

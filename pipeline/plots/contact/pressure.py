@@ -1,6 +1,6 @@
-"""`pressure.png`: contact pressure over the unrolled interface, at the strongest contact and as peak over time.
+"""`pressure.png`: contact pressure over the unrolled interface, at the largest contact force and as peak over time.
 
-A driven scene has one picture, with a panel for each contact at its own strongest moment.
+A driven scene has one picture, with a panel for each contact at its own largest force.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.driven.drive import drive_of, frame_degrees, hardest_first, shown_angle
 
 LEAST_POINTS = 4
-"""Fewer points span no map."""
+"""Least number of points of a map."""
 SLIVER = 0.02
 """Least ratio of in- to circumradius (times two) of a triangle at the map's border."""
 
@@ -38,7 +38,7 @@ class Chart:
 
 
 def draw_pressure(drawing: Drawing) -> None:
-    """Draw one picture for each contact of more than a few points that was closed in some frame."""
+    """Draw one picture for each contact with enough points that was closed in some frame."""
     wanted = {
         name: contact
         for name, contact in drawing.trajectory.contacts.items()
@@ -54,15 +54,11 @@ def draw_pressure(drawing: Drawing) -> None:
 
 
 def chart(points: np.ndarray, surface: Surface | None) -> Chart | None:
-    """Unroll contact points: angle and height on a cylinder, principal coordinates anywhere else.
-
-    Returns:
-        None where the points lie on a line.
-    """
+    """Unroll contact points to angle and height on a cylinder, else to principal axes; None of points on a line."""
     if surface is not None and surface.shape.get("kind") == "cylinder":
         radius, angle, height = cylindrical(points, surface.shape)
         middle = np.angle(np.exp(1j * angle).mean())
-        # Counted from the middle on, so that a sector across ±180° stays in one piece.
+        # Counted from the middle, so that a sector across ±180° is not split.
         angle = middle + np.angle(np.exp(1j * (angle - middle)))
         found = Chart(
             np.column_stack([np.degrees(angle), height * 1e3]),
@@ -87,9 +83,9 @@ class Map:
     pressure: np.ndarray
     """At all frames [Pa], (f, c)."""
     frame: int
-    """Of its largest force."""
+    """Number of the frame of its largest force."""
     force: float
-    """The resultant then [N]."""
+    """Resultant in that frame [N]."""
 
 
 def _strongest(drawing: Drawing, name: str) -> Map | None:
@@ -106,12 +102,12 @@ def _strongest(drawing: Drawing, name: str) -> Map | None:
 
 
 def _picture(drawing: Drawing, found: Map) -> Figure:
-    """Draw one contact at its strongest moment, and the peak of each of its points."""
+    """Draw one contact at its largest force, and the peak of each of its points."""
     subtitle = f"{drawing.scene_name}  ·  {found.name}  ·  {len(found.plane.shown)} contact points on body {found.body}"
     figure = style.new_figure("Contact pressure", subtitle)
     time = float(drawing.trajectory.frame_times[found.frame])
     shown, unit = style.time_unit(float(drawing.trajectory.times[-1]))
-    moment = f"strongest contact: t = {style.digits(time * shown)} {unit}, {style.quantity(found.force, 'N')}"
+    moment = f"largest force: t = {style.digits(time * shown)} {unit}, {style.quantity(found.force, 'N')}"
     panels = {moment: found.pressure[found.frame], "peak over all frames": found.pressure.max(axis=0)}
     boxes = [(0.085 + 0.405 * column, 0.11, 0.37, 0.70) for column in range(2)]
     for column, axes in enumerate(_panels(figure, [(found.plane, values) for values in panels.values()], boxes)):
@@ -122,9 +118,8 @@ def _picture(drawing: Drawing, found: Map) -> Figure:
 
 
 def _beside(drawing: Drawing, maps: Sequence[Map]) -> Figure:
-    """Draw maps of several contacts, each at its strongest moment, side by side on one scale of colours."""
-    drive = drive_of(drawing)
-    angles = frame_degrees(drawing, drive)
+    """Draw maps of several contacts, each at its largest force, side by side with one colour scale."""
+    drive, angles = drive_of(drawing), frame_degrees(drawing, drive_of(drawing))
     points = sum(found.pressure.shape[1] for found in maps)
     subtitle = f"{drawing.scene_name}  ·  each contact in the frame of its largest force  ·  {points} contact points"
     figure = style.new_figure("Contact pressure", subtitle)
@@ -140,7 +135,7 @@ def _beside(drawing: Drawing, maps: Sequence[Map]) -> Figure:
 
 
 def _panels(figure: Figure, maps: Sequence[tuple[Chart, np.ndarray]], boxes: Sequence[style.Box]) -> list[Axes]:
-    """Draw maps in boxes of a figure, with one bar of colours up to the largest of their pressures [Pa]."""
+    """Draw maps in boxes of a figure, with one colour bar up to the largest of their pressures [Pa]."""
     top = max(float(values.max()) for _, values in maps)
     scale, unit = style.prefixed(top, "Pa")
     panels = [figure.add_axes(box) for box in boxes]
@@ -165,6 +160,6 @@ def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> TriMesh:
 
 
 def _colours() -> LinearSegmentedColormap:
-    """Return a map from the faintest grey at zero, where nothing touches, through magma's bright to dark."""
+    """Return a colour map from light grey at zero pressure through the bright to the dark part of magma."""
     magma = colormaps[style.PRESSURE](np.linspace(0.02, 0.95, 15))
     return LinearSegmentedColormap.from_list("pressure", [to_rgba(style.GROUND), *magma])

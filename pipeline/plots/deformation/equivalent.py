@@ -1,4 +1,6 @@
-"""Equivalent stress after von Mises on the surfaces that a body's gauges read, at a frame of a trajectory."""
+"""Von Mises stress on the surfaces of a body's gauges, at a frame of a trajectory."""
+
+from fnmatch import fnmatch
 
 import numpy as np
 
@@ -7,28 +9,28 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.interfaces.stress_recovery import COMPONENTS, von_mises
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 
+DISPLACEMENT = ("Elastic deformation", "elastic displacement", "m")
+STRESS = ("Von Mises stress, deformation", "von Mises stress", "Pa")
+"""Title, name and unit of the values that colour a deformed body."""
+
 
 def reads_stress(drawing: Drawing, body: BodyMotion) -> bool:
-    """Return whether a body's record has stress on a surface."""
+    """Return whether a body has a gauge of stress on a surface."""
     return bool(_surface_gauges(drawing, body))
 
 
 def _surface_gauges(drawing: Drawing, body: BodyMotion) -> list[str]:
-    """Return the gauges of stress on surfaces; nothing large is read."""
-    ending = "/nodes"
-    places = [path for path in drawing.store.sizes(body.morph.modes_key) if path.startswith("gauges/")]
-    paths = [path for path in places if path.endswith(ending)]
-    if not paths:
-        return []
-    gauges = drawing.store.get(body.morph.modes_key, "modes", only=paths).gauges
+    """Return the gauges of stress on surfaces, without reading large arrays."""
+    paths = [path for path in drawing.store.sizes(body.morph.modes_key) if fnmatch(path, "gauges/*/nodes")]
+    gauges = drawing.store.get(body.morph.modes_key, "modes", only=paths).gauges if paths else {}
     return [name for name, gauge in gauges.items() if gauge.unit == "Pa"]
 
 
 def equivalent_stress(drawing: Drawing, body: BodyMotion, frame: int) -> np.ndarray:
-    """Return the equivalent stress at the nodes [Pa], (n,), NaN where no gauge reads it: rows q + residual λ.
+    """Return the von Mises stress at the nodes [Pa], (n,), NaN where no gauge has it: rows q + residual λ.
 
     Raises:
-        StageError: forces on the body are not known row by row at frames.
+        StageError: see `row_forces`.
     """
     names = [f"gauges/{name}" for name in _surface_gauges(drawing, body)]
     modal = drawing.store.get(body.morph.modes_key, "modes", only=[*names, "interface_rows"])
@@ -47,8 +49,8 @@ def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord, frame: in
     """Return the force on each row of R at a frame, (C,); a contact pushes against the outward normal.
 
     Raises:
-        StageError: another body's points press on several rows, in an order that the trajectory does not hold, or
-            what acts is no contact.
+        StageError: the trajectory does not hold the force on each row: another body's points press on several rows, or
+            a force acts that is no contact.
     """
     for name, force in drawing.scene.get("force", {}).items():
         if body.name in (force.get("body"), force.get("against")):

@@ -1,4 +1,4 @@
-"""`deformation.png` of a bar, its strain, and of a beam, its deflection, over position and time beside the force."""
+"""`deformation.png` of a bar (strain) or a beam (deflection) over position and time, beside the contact force."""
 
 from dataclasses import dataclass
 
@@ -11,28 +11,28 @@ from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.contact.force_axes import smoothed
 
 LARGE = 1e-2
-"""Strain that is better told in percent."""
+"""Strain from which the unit is percent."""
 
 
 @dataclass(frozen=True)
 class LineMap:
-    """What is drawn over the axis of a body, and over time."""
+    """A quantity over the axis of a body and over time."""
 
     title: str
     what: str
     position: np.ndarray
-    """Along the axis, from its beginning [m], (n,)."""
+    """Along the axis, from one end [m], (n,)."""
     values: np.ndarray
     """At each frame, (f, n)."""
     top: float
-    """Where the colours end."""
+    """Value of the last colour."""
     factor: float
     """From SI to the label's unit."""
     label: str
 
 
 def draw_waves(drawing: Drawing) -> None:
-    """Draw one picture for each bar or beam that was struck."""
+    """Draw one picture for each bar or beam under contact forces."""
     for body in drawing.shaped(drawing.struck_lines()):
         found = _strain_map(body) if body.mesh.cell_type == "line3" else _deflection_map(body)
         style.draw(drawing.file("deformation.png", body.name, drawing.deformed_count()), _diagram, drawing, body, found)
@@ -54,7 +54,7 @@ def deflection(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, int]:
 
 
 def _axis(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ascending positions [m], the order of nodes that they have, and the unit vector along the line."""
+    """Return ascending positions [m], the order of their nodes, and the unit vector along the line."""
     ends = body.nodes[body.mesh.cells[:, :2]]
     direction = (ends[:, 1] - ends[:, 0]).sum(axis=0)
     direction = direction / np.linalg.norm(direction)
@@ -70,11 +70,11 @@ def _elastic(body: BodyMotion) -> np.ndarray:
 
 def _strain_map(body: BodyMotion) -> LineMap:
     position, strains = strain(body)
-    # Strain of truncated modes overshoots at the front; the bulk of the wave sets the colours.
+    # The strain of truncated modes overshoots at the wave front; the 99 % quantile sets the colours.
     top = 1.25 * float(np.percentile(np.abs(strains), 99)) or 1e-12
     factor, unit = (1e6, "µm/m") if top < LARGE else (1e2, "%")
     label = f"strain [{unit}], tension positive"
-    return LineMap("Waves in the bar", "axial strain", position, strains, top, factor, label)
+    return LineMap("Waves in the bar", "axial strain", position, strains, top, factor, label=label)
 
 
 def _deflection_map(body: BodyMotion) -> LineMap:
@@ -83,7 +83,7 @@ def _deflection_map(body: BodyMotion) -> LineMap:
     factor, unit = style.prefixed(top, "m")
     what = "elastic deflection" if len(body.morph.rigid_twists) else "deflection"
     label = f"{what} along {'xyz'[axis]} [{unit}]"
-    return LineMap("Bending of the beam", what, position, values, top, factor, label)
+    return LineMap("Bending of the beam", what, position, values, top, factor, label=label)
 
 
 def _diagram(drawing: Drawing, body: BodyMotion, found: LineMap) -> Figure:
@@ -113,7 +113,7 @@ def _diagram(drawing: Drawing, body: BodyMotion, found: LineMap) -> Figure:
 
 
 def _force_beside(axes: Axes, drawing: Drawing, body: BodyMotion, shown: float) -> None:
-    """Draw the force of all contacts on the body over time, which runs upwards."""
+    """Draw the force of all contacts on the body, with time upwards."""
     trajectory = drawing.trajectory
     total, windows = np.zeros((len(trajectory.times), 3)), set()
     for name, contact in drawing.contacts_on(body.name).items():

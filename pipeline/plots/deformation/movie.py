@@ -1,4 +1,4 @@
-"""`impact.mp4` of a solid body: the impact as it happens, gaps and deformation magnified alike, above the force."""
+"""`impact.mp4` of a solid body: its motion in an impact, gaps and deformation magnified alike, above the force."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,17 +21,17 @@ BOX = (8, 80, 776, 548)
 FRAMES = 120
 WALL = "#dfe5ea"
 TRIANGLES = 20_000
-"""Few enough for 0.1 s a frame in software rendering."""
+"""Number at which software rendering takes 0.1 s per frame."""
 SHOWN_TRAVEL = 0.2
 """Largest drawn displacement relative to the body's diagonal, rigid motion included."""
 SHOWN_ELASTIC = 0.06
 LEAST_ELASTIC = 0.35
-"""Where travel allows less than this share of the elastic part's own factor, the rigid motion is not shown."""
+"""Rigid motion is omitted where it limits the scale to less than this share of the elastic part's own."""
 
 
 @dataclass(frozen=True)
 class Script:
-    """What the movie of one body shows."""
+    """Content of the movie of one body."""
 
     moment: Moment
     frames: np.ndarray
@@ -46,10 +46,10 @@ class Script:
 
 
 def draw_movie(drawing: Drawing) -> None:
-    """Make one movie for each solid body that was touched."""
+    """Make one movie for each solid body with contact."""
     names = drawing.touched("tetra10")
     for body in drawing.shaped(names):
-        script = write_script(drawing, strongest_moment(drawing, body, TRIANGLES))
+        script = _script(drawing, strongest_moment(drawing, body, TRIANGLES))
         with style.styled(), drawing.file("impact.mp4", body.name, len(names)) as path:
             figure, axes = _ground(drawing, script)
             stage = film.Stage(film.new_plotter(BOX), BOX, [axes])
@@ -57,7 +57,7 @@ def draw_movie(drawing: Drawing) -> None:
             film.shoot(path, figure, stage, script.frames, _mover(drawing, script))
 
 
-def write_script(drawing: Drawing, moment: Moment) -> Script:
+def _script(drawing: Drawing, moment: Moment) -> Script:
     """Choose frames around the contacts, and one scale for all of them."""
     times, body = drawing.trajectory.frame_times, moment.body
     first, last = style.contact_span(times, drawing.frame_force(body.name), 0.35)
@@ -80,7 +80,7 @@ def _longest(displacement: np.ndarray) -> float:
 
 
 def _set_up(stage: film.Stage, script: Script, wall: Skin | None) -> None:
-    """Put body and obstacle into the scene and aim the camera."""
+    """Add body and obstacle to the scene and aim the camera."""
     moment, skin, plotter = script.moment, script.moment.skin, stage.plotter
     magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
     skin.move(moment.body.nodes)
@@ -113,7 +113,7 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
 
 
 def _wall(drawing: Drawing, body: BodyMotion, scale: float) -> Skin | None:
-    """Return the obstacle opposite the touched surface, gaps g magnified: x − s g(x) ∇g(x)."""
+    """Return the obstacle opposite the contact surface, with gaps g magnified by s: x − s g(x) ∇g(x)."""
     contact = drawing.strongest_contact(body.name)
     surface = body.surface(drawing.trajectory.contacts[contact].interface)
     obstacle = view.obstacle_at(drawing, contact)
@@ -126,16 +126,14 @@ def _wall(drawing: Drawing, body: BodyMotion, scale: float) -> Skin | None:
 
 
 def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
-    """Draw all that stands still, and return it with the axes of the force."""
+    """Return the static figure and its axes of the force."""
     trajectory = drawing.trajectory
     what = f"gaps and deformation × {script.scale:g}  ·  grey: rigid obstacle"
     if not script.travels:
         what = f"elastic deformation × {script.scale:g}  ·  rigid motion not shown"
     figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.075, 0.085, 0.9, 0.14))
-    factor, unit = style.prefixed(script.limit, "m")
-    colours = style.scale(0.0, script.limit * factor)
-    style.colour_bar(figure, colours, f"elastic displacement [{unit}]", (0.85, 0.31, 0.016, 0.5))
+    style.magnitude_bar(figure, script.limit, "elastic displacement", "m", (0.85, 0.31, 0.016, 0.5))
     scale, name = style.prefixed(float(script.force.max()), "N")
     shown, time_name = style.time_unit(float(trajectory.times[-1]))
     axes.fill_between(trajectory.times * shown, script.force * scale, color=style.BLUE, alpha=0.12, lw=0)

@@ -1,5 +1,4 @@
-"""`deformation.png` and `robustness.png` of a plane part: elastic displacement and equivalent stress at the strongest
-contact, on the deformed part."""
+"""`deformation.png` and `stress.png` of a plane part at its largest contact force."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +10,7 @@ from matplotlib.tri import Triangulation
 from gudgeon.pipeline.geometry.shapes.plane import boundary_edges
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.deformation.equivalent import equivalent_stress, reads_stress
+from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, reads_stress
 
 PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Flat triangles that make up one of six nodes."""
@@ -22,43 +21,40 @@ ARROW = 0.14
 
 
 def draw_sheets(drawing: Drawing) -> None:
-    """Draw the deformation of each plane part that was touched, and its stress where a gauge reads it."""
+    """Draw the deformation of each plane part with contact, and its stress where a gauge records it."""
     names, count = drawing.touched("triangle6"), drawing.deformed_count()
     for body in drawing.shaped(names):
         frame = drawing.strongest_frame(body.name)
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
-        text = ("Elastic deformation", "elastic displacement", "m")
-        style.draw(drawing.file("deformation.png", body.name, count), _picture, drawing, body, frame, magnitude, text)
+        file = drawing.file("deformation.png", body.name, count)
+        style.draw(file, _picture, drawing, body, magnitude, DISPLACEMENT)
         if reads_stress(drawing, body):
             stress = equivalent_stress(drawing, body, frame)
-            text = ("Stress after von Mises, deformation", "von Mises stress", "Pa")
-            style.draw(drawing.file("stress.png", body.name, len(names)), _picture, drawing, body, frame, stress, text)
+            file = drawing.file("stress.png", body.name, len(names))
+            style.draw(file, _picture, drawing, body, stress, STRESS)
 
 
-def _picture(drawing: Drawing, body: BodyMotion, frame: int, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
-    """Return a part coloured by values (n,); text is title, name of the values, unit."""
-    title, name, plain = text
+def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
+    """Return a part coloured by values (n,), with texts such as `STRESS`."""
+    (title, name, unit), frame = text, drawing.strongest_frame(body.name)
     elastic, size = body.elastic(frame)[:, :2], body.size
     scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     place = body.nodes[:, :2] + scale * elastic
-    factor, unit = style.prefixed(float(np.nanmax(values)), plain)
     force = float(drawing.frame_force(body.name)[frame])
     time, end = drawing.trajectory.frame_times[frame], drawing.trajectory.times[-1]
-    subtitle = f"{drawing.scene_name}  ·  body {body.name} at its strongest contact, {style.moment(time, end, force)}"
+    subtitle = f"{drawing.scene_name}  ·  body {body.name}, largest contact force, {style.moment(time, end, force)}"
     reach = np.ptp(place, axis=0) + 2 * ARROW * size
     height = int(np.clip(0.8 * style.WIDTH * reach[1] / reach[0] + 300, 700, style.HEIGHT))
     figure = style.new_figure(f"{title} × {scale:g}", subtitle, height=height)
     axes = figure.add_axes((0.04, 120 / height, 0.8, 1 - 270 / height))
-    top = float(np.nanmax(values)) * factor or 1.0
-    _colour(axes, body, place, values * factor, top)
+    top = float(np.nanmax(values))
+    _colour(axes, body, place, values, top or 1.0)
     _arrows(drawing, body, frame, axes, scale)
     axes.set_aspect("equal")
     axes.margins(0.08)
     style.plain_axes(axes)
-    axes.set_xticks([])
-    axes.set_yticks([])
-    box = (0.875, 150 / height, 0.018, 1 - 330 / height)
-    style.colour_bar(figure, style.scale(0.0, top), f"{name} [{unit}]", box)
+    axes.set(xticks=[], yticks=[])
+    style.magnitude_bar(figure, top, name, unit, (0.875, 150 / height, 0.018, 1 - 330 / height))
     style.legend_below(figure, (style.RED, 3, "contact force on the part"), (style.GREY, 1.6, "undeformed"))
     return figure
 
@@ -66,7 +62,7 @@ def _picture(drawing: Drawing, body: BodyMotion, frame: int, values: np.ndarray,
 def _colour(axes: Axes, body: BodyMotion, place: np.ndarray, values: np.ndarray, top: float) -> None:
     """Draw the part with nodes at `place` (n, 2), coloured where values (n,) are known, and its outlines.
 
-    A gauge of an edge knows no whole triangle and colours the edge alone.
+    A gauge of an edge has no whole triangle; it colours the edge alone.
     """
     flat, edges = body.mesh.cells[:, PARTS].reshape(-1, 3), boundary_edges(body.mesh.cells)
     known = np.isfinite(values)
@@ -86,7 +82,7 @@ def _colour(axes: Axes, body: BodyMotion, place: np.ndarray, values: np.ndarray,
 
 
 def _arrows(drawing: Drawing, body: BodyMotion, frame: int, axes: Axes, scale: float) -> None:
-    """Draw the resultant of each of the part's own contacts, its tip where it acts."""
+    """Draw the resultant of each of the part's own contacts, with its tip at the point where it acts."""
     for contact in drawing.contacts_of(body.name).values():
         pressed, normals = contact.multipliers[frame], body.modal.interfaces[contact.interface].normals
         force = -(pressed @ normals)[:2]

@@ -1,7 +1,7 @@
-"""Pictures of a solid body at its strongest contact, deformed by a factor, without rigid motion.
+"""Pictures of a solid body at its largest contact force, deformation magnified, without rigid motion.
 
-`deformation.png` is coloured by the elastic displacement, `robustness.png` by the equivalent stress after von Mises on the
-surfaces that the body's gauges read.
+`deformation.png` is coloured by the elastic displacement, `stress.png` by the von Mises stress on the surfaces of the
+body's gauges.
 """
 
 from collections.abc import Mapping
@@ -14,22 +14,22 @@ from PIL.Image import Image
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
-from gudgeon.pipeline.plots.deformation.equivalent import equivalent_stress, reads_stress
+from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, reads_stress
 
 IMAGE = (1340, 1000)
-"""Part of the picture that is rendered [px]."""
+"""Size of the rendered part of the picture [px]."""
 BAR = (0.862, 0.17, 0.018, 0.6)
 """Place of the colour bar."""
 TRIANGLES = 100_000
-"""Aim for the number of flat triangles."""
+"""Target number of flat triangles."""
 SHOWN = 0.06
 """Largest drawn displacement, relative to the body's diagonal."""
 PINCHED = 1e-3
-"""Forces whose resultant is less than this share of their sum hold each other in balance."""
+"""Forces are in balance if their resultant is below this share of their sum."""
 ROUND_OFF = 1e-9
-"""Of weights that add up to one."""
+"""Error of weights that add up to one."""
 EVEN = 0.95
-"""Share of the lower end's deformation that the upper end has at least where both are as good to look at."""
+"""The camera looks from above if the upper end has at least this share of the lower end's deformation."""
 ARROW = 0.3
 """Length of the force arrow, relative to the body's diagonal."""
 
@@ -45,50 +45,36 @@ class Moment:
     force: np.ndarray
     """Resultant on the body [N], (3,)."""
     middle: np.ndarray
-    """Where it acts: mean of the contact points, weighted by force [m], (3,)."""
+    """Its point of action: mean of the contact points, weighted by force [m], (3,)."""
     outward: np.ndarray
-    """Unit vector of the side that is touched, against the force, (3,)."""
+    """Unit vector towards the side in contact, against the force, (3,)."""
     up: np.ndarray
 
 
-@dataclass(frozen=True)
-class Coloured:
-    """What the colours of a body's skin say."""
-
-    values: np.ndarray
-    """Not negative, NaN where nothing is known, on the points of the moment's body, (p,)."""
-    unit: str
-    name: str
-    title: str
-    """With a place for the scale of the deformation."""
-
-
 def draw_deformation(drawing: Drawing) -> None:
-    """Draw one picture for each solid body that was touched."""
+    """Draw one picture for each solid body with contact."""
     for body in drawing.shaped(drawing.touched("tetra10")):
         moment = strongest_moment(drawing, body, TRIANGLES)
         magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
-        coloured = Coloured(magnitude, "m", "elastic displacement", "Elastic deformation × {scale:g}")
         file = drawing.file("deformation.png", body.name, drawing.deformed_count())
-        style.draw(file, _picture, drawing, moment, coloured)
+        style.draw(file, _picture, drawing, moment, magnitude, DISPLACEMENT)
 
 
 def draw_stress(drawing: Drawing) -> None:
-    """Draw one picture for each solid body that was touched and has a gauge of stress on a surface."""
+    """Draw one picture for each solid body with contact and a gauge of stress on a surface."""
     found = [body for body in drawing.shaped(drawing.touched("tetra10")) if reads_stress(drawing, body)]
     for body in found:
         stress = equivalent_stress(drawing, body, drawing.strongest_frame(body.name))
         fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
         moment = strongest_moment(drawing, body, TRIANGLES, fields)
-        title = "Stress after von Mises, deformation × {scale:g}"
-        coloured = Coloured(values_where_known(moment.skin), "Pa", "von Mises stress", title)
-        style.draw(drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, coloured)
+        values = values_where_known(moment.skin)
+        style.draw(drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, values, STRESS)
 
 
 def values_where_known(skin: Skin) -> np.ndarray:
-    """Return the field `stress` at the points of a skin, NaN but for triangles with the field `known` throughout, (p,).
+    """Return the field `stress` at the points of triangles whose points all have the field `known`, else NaN, (p,).
 
-    A side that no gauge reads has known points along its edges to one that a gauge does read.
+    Sides without a gauge share points with sides that have one.
     """
     known, corners = skin.take("known") > 1 - ROUND_OFF, skin.surface.regular_faces
     shown = np.isin(np.arange(len(known)), corners[known[corners].all(axis=1)])
@@ -98,7 +84,7 @@ def values_where_known(skin: Skin) -> np.ndarray:
 def strongest_moment(
     drawing: Drawing, body: BodyMotion, triangles: int, fields: Mapping[str, np.ndarray] = EMPTY
 ) -> Moment:
-    """Return a body, reduced to a skin of so many triangles, at the frame of its largest contact force."""
+    """Return a body as a skin of so many triangles, at the frame of its largest contact force."""
     frame = drawing.strongest_frame(body.name)
     contacts = drawing.contacts_of(body.name)
     points = np.concatenate([contact.points for contact in contacts.values()])
@@ -112,21 +98,25 @@ def strongest_moment(
     return Moment(*skin_of(body, triangles, fields), frame, force, middle, outward, up)
 
 
-def _picture(drawing: Drawing, moment: Moment, coloured: Coloured) -> Figure:
-    """Return the body at a moment, its deformation magnified, with the force on it."""
-    largest = float(np.nanmax(coloured.values))
+def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
+    """Return the body with magnified deformation and the force on it.
+
+    Args:
+        values: Of the colours, not negative, NaN where unknown, at the points of the moment's body, (p,).
+        text: Such as `STRESS`.
+    """
+    (title, name, unit), largest = text, float(np.nanmax(values))
     size, elastic = moment.body.size, moment.body.elastic(moment.frame)
     scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
-    factor, unit = style.prefixed(largest, coloured.unit)
-    image = _render(moment, elastic, scale, coloured.values / (largest or 1.0))
+    image = _render(moment, elastic, scale, values / (largest or 1.0))
     time, end = drawing.trajectory.frame_times[moment.frame], drawing.trajectory.times[-1]
     figure = style.new_figure(
-        coloured.title.format(scale=scale),
-        f"{drawing.scene_name}  ·  body {moment.body.name} at its strongest contact,"
+        f"{title} × {scale:g}",
+        f"{drawing.scene_name}  ·  body {moment.body.name}, largest contact force,"
         f" {style.moment(time, end, float(np.linalg.norm(moment.force)))}",
     )
     style.show_image(figure, image, (0.02, 0.06))
-    style.colour_bar(figure, style.scale(0.0, largest * factor), f"{coloured.name} [{unit}]", BAR)
+    style.magnitude_bar(figure, largest, name, unit, BAR)
     style.legend_below(figure, (style.RED, 3, "contact force on the body"), (style.GREY, 1.6, "undeformed edges"))
     return figure
 
@@ -143,15 +133,12 @@ def _render(moment: Moment, elastic: np.ndarray, scale: float, values: np.ndarra
     tail = tip + ARROW * body.size * moment.outward
     view.add_arrow(plotter, tail, tip)
     angle = elevation(body.nodes, moment.up, np.linalg.norm(elastic, axis=1))
-    seen = view.looking(moment.outward, moment.up, 38.0, angle)
-    view.aim(plotter, seen, np.vstack([skin.points, tail]))
-    image = view.photograph(plotter, IMAGE)
-    plotter.close()
-    return image
+    view.aim(plotter, view.looking(moment.outward, moment.up, 38.0, angle), np.vstack([skin.points, tail]))
+    return view.photograph(plotter, IMAGE, last=True)
 
 
 def elevation(nodes: np.ndarray, up: np.ndarray, magnitude: np.ndarray) -> float:
-    """Return the camera's elevation [deg]: from below where the lower end deforms more by far, from above otherwise."""
+    """Return the camera's elevation [deg]: from below if the lower end deforms clearly more, else from above."""
     height = nodes @ up
     upper = height > height.mean()
     return 28.0 if magnitude[upper].mean() >= EVEN * magnitude[~upper].mean() else -28.0

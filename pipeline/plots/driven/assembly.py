@@ -1,7 +1,7 @@
-"""`deformation.png` of a driven scene: all its bodies, what surrounds the driven one cut open.
+"""`deformation.png` of a driven scene: all bodies, those around the driven one cut open.
 
-The prescribed motion is drawn as it is; gaps, what moves across, tilt and deformation are magnified alike, so that
-bodies touch in the picture where they touch in the run.
+The prescribed motion is drawn to scale; gaps, lateral motion, tilt and deformation are magnified alike, so that bodies
+touch in the picture where they touch in the run.
 """
 
 from dataclasses import dataclass, replace
@@ -18,43 +18,40 @@ from gudgeon.pipeline.plots.base.surface import Cut, Skin, make_skin, skin_of
 from gudgeon.pipeline.plots.driven.drive import Drive, drive_of, frame_degrees, own_cycle, shown_angle
 
 IMAGE = (1180, 1020)
-"""Part of the picture that is rendered [px]."""
+"""Size of the rendered part of the picture [px]."""
 TRIANGLES = 100_000
-"""Aim for the number of flat triangles of each body."""
+"""Target number of flat triangles of each body."""
 SHOWN = 0.045
 """Largest drawn displacement across, relative to the driven body's diagonal."""
 NEAR = 1.3
-"""Gaps up to this times the largest displacement are magnified, wider ones no further."""
+"""Gaps up to this times the largest displacement are magnified; wider ones move by as much as that."""
 NEIGHBOURS = 4
-"""Points of the touching side that an inner point goes along with."""
+"""Number of near points of the side in contact that an inner point follows."""
 ELEVATION = 14.0
 """Of the camera [deg]."""
 ARROW = 0.3
 """Length of the arrow of the largest force, relative to the driven body's diagonal."""
 LEAST_LENGTH = 0.4
-"""Of the arrow of the least force, relative to that; in between it grows evenly."""
+"""Length of the arrow of a zero force, relative to that; linear in between."""
 LEAST_FORCE = 0.03
 """Forces below this share of the largest have no arrow."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One body as it is drawn, on the points of its skin."""
+    """One body in the picture, on the points of its skin."""
 
     body: BodyMotion
     skin: Skin
     colours: Colormap
     still: np.ndarray
-    """Where its points stand without displacement, gaps magnified [m], (p, 3)."""
+    """Positions of its points without displacement, gaps magnified [m], (p, 3)."""
 
     def moved(self, frame: int, along: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return where its points are drawn (p, 3), and their elastic displacement across `along` (p,) [m]."""
-        rigid = self.body.rigid(frame)
-        twist = self.body.twist(frame)
-        carried = (twist[:3] @ along) * along
-        elastic = self.body.elastic(frame)
-        across = elastic - (elastic @ along)[:, None] * along
-        return self.still + carried + scale * (rigid - carried + elastic), np.linalg.norm(across, axis=1)
+        """Return drawn positions of its points [m], (p, 3), and their elastic displacement across `along` [m], (p,)."""
+        rigid, elastic = self.body.rigid(frame), self.body.elastic(frame)
+        carried = (self.body.twist(frame)[:3] @ along) * along
+        return self.still + carried + scale * (rigid - carried + elastic), length_across(elastic, along)
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,7 @@ class Assembly:
         return view.View(np.cos(angle) * front + np.sin(angle) * self.drive.along, self.drive.along)
 
     def turn_to(self, frame: int) -> None:
-        """Move and colour all skins as they are at a frame."""
+        """Move and colour all skins to a frame."""
         for part in self.parts.values():
             points, magnitude = part.moved(frame, self.drive.along, self.scale)
             part.skin.move(points)
@@ -86,23 +83,20 @@ class Assembly:
 
 
 def draw_assembly(drawing: Drawing) -> None:
-    """Draw the bodies of a driven scene at the frame of the hardest contact."""
-    if not drawing.contacts_of(drive_of(drawing).body):
+    """Draw the bodies of a driven scene at the frame of the largest contact force."""
+    body = drive_of(drawing).body
+    if not drawing.contacts_of(body):
         return
-    frame = drawing.strongest_frame(drive_of(drawing).body)
-    assembly = assemble(drawing, TRIANGLES, [frame])
-    if assembly is not None:
+    frame = drawing.strongest_frame(body)
+    if (assembly := assemble(drawing, TRIANGLES, [frame])) is not None:
         style.draw(drawing.file("deformation.png"), _picture, drawing, assembly, frame)
 
 
 def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | None:
-    """Return all solid bodies, with one scale that suits some frames.
+    """Return all solid bodies, with one scale for some frames; None if the driven body has no solid mode shapes.
 
     Args:
-        triangles: Aim for the number of flat triangles of each body.
-
-    Returns:
-        None where the driven body is no solid, or its modes have no shapes.
+        triangles: Target number of flat triangles of each body.
     """
     drive = drive_of(drawing)
     names = [name for name in drawing.trajectory.bodies if drawing.cell_type(name) == "tetra10"]
@@ -111,7 +105,8 @@ def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | 
         return None
     driven = bodies[drive.body]
     parts = {name: _part(drawing, drive, bodies.pop(name), triangles) for name in list(bodies)}
-    largest = max(_largest_across(part, drive.along, frame) for part in parts.values() for frame in frames)
+    moved = (part.body.total(frame) for part in parts.values() for frame in frames)
+    largest = max(float(length_across(displacement, drive.along).max()) for displacement in moved)
     scale = style.nice_scale(SHOWN * driven.size, largest)
     shift = gap_shift(drawing, driven, scale, NEAR * largest)
     shifts = make_skin(driven.nodes, driven.mesh.cells, triangles, {"shift": shift}).take("shift")
@@ -120,7 +115,7 @@ def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | 
 
 
 def _part(drawing: Drawing, drive: Drive, body: BodyMotion, triangles: int) -> Part:
-    """Reduce a body to its skin; one that surrounds the driven body is cut along the plane of its motion."""
+    """Reduce a body to its skin; bodies around the driven one are cut along the plane of its motion."""
     driven = body.name == drive.body
     cut = None if driven else Cut(body.nodes.mean(axis=0), np.cross(drive.along, drive.right))
     body, skin = skin_of(body, triangles, cut=cut)
@@ -128,17 +123,16 @@ def _part(drawing: Drawing, drive: Drive, body: BodyMotion, triangles: int) -> P
     return Part(body, skin, colours, body.nodes + drawing.position(body.name))
 
 
-def _largest_across(part: Part, along: np.ndarray, frame: int) -> float:
-    displacement = part.body.total(frame)
-    across = displacement - (displacement @ along)[:, None] * along
-    return float(np.linalg.norm(across, axis=1).max())
+def length_across(displacement: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the length of displacements (p, 3) across a direction [m], (p,)."""
+    return np.linalg.norm(displacement - (displacement @ along)[:, None] * along, axis=1)
 
 
 def gap_shift(drawing: Drawing, body: BodyMotion, scale: float, near: float) -> np.ndarray:
-    """Return how far the nodes of a body move back so that its gaps g at the start become s g [m], (n, 3).
+    """Return the shift of a body's nodes that turns its gaps g at the start into s g [m], (n, 3).
 
-    What is within `near` of an obstacle moves by (s − 1) g along the gap; what lies deeper goes along with the closest
-    of these, less towards the body's middle.
+    Nodes within `near` of an obstacle move by (s − 1) g along the gap; deeper nodes follow the closest of these, less
+    towards the middle of the body.
     """
     still, gaps, directions = body.nodes + drawing.position(body.name), [], []
     for name in drawing.contacts_of(body.name):
@@ -146,7 +140,7 @@ def gap_shift(drawing: Drawing, body: BodyMotion, scale: float, near: float) -> 
         if obstacle is not None:
             gaps.append(obstacle.gap(still))
             with np.errstate(invalid="ignore"):
-                # On the axis of a bore there is no direction, and no gap to magnify.
+                # A bore has no direction on its axis, and no gap there to magnify.
                 directions.append(np.nan_to_num(obstacle.direction(still)))
     shift = np.zeros_like(still)
     if not gaps:
@@ -171,7 +165,7 @@ def _picture(drawing: Drawing, assembly: Assembly, frame: int) -> Figure:
     degrees = float(frame_degrees(drawing, drive)[frame])
     tilt, shift = (float(np.interp(degrees, run.degrees, values)) for values in (run.tilt, run.lateral))
     subtitle = (
-        f"{drawing.scene_name}  ·  hardest contact, at crank angle {shown_angle(drive, degrees, 1)}°"
+        f"{drawing.scene_name}  ·  largest contact force at crank angle {shown_angle(drive, degrees, 1)}°"
         f"  ·  {drive.body}: tilt {style.signed(tilt * 1e3, 2)} mrad, shift {style.signed(shift * 1e6, 0)} µm"
     )
     title = f"Deformation, lateral motion, tilt and gaps × {assembly.scale:g}"
@@ -182,10 +176,9 @@ def _picture(drawing: Drawing, assembly: Assembly, frame: int) -> Figure:
     for x, y, text in forces:
         axes.text(x, y - 38, text, ha="center", va="bottom", fontsize=10, color=style.RED, fontweight="bold")
     for number, (name, top) in enumerate(tops.items()):
-        factor, unit = style.prefixed(top, "m")
         box = (0.785 + 0.11 * number, 0.18, 0.018, 0.55)
-        style.colour_bar(figure, style.scale(0.0, top * factor, assembly.parts[name].colours), "", box)
-        figure.text(box[0], 0.745, f"{name}\n[{unit}]", fontsize=9.5)
+        style.magnitude_bar(figure, top, "", "m", box, colours=assembly.parts[name].colours)
+        figure.text(box[0], 0.745, f"{name}\n[{style.prefixed(top, 'm')[1]}]", fontsize=9.5)
     figure.text(0.785, 0.15, "elastic displacement\nacross the motion", fontsize=9.5, va="top")
     return figure
 
@@ -193,7 +186,7 @@ def _picture(drawing: Drawing, assembly: Assembly, frame: int) -> Figure:
 def _render(
     drawing: Drawing, assembly: Assembly, frame: int, tops: dict[str, float]
 ) -> tuple[Image, list[tuple[float, float, str]]]:
-    """Return the bodies and the forces on the driven one, and where the text of each force stands [px]."""
+    """Return the bodies and the forces on the driven one, and place [px] and text of each force."""
     plotter = view.new_plotter(IMAGE)
     assembly.turn_to(frame)
     for name, part in assembly.parts.items():
@@ -203,14 +196,12 @@ def _render(
         view.add_arrow(plotter, tail, tip)
     seen = [part.skin.points for part in assembly.parts.values()]
     view.aim(plotter, assembly.view, np.vstack([*seen, *(tail for tail, _, _ in found)]))
-    image = view.photograph(plotter, IMAGE)
     texts = [(*view.pixel(plotter, IMAGE, (tail + tip) / 2), text) for tail, tip, text in found]
-    plotter.close()
-    return image, texts
+    return view.photograph(plotter, IMAGE, last=True), texts
 
 
 def arrows(drawing: Drawing, assembly: Assembly, frame: int) -> list[tuple[np.ndarray, np.ndarray, str]]:
-    """Return tail, tip and text of an arrow for each contact force on the driven body, outside of all bodies."""
+    """Return tail, tip and text of an arrow, outside of all bodies, for each contact force on the driven body."""
     drive, driven = assembly.drive, assembly.parts[assembly.drive.body].body
     largest = max(float(drawing.frame_force(drive.body).max()), 1e-300)
     outside = max(float(np.abs(part.still @ drive.right).max()) for part in assembly.parts.values())
@@ -219,13 +210,13 @@ def arrows(drawing: Drawing, assembly: Assembly, frame: int) -> list[tuple[np.nd
     for name, contact in drawing.contacts_of(drive.body).items():
         weights = contact.multipliers[frame]
         force = weights @ driven.modal.interfaces[contact.interface].normals
-        share = float(np.linalg.norm(force)) / largest
+        size = float(np.linalg.norm(force))
+        share = size / largest
         if share < LEAST_FORCE:
             continue
         point = weights @ contact.points / weights.sum() + position + driven.twist(frame)[:3]
         side = np.sign(force @ drive.right) * drive.right
         tip = 1.06 * outside * side + (point @ drive.along) * drive.along
-        text = f"{name}\n{style.quantity(float(np.linalg.norm(force)), 'N')}"
         length = (LEAST_LENGTH + (1 - LEAST_LENGTH) * share) * ARROW * assembly.size
-        found.append((tip + length * side, tip, text))
+        found.append((tip + length * side, tip, f"{name}\n{style.quantity(size, 'N')}"))
     return found

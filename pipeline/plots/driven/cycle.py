@@ -1,7 +1,8 @@
 """`cycle.png` of a driven scene: side force, tilt and lateral shift over the crank angle, of all compared runs."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from itertools import cycle
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,32 +15,26 @@ from gudgeon.pipeline.plots.contact.force_axes import WINDOW
 from gudgeon.pipeline.plots.driven.drive import Cycle, crank_axis, cycles, gas_pressure, shown_angle
 
 STYLES = (
-    (style.BLUE, "-"),
-    (style.ORANGE, (0, (5, 1.5))),
-    (style.GREEN, (0, (1.5, 1))),
-    (style.RED, (0, (6, 1.5, 1.5, 1.5))),
-    (style.GREY, "-"),
-)
+    (style.BLUE, "-"), (style.ORANGE, (0, (5, 1.5))), (style.GREEN, (0, (1.5, 1))),
+    (style.RED, (0, (6, 1.5, 1.5, 1.5))), (style.GREY, "-"),
+)  # fmt: skip
 """Colour and dashes of each run."""
 APART = 0.12
-"""Between two panels, relative to their mean height."""
+"""Space between two panels, relative to their mean height."""
 AROUND = (-35.0, 35.0)
-"""Part of the cycle that is shown enlarged, from the hardest contact [deg]."""
+"""Enlarged part of the cycle, from the largest contact force [deg]."""
 GAS = "#eceff2"
 SIDES = (0.1, 0.61), (0.67, 0.965)
 """Left and right border of the whole cycle and of the enlarged part."""
 
 
-@dataclass(frozen=True)
-class Panel:
-    """One quantity over the crank angle."""
+class Panel(NamedTuple):
+    """One quantity over the crank angle: its curves of a run, and the height relative to other panels."""
 
     label: str
     unit: str
     values: Callable[[Cycle], Sequence[np.ndarray]]
-    """One curve or more of a run in that unit."""
     height: float
-    """Relative to the other panels'."""
 
 
 PANELS = (
@@ -50,7 +45,7 @@ PANELS = (
 
 
 def draw_cycle(drawing: Drawing) -> None:
-    """Draw the cycle of a driven scene, as a whole and around its hardest contact."""
+    """Draw the cycle of a driven scene, as a whole and around its largest contact force."""
     style.draw(drawing.file("cycle.png"), _picture, drawing)
 
 
@@ -69,21 +64,17 @@ def _picture(drawing: Drawing) -> Figure:
     top = 1 - (185 + 42 * rows) / style.HEIGHT
     whole = runs[0].span
     enlarged = np.clip(hardest_angle(runs[0]) + np.array(AROUND), *whole)
-    panels = draw_panels(drawing, figure, runs, whole, (SIDES[0], top))
-    for axes in panels:
+    for axes in draw_panels(drawing, figure, runs, whole, (SIDES[0], top)):
         axes.axvspan(*enlarged, color=style.ORANGE, alpha=0.09, lw=0)
     beside = draw_panels(drawing, figure, runs, (float(enlarged[0]), float(enlarged[1])), (SIDES[1], top))
-    beside[0].set_title("hardest contact, enlarged", loc="right", fontsize=8.5, color=style.FAINT)
-    handles = [Line2D([], [], color=colour, ls=dashes, lw=1.6) for colour, dashes in _styles(len(runs))]
+    beside[0].set_title("largest contact force, enlarged", loc="right", fontsize=8.5, color=style.FAINT)
+    styles = [*zip(runs, cycle(STYLES), strict=False)]
     figure.legend(
-        handles,
-        [legend_label(run) for run in runs],
-        loc="upper left",
-        bbox_to_anchor=(0.028, 1 - 118 / style.HEIGHT),
-        ncols=min(2, len(runs)),
-        columnspacing=2.0,
-        handlelength=3.0,
-    )
+        [Line2D([], [], color=colour, ls=dashes, lw=1.6) for _, (colour, dashes) in styles],
+        [_label(run) for run in runs],
+        loc="upper left", bbox_to_anchor=(0.028, 1 - 118 / style.HEIGHT), ncols=min(2, len(runs)),
+        columnspacing=2.0, handlelength=3.0,
+    )  # fmt: skip
     return figure
 
 
@@ -97,7 +88,7 @@ def draw_panels(
     """Draw all quantities of runs over part of the cycle, one above the other.
 
     Args:
-        where: Left and right border, and upper one, in the figure.
+        where: Left and right border, and upper border, in the figure.
     """
     panels = style.rows(figure, [panel.height for panel in PANELS], APART, *where)
     for axes, panel in zip(panels, PANELS, strict=True):
@@ -115,10 +106,10 @@ def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[flo
     whole = span == runs[0].span
     factor, unit = style.prefixed(max(float(np.abs(curve).max()) for own in curves for curve in own), panel.unit)
     seen = [0.0]
-    for run, own, (colour, dashes) in zip(runs, curves, _styles(len(runs)), strict=True):
+    for run, own, (colour, dashes) in zip(runs, curves, cycle(STYLES), strict=False):
         within = (run.degrees >= span[0]) & (run.degrees <= span[1])
         for curve in own:
-            # Where a contact is open its force would hide the others' beneath a line at zero.
+            # A force of zero is not drawn: its line would hide those of other contacts.
             shown = np.where(curve == 0, np.nan, curve * factor)
             crowded = whole and len(runs) > 1
             axes.plot(run.degrees, shown, color=colour, ls="-" if crowded else dashes, lw=0.9 if crowded else 1.3)
@@ -133,7 +124,7 @@ def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[flo
 
 
 def _draw_gas(drawing: Drawing, axes: Axes, run: Cycle, *, label: bool) -> None:
-    """Put the gas pressure behind a panel, on a scale of its own, and name the sides of the force."""
+    """Draw the gas pressure behind a panel, on a separate scale, and name the sides of the force."""
     pressure = gas_pressure(drawing, run.drive, run.degrees)
     low, high = axes.get_ylim()
     if pressure is not None:
@@ -157,7 +148,7 @@ def hardest_angle(run: Cycle) -> float:
     return float(run.degrees[np.argmax(np.max(np.abs([*run.sides.values()]), axis=0))])
 
 
-def legend_label(run: Cycle) -> str:
+def _label(run: Cycle) -> str:
     """Return a run's name with its largest force."""
     if not run.sides:
         return run.label
@@ -165,7 +156,3 @@ def legend_label(run: Cycle) -> str:
     name = max(peaks, key=lambda key: peaks[key])
     angle = shown_angle(run.drive, hardest_angle(run), 1)
     return f"{run.label}: {style.quantity(peaks[name], 'N')} on {name} at {angle}°"
-
-
-def _styles(count: int) -> list[tuple]:
-    return [STYLES[k % len(STYLES)] for k in range(count)]

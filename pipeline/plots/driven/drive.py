@@ -1,4 +1,4 @@
-"""What a driven scene is seen by: crank angle instead of time, and the directions along, across and out of plane."""
+"""Crank angle and directions (along, across, out of plane) for pictures of a driven scene."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,9 +15,9 @@ from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
 
 TICK = 90.0
-"""Between labelled crank angles [deg], or a multiple of it."""
+"""Step of labelled crank angles [deg], or a multiple of it."""
 FINE = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0)
-"""Where less than two of these are seen."""
+"""Steps where less than two of these are shown."""
 MOST_TICKS = 8
 TURN = 360.0
 CLOSE = 1e-6
@@ -26,20 +26,20 @@ CLOSE = 1e-6
 
 @dataclass(frozen=True)
 class Drive:
-    """The first joint of a scene: a body that is moved along, and slaps across."""
+    """The first joint of a scene: a body with prescribed motion along and impacts across."""
 
     joint: str
     body: str
     along: np.ndarray
     """Unit vector of the prescribed motion, (3,)."""
     right: np.ndarray
-    """Unit vector away from where the crank pin goes first: the thrust side after the upper dead centre, (3,)."""
+    """Unit vector against the first lateral motion of the crank pin: the thrust side after upper dead centre, (3,)."""
     cycle: float
-    """After which crank angles count from zero again [deg]."""
+    """Period of the crank angle [deg]."""
 
     @property
     def axis(self) -> np.ndarray:
-        """Axis about which the body tilts so that what is above leans to the right, (3,)."""
+        """Axis of a tilt that moves the upper end to the right, (3,)."""
         return np.cross(self.along, self.right)
 
 
@@ -50,7 +50,7 @@ class Cycle:
     label: str
     drive: Drive
     trajectory: Trajectory
-    """With times, contacts' forces, joints and motion."""
+    """With times, contact forces, joints and motion."""
 
     @property
     def degrees(self) -> np.ndarray:
@@ -74,17 +74,17 @@ class Cycle:
 
     @property
     def tilt(self) -> np.ndarray:
-        """What is above leans to the right by this [rad], (s,)."""
+        """Tilt of the body, positive if its upper end moves to the right [rad], (s,)."""
         return self.trajectory.motion[self.drive.body][:, 3:6] @ self.drive.axis
 
     @property
     def lateral(self) -> np.ndarray:
-        """Centre of mass, to the right of its start [m], (s,)."""
+        """Shift of the centre of mass to the right [m], (s,)."""
         return self.trajectory.motion[self.drive.body][:, :3] @ self.drive.right
 
     @property
     def span(self) -> tuple[float, float]:
-        """Crank angles at which it begins and ends [deg], rounded where they are whole."""
+        """Crank angles at its start and end [deg], rounded to whole numbers within round-off."""
         first, last = self.degrees[0] - (self.degrees[1] - self.degrees[0]), self.degrees[-1]
         return float(np.round(first, 6)), float(np.round(last, 6))
 
@@ -105,29 +105,28 @@ def drive_of(drawing: Drawing) -> Drive:
 
 
 def own_cycle(drawing: Drawing) -> Cycle:
-    """Return this run alone."""
+    """Return the cycle of this run."""
     return Cycle(drawing.scene_name, drive_of(drawing), drawing.trajectory)
 
 
 def cycles(drawing: Drawing) -> list[Cycle]:
-    """Return this run first, then those that it is compared with; one under its own key gives it its label."""
-    own = own_cycle(drawing)
-    label = next((label for label, key in drawing.compare.items() if key == drawing.key), own.label)
-    found = [replace(own, label=label)]
-    fields = ["times", "contacts", "joints", "motion"]
+    """Return this run, then those compared with it; a label for its own key replaces the scene's name."""
+    found, fields = [own_cycle(drawing)], ["times", "contacts", "joints", "motion"]
     for label, key in drawing.compare.items():
-        if key != drawing.key:
-            found.append(Cycle(label, own.drive, drawing.store.get(key, "trajectory", only=fields)))
+        if key == drawing.key:
+            found[0] = replace(found[0], label=label)
+        else:
+            found.append(Cycle(label, found[0].drive, drawing.store.get(key, "trajectory", only=fields)))
     return found
 
 
 def hardest_first(contacts: Mapping[str, ContactHistory]) -> list[str]:
-    """Return the names of contacts by their largest force, falling."""
+    """Return the names of contacts, sorted by their largest force, descending."""
     return sorted(contacts, key=lambda name: -float(np.linalg.norm(contacts[name].force, axis=1).max()))
 
 
 def gas_pressure(drawing: Drawing, drive: Drive, degrees: np.ndarray) -> np.ndarray | None:
-    """Return the pressure that a table of the scene gives at crank angles [deg], (s,), or None without a table."""
+    """Return the gas pressure of the scene's table at crank angles [deg], (s,), or None without a table."""
     for force in _gas(drawing, drive.joint):
         angle, pressure = np.array(force["values"], float).T
         return np.interp(np.mod(degrees - angle[0], np.ptp(angle)), angle - angle[0], pressure)
@@ -138,12 +137,12 @@ def frame_degrees(drawing: Drawing, drive: Drive) -> np.ndarray:
     """Return the crank angle at each frame [deg], (f,)."""
     trajectory = drawing.trajectory
     times, angle = trajectory.times, np.degrees(trajectory.joints[drive.joint].angle)
-    # A crank turns evenly: a straight line also serves frames before the first sample's end.
+    # The crank turns at constant speed: a straight line also covers frames before the first sample.
     return np.polyval(np.polyfit(times, angle, 1), trajectory.frame_times)
 
 
 def crank_axis(axes: Axes, drive: Drive, first: float, last: float) -> None:
-    """Let an axis run over crank angles, labelled within one cycle."""
+    """Set the limits of an axis over crank angles, with labels within one cycle."""
     axes.set_xlim(first, last)
     whole = first >= -CLOSE and last <= drive.cycle * (1 + CLOSE)
     steps = FINE if last - first < 2 * TICK else TICK * 2.0 ** np.arange(20)

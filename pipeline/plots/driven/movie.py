@@ -1,7 +1,6 @@
-"""`cycle.mp4` of a driven scene: the whole run, what surrounds the driven body cut open, beside its curves."""
+"""`cycle.mp4` of a driven scene: the whole run, bodies around the driven one cut open, beside its curves."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,71 +18,49 @@ SIZE = (1280, 720)
 BOX = (150, 84, 550, 640)
 """Left, upper, right, lower border of the rendered part [px]."""
 LIFT = 3e-3
-"""Edges stand so far before their faces, relative to the driven body's diagonal, or they would flicker."""
+"""Distance of edges before their faces, relative to the driven body's diagonal; without it they flicker."""
 FRAMES = 240
 TRIANGLES = 16_000
-"""Of each body, where its facets are not more."""
+"""Target number of flat triangles of each body."""
 COMMON = 95
-"""Percentile of a body's largest displacement over the frames that has the last colour; rare ones go beyond."""
+"""Percentile of a body's largest displacements over the frames that has the last colour."""
 WHERE = ((0.61, 0.98), 0.845)
 """Left and right border of the curves, and upper one, in the movie."""
 
 
-@dataclass(frozen=True)
-class Script:
-    """What the movie shows."""
-
-    assembly: Assembly
-    run: Cycle
-    frames: np.ndarray
-    """Numbers of the frames."""
-    tops: dict[str, float]
-    """Elastic displacement of each body that has the last colour [m]."""
-
-
 def draw_cycle_movie(drawing: Drawing) -> None:
-    """Make one movie of a driven scene."""
+    """Make one movie of a driven scene, with one scale and one range of colours."""
     if not drawing.contacts_of(drive_of(drawing).body):
         return
-    script = write_script(drawing)
-    if script is None:
-        return
-    with style.styled(), drawing.file("cycle.mp4") as path:
-        figure, curves = _ground(drawing, script)
-        stage = film.Stage(film.new_plotter(BOX), BOX, curves)
-        _set_up(stage, script)
-        film.shoot(path, figure, stage, script.frames, _mover(drawing, script))
-
-
-def write_script(drawing: Drawing) -> Script | None:
-    """Choose frames of the whole run, and one scale and one set of colours for all of them."""
     count = len(drawing.trajectory.frame_times)
     frames = np.unique(np.linspace(0, count - 1, min(FRAMES, count)).round().astype(int))
-    assembly = assemble(drawing, TRIANGLES, frames.tolist())
-    if assembly is None:
-        return None
-    along = assembly.drive.along
+    if (assembly := assemble(drawing, TRIANGLES, frames.tolist())) is None:
+        return
+    along, run = assembly.drive.along, own_cycle(drawing)
     tops = {
         name: float(np.percentile([part.moved(frame, along, 1.0)[1].max() for frame in frames], COMMON))
         for name, part in assembly.parts.items()
     }
-    return Script(assembly, own_cycle(drawing), frames, tops)
+    with style.styled(), drawing.file("cycle.mp4") as path:
+        figure, curves = _ground(drawing, assembly, run, tops)
+        stage = film.Stage(film.new_plotter(BOX), BOX, curves)
+        _set_up(stage, assembly, frames, tops)
+        film.shoot(path, figure, stage, frames, _mover(drawing, assembly, run))
 
 
-def _set_up(stage: film.Stage, script: Script) -> None:
-    """Put the bodies into the scene and aim the camera at all places that they come to."""
-    assembly, seen = script.assembly, []
-    for frame in script.frames[:: max(1, len(script.frames) // 24)]:
+def _set_up(stage: film.Stage, assembly: Assembly, frames: np.ndarray, tops: dict[str, float]) -> None:
+    """Add the bodies to the scene and aim the camera at their places in all frames."""
+    seen = []
+    for frame in frames[:: max(1, len(frames) // 24)]:
         assembly.turn_to(frame)
         seen += [part.skin.points for part in assembly.parts.values()]
     for name, part in assembly.parts.items():
-        view.add_skin(stage.plotter, part.skin, part.colours, (0.0, script.tops[name] or 1.0), 2.4)
+        view.add_skin(stage.plotter, part.skin, part.colours, (0.0, tops[name] or 1.0), 2.4)
     view.aim(stage.plotter, assembly.view, np.concatenate(seen))
 
 
-def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
+def _mover(drawing: Drawing, assembly: Assembly, run: Cycle) -> Callable[[int], film.Shot]:
     """Return a function that moves the bodies to a frame."""
-    assembly, run = script.assembly, script.run
     angles = frame_degrees(drawing, assembly.drive)
 
     def turn_to(frame: int) -> film.Shot:
@@ -98,16 +75,13 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
     return turn_to
 
 
-def _ground(drawing: Drawing, script: Script) -> tuple[Figure, list[Axes]]:
-    """Draw all that stands still, and return it with the axes of the curves."""
-    assembly, run = script.assembly, script.run
+def _ground(drawing: Drawing, assembly: Assembly, run: Cycle, tops: dict[str, float]) -> tuple[Figure, list[Axes]]:
+    """Return the static figure and its axes of the curves."""
     what = f"gaps, tilt, lateral motion and deformation × {assembly.scale:g}"
     figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
-    for number, (name, top) in enumerate(script.tops.items()):
-        factor, unit = style.prefixed(top, "m")
-        box = (0.03 + 0.26 * number, 0.072, 0.22, 0.018)
-        colours = style.scale(0.0, top * factor, assembly.parts[name].colours)
-        style.colour_bar(figure, colours, f"{name}: elastic, across [{unit}]", box, "max")
+    for number, (name, top) in enumerate(tops.items()):
+        box, colours = (0.03 + 0.26 * number, 0.072, 0.22, 0.018), assembly.parts[name].colours
+        style.magnitude_bar(figure, top, f"{name}: elastic, across", "m", box, colours=colours, over=True)
     panels = draw_panels(drawing, figure, [run], run.span, WHERE)
     panels[-1].set_xlabel(f"crank angle [deg]  ·  Hann window of {WINDOW * 1e6:.0f} µs")
     return figure, panels

@@ -1,4 +1,4 @@
-"""`impacts.png` of a contact with friction that lasts: where the point slides and where it sticks."""
+"""`impacts.png` of a lasting contact with friction: when the point slides and when it sticks."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -7,30 +7,30 @@ from matplotlib.patches import Patch
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.located import Side, Touch
+from gudgeon.pipeline.plots.contact.located import Touch, rigid_course
 
 STICKS = 1e-7
-"""Sliding speed, relative to the largest speed, that counts as none; sticking points keep it to round-off."""
+"""Sliding speed, relative to the largest speed, up to which a point sticks: round-off."""
 MARKS = 14
-"""Marks of a moving obstacle that are seen at once."""
+"""Marks of a moving obstacle in view at once."""
 
 
 def slides(drawing: Drawing, touch: Touch) -> bool:
-    """Tell whether friction acts in impacts that last and give most of the impulse."""
+    """Return whether a contact has friction, and lasting impacts give most of its impulse."""
     settings = drawing.scene["contact"][touch.name]
     lasting = touch.impacts[~touch.brief, 2].sum()
     return settings.get("friction") is not None and 2 * lasting > touch.impacts[:, 2].sum()
 
 
 def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
-    """Draw the place, the speed and the force along the line of friction."""
+    """Draw position, speed and force along the direction of friction."""
     trajectory, settings = touch.trajectory, drawing.scene["contact"][touch.name]
     line = np.asarray(settings["friction"]["direction"], float)
     line = line / np.linalg.norm(line)
     belt = float(line @ np.asarray(settings["against"].get("velocity", (0.0, 0.0, 0.0))))
-    place, speed = _along(drawing, touch.side, line)
+    place, speed = rigid_course(drawing, touch.side, line)
     if touch.other is not None:
-        ground, ground_speed = _along(drawing, touch.other, line)
+        ground, ground_speed = rigid_course(drawing, touch.other, line)
     else:
         ground, ground_speed = belt * trajectory.times, np.full(len(trajectory.times), belt)
     largest = max(float(np.abs(speed).max()), float(np.abs(ground_speed).max()))
@@ -38,7 +38,7 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     end = float(trajectory.times[-1])
     abscissa, (shown, _) = style.over_time(trajectory.times, (0.0, end)), style.time_unit(end)
     times = abscissa.values
-    subtitle = f"{drawing.scene_name}  ·  contact {touch.name} along the line of friction  ·  {_changes(sliding)}"
+    subtitle = f"{drawing.scene_name}  ·  contact {touch.name} along the direction of friction  ·  {_changes(sliding)}"
     figure = style.new_figure("Sliding and sticking", subtitle)
     panels = [
         figure.add_axes((0.1, bottom, 0.865, height)) for bottom, height in ((0.57, 0.26), (0.365, 0.165), (0.1, 0.18))
@@ -67,8 +67,8 @@ def _place_axes(axes: Axes, times: np.ndarray, place: np.ndarray, ground: np.nda
         axes.plot(times, (ground + offset) * scale, color=style.GREY, lw=0.8, alpha=0.7, label=label)
     axes.plot(times, place * scale, color=style.BLUE, lw=1.8, label=names[0])
     axes.set_ylim(low * scale, high * scale)
-    axes.set_ylabel(f"place [{unit}]")
-    style.legend(axes, (Patch(color=style.ORANGE, alpha=0.25, lw=0), "slides"))
+    axes.set_ylabel(f"position [{unit}]")
+    style.legend(axes, (Patch(color=style.ORANGE, alpha=0.25, lw=0), "sliding"))
 
 
 def _speed_axes(axes: Axes, times: np.ndarray, speed: np.ndarray, ground: np.ndarray) -> None:
@@ -82,7 +82,7 @@ def _force_axes(axes: Axes, times: np.ndarray, touch: Touch, line: np.ndarray, f
     normal, drag = touch.contact.force @ touch.direction, touch.contact.force @ line
     scale, unit = style.prefixed(float(np.abs(normal).max()) * friction["static"], "N")
     hold = friction["static"] * normal * scale
-    for bound, label in ((hold, "what friction can hold"), (-hold, None)):
+    for bound, label in ((hold, "limit of static friction"), (-hold, None)):
         axes.plot(times, bound, color=style.FAINT, lw=1.0, ls=(0, (5, 3)), label=label)
     axes.plot(times, drag * scale, color=style.RED, lw=1.6, label="friction force on the body")
     axes.set_ylabel(f"force [{unit}]")
@@ -90,16 +90,8 @@ def _force_axes(axes: Axes, times: np.ndarray, touch: Touch, line: np.ndarray, f
     style.legend(axes)
 
 
-def _along(drawing: Drawing, side: Side, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return place and speed of a point of a rigid body along a line at samples [m, m/s], (s,) each."""
-    morph = drawing.store.get(drawing.trajectory.bodies[side.body], "morph", only=["points", "centre"])
-    wrench = np.concatenate([line, np.cross(morph.points[side.interface][side.point] - morph.centre, line)])
-    motion = drawing.trajectory.motion.get(side.body, np.zeros((len(drawing.trajectory.times), 12)))
-    return motion[:, :6] @ wrench, motion[:, 6:] @ wrench
-
-
 def _runs(sliding: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
-    """Return from when to when it slides [s]."""
+    """Return start and end of each interval of sliding [s]."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], sliding.astype(int), [0]])))
     starts = np.append(0.0, times)
     return [(float(starts[a]), float(starts[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)]

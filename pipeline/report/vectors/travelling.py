@@ -16,8 +16,8 @@ from gudgeon.modaldb.records.modes import TractionModes
 from gudgeon.modaldb.traction import spline_weights
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.normal import NormalModes
-from gudgeon.pipeline.nodal import NodalBody
 from gudgeon.pipeline.nodal.body import MovingBody
+from gudgeon.pipeline.nodal.problem import NodalBody
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""`nodal-diameters.png` and `blades.png` of a wheel: frequencies over harmonics, and what every blade answers."""
+"""`nodal-diameters.png` and `blades.png` of a wheel: frequencies over harmonics, and the response of every blade."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,24 +9,24 @@ from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 
 NUMBERED = 30
-"""Blades that have a number and the change of their stiffness written to them, at most."""
+"""Number of blades up to which their numbers and changes of stiffness are written."""
 
 
 def draw_nodal_diameters(drawing: Drawing) -> None:
-    """Draw the frequencies of every harmonic, with the engine order's harmonic and the band of the force."""
+    """Draw the frequencies of every harmonic, the harmonic of the engine order and the frequency band of the force."""
     wheel: WheelRecord = drawing.store.get(drawing.key, "wheel", only=["excitation"])
     cyclic: CyclicRecord = drawing.store.get(wheel.modes_key, "cyclic", only=["harmonics"])
     style.draw(drawing.file("nodal-diameters.png"), _diameters, drawing.scene_name, wheel, cyclic)
 
 
 def draw_blades(drawing: Drawing) -> None:
-    """Draw the amplitude of every blade over frequency, and the largest of each over the wheel."""
+    """Draw the amplitude of every blade over frequency, and the peak of each blade."""
     wheel: WheelRecord = drawing.store.get(drawing.key, "wheel")
     style.draw(drawing.file("blades.png"), _blades, drawing.scene_name, wheel)
 
 
 def harmonic_of(engine_order: int, sectors: int) -> int:
-    """Return the harmonic that an engine order excites: itself, or what it looks like on so few blades."""
+    """Return the harmonic that an engine order excites: the order itself, or its alias on so few blades."""
     return min(engine_order % sectors, -engine_order % sectors)
 
 
@@ -41,7 +41,7 @@ def _diameters(scene: str, wheel: WheelRecord, cyclic: CyclicRecord) -> Figure:
     figure = style.new_figure(
         "Frequencies over nodal diameters",
         f"{scene}  ·  {cyclic.sectors} sectors, {table.shape[1]} modes of each harmonic  ·  residuals up to"
-        f" {worst:.0e}, {missed} missed by inertia count",
+        f" {worst:.0e}, {missed} missing by inertia count",
     )
     axes = figure.add_axes((0.09, 0.1, 0.87, 0.73))
     band = wheel.excitation[[0, -1]] / (2 * np.pi) * factor
@@ -55,11 +55,8 @@ def _diameters(scene: str, wheel: WheelRecord, cyclic: CyclicRecord) -> Figure:
         axes.plot(x, table[which].ravel() * factor, "o", ms=4.5, color=colour, label=label, zorder=3)
     axes.plot([], [], color=style.ORANGE, lw=1.2, label=f"harmonic of engine order {r}")
     axes.fill_between([], [], color=style.ORANGE, alpha=0.16, lw=0, label="band of the force")
-    axes.set_xlabel("harmonic (nodal diameters)")
-    axes.set_ylabel(f"frequency [{unit}]")
-    axes.set_xticks(numbers)
+    axes.set(xlabel="harmonic (nodal diameters)", ylabel=f"frequency [{unit}]", xticks=numbers, yscale="log")
     axes.set_xlim(-0.4, numbers[-1] + 0.4)
-    axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
     axes.yaxis.set_minor_locator(NullLocator())
@@ -84,24 +81,18 @@ def _blades(scene: str, wheel: WheelRecord) -> Figure:
     axes.plot([], [], color=style.BLUE, lw=0.9, alpha=0.6, label=f"each of {sectors} mistuned blades")
     axes.plot(hertz, mistuned[:, highest] * factor, color=style.RED, lw=1.4, label=f"blade {highest}")
     axes.plot(hertz, tuned[:, 0] * factor, color=style.INK, lw=1.4, label="every blade of the tuned wheel")
-    axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel(f"amplitude [{unit}]")
-    axes.set_xlim(hertz[0], hertz[-1])
-    axes.set_ylim(0, None)
+    axes.set(xlabel="frequency [Hz]", ylabel=f"amplitude [{unit}]", xlim=(hertz[0], hertz[-1]), ylim=(0, None))
     axes.legend(loc="upper right")
     lower = figure.add_axes((0.09, 0.09, 0.87, 0.24))
     peaks = mistuned.max(axis=0) / tuned.max()
     colours = [style.RED if j == highest else style.BLUE for j in range(sectors)]
     lower.bar(np.arange(sectors), peaks, width=0.82, color=colours)
     lower.axhline(1.0, color=style.INK, lw=1.2)
-    lower.set_xlabel("blade")
-    lower.set_ylabel("largest / tuned")
+    lower.set(xlabel="blade", ylabel="largest / tuned", xlim=(-0.6, sectors - 0.4))
     if sectors <= NUMBERED:
         for j, change in enumerate(wheel.stiffness_changes):
             text = style.signed(100 * change, 1)
             lower.text(j, 0.04 * peaks.max(), text, fontsize=6.5, color="white", ha="center")
-        lower.set_xlabel("blade; in its bar the change of its stiffness [%]")
-        lower.set_xticks(np.arange(sectors))
-    lower.set_xlim(-0.6, sectors - 0.4)
+        lower.set(xlabel="blade; the number in its bar is the change of its stiffness [%]", xticks=np.arange(sectors))
     lower.grid(axis="x", visible=False)
     return figure

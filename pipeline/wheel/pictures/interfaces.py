@@ -1,4 +1,4 @@
-"""Choices of kept interface, a line each: coordinates, error of frequency and magnification, and CPU seconds."""
+"""Chart of choices of the kept interface, a line each: coordinates, errors of frequency and magnification, CPU time."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,26 +11,22 @@ from gudgeon.pipeline.plots.base.style import BLUE, FAINT, GREEN, GREY, INK, ORA
 from gudgeon.pipeline.wheel.comparison import FREQUENCY, MAGNIFICATION, Comparison, InterfaceRow
 
 LEAST = 1e-10
-"""Errors are drawn no lower than this."""
+"""Least error in the chart."""
 FEW = 1.2
-"""Decades up to which an axis has ticks within them."""
+"""Decades of an axis up to which it has ticks between powers of ten."""
 PANELS: tuple[tuple[Callable[[InterfaceRow], float], str, str], ...] = (
     (lambda row: row.coordinates, "coordinates", "{:,.0f}"),
     (lambda row: row.errors[FREQUENCY], "largest frequency error", "{:.1e}"),
     (lambda row: row.errors[MAGNIFICATION], "magnification error", "{:.1e}"),
     (lambda row: row.cpu, "CPU time with sector [s]", "{:.1f}"),
 )
-"""What stands along the axis of each panel, its label, and how values are written."""
+"""Value, label and number format of each panel."""
 LEFT, WIDTH, GAP = 0.25, 0.163, 0.022
-"""Of the panels, in the figure."""
+"""Left border, width and distance of the panels, in the figure."""
 
 
 def draw(found: Comparison, path: Path) -> None:
-    """Draw the choices, the full wheel as a line at its coordinates and seconds.
-
-    Args:
-        path: The PNG file, written in one step.
-    """
+    """Draw the choices as a PNG file, with the full wheel as a line at its coordinates and CPU time."""
     full, *rows = found.rows
     colours = [_colour(row.kept, found.sector["face_dofs"]) for row in rows]
     with styled():
@@ -77,5 +73,5 @@ def _panel(axes: Axes, values: list[float], whole: float | None, colours: list[s
 
 
 def _colour(kept: int, faces: int) -> str:
-    """Return one colour for all kept, one for none, one for what lies between."""
+    """Return the colour of all interface dofs kept, none kept, or some."""
     return GREEN if kept == faces else BLUE if kept == 0 else ORANGE

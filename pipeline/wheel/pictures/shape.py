@@ -1,6 +1,8 @@
-"""`wheel.png`: the whole tuned wheel in the nodal-diameter mode that the force excites most."""
+"""`wheel.png`: the whole tuned wheel in the nodal-diameter mode with the largest response."""
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from PIL.Image import Image
 
@@ -13,20 +15,20 @@ from gudgeon.pipeline.plots.base.surface import make_skin
 from gudgeon.pipeline.wheel.pictures.curves import harmonic_of
 
 IMAGE = (1340, 1000)
-"""Part of the picture that is rendered [px]."""
+"""Size of the rendered part of the picture [px]."""
 TRIANGLES = 250_000
-"""Aim for the number of flat triangles."""
+"""Target number of flat triangles."""
 SHOWN = 0.07
 """Largest drawn displacement, relative to the wheel's diameter."""
 MERGE = 0.7390851e-6
-"""Nodes of two sectors closer than this times the wheel's diameter are one; no round number, so that no coordinate lies
-between two cells of the rounding."""
+"""Nodes closer than this times the wheel's diameter are merged; no round number, so that no coordinate lies between two
+cells of the rounding."""
 BAR = (0.862, 0.17, 0.018, 0.6)
 """Place of the colour bar."""
 
 
 def draw_wheel(drawing: Drawing) -> None:
-    """Draw the mode of the engine order's harmonic next to the frequency at which the tuned wheel answers most."""
+    """Draw the mode of the engine order's harmonic closest to the peak of the tuned wheel's response."""
     wheel: WheelRecord = drawing.store.get(drawing.key, "wheel", only=["excitation", "tuned"])
     cyclic: CyclicRecord = drawing.store.get(wheel.modes_key, "cyclic")
     mesh: MeshRecord = drawing.store.get(cyclic.mesh_key, "mesh")
@@ -39,7 +41,7 @@ def draw_wheel(drawing: Drawing) -> None:
 def whole_wheel(
     mesh: MeshRecord, cyclic: CyclicRecord, harmonic: CyclicHarmonic, number: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return nodes [m] (n, 3), cells (e, 10) and one mode [kg^-½] (n, 3) of all sectors, common nodes made one."""
+    """Return nodes [m] (n, 3), cells (e, 10) and one mode [kg^-½] (n, 3) of all sectors, common nodes merged."""
     axis, origin = tuple(cyclic.axis.tolist()), cyclic.origin
     symmetry = CyclicSymmetry(sectors=cyclic.sectors, axis=axis)
     shape = harmonic.real[:, :, number].astype(complex)
@@ -71,7 +73,8 @@ def _picture(scene: str, mesh: MeshRecord, cyclic: CyclicRecord, harmonic: Cycli
         f"  ·  {len(nodes):,} nodes, of which {len(mesh.nodes):,} were computed",
     )
     style.show_image(figure, image, (0.02, 0.06))
-    style.colour_bar(figure, style.scale(-1.0, 1.0, style.SIGNED), "axial displacement / largest displacement", BAR)
+    colours = ScalarMappable(Normalize(-1.0, 1.0), style.SIGNED)
+    style.colour_bar(figure, colours, "axial displacement / largest displacement", BAR)
     return figure
 
 
@@ -82,6 +85,4 @@ def _render(nodes: np.ndarray, cells: np.ndarray, shown: np.ndarray, axial: np.n
     plotter = view.new_plotter(IMAGE)
     view.add_skin(plotter, skin, style.SIGNED, (-1.0, 1.0), 2.0)
     view.aim(plotter, view.looking(axis, axis, 0.0, 38.0), skin.points)
-    image = view.photograph(plotter, IMAGE)
-    plotter.close()
-    return image
+    return view.photograph(plotter, IMAGE, last=True)

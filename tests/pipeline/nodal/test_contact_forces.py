@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import nnls
 
-from gudgeon.pipeline.nodal import PointContact
 from gudgeon.pipeline.nodal.points import contact
+from gudgeon.pipeline.nodal.problem import PointContact
 from gudgeon.solver.laws.force import law_energy, law_force
 
 H = 1e-6

@@ -10,8 +10,10 @@ from threadpoolctl import ThreadpoolController, threadpool_info
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.points import contact_points
-from gudgeon.pipeline.nodal import NodalContact, NodalProblem, body, simulate_nodal
+from gudgeon.pipeline.nodal import body
+from gudgeon.pipeline.nodal.problem import NodalContact, NodalProblem
 from gudgeon.pipeline.nodal.sliding.contact import discrete_gradient
+from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.scenes.interface import Interface
 from tests.pipeline.blocks import free_body
 

@@ -10,15 +10,9 @@ from scipy.linalg import eigh
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.nodal import (
-    NodalBody,
-    NodalContact,
-    NodalLoad,
-    NodalProblem,
-    NodalRod,
-    simulate_nodal,
-    static_start,
-)
+from gudgeon.pipeline.nodal.problem import NodalBody, NodalContact, NodalLoad, NodalProblem, NodalRod
+from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
+from gudgeon.pipeline.nodal.start import static_start
 from tests.pipeline.blocks import block, free_body, on_plane, plane_twists
 
 RADIUS, LENGTH, RATE = 0.04, 0.14, 400.0

@@ -9,13 +9,9 @@ from scipy import sparse
 from gudgeon.modaldb.records.modes import TractionModes
 from gudgeon.modaldb.traction import inside, spline_weights
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.nodal import (
-    NodalContact,
-    NodalProblem,
-    SlidingSurface,
-    SplineWeights,
-    simulate_nodal,
-)
+from gudgeon.pipeline.nodal.problem import NodalContact, NodalProblem, SlidingSurface
+from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
+from gudgeon.pipeline.nodal.sliding.weights import SplineWeights
 from tests.pipeline.blocks import block, clamped, free_body, on_plane, plane_twists
 
 CLOSED = 1e-7

@@ -13,12 +13,14 @@ from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.nodal import NodalBody, PointContact, PointProblem, simulate_nodal, supported_body
 from gudgeon.pipeline.nodal.points import banded as narrow
 from gudgeon.pipeline.nodal.points import loop as meeting
 from gudgeon.pipeline.nodal.points.contact import new_press, press
+from gudgeon.pipeline.nodal.problem import NodalBody, PointContact, PointProblem
 from gudgeon.pipeline.nodal.quantities import History, contact_quantities, located, resolved
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
+from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
+from gudgeon.pipeline.nodal.start import supported_body
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.summary import reference_values
@@ -381,31 +383,31 @@ def test_rigid_impacts_part_within_what_steps_resolve() -> None:
         (
             'method = "impact"\nrestitution = 0.5',
             "",
-            r"contact\.impact\.method: 'impact' given, it carries residual, pen",
+            r"contact\.pair\.method: 'impact' given, allowed: residual, penalty, constraint",
         ),
         (
             'method = "constraint"\nfriction = { static = 0.2, direction = [1, 0, 0] }',
             "",
-            r"contact\.impact\.friction: given, it carries frictionless contact only",
+            r"contact\.pair\.friction: friction is not supported; remove it",
         ),
         (
             'method = "penalty"\nlaw = { kind = "hertz", stiffness = 1e8 }',
             '[force.leg]\nkind = "spring"\nbody = "anvil"\ndirection = [0, 0, 1]\nstiffness = 1e4',
-            r"knows no springs, leave force\.leg out",
+            r"springs are not supported; remove force\.leg",
         ),
         (
             'method = "penalty"\nlaw = { kind = "linear", stiffness = 1e8 }\n[contact.floor]\nbody = "anvil"\n'
             'interface = "top"\nmethod = "constraint"\n'
             'against = { shape = "plane", point = [0, 0, 1], normal = [0, 0, -1] }',
             "",
-            r"carries contacts with laws or layers, or without any, not both",
+            r"contacts with a law or a layer cannot be combined with rigid contacts",
         ),
         (
             'method = "penalty"\nlaw = { kind = "linear", stiffness = 1e8 }\n[contact.floor]\nbody = "anvil"\n'
             'interface = "top"\nmethod = "penalty"\nlaw = { kind = "linear", stiffness = 1e8 }\n'
             'against = { shape = "plane", point = [0, 0, 0], normal = [0, 0, -1] }',
             "",
-            r"contact\.floor: points start inside by 0\.1 m",
+            r"contact\.floor: points start with a penetration of 0\.1 m",
         ),
     ],
     ids=["impact", "friction", "spring", "mixed", "inside"],
@@ -419,12 +421,14 @@ def test_what_is_not_carried_is_refused(contact: str, extra: str, message: str, 
 def test_a_scene_without_contact_is_refused(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(BALL[: BALL.index("[contact.pair]")] + "[run]\nduration = 1e-3\n")
     job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
-    with pytest.raises(InputError, match=r"report\.full_fe: is for scenes with contacts, this one has none"):
+    with pytest.raises(InputError, match=r"report\.full_fe: the scene has no contact; needed: at least one"):
         nodal_problem(job)
 
 
 def test_what_slides_needs_layers(tmp_path: Path) -> None:
     unset = {"contact.thrust.surface_stiffness": "unset"}
     job = open_job(ROOT / "data/piston/coarse.toml", set=unset, db=tmp_path / "db", out=tmp_path / "out")
-    with pytest.raises(InputError, match=r"contact\.thrust needs surface_stiffness and an obstacle or a surface"):
+    with pytest.raises(
+        InputError, match=r"contact\.thrust: with sliding points or a joint, a contact needs surface_stiffness"
+    ):
         nodal_problem(job)

@@ -170,7 +170,7 @@ def test_missing_library_is_noted(rod: tuple[Path, str], tmp_path: Path, monkeyp
     drawn, notes = plots.render(*rod, out, "rod")
     assert drawn == []
     assert list(out.iterdir()) == []
-    assert "force was left out: matplotlib is not installed; pip install 'gudgeon[plots]'" in notes
+    assert "force was not drawn: matplotlib is not installed; pip install 'gudgeon[plots]'" in notes
 
 
 def test_picture_of_an_earlier_result_does_not_outlive_a_failure(rod: tuple[Path, str], tmp_path: Path) -> None:

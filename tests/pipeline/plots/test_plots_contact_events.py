@@ -151,8 +151,8 @@ def test_energy_curves_hold_work_and_no_round_off() -> None:
     energies = np.zeros((3, 5))
     energies[:, 0], energies[:, 4], energies[:, 2] = [1.0, 3.0, 5.0], [0.0, 2.0, 4.0], 1e-14
     curves = {label: values for label, _, values in energy_curves(energies)}
-    assert list(curves) == ["sum less work", "kinetic", "work of loads"]
-    np.testing.assert_allclose(curves["sum less work"], balance(energies))
+    assert list(curves) == ["energy balance", "kinetic", "work of loads"]
+    np.testing.assert_allclose(curves["energy balance"], balance(energies))
     assert [label for label, _, _ in energy_curves(energies[:, :4])] == ["total", "kinetic"]
     energies[:, 4] = energies[:, 0] * (1 + 1e-13)
     assert not energy_curves(energies)[0][2].any()

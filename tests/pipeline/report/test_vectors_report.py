@@ -329,7 +329,7 @@ def test_nodal_synthesis_of_contacts_knows_no_moving_force(tmp_path: Path) -> No
     scene = write_scene(tmp_path / "scene") / "scene.toml"
     scene.write_text(scene.read_text() + SKIRT)
     job = open_job(scene, db=tmp_path / "db", out=tmp_path / "out")
-    with pytest.raises(InputError, match=r"report\.full_fe: knows no moving forces, leave force\.tool out"):
+    with pytest.raises(InputError, match=r"report\.full_fe: moving forces are not supported; remove force\.tool"):
         nodal_problem(job)
 
 
