@@ -78,7 +78,7 @@ def robustness_cases(subject: Subject, cases: Mapping[str, Case], progress: Prog
     write_text(job.out / "robustness.csv", csv_text([COLUMNS, *cells], "\n"))
     from gudgeon.pipeline.robustness.picture import draw
 
-    draw(document, job.out / "stress.png")
+    draw(document, job.out / "robustness.png")
     progress("robustness", 1.0)
     return document, table_text(document)
 

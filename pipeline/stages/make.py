@@ -1,4 +1,4 @@
-"""Runs the stages of a scene of any kind: a record that stands in the database is not made again."""
+"""Runs the stages of a scene of any kind; a record that is in the database is not computed again."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -17,11 +17,10 @@ from gudgeon.solver.result import Result
 
 
 class Task(NamedTuple):
-    """A record of a stage."""
+    """A record of a stage, and the function that computes it."""
 
     product: Product
     make: Callable[[], Any]
-    """Makes the record; called where the database has none."""
 
 
 Tasks = Callable[[str], Sequence[Task]]
@@ -31,11 +30,11 @@ Tasks = Callable[[str], Sequence[Task]]
 def run_stages(
     job: SceneJob, until: str, tell: Progress, tasks: Tasks, finish: Callable[[str], RunReport], draw: Draw
 ) -> RunReport:
-    """Bring the products of a scene up to date, up to and including one stage.
+    """Compute the records of a scene that are missing, up to and including the stage `until`.
 
     Args:
-        finish: Writes the files beside the pictures and returns what was found up to that stage.
-        draw: Draws the pictures, unless the run diverged.
+        finish: Writes the result files and returns the report up to that stage.
+        draw: Draws the pictures; not called if the run diverged.
 
     Raises:
         InputError: the scene does not fit its mesh.
@@ -51,7 +50,7 @@ def run_stages(
 
 
 def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> StageReport:
-    """Make the records of a stage that the database lacks."""
+    """Compute the records of a stage that are not in the database."""
     start, ran, keys = time.perf_counter(), False, []
     for product, make in tasks(stage):
         keys.append(product.key)

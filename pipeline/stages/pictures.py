@@ -1,25 +1,22 @@
-"""The plot stage of any kind of scene: pictures are drawn once for all that they depend on."""
+"""The plot stage of any kind of scene: pictures are drawn again only if an input of theirs has changed."""
 
 import json
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from gudgeon.modaldb.keys import content_key, file_digest
 from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.run_report import Progress, StageReport
 from gudgeon.pipeline.stages.status import fresh_pictures
-
-if TYPE_CHECKING:
-    from gudgeon.pipeline.stages.base import SceneJob
 
 Draw = Callable[[], tuple[list[Path], list[str]]]
 """Draws the pictures and returns them, with a note for each that could not be drawn."""
 
 
-def plot_stage(job: "SceneJob", draw: Draw, tell: Progress) -> tuple[StageReport, list[str], list[str]]:
-    """Draw a job's pictures unless they stand in its folder; returns what became of it, the files and the notes."""
+def plot_stage(job: SceneJob, draw: Draw, tell: Progress) -> tuple[StageReport, list[str], list[str]]:
+    """Draw a job's pictures unless fresh ones are in its folder; return the stage's report, the files and the notes."""
     start, key = time.perf_counter(), content_key(job.pictures())
     if (pictures := fresh_pictures(job, key)) is not None:
         return StageReport("fresh", time.perf_counter() - start, key), pictures, []

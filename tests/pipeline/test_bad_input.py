@@ -27,6 +27,7 @@ SUPPORTS = "component.skirt.supports"
 MODES = "component.skirt.modes"
 SKIRT = "component.skirt"
 GEOMETRY = re.compile(r"^geometry = .*$", re.MULTILINE)
+KEPT = "finished stages are in the database: run the same command again to continue"
 PATIENCE = 60.0
 """Seconds after which a child that does not end counts as hung."""
 
@@ -315,7 +316,7 @@ def test_missing_scene(name: str, cold: Case, capsys: Capture) -> None:
         (["run"], "the following arguments are required: SCENE"),
         (["run", "scene", "--sett", "a=1"], "unrecognized arguments: --sett"),
         (["run", "scene", "--db"], "argument --db: expected one argument"),
-        (["report", "scene", "--repeat", "0"], "argument --repeat: 0 given, at least 1 is needed"),
+        (["report", "scene", "--repeat", "0"], "argument --repeat: 0 given; expected a whole number, 1 or more"),
         (["export", "tables", "scene"], "invalid choice: 'scene'"),
     ],
 )
@@ -665,7 +666,8 @@ def _child(arguments: list[str]) -> subprocess.Popen[str]:
 
 def _assert_interrupted(case: Case, code: int, stdout: str, stderr: str, stage: str) -> None:
     (line,) = complaints(stderr)
-    assert line == f"interrupted{stage and ' in stage '}{stage}; what was finished is kept, run again to go on"
+    where = f" in stage {stage}" if stage else ""
+    assert line == f"interrupted{where}; {KEPT}"
     assert code == 1
     assert stdout == ""
     case.assert_sound()
@@ -744,7 +746,7 @@ def test_interrupt_of_the_next_command_names_no_old_stage(case: Case, monkeypatc
 
     monkeypatch.setattr("gudgeon.pipeline.kinds.open_job", interrupted)
     assert main(case.command("status")) == 1
-    assert complaints(capsys.readouterr().err) == ["interrupted; what was finished is kept, run again to go on"]
+    assert complaints(capsys.readouterr().err) == [f"interrupted; {KEPT}"]
 
 
 def test_checks_of_this_file_can_fail(case: Case) -> None:
