@@ -1,4 +1,4 @@
-"""`gudgeon export`: a scene's modes or results as files for other programs."""
+"""`gudgeon export`: a scene's mode shapes or results as .vtu files."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +22,7 @@ def export(job: Job, what: str, every: int) -> list[Path]:
             exporter.write_modes(target, mesh, modal, None)
             files.append(target)
         else:
-            # The exporter moves a body by its rigid coordinates: those that the scene leaves free.
+            # Rigid motions that the scene fixes have no coordinates in the trajectory.
             morph = replace(job.store.get(steps["morph"].key, "morph"), rigid_twists=free_twists(job, body))
             trajectory = job.store.get(job.trajectory().key, "trajectory")
             records = BodyRecords(mesh, modal, morph)

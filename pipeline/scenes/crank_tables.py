@@ -1,4 +1,4 @@
-"""Tables over the crank angle, read from CSV: a header, then angle [deg] and value, closing over one or two turns."""
+"""Tables over the crank angle, read from CSV: a header, then angle [deg] and value, periodic in one or two turns."""
 
 from pathlib import Path
 
@@ -9,15 +9,15 @@ from gudgeon.pipeline.geometry.profile import read_rows
 
 SPANS = (360.0, 720.0)
 CLOSED = 1e-3
-"""How much the first and last value may differ, relative to the largest."""
+"""Largest difference of the first and the last value, relative to the largest value."""
 
 
 def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
     """Read a table over the crank angle.
 
     Raises:
-        InputError: the file is missing or cut off, a value is no number, angles do not increase, or the table does not
-            close over 360 or 720 degrees.
+        InputError: the file is missing or truncated, a value is not a finite number, angles do not increase, or the
+            table is not periodic in 360 or 720 degrees.
     """
     rows = read_rows(path, "table")
     if len(rows) < 5:
@@ -38,7 +38,7 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
 
 
 def check_closed(where: str, table: np.ndarray, first_row: int = 1) -> None:
-    """Check that angles increase and that a table closes over one or two turns.
+    """Check that the angles of a table increase, and that it is periodic in one or two turns.
 
     Args:
         where: File or key, for messages.
@@ -46,12 +46,14 @@ def check_closed(where: str, table: np.ndarray, first_row: int = 1) -> None:
         first_row: Number of the first row, for messages.
 
     Raises:
-        InputError: it does not.
+        InputError: one of them is not so.
     """
     turned = np.flatnonzero(np.diff(table[:, 0]) <= 0)
     if len(turned):
         later = turned[0] + 1
-        raise InputError(f"{where}: row {later + first_row}: the angle {table[later, 0]:g} must be above the last one")
+        raise InputError(
+            f"{where}: row {later + first_row}: the angle {table[later, 0]:g} must be above that of the row before"
+        )
     span = table[-1, 0] - table[0, 0]
     if min(abs(span - whole) for whole in SPANS) > 1e-6:
         raise InputError(

@@ -134,7 +134,7 @@ def test_a_number_without_a_dimension_is_found() -> None:
     body = next(iter(models_in(SceneFile.model_fields["body"].annotation)))
     grown = create_model("Body", __base__=body, drag=(float, Field(default=1.0)))
     assert undeclared(grown) == {"drag"}
-    with pytest.raises(StageError, match=r"Body\.drag: its dimension is not declared"):
+    with pytest.raises(StageError, match=r"Body\.drag: no unit is declared"):
         rescaled(grown(), Units(length=2.0))
 
 
