@@ -14,7 +14,7 @@ LONGEST = 76
 
 
 def draw(document: dict[str, Any], path: Path) -> None:
-    """Draw the document of `robustness_cases`: a line for each case, with its verdict and each rule's value over bound."""
+    """Draw a line for each case of the document: its verdict, and the value over bound of each rule."""
     rows, counts = document["rows"], document["counts"]
     height = 330 + 44 * len(rows)
     with styled():

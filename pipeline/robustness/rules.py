@@ -1,4 +1,4 @@
-"""Rules for the result of a run: invariants and limits that hold for any parameters. A new one is a function and a line.
+"""Rules for the result of a run, invariants and limits for any parameters. A new one is a function and a line.
 
 A rule returns a finding, or None if it does not apply: a scene without free bodies has no momentum balance. Bounds
 follow from the promised drift of the integrators or from round-off; none is fitted to a scene.

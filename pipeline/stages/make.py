@@ -1,17 +1,20 @@
 """Runs the stages of a scene of any kind; a record that is in the database is not computed again."""
 
+import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from gudgeon.modaldb.keys import content_key, file_digest
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.base import SceneJob
-from gudgeon.pipeline.stages.pictures import Draw, plot_stage
 from gudgeon.pipeline.stages.products import Product, combined
 from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
-from gudgeon.pipeline.stages.status import remember
+from gudgeon.pipeline.stages.status import fresh_pictures, remember
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.result import Result
 
@@ -25,6 +28,10 @@ class Task(NamedTuple):
 
 Tasks = Callable[[str], Sequence[Task]]
 """Returns the records of one of the stages that make records."""
+
+
+Draw = Callable[[], tuple[list[Path], list[str]]]
+"""Draws the pictures and returns them, with a note for each that could not be drawn."""
 
 
 def run_stages(
@@ -63,3 +70,16 @@ def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> Stage
         ran = True
     tell(stage, 1.0)
     return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys))
+
+
+def plot_stage(job: SceneJob, draw: Draw, tell: Progress) -> tuple[StageReport, list[str], list[str]]:
+    """Draw a job's pictures unless fresh ones are in its folder; return the stage's report, the files and the notes."""
+    start, key = time.perf_counter(), content_key(job.pictures())
+    if (pictures := fresh_pictures(job, key)) is not None:
+        return StageReport("fresh", time.perf_counter() - start, key), pictures, []
+    drawn, notes = draw()
+    if not notes:
+        digests = {path.name: file_digest(path) for path in drawn}
+        write_text(job.out / "pictures.json", json.dumps({"key": key, "files": digests}, indent=1))
+    tell("plot", 1.0)
+    return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes

@@ -74,9 +74,7 @@ class KeptInterface(BaseModel):
     @model_validator(mode="after")
     def _consistent(self) -> "KeptInterface":
         if self.kept == "all" and self.interface_count:
-            raise ValueError(
-                f"interface_count {self.interface_count} given; kept = 'all' leaves no dofs for these modes"
-            )
+            raise ValueError(f"interface_count {self.interface_count} given; kept = 'all' leaves no dofs for them")
         return self
 
 

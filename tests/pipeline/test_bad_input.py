@@ -187,11 +187,11 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ("component.skirt.change.profile.offset=nan", "component.skirt.change.profile.offset: nan given; input should"),
         (
             f"{SUPPORTS}=[3]",
-            f"{SUPPORTS}.0: 3 given, a support is the name of a surface or a table of surface and hold",
+            f"{SUPPORTS}.0: 3 given; expected the name of a surface, or a table with surface and hold",
         ),
         (
             f'{SUPPORTS}=[{{surface="crown", hold=[]}}]',
-            f"{SUPPORTS}.0.hold: [] given, name at least one of x, y, z, rx",
+            f"{SUPPORTS}.0.hold: [] given; name at least one of x, y, z, rx",
         ),
         (f'{SUPPORTS}=[{{surface="crown", hold=["q"]}}]', f"{SUPPORTS}.0.hold.0: 'q' given; input should be 'x', 'y'"),
         (f'{SUPPORTS}=[{{surface="crown", hld=["x"]}}]', f"{SUPPORTS}.0.hld: unknown key; did you mean 'hold'? "),
