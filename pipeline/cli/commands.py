@@ -15,12 +15,10 @@ PER_IMPACT = re.compile(r"\.impact\d+\.")
 
 def run_command(options: argparse.Namespace) -> int:
     """Run the stages up to the one that the command names."""
-    job = _job(options)
+    kind, job = _opened(options)
     progress = Console(options.json).progress
     if options.tolerance is None:
-        from gudgeon.pipeline.kinds import kind_of
-
-        report = kind_of(job).run(job, options.until, progress)
+        report = kind.run(job, options.until, progress)
     else:
         from gudgeon.pipeline.report.choice import run_chosen
 
@@ -75,7 +73,7 @@ def status_command(options: argparse.Namespace) -> int:
     """Print which stages are fresh or stale."""
     from gudgeon.pipeline.stages.status import status
 
-    rows = status(_job(options))
+    rows = status(_opened(options)[1])
     if options.json:
         print(json.dumps([dict(zip(("stage", "state", "key", "why"), row, strict=True)) for row in rows], indent=1))
         return 0
@@ -166,19 +164,13 @@ def schema_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def _job(options: argparse.Namespace) -> Any:
+def _opened(options: argparse.Namespace) -> tuple[Any, Any]:
+    """Return the kind of the scene and its job."""
+    from gudgeon.pipeline.kinds import kind_of, open_job
+
     if options.verbose:
         import logging
 
         logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s")
-    from gudgeon.pipeline.kinds import open_job
-
-    return open_job(options.scene, set=options.set, db=options.db, out=options.out)
-
-
-def _opened(options: argparse.Namespace) -> tuple[Any, Any]:
-    """Return the kind of the scene and its job."""
-    from gudgeon.pipeline.kinds import kind_of
-
-    job = _job(options)
+    job = open_job(options.scene, set=options.set, db=options.db, out=options.out)
     return kind_of(job), job

@@ -116,21 +116,19 @@ def contact_stiffness(subject: Subject, operation: Any) -> Trial:
         if not (elastic or springs or yielding):
             raise DoesNotApply("all bodies and contacts are rigid")
         return _in_units(subject, Units(time=factor**-0.5))
-    changes: dict[str, Any] = {"contact": {}, "force": {}}
+    changes: dict[str, Any] = {"contact": {}}
+    changes["force"] = {name: {"stiffness": spring.stiffness * factor} for name, spring in springs.items()}
     exponent = 1.0
     for name in yielding:
-        contact = scene.contact[name]
-        law = contact.law
+        law = scene.contact[name].law
         if law is None:
-            changes["contact"][name] = {"surface_stiffness": contact.surface_stiffness * factor}
+            changes["contact"][name] = {"surface_stiffness": scene.contact[name].surface_stiffness * factor}
             continue
         exponent = getattr(law, "exponent", 1.0)
         key = "modulus" if getattr(law, "modulus", None) is not None else "stiffness"
         changes["contact"][name] = {"law": {key: getattr(law, key) * factor}}
         if getattr(law, "damping", 0.0):
             changes["contact"][name]["law"]["damping"] = law.damping * factor**0.5
-    for name, spring in springs.items():
-        changes["force"][name] = {"stiffness": spring.stiffness * factor}
     start = subject.contact().start
     if not elastic:  # The contact of rigid bodies takes longer or shorter by this factor.
         changes["run"] = {"duration": start + (scene.run.duration - start) * factor ** (-1 / (exponent + 1))}
@@ -286,11 +284,10 @@ def material(subject: Subject, operation: Any) -> Trial:
         raise DoesNotApply(ALL_RIGID)
     if subject.contacts:
         return _in_units(subject, Units(mass=operation.density, time=1 / faster))
-    given = {n: subject.scene.component[n].material for n in names}
-    changed = {
-        n: _material(subject, n, E=one.E * operation.modulus, rho=one.rho * operation.density)
-        for n, one in given.items()
-    }
+    changed = {}
+    for name in names:
+        own = subject.scene.component[name].material
+        changed[name] = _material(subject, name, E=own.E * operation.modulus, rho=own.rho * operation.density)
     return Trial(_with_components(subject, changed), stretch=dict.fromkeys(names, faster))
 
 

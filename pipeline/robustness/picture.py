@@ -1,6 +1,5 @@
 """Picture of the robustness cases of a scene: the value of every rule as a share of its bound."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +49,6 @@ def draw(document: dict[str, Any], path: Path) -> None:
 
 def _share(one: dict[str, Any]) -> float:
     """Return value over bound, limited to the range of the picture."""
-    if one["value"] is None:
+    if one["value"] is None or (one["value"] and not one["bound"]):
         return 10.0
-    share = one["value"] / one["bound"] if one["bound"] else (math.inf if one["value"] else 0.0)
-    return min(max(share, LEAST), 10.0)
+    return min(max(one["value"] / (one["bound"] or 1.0), LEAST), 10.0)

@@ -136,8 +136,7 @@ def suggested_step(job: Job) -> float:
 
 def sizes(job: Job) -> dict[str, int]:
     """Return the numbers of contact points and of coordinates of a scene."""
-    points, coordinates = _compiled(job).rows.shape
-    return {"points": points, "coordinates": coordinates}
+    return dict(zip(("points", "coordinates"), _compiled(job).rows.shape, strict=True))
 
 
 def approach(job: Job) -> tuple[np.ndarray, float, float]:
@@ -179,7 +178,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     checks = [float(r.quality["orthogonality"]) for r in elastic.values() if "orthogonality" in r.quality]
     return Evidence(
         frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.reduction in WHOLE},
-        shear={n: _shear(job, n) for n in elastic},
+        shear={n: part.lame[1] for n in elastic if (part := job.scene.component[n].material) is not None},
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
         contact=contact,
@@ -240,12 +239,6 @@ def _blur(system: System) -> float:
     places = [float(np.abs(c.points + system.scene.body[c.body].position).max()) for c in system.contacts]
     least = float(system.gap.min(initial=np.inf))
     return float(np.finfo(float).eps) * max(places) / least if places and least > 0 else 0.0
-
-
-def _shear(job: Job, component: str) -> float:
-    material = job.scene.component[component].material
-    assert material is not None
-    return material.lame[1]
 
 
 def _penetration(system: System, found: Trajectory) -> tuple[float | None, float | None]:

@@ -125,13 +125,10 @@ def rescaled_mesh(mesh: MeshRecord, units: Units) -> MeshRecord:
 
 
 def _shape(surface: str, shape: Mapping[str, Any], units: Units) -> dict[str, Any]:
-    found = {}
-    for key, value in shape.items():
-        if key not in SHAPE and key not in PLAIN:
-            raise StageError(f"surface {surface}: no unit is declared for '{key}'")
-        array = np.asarray(value, float) * units.of(SHAPE[key]) if key in SHAPE else None
-        found[key] = value if array is None else array.tolist()
-    return found
+    if unknown := [key for key in shape if key not in SHAPE and key not in PLAIN]:
+        raise StageError(f"surface {surface}: no unit is declared for '{unknown[0]}'")
+    scaled = {key: (np.asarray(shape[key], float) * units.of(SHAPE[key])).tolist() for key in shape if key in SHAPE}
+    return {**shape, **scaled}
 
 
 def rescaled_profile(source: Path, target: Path, units: Units) -> None:

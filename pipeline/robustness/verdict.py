@@ -34,8 +34,7 @@ def judge(case: Case, found: Evidence | Refusal, compared: Compared) -> Verdict:
     findings = [one for name in case.rules if (one := RULES[name](found, compared)) is not None]
     if not findings:
         return Verdict("wrong", f"none of the rules {', '.join(case.rules)} applies to this scene")
-    broken = next((one for one in findings if not one.holds), None)
-    if broken is not None:
-        text = f"{broken.rests_on}: {broken.value:.2g}, allowed: {broken.bound:.2g}"
-        return Verdict("wrong", text, broken, findings)
+    for one in findings:
+        if not one.holds:
+            return Verdict("wrong", f"{one.rests_on}: {one.value:.2g}, allowed: {one.bound:.2g}", one, findings)
     return Verdict("right", "", findings[0], findings)

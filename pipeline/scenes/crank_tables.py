@@ -13,11 +13,10 @@ CLOSED = 1e-3
 
 
 def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
-    """Read a table over the crank angle.
+    """Return the rows of a table over the crank angle: angle [deg] and value.
 
     Raises:
-        InputError: the file is missing or truncated, a value is not a finite number, angles do not increase, or the
-            table is not periodic in 360 or 720 degrees.
+        InputError: the file is missing or truncated, a value is not a finite number; or see `check_closed`.
     """
     rows = read_rows(path, "table")
     if len(rows) < 5:
@@ -27,26 +26,20 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
         if len(row) != 2:
             raise InputError(f"{path}: row {number} has {len(row)} cells, angle [deg] and value are needed")
         try:
-            pair = (float(row[0]), float(row[1]))
+            angle, value = map(float, row)
         except ValueError:
             raise InputError(f"{path}: row {number} holds '{', '.join(row)}', two numbers are needed") from None
-        if not np.isfinite(pair).all():
+        if not np.isfinite((angle, value)).all():
             raise InputError(f"{path}: row {number} holds '{', '.join(row)}', finite numbers are needed")
-        values.append(pair)
+        values.append((angle, value))
     check_closed(str(path), np.array(values), 2)
     return tuple(values)
 
 
 def check_closed(where: str, table: np.ndarray, first_row: int = 1) -> None:
-    """Check that the angles of a table increase, and that it is periodic in one or two turns.
+    """Raise InputError unless the angles [deg] of a table, (rows, 2), increase and it is periodic in one or two turns.
 
-    Args:
-        where: File or key, for messages.
-        table: Angle [deg] and value, (rows, 2).
-        first_row: Number of the first row, for messages.
-
-    Raises:
-        InputError: one of them is not so.
+    Messages name the file or key `where`, and rows from `first_row` on.
     """
     turned = np.flatnonzero(np.diff(table[:, 0]) <= 0)
     if len(turned):

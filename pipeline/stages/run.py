@@ -28,9 +28,8 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
     tell = progress or (lambda stage, share: None)
     if until == "plot":
         job.compared()  # A mistake there must be reported before the solver runs.
-    return run_stages(
-        job, until, tell, partial(_tasks, job, tell=tell), partial(_finish, job), partial(_draw, job, tell)
-    )
+    tasks = partial(_tasks, job, tell=tell)
+    return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
 
 
 def _tasks(job: Job, stage: str, tell: Progress) -> list[Task]:

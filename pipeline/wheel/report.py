@@ -222,8 +222,9 @@ def _table(found: Comparison) -> Table:
     rows = []
     for row in found.rows:
         errors, counts = row.errors, row.record.counts
-        told = [f"{errors[FREQUENCY]:.1e}", f"{errors[MAGNIFICATION]:+.2%}", f"{errors[RESPONSE]:.2%}"]
-        first, second, third = ["–"] * 3 if row.name == FULL else told
+        first, second, third = f"{errors[FREQUENCY]:.1e}", f"{errors[MAGNIFICATION]:+.2%}", f"{errors[RESPONSE]:.2%}"
+        if row.name == FULL:
+            first = second = third = "–"
         rows.append(
             [row.name, f"{row.kept}", f"{counts['interface_modes']}", f"{row.coordinates:,}", first,
              f"{row.magnification:.4f}", second, third, f"{counts['cpu_modes']:.2f} s",

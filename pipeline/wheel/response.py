@@ -219,7 +219,7 @@ def wheel_record(
     Raises:
         InputError: the highest mode is below the end of the band.
     """
-    wheel, response = case.wheel, case.wheel.response
+    wheel, response, last = case.wheel, case.wheel.response, pair[1]
     reach = min(one.angular_frequencies[-1] for one in pair) / (2 * np.pi)
     if response.band[1] > reach:
         raise InputError(
@@ -235,7 +235,6 @@ def wheel_record(
         "amplitude.mistuned.at": (float(response.excitation[at] / (2 * np.pi)), "Hz"),
         "amplitude.mistuned.blade": (float(blade), "1"),
     }
-    last = pair[1]
     return WheelRecord(
         modes_key=modes_key,
         model={} if interface is None else reduction(wheel, interface),
@@ -250,14 +249,10 @@ def wheel_record(
         mistuned=_parts(mistuned),
         quantities={key: {"value": value, "unit": unit} for key, (value, unit) in quantities.items()},
         counts={
-            "coordinates": last.coordinates,
-            "kept": last.kept,
-            "interface_modes": last.interface_modes,
-            "cpu_sector": cpu_sector,
-            "cpu_modes": last.cpu_seconds,
-            "cpu_response": seconds,
+            "coordinates": last.coordinates, "kept": last.kept, "interface_modes": last.interface_modes,
+            "cpu_sector": cpu_sector, "cpu_modes": last.cpu_seconds, "cpu_response": seconds,
         },
-    )
+    )  # fmt: skip
 
 
 def truncation_error(case: Case, record: WheelRecord) -> float:

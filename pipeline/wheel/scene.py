@@ -1,6 +1,5 @@
 """The scene file of a wheel: sector, mistuning, kept interface, response, and the choices that a report compares."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -95,7 +94,7 @@ class Response(BaseModel):
 
     @field_validator("direction")
     @classmethod
-    def _is_a_direction(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+    def _is_a_direction(cls, value: Direction) -> Direction:
         if not np.linalg.norm(value) > 0:
             raise ValueError(f"{list(value)} given; its length must be above 0")
         return value
@@ -208,10 +207,11 @@ def _surfaces(scene: WheelFile, where: str, wheel: Wheel) -> list[tuple[str, str
     """Return every surface that a wheel names, with the key that names it."""
     found = [(f"{where}.low", wheel.low), (f"{where}.high", wheel.high)]
     found += [(f"{where}.response.surface", wheel.response.surface)]
-    choices: list[tuple[str, Any]] = [(f"{where}.interface", wheel.interface)]
-    choices += [(f"report.choices.{key}", choice) for key, choice in scene.report.choices.items()]
-    kept: list[tuple[str, Sequence[str]]] = [(key, one.kept) for key, one in choices if one.kept != "all"]
-    return found + [(f"{key}.kept", surface) for key, names in kept for surface in names]
+    choices = {f"{where}.interface": wheel.interface}
+    choices |= {f"report.choices.{key}": choice for key, choice in scene.report.choices.items()}
+    return found + [
+        (f"{key}.kept", one) for key, choice in choices.items() if choice.kept != "all" for one in choice.kept
+    ]
 
 
 def _numbers(path: Path, where: str) -> np.ndarray:

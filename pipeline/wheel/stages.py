@@ -29,9 +29,8 @@ def run_wheel(job: WheelJob, until: str = "plot", progress: Progress | None = No
     if until not in STAGES:
         raise InputError(f"{job.path}: a wheel has no stage '{until}'; its stages are {', '.join(STAGES)}")
     tell = progress or (lambda stage, share: None)
-    return run_stages(
-        job, until, tell, partial(_tasks, job, tell=tell), partial(_finish, job), partial(_draw, job, tell)
-    )
+    tasks = partial(_tasks, job, tell=tell)
+    return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
 
 
 def _tasks(job: WheelJob, stage: str, tell: Progress) -> list[Task]:
