@@ -90,9 +90,7 @@ def rendering_works(probe: str = RENDERING_PROBE, *, timeout: float = PROBE_TIME
 
     A missing system library kills the process that draws, so a child process is tried first.
 
-    Args:
-        probe: Python code that draws into the file named by its first argument.
-        timeout: Limit for the drawing [s].
+    `probe` is Python code that draws into the file named by its first argument, `timeout` the limit for it [s].
     """
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder, "probe.png")
@@ -112,11 +110,7 @@ def python_finding(found: tuple[int, int] = sys.version_info[:2]) -> Finding:
 
 
 def packages_needed(processor: str) -> dict[str, dict[str, str]]:
-    """Return the version bounds in the metadata of the installed gudgeon, by group and package.
-
-    Args:
-        processor: As `platform.machine` names it; packages for other processors are omitted.
-    """
+    """Return the version bounds in the metadata of the installed gudgeon for a processor, by group and package."""
     groups: dict[str, dict[str, str]] = {name: {} for name in ("base", *EXTRAS)}
     for line in requires("gudgeon") or []:
         found = REQUIREMENT.match(line)

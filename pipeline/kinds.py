@@ -130,14 +130,9 @@ def run(
     until: str = "plot",
     progress: Progress | None = None,
 ) -> RunReport:
-    """Compute the stages of a scene that are stale; see `open_job` for the other arguments.
+    """Compute the stale stages of a scene up to the stage `until`, and return stages, quantities and folder.
 
-    Args:
-        until: Last stage to run, one of the scene's own.
-        progress: Called with the running stage and the share of it that is done.
-
-    Returns:
-        Stages, quantities and the folder of the files. A run that failed physically has the reason in `reason`.
+    See `open_job` for the other arguments. A run that failed physically has its reason in `reason`.
 
     Raises:
         InputError, StageError, ModalDBError, SolverError: see each; no incomplete file remains.

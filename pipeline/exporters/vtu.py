@@ -17,10 +17,7 @@ LINES = {"beam2": "line", "beam3": "line3"}
 
 
 def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord, count: int | None) -> None:
-    """Write the mesh with each mode shape as a point vector `mode_001_1234.5Hz`.
-
-    Args:
-        count: Number of shapes, from the first; None for all.
+    """Write the mesh with its first `count` mode shapes, all for None, as point vectors `mode_001_1234.5Hz`.
 
     Raises:
         InputError: `count` is not positive, or the file cannot be written.
@@ -48,10 +45,7 @@ def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory,
     """Write frames of one body as `frame_000.vtu`, … and their times as `frames.pvd`; return these files.
 
     Each file has the undeformed design with `displacement` [m] and `contact_pressure` [Pa], zero except at contact
-    points.
-
-    Args:
-        every: Interval of the written frames, from the first; a file has the number of its frame.
+    points. Every `every`-th frame is written; a file has the number of its frame.
 
     Raises:
         InputError: the trajectory has no such body, `every` is not positive, or the folder cannot be written.

@@ -39,12 +39,9 @@ def scene_path(scene: str | Path) -> Path:
 
 
 def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """Return a scene's tables with the overrides applied.
+    """Return a scene's tables with overrides `path.to.key=value` applied; a value that is not TOML is taken as text.
 
     A file may begin with `base = "other.toml"`: its tables then change those of the other file in the same folder.
-
-    Args:
-        overrides: `path.to.key=value` texts; a value that is not valid TOML is taken as text.
 
     Raises:
         InputError: the file cannot be read or is not valid TOML, or an override has no `=`.

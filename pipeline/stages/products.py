@@ -82,12 +82,9 @@ def nodal_product(
     parts: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]],
     step: float,
 ) -> Product:
-    """Return a full-FE run.
+    """Return a full-FE run with a step [s]; `parts` are inputs of each component's modes and design.
 
-    Args:
-        dynamics: The solver's part of the scene, as JSON.
-        parts: Inputs of each component's modes and design, of which the reduction does not matter here.
-        step: [s]
+    `dynamics` is the solver's part of the scene, as JSON.
     """
     shapes = {}
     for component, (modes, morph) in parts.items():
@@ -103,12 +100,9 @@ def measurement_product(name: str, of: str, how: Mapping[str, Any]) -> Product:
 
 
 def report_product(name: str, stages: Mapping[str, Any], settings: Mapping[str, Any], number: int) -> Product:
-    """Return the report of a scene.
+    """Return the report of a scene, from inputs of its stages by place and its `report` table, as JSON.
 
-    Args:
-        stages: Inputs of its stages by place, as JSON.
-        settings: The scene's `report` table, as JSON.
-        number: Count of earlier reports with the same inputs, perhaps of another machine.
+    `number` counts earlier reports with the same inputs, perhaps of another machine.
     """
     return product("report", name, {"stages": dict(stages), "settings": dict(settings), "number": number})
 

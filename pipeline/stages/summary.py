@@ -15,12 +15,7 @@ SUMMARY = "summary.json"
 
 
 def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: Trajectory) -> dict[str, Any]:
-    """Write a run's summary and return it.
-
-    Args:
-        key: Key of the trajectory.
-        expected: Reference values by the name of the quantity.
-    """
+    """Write the summary of a trajectory with this key, and return it; `expected` has reference values by quantity."""
     quantities = {}
     for name, entry in trajectory.quantities.items():
         reference = expected.get(name)
@@ -42,10 +37,7 @@ def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: T
 def read_summary(out: Path, key: str, beside: str, expected: dict[str, float] | None = None) -> dict[str, Any] | None:
     """Return the summary of a result, or None if there is none, or it belongs to another result.
 
-    Args:
-        key: Key of the result's record.
-        beside: Name of a file that must exist as well.
-        expected: Reference values that it must have; None for a kind of scene without them.
+    It must have the key, the file `beside` must exist, and its reference values must be `expected`.
     """
     try:
         summary = json.loads((out / SUMMARY).read_text())

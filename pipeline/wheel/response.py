@@ -209,12 +209,9 @@ def reduction_error(tuned: CyclicRecord, frequencies: np.ndarray) -> float:
 def wheel_record(
     case: Case, modes_key: str, interface: KeptInterface | None, pair: tuple[Modes, Modes], cpu_sector: float
 ) -> WheelRecord:
-    """Return the response of the tuned and the mistuned wheel.
+    """Return the response of the tuned and the mistuned wheel from the `pair` of their modes.
 
-    Args:
-        interface: Kept interface of the reduced wheel; None for the full wheel.
-        pair: Modes of the tuned and of the mistuned wheel.
-        cpu_sector: CPU time of the sector's own reduction [s].
+    `interface` is None for the full wheel; `cpu_sector` is the CPU time of the sector's own reduction [s].
 
     Raises:
         InputError: the highest mode is below the end of the band.
