@@ -281,7 +281,7 @@ def test_what_has_nothing_to_change_says_why(tmp_path: Path) -> None:
         with pytest.raises(DoesNotApply, match=why):
             applied(one, kind=kind, **values)
     many = replace(one, known={"points": 584, "coordinates": 66})
-    with pytest.raises(DoesNotApply, match="584 points on 66 coordinates: rigid impacts on them are not determined"):
+    with pytest.raises(DoesNotApply, match="rigid impacts of 584 points on 66 coordinates are not unique"):
         applied(many, kind="restitution", value=0.0)
 
 
