@@ -1,7 +1,7 @@
-"""What this machine lacks, with the command that mends it.
+"""`gudgeon doctor`: checks of this machine, each failed one with the command that corrects it.
 
-What may crash (gmsh loading, off-screen drawing) is tried in a child process, so this file needs the standard library
-only and works in an environment where nothing else does.
+Checks that may crash (loading gmsh, off-screen drawing) run in a child process, and this file imports the standard
+library only, so that it works if nothing else does.
 """
 
 import os
@@ -21,19 +21,19 @@ from typing import Literal
 
 PYTHON_NEEDED = (3, 11)
 EXTRAS = ("pipeline", "plots")
-"""Groups of pyproject.toml that are examined beside what the solver and the database need."""
+"""Groups of pyproject.toml that are checked beside the packages of the solver and the database."""
 REQUIREMENT = re.compile(r"(?P<name>[\w.-]+)(?P<bounds>[^;]*);?(?P<marker>.*)")
 SYSTEM_LIBRARIES = (
     "libglu1-mesa", "libgl1", "libxrender1", "libxcursor1", "libxft2", "libxinerama1", "libgomp1", "libegl1",
 )  # fmt: skip
-"""Debian packages that gmsh and off-screen drawing load, as in the Makefile."""
+"""Debian packages needed by gmsh and off-screen drawing, as in the Makefile."""
 APT_COMMAND = f"apt-get install --no-install-recommends {' '.join(SYSTEM_LIBRARIES)}"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 """Commands that start a browser for the tests of a report's page, as in the Makefile."""
 SLEPC_COMMAND = "apt-get install --no-install-recommends python3-petsc4py python3-slepc4py openmpi-bin"
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 PROBE_TIMEOUT = 60.0
-"""How long a child process may take [s]; drawing a sphere takes about 2 s."""
+"""Limit for a child process [s]; drawing a sphere takes about 2 s."""
 GMSH_PROBE = "import gmsh"
 RENDERING_PROBE = """
 import sys
@@ -49,27 +49,17 @@ State = Literal["ok", "missing", "broken"]
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing examined.
-
-    Attributes:
-        name: What was examined.
-        state: Whether it is there and works.
-        detail: What was found.
-        remedy: The command that mends it, empty where nothing is to be mended.
-    """
+    """The result of one check."""
 
     name: str
     state: State
     detail: str
     remedy: str = ""
+    """Command that corrects it; empty if the state is `ok`."""
 
 
 def examine(database: Path = Path(".gudgeon")) -> list[Finding]:
-    """Examine this machine; takes a few seconds, since gmsh is loaded and a picture drawn.
-
-    Args:
-        database: Folder of the database, which need not exist yet.
-    """
+    """Check this machine, and the database folder, which need not exist; loads gmsh and draws, for a few seconds."""
     findings = [python_finding()]
     for group, packages in packages_needed(platform.machine()).items():
         findings += [package_finding(name, needed, group=group) for name, needed in packages.items()]
@@ -83,26 +73,24 @@ def examine(database: Path = Path(".gudgeon")) -> list[Finding]:
 
 
 def render_report(findings: list[Finding]) -> str:
-    """Return the findings as an aligned table, each remedy on a line of its own, and a line that sums up."""
+    """Return the findings as an aligned table, each remedy on a line of its own, and a summary line."""
     name_width = max((len(finding.name) for finding in findings), default=0)
     state_width = max((len(finding.state) for finding in findings), default=0)
     lines = []
     for finding in findings:
         lines.append(f"{finding.name:{name_width}}  {finding.state:{state_width}}  {finding.detail}".rstrip())
         if finding.remedy:
-            lines.append(f"{'':{name_width + state_width + 4}}mend: {finding.remedy}")
-    wanting = sum(finding.state != "ok" for finding in findings)
-    return "\n".join([*lines, "", f"{wanting} of {len(findings)} need mending" if wanting else "nothing needs mending"])
+            lines.append(f"{'':{name_width + state_width + 4}}fix: {finding.remedy}")
+    failed, total = sum(finding.state != "ok" for finding in findings), len(findings)
+    return "\n".join([*lines, "", f"{failed} of {total} checks failed" if failed else f"all {total} checks passed"])
 
 
 def rendering_works(probe: str = RENDERING_PROBE, *, timeout: float = PROBE_TIMEOUT) -> tuple[bool, str]:
-    """Return whether pictures can be drawn off-screen, and what went wrong where they cannot.
+    """Return whether pictures can be drawn off-screen, and the error if not.
 
-    A machine without the system libraries kills the process that draws, so a child process draws first.
+    A missing system library kills the process that draws, so a child process is tried first.
 
-    Args:
-        probe: Python code that draws into the file named by its first argument.
-        timeout: How long the drawing may take [s].
+    `probe` is Python code that draws into the file named by its first argument, `timeout` the limit for it [s].
     """
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder, "probe.png")
@@ -113,24 +101,16 @@ def rendering_works(probe: str = RENDERING_PROBE, *, timeout: float = PROBE_TIME
 
 
 def python_finding(found: tuple[int, int] = sys.version_info[:2]) -> Finding:
-    """Examine the version of Python."""
+    """Check the version of Python."""
     if found >= PYTHON_NEEDED:
         return Finding("python", "ok", f"{platform.python_version()}, {sys.executable}")
     needed = ".".join(map(str, PYTHON_NEEDED))
-    return Finding(
-        "python",
-        "broken",
-        f"{'.'.join(map(str, found))}, {needed} is needed",
-        f"make clean setup PYTHON=python{needed}",
-    )
+    detail = f"{'.'.join(map(str, found))}, {needed} is needed"
+    return Finding("python", "broken", detail, f"make clean setup PYTHON=python{needed}")
 
 
 def packages_needed(processor: str) -> dict[str, dict[str, str]]:
-    """Return the versions that the installed gudgeon asks for by its own metadata, by group and package.
-
-    Args:
-        processor: As `platform.machine` names it; packages that are for another one are left out.
-    """
+    """Return the version bounds in the metadata of the installed gudgeon for a processor, by group and package."""
     groups: dict[str, dict[str, str]] = {name: {} for name in ("base", *EXTRAS)}
     for line in requires("gudgeon") or []:
         found = REQUIREMENT.match(line)
@@ -138,19 +118,13 @@ def packages_needed(processor: str) -> dict[str, dict[str, str]]:
         asked = dict(re.findall(r"""(\w+) == ["']([^"']+)""", found["marker"]))
         group = asked.get("extra", "base")
         if group in groups and asked.get("platform_machine", processor) == processor:
-            # Lower bounds first, whatever order the metadata has.
+            # Lower bounds first, independent of the order in the metadata.
             groups[group][found["name"]] = ",".join(sorted(found["bounds"].strip().split(","), reverse=True))
     return groups
 
 
 def package_finding(name: str, needed: str, *, group: str) -> Finding:
-    """Examine one package.
-
-    Args:
-        name: Name of the distribution.
-        needed: Versions that will do, such as `>=12,<13`.
-        group: Group of pyproject.toml that asks for it.
-    """
+    """Check one distribution; `needed` are version bounds such as `>=12,<13`, `group` that of pyproject.toml."""
     install = shlex.join([sys.executable, "-m", "pip", "install", name + needed])
     try:
         found = version(name)
@@ -162,11 +136,7 @@ def package_finding(name: str, needed: str, *, group: str) -> Finding:
 
 
 def loading_finding(probe: str = GMSH_PROBE) -> Finding:
-    """Examine whether gmsh finds its system libraries.
-
-    Args:
-        probe: Python code that fails where they are missing.
-    """
+    """Check whether gmsh finds its system libraries; `probe` is Python code that fails without them."""
     failure = _failure(probe)
     if not failure:
         return Finding("gmsh loads", "ok", "all system libraries found")
@@ -177,11 +147,7 @@ def loading_finding(probe: str = GMSH_PROBE) -> Finding:
 
 
 def rendering_finding(probe: str = RENDERING_PROBE) -> Finding:
-    """Examine whether pictures can be drawn off-screen.
-
-    Args:
-        probe: Python code that draws into the file named by its first argument.
-    """
+    """Check whether pictures can be drawn off-screen; see `rendering_works`."""
     works, failure = rendering_works(probe)
     if works:
         return Finding("off-screen drawing", "ok", "a sphere was drawn")
@@ -189,7 +155,7 @@ def rendering_finding(probe: str = RENDERING_PROBE) -> Finding:
 
 
 def backend_finding() -> Finding:
-    """Name the sparse factorisation that will be used."""
+    """Find the sparse factorisation that is used."""
     name = "sparse backend"
     try:
         from gudgeon.pipeline.linalg import available_backend
@@ -203,10 +169,10 @@ def backend_finding() -> Finding:
 
 
 def slepc_finding() -> Finding:
-    """Examine whether the SLEPc that `GUDGEON_SLEPC` asks for starts; without it none is needed."""
+    """Check whether the SLEPc that `GUDGEON_SLEPC` configures starts; without the variable none is needed."""
     name, text = "SLEPc", os.environ.get("GUDGEON_SLEPC", "").strip()
     if not text:
-        return Finding(name, "ok", "not asked for (GUDGEON_SLEPC is not set)")
+        return Finding(name, "ok", "not configured (GUDGEON_SLEPC is not set)")
     worker = Path(__file__).with_name("modes") / "mpi_worker.py"
     try:
         child = subprocess.run(
@@ -218,25 +184,22 @@ def slepc_finding() -> Finding:
     if child.returncode == 0 and child.stdout.strip():
         return Finding(name, "ok", f"{_last_line(child.stdout)} ({text})")
     lines = [line.strip() for line in child.stderr.splitlines() if re.search(r"\w", line)]
-    # Python's reason comes last, a launcher's first.
-    reason = next((line for line in reversed(lines) if "Error" in line), lines[0] if lines else "it says nothing")
+    # The reason is Python's last line or a launcher's first.
+    reason = next((line for line in reversed(lines) if "Error" in line), lines[0] if lines else "no error message")
     return Finding(name, "missing", f"GUDGEON_SLEPC={text}: {reason}", SLEPC_COMMAND)
 
 
 def browser_finding() -> Finding:
-    """Name the browser that tests open a report's page in; nothing else needs one."""
+    """Find a browser, in which tests open the report page; nothing else needs one."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
-        return Finding("browser", "ok", "none; only tests need one: apt-get install --no-install-recommends chromium")
+        install = "apt-get install --no-install-recommends chromium"
+        return Finding("browser", "ok", f"not found; needed only by the tests of the report page: {install}")
     return Finding("browser", "ok", f"{found}, for tests")
 
 
 def database_finding(database: Path) -> Finding:
-    """Examine whether the database's folder can be written, or made where it does not exist yet.
-
-    Args:
-        database: The folder; nothing is left in it.
-    """
+    """Check whether the database's folder can be written or created; no file is left in it."""
     folder = database.absolute()
     while not folder.exists():
         folder = folder.parent
@@ -248,23 +211,19 @@ def database_finding(database: Path) -> Finding:
     except OSError as error:
         reason = error.strerror or str(error)
         return Finding("database", "broken", f"{folder}: {reason}", f"chmod u+w {shlex.quote(str(folder))}")
-    return Finding(
-        "database", "ok", f"{database}: writable" if folder == database.absolute() else f"{database}: not made yet"
-    )
+    state = "writable" if folder == database.absolute() else "does not exist yet"
+    return Finding("database", "ok", f"{database}: {state}")
 
 
 def threads_finding(environment: Mapping[str, str]) -> Finding:
-    """Count the cores and examine the variables that limit threads.
-
-    Args:
-        environment: Variables of the environment.
-    """
+    """Count the cores and check the environment variables that limit threads."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     limits = {name: environment[name] for name in THREAD_VARIABLES if name in environment}
     detail = ", ".join([f"{cores} cores", *(f"{name}={value}" for name, value in limits.items())])
     wrong = [name for name, value in limits.items() if not (value.isdecimal() and 1 <= int(value) <= cores)]
     if wrong:
-        return Finding("threads", "broken", f"{detail}; 1 to {cores} is sound", f"unset {' '.join(wrong)}")
+        detail += f"; expected a whole number from 1 to {cores}"
+        return Finding("threads", "broken", detail, f"unset {' '.join(wrong)}")
     return Finding("threads", "ok", detail)
 
 
@@ -282,7 +241,7 @@ def _numbers(text: str) -> tuple[int, ...]:
 
 
 def _failure(probe: str, *arguments: str, timeout: float = PROBE_TIMEOUT) -> str:
-    """Run Python code in a child process and return what went wrong in one line, or nothing."""
+    """Run Python code in a child process and return the error in one line, empty if there was none."""
     try:
         child = subprocess.run(
             [sys.executable, "-c", probe, *arguments], capture_output=True, text=True, errors="replace", timeout=timeout
@@ -291,7 +250,7 @@ def _failure(probe: str, *arguments: str, timeout: float = PROBE_TIMEOUT) -> str
         return f"no answer within {timeout:g} s"
     if child.returncode == 0:
         return ""
-    # A shell in between reports a signal as 128 + its number.
+    # A shell reports a signal of its child as 128 + its number.
     number = -child.returncode if child.returncode < 0 else child.returncode - 128
     if number in set(signal.Signals):
         return f"the process was killed by {signal.Signals(number).name}"

@@ -10,4 +10,4 @@ class InputError(PipelineError):
 
 
 class StageError(PipelineError):
-    """A stage could not do its work on sound input: exit code 1."""
+    """A stage failed on correct input: exit code 1."""

@@ -1,4 +1,4 @@
-"""Result files that are never half-written: a temporary name first, then one rename."""
+"""Writing of result files: first under a temporary name, then renamed, so that no file is ever incomplete."""
 
 import contextlib
 import csv
@@ -14,7 +14,7 @@ from gudgeon.pipeline.errors import InputError
 
 @contextlib.contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a hidden name beside `path`, which takes its place at the end, or goes away after an error.
+    """Yield a hidden path beside `path`; it is renamed to `path` at the end, or removed after an error.
 
     Raises:
         InputError: the folder cannot be written.

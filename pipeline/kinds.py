@@ -1,7 +1,7 @@
-"""Kinds of scene: bodies in contact, or what one table of its own makes a scene of another kind.
+"""Kinds of scene, bodies in contact or a wheel, and the functions that a notebook calls.
 
-A kind is a pydantic model of its file, a job that knows its products, and what commands do with it; `open_job` finds
-the one that a file asks for. A new kind is one entry in `KINDS`.
+A kind has a pydantic model of its file, a job that knows its products, and a function for each command; `open_job`
+finds the kind of a file by its tables. A new kind is one entry in `KINDS`.
 """
 
 import json
@@ -13,7 +13,7 @@ from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, TypeAdapter
+from pydantic import TypeAdapter
 
 from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
@@ -31,50 +31,43 @@ DEFAULT_OUT = "out"
 
 @dataclass(frozen=True)
 class Kind:
-    """What commands do with a scene of one kind."""
+    """The functions of the commands for scenes of one kind."""
 
-    model: Callable[[], type[BaseModel]]
-    """Returns the pydantic model of its file."""
+    model: str
+    """`module:class` of the pydantic model of its file."""
     open: Callable[[Place], SceneJob]
     """Returns the job of a scene; raises InputError with every mistake listed."""
     run: Callable[[Any, str, Progress | None], RunReport]
-    """Brings a job's products up to date, up to and including one stage."""
+    """Computes the records of a job that are missing, up to and including one stage."""
     plan: Callable[[Any], dict[str, Any]]
-    """Returns `terms`, what is read and what is left out and why, and `bytes`, those that will be read."""
+    """Returns `terms`, those that are read or omitted with the reason, and `bytes`, the number that is read."""
     report: Callable[[Any, "Effort", Progress], "Document"]
     """Runs every setting of the scene's sweep, writes the report's files and keeps it in the database."""
     robustness: Callable[[Any, Path | None, tuple[str, ...], Progress], tuple[dict[str, Any], str]]
-    """Puts a scene to its robustness cases: a file of further cases, and names of cases or groups, all where empty. Returns
-    the document of docs/robustness.md, and its table as text."""
+    """Runs the robustness cases, those of a file included, or only those of the named cases and groups. Returns the
+    document of docs/robustness.md, and its table as text."""
     export: Callable[[Any, str, int], list[Path]]
-    """Writes files for other programs and returns them."""
+    """Writes .vtu files and returns their paths."""
+
+
+def _found(home: str) -> Any:
+    """Return the object that `module:name` stands for."""
+    module, _, name = home.partition(":")
+    return getattr(import_module(module), name)
 
 
 def _late(home: str) -> Callable[..., Any]:
-    """Return a function that calls `module:function`, imported when it is called: light commands load nothing heavy."""
-    module, _, name = home.partition(":")
-    return lambda *arguments: getattr(import_module(module), name)(*arguments)
-
-
-def _body_model() -> type[BaseModel]:
-    from gudgeon.pipeline.scenes.bodies import SceneFile
-
-    return SceneFile
-
-
-def _wheel_model() -> type[BaseModel]:
-    from gudgeon.pipeline.wheel.scene import WheelFile
-
-    return WheelFile
+    """Return a function that imports `module:function` when it is called, so that light commands load nothing heavy."""
+    return lambda *arguments: _found(home)(*arguments)
 
 
 def _no_export(job: SceneJob, what: str, every: int) -> list[Path]:
-    raise InputError(f"{job.path}: export: a wheel has no {what} as .vtu files; its records hold shapes and response")
+    raise InputError(f"{job.path}: export: {what} of a wheel cannot be exported; its records hold shapes and response")
 
 
 KINDS: dict[str, Kind] = {
     "body": Kind(
-        model=_body_model,
+        model="gudgeon.pipeline.scenes.bodies:SceneFile",
         open=_late("gudgeon.pipeline.stages.job:contact_job"),
         run=_late("gudgeon.pipeline.stages.run:run_job"),
         plan=_late("gudgeon.pipeline.stages.plan:plan"),
@@ -83,7 +76,7 @@ KINDS: dict[str, Kind] = {
         export=_late("gudgeon.pipeline.exporters.export:export"),
     ),
     "wheel": Kind(
-        model=_wheel_model,
+        model="gudgeon.pipeline.wheel.scene:WheelFile",
         open=_late("gudgeon.pipeline.wheel.job:wheel_job"),
         run=_late("gudgeon.pipeline.wheel.stages:run_wheel"),
         plan=_late("gudgeon.pipeline.wheel.plan:plan_wheel"),
@@ -92,7 +85,7 @@ KINDS: dict[str, Kind] = {
         export=_no_export,
     ),
 }
-"""Kinds by the table that tells them, the first where a file has none."""
+"""Kinds by the table that identifies them; the first if a file has none of these tables."""
 
 
 def kind_of(job: SceneJob) -> Kind:
@@ -107,16 +100,13 @@ def open_job(
     db: str | Path = DEFAULT_DB,
     out: str | Path | None = None,
 ) -> Any:
-    """Read a scene and say where its products go.
+    """Read and check a scene, and return its job: a `SceneJob`, for bodies a `stages.job.Job`.
 
     Args:
         scene: The scene's folder or TOML file.
         set: Overrides, `path.to.key=value` texts or a mapping of such paths to values.
         db: Folder of the database.
         out: Folder of the results; `out/<scene>` by default.
-
-    Returns:
-        A `SceneJob`: of a scene of contacts, a `stages.job.Job`.
 
     Raises:
         InputError: the scene is wrong; every mistake is listed.
@@ -140,17 +130,12 @@ def run(
     until: str = "plot",
     progress: Progress | None = None,
 ) -> RunReport:
-    """Bring a scene's products up to date, stage by stage.
+    """Compute the stale stages of a scene up to the stage `until`, and return stages, quantities and folder.
 
-    Args:
-        until: Last stage wanted, one of the scene's own.
-        progress: Told how far the running stage is.
-
-    Returns:
-        Stages, quantities and where the files are. A run that failed physically has its reason in `result`.
+    See `open_job` for the other arguments. A run that failed physically has its reason in `reason`.
 
     Raises:
-        InputError, StageError, ModalDBError, SolverError: see each; nothing half-written stays behind.
+        InputError, StageError, ModalDBError, SolverError: see each; no incomplete file remains.
     """
     job = open_job(scene, set=set, db=db, out=out)
     return kind_of(job).run(job, until, progress)
@@ -159,11 +144,7 @@ def run(
 def plan(
     scene: str | Path, *, set: Sequence[str] | Mapping[str, Any] = (), db: str | Path = DEFAULT_DB
 ) -> dict[str, Any]:
-    """Return what the solver will read of a scene's records, what it leaves out and why, and the bytes of both.
-
-    Raises:
-        InputError: the scene is wrong.
-    """
+    """Return the terms that the solver reads of a scene's records or omits, with the reason, and the bytes read."""
     job = open_job(scene, set=set, db=db)
     return kind_of(job).plan(job)
 
@@ -175,11 +156,7 @@ def status(
     db: str | Path = DEFAULT_DB,
     out: str | Path | None = None,
 ) -> list[tuple[str, str, str, list[str]]]:
-    """Return for each stage of a scene its name, `fresh` or `stale`, its key, and why it is stale.
-
-    Raises:
-        InputError: the scene is wrong.
-    """
+    """Return for each stage of a scene its name, `fresh` or `stale`, its key, and the reasons why it is stale."""
     from gudgeon.pipeline.stages.status import status as status_of
 
     return status_of(open_job(scene, set=set, db=db, out=out))
@@ -195,14 +172,14 @@ def report(
     tolerance: float = 0.01,
     progress: Progress | None = None,
 ) -> "Document":
-    """Sweep a scene and write its error against run time: report.json, .csv, .png and .html in the results' folder.
+    """Run the sweep of a scene and write report.json, .csv, .png and .html, error against run time, to its folder.
 
     Args:
-        repeat: Timed runs of each setting; the least time counts.
-        tolerance: Relative error for which the cheapest setting is named.
+        repeat: Timed runs of each setting, of which the shortest time counts.
+        tolerance: Relative error that the cheapest setting must meet.
 
     Returns:
-        The runs with errors and CPU seconds [s], and the choice, as docs/report.md describes them.
+        The runs with errors and CPU times [s], and the choice, as docs/report.md describes them.
 
     Raises:
         InputError, StageError: the scene or a setting of its sweep is wrong, or no setting ran.
@@ -214,6 +191,6 @@ def report(
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON schema of a scene file: any of the kinds."""
-    models: Any = reduce(or_, (kind.model() for kind in KINDS.values()))
+    """Return the JSON schema of a scene file of any kind."""
+    models: Any = reduce(or_, (_found(kind.model) for kind in KINDS.values()))
     return TypeAdapter(models).json_schema()

@@ -27,6 +27,10 @@ class Feature(Enum):
     GRAVITY = "gravity"
 
 
+UNTOUCHED = 10.0
+"""Largest dt·ω_c of a given step in a scene without contacts: only the motion of the modes must be resolved."""
+
+
 class Integrator:
     """Capabilities of an integrator; every member sets those without a value here."""
 

@@ -10,7 +10,7 @@ from gudgeon.pipeline.cli.parser import build_parser
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
-    # Before numpy loads: MKL threads the factorisations, and a second pool beside it only costs.
+    # Set before numpy loads: MKL threads the factorisations, and a second pool of threads slows them down.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     Console.last_stage = ""
     parser = build_parser()
@@ -28,11 +28,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (PipelineError, SolverError, ModalDBError) as error:
         code, text = 1, str(error)
     except KeyboardInterrupt:
-        stage = Console.last_stage
-        code, text = (
-            1,
-            f"interrupted{f' in stage {stage}' if stage else ''}; what was finished is kept, run again to go on",
-        )
+        where = f" in stage {Console.last_stage}" if Console.last_stage else ""
+        code = 1
+        text = f"interrupted{where}; finished stages are in the database: run the same command again to continue"
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1

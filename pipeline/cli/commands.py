@@ -1,4 +1,4 @@
-"""What each command does: thin shells over functions that a notebook can call as well."""
+"""The commands: each calls a function that a notebook can call as well, and prints its result."""
 
 import argparse
 import json
@@ -10,17 +10,15 @@ from typing import Any
 from gudgeon.pipeline.cli.console import Console
 
 PER_IMPACT = re.compile(r"\.impact\d+\.")
-"""Quantities of single impacts: all stand in summary.json, those with a reference are printed."""
+"""Quantities of single impacts: summary.json has all of them; those with a reference are printed."""
 
 
 def run_command(options: argparse.Namespace) -> int:
-    """Run stages, as far as the command says."""
-    job = _job(options)
+    """Run the stages up to the one that the command names."""
+    kind, job = _opened(options)
     progress = Console(options.json).progress
     if options.tolerance is None:
-        from gudgeon.pipeline.kinds import kind_of
-
-        report = kind_of(job).run(job, options.until, progress)
+        report = kind.run(job, options.until, progress)
     else:
         from gudgeon.pipeline.report.choice import run_chosen
 
@@ -38,10 +36,10 @@ def run_command(options: argparse.Namespace) -> int:
 def _quantity_line(name: str, entry: dict[str, Any]) -> str:
     line = f"{name:28} {entry['value']:14.6g} {entry['unit']:6}"
     if (reference := entry["reference"]) is not None:
-        error = (
-            f"error {entry['error']:+.2g}" if entry["error"] is not None else f"by {entry['value'] - reference:+.2g}"
-        )
-        line += f"  reference {reference:.6g}, {error}"
+        error, kind = entry["error"], "error"
+        if error is None:
+            error, kind = entry["value"] - reference, "difference"
+        line += f"  reference {reference:.6g}, {kind} {error:+.2g}"
     return line.rstrip()
 
 
@@ -72,14 +70,12 @@ def _print_quantities(report: Any) -> None:
 
 
 def status_command(options: argparse.Namespace) -> int:
-    """Print which stages are fresh."""
+    """Print which stages are fresh or stale."""
     from gudgeon.pipeline.stages.status import status
 
-    rows = status(_job(options))
+    rows = status(_opened(options)[1])
     if options.json:
-        print(
-            json.dumps([{"stage": s, "state": state, "key": key, "why": why} for s, state, key, why in rows], indent=1)
-        )
+        print(json.dumps([dict(zip(("stage", "state", "key", "why"), row, strict=True)) for row in rows], indent=1))
         return 0
     for stage, state, key, why in rows:
         print(f"{stage:6} {state:6} {key[:12]}" + "".join(f"\n         {reason}" for reason in why))
@@ -87,7 +83,7 @@ def status_command(options: argparse.Namespace) -> int:
 
 
 def plan_command(options: argparse.Namespace) -> int:
-    """Print what the solver reads."""
+    """Print the data that the solver reads and the terms that it omits."""
     kind, job = _opened(options)
     rows = kind.plan(job)
     if options.json:
@@ -96,18 +92,15 @@ def plan_command(options: argparse.Namespace) -> int:
     bodies = list(dict.fromkeys(row["body"] for row in rows["terms"]))
     for row in sorted(rows["terms"], key=lambda row: (bodies.index(row["body"]), not row["present"])):
         size = "" if row["bytes"] is None or not row["fields"] else f"{row['bytes']:,} B"
-        print(
-            f"{'in ' if row['present'] else 'out'}  {row['body'] + ': ' + row['term']:38} {size:>15}  {row['reason']}"
-        )
-    known = rows["bytes"]
-    print(
-        f"\nthe solver will read {known:,} bytes" if known is not None else "\nbytes are known once the modes are made"
-    )
+        state = "in " if row["present"] else "out"
+        print(f"{state}  {row['body'] + ': ' + row['term']:38} {size:>15}  {row['reason']}")
+    known, missing = rows["bytes"], "the number of bytes is available after `gudgeon modes`"
+    print(f"\n{missing if known is None else f'the solver reads {known:,} bytes'}")
     return 0
 
 
 def report_command(options: argparse.Namespace) -> int:
-    """Sweep a scene."""
+    """Run the sweep of a scene and print its table."""
     from gudgeon.pipeline.report.effort import TOLERANCE, Effort
     from gudgeon.pipeline.report.page.output import report_text
 
@@ -119,7 +112,7 @@ def report_command(options: argparse.Namespace) -> int:
 
 
 def robustness_command(options: argparse.Namespace) -> int:
-    """Put a scene to its robustness cases."""
+    """Run the robustness cases of a scene."""
     kind, job = _opened(options)
     document, table = kind.robustness(job, options.cases, options.only, Console(options.json).progress)
     print(json.dumps(document, indent=1) if options.json else table)
@@ -127,7 +120,7 @@ def robustness_command(options: argparse.Namespace) -> int:
 
 
 def export_command(options: argparse.Namespace) -> int:
-    """Write files for other programs."""
+    """Write .vtu files."""
     kind, job = _opened(options)
     files = kind.export(job, options.what, options.every)
     print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))
@@ -146,7 +139,7 @@ def doctor_command(options: argparse.Namespace) -> int:
 
 
 def example_list_command(options: argparse.Namespace) -> int:
-    """List the scenes that come with the package."""
+    """List the scenes of the package."""
     from gudgeon.pipeline.cli.examples import examples
 
     for name, text in examples().items():
@@ -171,19 +164,13 @@ def schema_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def _job(options: argparse.Namespace) -> Any:
+def _opened(options: argparse.Namespace) -> tuple[Any, Any]:
+    """Return the kind of the scene and its job."""
+    from gudgeon.pipeline.kinds import kind_of, open_job
+
     if options.verbose:
         import logging
 
         logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(name)s: %(message)s")
-    from gudgeon.pipeline.kinds import open_job
-
-    return open_job(options.scene, set=options.set, db=options.db, out=options.out)
-
-
-def _opened(options: argparse.Namespace) -> tuple[Any, Any]:
-    """Return the kind of the scene and its job."""
-    from gudgeon.pipeline.kinds import kind_of
-
-    job = _job(options)
+    job = open_job(options.scene, set=options.set, db=options.db, out=options.out)
     return kind_of(job), job

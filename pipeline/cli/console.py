@@ -14,14 +14,11 @@ class Console:
         self._shown = ""
 
     def progress(self, stage: str, share: float) -> None:
-        """Take note that `share` of a stage is done."""
+        """Show that `share` of a stage is done, 0 to 1."""
         type(self).last_stage = stage if share < 1.0 else ""
         if self._bar:
-            filled = int(24 * share)
-            text = (
-                "\r\033[K" if share >= 1.0 else f"\r\033[K{stage:6} [{'#' * filled}{'.' * (24 - filled)}] {share:4.0%}"
-            )
-            print(text, end="", file=sys.stderr, flush=True)
+            text = f"{stage:6} [{'#' * int(24 * share):.<24}] {share:4.0%}" if share < 1.0 else ""
+            print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
         elif not self._quiet and share < 1.0 and stage != self._shown:
             self._shown = stage
             print(f"{stage} …", file=sys.stderr, flush=True)

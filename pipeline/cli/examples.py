@@ -12,15 +12,12 @@ SCENE = "scene.toml"
 
 
 def examples() -> dict[str, str]:
-    """Return what each scene shows, the first sentence of its file, by the name of its folder."""
+    """Return the first sentence of each scene's file by the name of its folder."""
     return {name: _title(folder) for name, folder in sorted(_folders().items())}
 
 
 def copy_example(name: str, target: Path | None) -> Path:
-    """Copy a scene's folder.
-
-    Args:
-        target: The new folder; `./<name>` for None.
+    """Copy a scene's folder to `target`, `./<name>` for None, and return the new folder.
 
     Raises:
         InputError: there is no such scene, or the target exists or cannot be written.

@@ -9,35 +9,43 @@ from gudgeon.pipeline.cli import commands
 
 EXAMPLES = """\
 examples:
-  gudgeon run data/skirt                      everything: mesh, modes, morph, solve, plot
+  gudgeon run data/skirt                      run all stages: mesh, modes, morph, solve, plot
   gudgeon run data/skirt --set component.skirt.change.profile.table=barrel-20um.csv
-                                              a design change: nodes move, modes are kept
-  gudgeon status data/skirt                   what is fresh, what is stale, and why
-  gudgeon plan data/rod-wall                  what the solver will read, and what it leaves out
-  gudgeon report data/skirt                   error against run time of every model of the scene
-  gudgeon doctor                              what this machine lacks, with the command that mends it
+                                              change the design: nodes move, modes are kept
+  gudgeon status data/skirt                   list which stages are fresh or stale, with the reason
+  gudgeon plan data/rod-wall                  list the data that the solver reads and the terms that it omits
+  gudgeon report data/skirt                   compare the error and the run time of every model of the scene
+  gudgeon doctor                              check this machine and list the commands that correct it
 
-A scene is a folder with scene.toml, or a TOML file; `gudgeon schema` describes it. Products are kept in a database
-(--db, .gudgeon by default) under keys made of all that they depend on, so nothing is computed twice.
-Exit code: 0 done; 2 the input is wrong; 1 the run failed.
+A scene is a folder with scene.toml, or a TOML file; `gudgeon schema` describes its keys. Meshes, modes and results are
+kept in a database (--db, default .gudgeon), each under a key of all inputs that it depends on: a stage is fresh if the
+database has its result for the present inputs, and is then not computed again.
+Exit code: 0 success; 1 the run failed; 2 the input is wrong.
 """
 
 STAGE_HELP = {
     "mesh": "mesh the components",
-    "modes": "extract normal modes, static correction and residual flexibility (mesh first, if stale)",
-    "morph": "move nodal positions for a design change (mesh and modes first, if stale)",
-    "solve": "run the contact dynamics (all before it first, if stale)",
-    "plot": "draw the pictures (all before it first, if stale)",
-    "run": "all stages: mesh, modes, morph, solve, plot",
+    "modes": "compute normal modes, static correction modes and residual flexibility; stale meshes first",
+    "morph": "move the nodes for a design change; stale meshes and modes first",
+    "solve": "integrate the contact dynamics; stale meshes, modes and designs first",
+    "plot": "draw the pictures; all stale stages first",
+    "run": "run all stages: mesh, modes, morph, solve, plot",
 }
 
 
 REPORT_HELP = """\
-Sweep what the scene names under [report] (models, sweep, nodal, reference, changes), or modes, reductions, methods and
-integrators where it names nothing, and write report.csv, report.json, report.png and report.html: each run's error,
-split into modal truncation and time error, beside what it took. What is finished is kept in the database, so an
-interrupted report goes on where it was. Timed runs go one after another, on one thread (full-FE dofs of
-a driven pair on two, CPU seconds are of both); --jobs spreads the others.
+Run the sweep that the scene defines under [report] (models, sweep, full_fe, reference, changes). Without [report], run
+a default sweep over modes, reductions, methods and integrators. Write report.csv, report.json, report.png and
+report.html with the error of each run, its modal truncation error and its time error, and its run time. Finished runs
+are kept in the database, so an interrupted report continues when it is started again. Timed runs are sequential and
+use one thread; full-FE runs of a driven pair use one thread per body, and their CPU time is the sum over the threads.
+--jobs runs the untimed runs in parallel.
+"""
+ROBUSTNESS_HELP = """\
+Run the scene under extreme parameters (contact stiffness, masses, steps, restitution, Poisson's ratio, slivers, units,
+and others) and check each result against a rule, such as the energy balance or the same result in other units. Write
+robustness.json, robustness.csv and robustness.png. Exit code 0: no case is wrong and at least 85 % of the applicable
+cases are right.
 """
 
 
@@ -56,76 +64,66 @@ def build_parser() -> argparse.ArgumentParser:
         command.set_defaults(until="plot" if name == "run" else name)
         command.add_argument(
             "--tolerance", type=_tolerance, metavar="T",
-            help="run the cheapest setting that `gudgeon report` found to meet it, such as 1%% or 0.01",
+            help="run the cheapest setting whose error in `gudgeon report` is below T, such as 1%% or 0.01",
         )  # fmt: skip
-    _command(names, "status", "which stages are fresh, which are stale, and why", commands.status_command)
-    _command(names, "plan", "what the solver will read, what it leaves out and why", commands.plan_command)
-    report = _command(
-        names, "report", "sweep the scene: error against run time, the cheapest setting", commands.report_command
-    )
-    report.description = REPORT_HELP
-    report.add_argument(
-        "--repeat", type=_positive, default=3, metavar="N", help="timed runs of each setting (default 3)"
-    )
-    report.add_argument(
-        "--tolerance", type=_tolerance, metavar="T", help="name the cheapest setting that meets it (default 1%%)"
-    )
+    text = "list which stages are fresh or stale, with the reason for each stale one"
+    _command(names, "status", text, commands.status_command)
+    text = "list the data that the solver reads and the terms that it omits, with the reason for each"
+    _command(names, "plan", text, commands.plan_command)
+    text = "run a sweep of the scene: error against run time, and the cheapest setting for a tolerance"
+    report = _command(names, "report", text, commands.report_command, REPORT_HELP)
+    add = report.add_argument
+    add("--repeat", type=_positive, default=3, metavar="N", help="timed runs of each setting (default 3)")
+    add("--tolerance", type=_tolerance, metavar="T", help="error that the cheapest setting must meet (default 1%%)")
     report.set_defaults(threads=1)
-    stress = _command(
-        names,
-        "robustness",
-        "run the scene under extreme parameters and check each result against its rule",
-        commands.robustness_command,
-    )
-    stress.add_argument("--only", type=_names, default=(), metavar="NAME,...", help="these cases or groups alone")
-    stress.add_argument(
-        "--cases", type=Path, metavar="FILE", help="TOML file of further cases, as docs/robustness.md says"
-    )
-    export = _command(
-        names, "export", "write mode shapes or results as .vtu files for ParaView", commands.export_command
-    )
-    export.add_argument("what", choices=("modes", "results"))
-    export.add_argument("--every", type=_positive, default=5, metavar="N", help="every Nth frame (default 5)")
-    doctor = names.add_parser("doctor", help="what this machine lacks, with the command that mends it")
-    doctor.add_argument("--db", default=".gudgeon", metavar="PATH", help="database folder to check")
-    doctor.add_argument("--json", action="store_true", help="one JSON document on stdout")
-    doctor.set_defaults(action=commands.doctor_command)
-    example = names.add_parser("example", help="list the scenes that come with gudgeon, or copy one to begin from")
-    what = example.add_subparsers(metavar="list|copy", required=True)
-    what.add_parser("list", help="name every scene, with what it shows").set_defaults(
-        action=commands.example_list_command
-    )
-    copy = what.add_parser("copy", help="copy a scene's folder")
-    copy.add_argument("name", metavar="NAME", help="one of `gudgeon example list`")
-    copy.add_argument(
-        "folder", metavar="FOLDER", type=Path, nargs="?", help="where to (default ./NAME); must not exist"
-    )
-    copy.set_defaults(action=commands.example_copy_command)
-    names.add_parser("schema", help="print the JSON schema of a scene file").set_defaults(
-        action=commands.schema_command
-    )
+    text = "run the robustness cases of the scene and check each result against its rule"
+    add = _command(names, "robustness", text, commands.robustness_command, ROBUSTNESS_HELP).add_argument
+    add("--only", type=_names, default=(), metavar="NAME,...", help="run only the named cases or groups")
+    add("--cases", type=Path, metavar="FILE", help="TOML file with further cases, described in docs/robustness.md")
+    text = "write mode shapes or results as .vtu files for ParaView"
+    add = _command(names, "export", text, commands.export_command).add_argument
+    add("what", choices=("modes", "results"), help="mode shapes, or displacements and contact pressures over time")
+    add("--every", type=_positive, default=5, metavar="N", help="write every Nth frame (default 5)")
+    text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"
+    add = _plain(names, "doctor", text, commands.doctor_command).add_argument
+    add("--db", default=".gudgeon", metavar="PATH", help="database folder to check (default .gudgeon)")
+    add("--json", action="store_true", help="print one JSON document on stdout")
+    text = "list the example scenes of the package, or copy one"
+    what = _plain(names, "example", text, None).add_subparsers(metavar="list|copy", required=True)
+    _plain(what, "list", "list every scene with its description", commands.example_list_command)
+    add = _plain(what, "copy", "copy the folder of a scene", commands.example_copy_command).add_argument
+    add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")
+    add("folder", metavar="FOLDER", type=Path, nargs="?", help="new folder, must not exist (default ./NAME)")
+    _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
     return parser
 
 
-def _command(names: Any, name: str, text: str, action: Callable[[argparse.Namespace], int]) -> argparse.ArgumentParser:
+Action = Callable[[argparse.Namespace], int]
+
+
+def _plain(names: Any, name: str, text: str, action: Action | None, description: str = "") -> argparse.ArgumentParser:
+    """Add a command; its help text describes it as well unless a description is given."""
     command = names.add_parser(
-        name, help=text, description=text[0].upper() + text[1:] + ".", epilog=EXAMPLES,
+        name, help=text, description=description or f"{text[0].upper()}{text[1:]}.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
-    command.add_argument("scene", metavar="SCENE", help="folder with scene.toml, or a TOML file")
-    command.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="path.to.key=value",
-        help="override a value of the scene; repeatable",
-    )
-    command.add_argument("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
-    command.add_argument("--out", metavar="PATH", help="folder of the results (default out/SCENE)")
-    command.add_argument("--json", action="store_true", help="one JSON document on stdout, everything else on stderr")
-    command.add_argument("--jobs", type=_positive, metavar="N", help="cores to use (default all)")
-    command.add_argument("-v", "--verbose", action="store_true", help="log what the library does")
     command.set_defaults(action=action)
+    return command
+
+
+def _command(names: Any, name: str, text: str, action: Action, description: str = "") -> argparse.ArgumentParser:
+    """Add a command on a scene."""
+    command = _plain(names, name, text, action, description)
+    command.epilog = EXAMPLES
+    add = command.add_argument
+    add("scene", metavar="SCENE", help="folder with scene.toml, or a TOML file")
+    text = "override a key of the scene, for instance run.duration=1e-3; may be repeated"
+    add("--set", action="append", default=[], metavar="path.to.key=value", help=text)
+    add("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
+    add("--out", metavar="PATH", help="folder of the results (default out/SCENE)")
+    add("--json", action="store_true", help="print one JSON document on stdout and everything else on stderr")
+    add("--jobs", type=_positive, metavar="N", help="number of cores to use (default all)")
+    add("-v", "--verbose", action="store_true", help="print log messages of the library")
     return command
 
 
@@ -141,19 +139,18 @@ def _tolerance(text: str) -> float:
 def _names(text: str) -> tuple[str, ...]:
     found = tuple(name for one in text.split(",") if (name := one.strip()))
     if not found:
-        raise argparse.ArgumentTypeError(f"'{text}' given, names with commas between them are needed")
+        raise argparse.ArgumentTypeError(f"'{text}' given; expected a comma-separated list of names")
     return found
 
 
 def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} given, at least 1 is needed")
-    return value
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text} given; expected a whole number, 1 or more")
+    return int(text)
 
 
 class _Version(argparse.Action):
-    """Prints the version of the installed distribution, which is looked up only when asked for."""
+    """Prints the version of the installed distribution, looked up only on request since that takes time."""
 
     def __init__(self, option_strings: list[str], dest: str) -> None:
         super().__init__(option_strings, dest, nargs=0, help="show the version and exit")

@@ -1,4 +1,4 @@
-"""The family of exporters: each member is a module that writes modes and trajectories in one format."""
+"""The family of exporters: modules that write modes and trajectories, each in one file format."""
 
 from pathlib import Path
 from typing import Protocol
@@ -11,7 +11,7 @@ from gudgeon.pipeline.exporters.vtu import BodyRecords
 
 
 class Exporter(Protocol):
-    """What a member offers; whatever it writes appears under its final name whole or not at all."""
+    """The functions of an exporter; an error leaves no incomplete file."""
 
     def write_modes(self, path: Path, mesh: MeshRecord, modal: ModalRecord, count: int | None) -> None:
         """Write the mesh with its first `count` mode shapes, all for None."""
@@ -20,7 +20,7 @@ class Exporter(Protocol):
     def write_trajectory(
         self, folder: Path, records: BodyRecords, trajectory: Trajectory, body: str, every: int
     ) -> list[Path]:
-        """Write every `every`-th frame of one body and return the files."""
+        """Write every `every`-th frame of one body and return the paths of the files."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""`gudgeon export`: a scene's modes or results as files for other programs."""
+"""`gudgeon export`: a scene's mode shapes or results as .vtu files."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,14 +15,12 @@ def export(job: Job, what: str, every: int) -> list[Path]:
     files, exporter = [], EXPORTERS["vtu"]
     for body in job.scene.body:
         steps = job.components()[job.scene.component_of(body)]
-        mesh = job.store.get(steps["mesh"].key, "mesh")
-        modal = job.store.get(steps["modes"].key, "modes")
+        mesh, modal = (job.store.get(steps[kind].key, kind) for kind in ("mesh", "modes"))
         if what == "modes":
-            target = job.out / "vtu" / f"{body}-modes.vtu"
-            exporter.write_modes(target, mesh, modal, None)
-            files.append(target)
+            files.append(job.out / "vtu" / f"{body}-modes.vtu")
+            exporter.write_modes(files[-1], mesh, modal, None)
         else:
-            # The exporter moves a body by its rigid coordinates: those that the scene leaves free.
+            # Rigid motions that the scene fixes have no coordinates in the trajectory.
             morph = replace(job.store.get(steps["morph"].key, "morph"), rigid_twists=free_twists(job, body))
             trajectory = job.store.get(job.trajectory().key, "trajectory")
             records = BodyRecords(mesh, modal, morph)

@@ -1,4 +1,4 @@
-"""VTK's unstructured grids, for ParaView: mode shapes in one .vtu, a trajectory as a .vtu a frame and a .pvd."""
+"""VTK's unstructured grids for ParaView: mode shapes in one .vtu, a trajectory as one .vtu per frame and a .pvd."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -13,45 +13,39 @@ from gudgeon.pipeline.files import whole_file, write_text
 from gudgeon.pipeline.reduction.expansion import displacement
 
 LINES = {"beam2": "line", "beam3": "line3"}
-"""Beams by the names that meshio has for their cells; the others are its own."""
+"""Names of meshio for the cells of beams; the other cell types have the same name there."""
 
 
 def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord, count: int | None) -> None:
-    """Write the mesh with each mode shape as a point vector `mode_001_1234.5Hz`.
-
-    Args:
-        count: How many shapes, from the first; None for all.
+    """Write the mesh with its first `count` mode shapes, all for None, as point vectors `mode_001_1234.5Hz`.
 
     Raises:
         InputError: `count` is not positive, or the file cannot be written.
         StageError: the modal record holds no shapes.
     """
     if count is not None and count < 1:
-        raise InputError(f"{path}: {count} modes were asked for; allowed: 1 or more")
+        raise InputError(f"{path}: count = {count} given; allowed: 1 or more")
     if modal.shapes is None:
-        raise StageError(f"{path}: the modal record holds no nodal shapes")
+        raise StageError(f"{path}: the modal record has no nodal shapes")
     hertz = modal.angular_frequencies[:count] / (2 * np.pi)
     shapes = {f"mode_{k + 1:03d}_{f:.1f}Hz": modal.shapes[:, :, k] for k, f in enumerate(hertz)}
     _write_grid(path, mesh, mesh.nodes, shapes)
 
 
 class BodyRecords(NamedTuple):
-    """What a body is made of."""
+    """The records of a body."""
 
     mesh: MeshRecord
     modal: ModalRecord
     morph: MorphRecord
-    """Its rigid twists are those that the scene leaves the body."""
+    """With the rigid twists that are free in the scene."""
 
 
 def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory, body: str, every: int) -> list[Path]:
     """Write frames of one body as `frame_000.vtu`, … and their times as `frames.pvd`; return these files.
 
-    Each frame has the undeformed design with `displacement` [m] and `contact_pressure` [Pa], which is zero off the
-    contact points.
-
-    Args:
-        every: Write every so many frames, from the first; files keep the number of their frame.
+    Each file has the undeformed design with `displacement` [m] and `contact_pressure` [Pa], zero except at contact
+    points. Every `every`-th frame is written; a file has the number of its frame.
 
     Raises:
         InputError: the trajectory has no such body, `every` is not positive, or the folder cannot be written.
@@ -60,7 +54,7 @@ def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory,
         have = ", ".join(sorted(trajectory.coordinate_offsets)) or "none"
         raise InputError(f"{folder}: the trajectory has no body '{body}', it has {have}")
     if every < 1:
-        raise InputError(f"{folder}: every {every} frames was asked for; allowed: 1 or more")
+        raise InputError(f"{folder}: every = {every} given; allowed: 1 or more")
     mesh, modal, morph = records
     nodes = mesh.nodes if morph.nodes is None else morph.nodes
     first = trajectory.coordinate_offsets[body]

@@ -6,14 +6,14 @@ In a notebook:
 
     found = gudgeon.run("data/skirt", until="solve")        # mesh, modes, design, trajectory; fresh stages are kept
     found.quantities["bore.impulse"]                       # {"value": …, "unit": "N s", …}
-    gudgeon.status("data/skirt")                            # what is fresh, what is stale, and why
+    gudgeon.status("data/skirt")                            # which stages are fresh or stale, and why
 
     store = gudgeon.open(".gudgeon")                        # the modal database
     modes = store.get(found.stages["modes"].key, "modes", only=["angular_frequencies"])
 
 `run`, `status`, `plan`, `report` and `open_job` take a scene's folder or TOML file; `compile_system` and `simulate` run
-a scene's dynamics from records by hand. `gudgeon.pipeline`, `gudgeon.modaldb` and `gudgeon.solver` hold the rest.
-Nothing heavy is imported before it is used.
+a scene's dynamics from records directly. `gudgeon.pipeline`, `gudgeon.modaldb` and `gudgeon.solver` have the rest.
+Large libraries are imported when a function first needs them.
 """
 
 from importlib import import_module

@@ -1,1 +1,1 @@
-"""`gudgeon robustness`: the robustness cases of a scene, and whether each comes out right."""
+"""`gudgeon robustness`: runs a scene under extreme parameters and checks each result against rules."""

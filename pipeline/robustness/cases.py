@@ -1,4 +1,4 @@
-"""Which cases `gudgeon robustness` runs: the shipped ones, those of a file, the scene's own."""
+"""The cases of `gudgeon robustness`: the shipped ones, those of a file, and the scene's own."""
 
 from pathlib import Path
 
@@ -20,24 +20,15 @@ class CaseFile(BaseModel):
 
 
 def read_cases(path: Path) -> dict[str, Case]:
-    """Read a file of cases.
-
-    Raises:
-        InputError: it cannot be read, is no TOML, or holds something else; every mistake is listed.
-    """
+    """Read a file of cases; raises InputError with every mistake listed."""
     return check_scene(path, read_tables(path), CaseFile).case
 
 
 def chosen_cases(settings: Robustness, file: Path | None, only: tuple[str, ...], scene: Path) -> dict[str, Case]:
-    """Return the cases of a run: the shipped ones, the file's, the scene's own; or those named.
-
-    Args:
-        file: A file of cases beside the shipped one.
-        only: Names of cases or groups; all where empty.
-        scene: For messages.
+    """Return the shipped cases with those of the file and the scene, or only the cases and groups named in `only`.
 
     Raises:
-        InputError: a name is unknown, or the file is wrong.
+        InputError: a name is unknown, or the file is wrong; `scene` is the path for the message.
     """
     cases = read_cases(SHIPPED) | (read_cases(file) if file is not None else {}) | settings.case
     groups = list(dict.fromkeys(case.group for case in cases.values()))

@@ -1,4 +1,4 @@
-"""What a run tells, as the rules read it: numbers alone, of a scene of any kind."""
+"""The numbers of a run that the rules read, the same for every kind of scene."""
 
 from dataclasses import dataclass, field
 
@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class FirstContact:
-    """The first contact of a run: of located impacts, or of the sampled force."""
+    """The first contact of a run, from located impacts or from the sampled force."""
 
     start: float
     """[s]"""
@@ -16,15 +16,15 @@ class FirstContact:
     duration: float
     """[s]"""
     force: float
-    """Largest [N], over one period of the highest kept frequency where bodies ring; 0 where an impact takes no time."""
+    """Largest force [N], averaged over one period of the highest kept frequency; 0 for an impact of no duration."""
 
 
 @dataclass(frozen=True)
 class Impacts:
-    """A contact of one row between rigid bodies, or under Newton's restitution."""
+    """Impacts of a contact of one row between rigid bodies, or with Newton's restitution."""
 
     restitution: float | None
-    """What its bodies part with; None where no closed form knows it."""
+    """Separation speed over approach speed; None if no closed form is known."""
     mass: float
     """Effective mass 1 / (row · row) [kg]."""
     closing: np.ndarray
@@ -32,23 +32,23 @@ class Impacts:
     approach: float
     """Speed of approach at the start [m/s]."""
     alone: bool
-    """Whether nothing but this contact acts on rigid bodies: then its impulse is known."""
+    """Whether the bodies are rigid and no other force acts on them: the impulse is then known."""
     impact: bool
-    """Whether an impact takes no time, so that its loss is known."""
+    """Whether an impact has no duration: the energy loss is then known."""
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What one run found. c: contact rows."""
+    """The numbers of one run."""
 
     frequencies: dict[str, np.ndarray] = field(default_factory=dict)
-    """ω of normal modes of each component's whole mesh [rad/s]; other vectors have none of their own."""
+    """ω of the normal modes of each component's whole mesh [rad/s]."""
     shear: dict[str, float] = field(default_factory=dict)
     """Shear modulus of each elastic component [Pa]."""
     estimated: float | None = None
-    """Largest relative error of a kept mode's frequency that the elements' estimate tells."""
+    """Largest estimated relative error of the frequency of a kept mode."""
     orthogonality: float | None = None
-    """Largest departure of ΦᵀMΦ from I that any component's extraction found."""
+    """Largest deviation of ΦᵀMΦ from I of any component."""
     contact: FirstContact | None = None
     readings: dict[str, tuple[float, str]] = field(default_factory=dict)
     """Value and unit of the quantities of a run without contact."""
@@ -56,38 +56,38 @@ class Evidence:
     integrator: str = ""
     energy_drift: float | None = None
     momentum_residual: float | None = None
-    """None where no body can move freely, or nothing pushes it."""
+    """None if no body can move freely, or no force acts on it."""
     momentum_round_off: float = 0.0
-    """What the last digit of the bodies' own momentum is, over the impulse."""
+    """Round-off of the bodies' momentum over the impulse."""
     energy_round_off: float = 0.0
-    """What the last digit of all energy is, over the energy exchanged."""
+    """Round-off of the energy over the energy exchanged."""
     force_round_off: float = 0.0
-    """What round-off of the frequencies in contact leaves in a force found over a residual flexibility."""
+    """Relative round-off of a force computed over a residual flexibility, from the frequencies in contact."""
     gap_round_off: float = 0.0
-    """What the last digit of places is, over the least gap at the start."""
+    """Round-off of positions over the least initial gap."""
     rise: float | None = None
-    """Largest growth of mechanical energy less work of loads, over the energy that is exchanged."""
+    """Largest increase of the mechanical energy minus the work of the loads, over the energy exchanged."""
     loss: float = 0.0
     """Energy dissipated [J]."""
     exchanged: float = 0.0
     """[J]"""
     penetration: float | None = None
-    """Deepest overlap at a frame beyond what the bodies yield [m]."""
+    """Deepest overlap at a frame beyond the deformation of the bodies [m]."""
     penetration_bound: float | None = None
-    """What layers, laws and round-off allow for the energy that is there [m]."""
+    """Overlap that layers, laws and round-off allow for the energy of the run [m]."""
     condition: float | None = None
-    """Of the contacts' compliance or mobility at unit diagonal; of the kept stiffness where nothing touches."""
+    """Condition number of the contacts' compliance or mobility at unit diagonal; without contacts, of the stiffness."""
     steps: int = 0
     substeps: int = 1
     step: float = 0.0
     """[s]"""
     seconds: float = 0.0
-    """Of modes and solver."""
+    """Wall time of modes and solver [s]."""
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """A case that was not run to its end, and why."""
+    """The reason why a case did not run to its end, and the wall time until then [s]."""
 
     reason: str
     seconds: float = 0.0

@@ -1,4 +1,4 @@
-"""What each kind of case makes of a scene. A new kind is a model in `settings`, a function and a line below."""
+"""The operations of robustness cases: a new one is a model in `scenes.robustness`, a function and a line here."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,37 +16,41 @@ from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, re
 from gudgeon.pipeline.scenes.change import table_path
 
 AGREES = 0.01
-"""Relative difference of an impulse that a too large step may make, divided as it is."""
+"""Allowed relative difference of an impulse with a step above the limit, which is divided."""
 SAME_SPACE = 1e-6
-"""Relative difference of an impulse where static shapes are dropped that others hold."""
+"""Allowed relative difference of an impulse with duplicate static shapes."""
 ALL = 100_000
-"""Static shapes: one for each point of any interface."""
+"""Number of static shapes that includes one for each point of any interface."""
 STATIC = ("macneal", "normal+static")
-"""Reductions with static shapes beside normal modes."""
+"""Reductions with static correction modes in addition to normal modes."""
+
+
+ALL_RIGID = "all bodies are rigid"
+NO_CONTACT = "no contact occurs in the scene"
 
 
 class DoesNotApply(Exception):
-    """A case has nothing to change in a scene; its text says why."""
+    """A case does not apply to a scene; the text is the reason."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A scene that is put to its robustness cases."""
+    """The scene under test, with its results without any change."""
 
     job: Any
-    """Its job, of any kind, ended early where the scene says so."""
+    """Its job, of any kind, with the duration of the cases."""
     meshes: Mapping[str, MeshRecord]
     """Mesh of each component in use, before any change."""
     run: Callable[[Trial, Path], Evidence | Refusal]
-    """Runs a trial with a folder for what is not kept."""
+    """Runs a trial with a folder for temporary files."""
     changed: Callable[[Mapping[str, Any]], Any]
-    """Returns the job with nested tables of changes put into its scene."""
+    """Returns the job of the scene changed by nested tables."""
     known: dict[str, Any] = field(default_factory=dict)
-    """What is known of it before any case, and what one case found and others use."""
+    """Values that cases share: numbers of points and coordinates, integrator and step."""
     base: Evidence = field(default_factory=Evidence)
-    """What it finds as it is."""
+    """Evidence of the unchanged scene."""
     folder: Path = Path()
-    """For files that cases need."""
+    """Folder for the files of a case."""
 
     @property
     def scene(self) -> Any:
@@ -68,18 +72,18 @@ class Subject:
         return [n for n in self.meshes if own[n].material is not None and own[n].modes.reduction != "rigid"]
 
     def contact(self) -> FirstContact:
-        """Return the first contact of the scene as it is.
+        """Return the first contact of the unchanged scene.
 
         Raises:
-            DoesNotApply: nothing touches.
+            DoesNotApply: there is none.
         """
         if self.base.contact is None:
-            raise DoesNotApply("nothing touches in it")
+            raise DoesNotApply(NO_CONTACT)
         return self.base.contact
 
 
 def _in_units(subject: Subject, units: Units) -> Trial:
-    """Return the scene in other units, on the same meshes."""
+    """Return the trial of the scene in other units, on the same meshes."""
     scene = rescaled(subject.scene, units)
     components = dict(scene.component)
     for name in subject.meshes:
@@ -97,47 +101,45 @@ def _in_units(subject: Subject, units: Units) -> Trial:
 
 
 def _with_components(subject: Subject, components: Mapping[str, Any]) -> Any:
-    """Return the job with other components, unchecked: limits of input do not bound what is tried."""
+    """Return the job with other components, unchecked: values may exceed the limits of input."""
     scene = subject.scene.model_copy(update={"component": subject.scene.component | dict(components)})
     return replace(subject.job, scene=scene)
 
 
 def contact_stiffness(subject: Subject, operation: Any) -> Trial:
-    """Scale layers, laws and springs; where nothing else yields, all of the scene: then it is the same but faster."""
+    """Scale layers, laws and springs; without these, all stiffness: the same motion at another time scale."""
     factor, scene = operation.factor, subject.scene
     yielding = [n for n, c in subject.contacts.items() if c.law is not None or c.surface_stiffness is not None]
     springs = scene.springs() if subject.contacts else {}
     elastic, pulled = bool(subject.elastic()), bool(springs) or (subject.contacts and any(scene.run.gravity))
     if not yielding or (pulled and not elastic):
         if not (elastic or springs or yielding):
-            raise DoesNotApply("nothing in it yields: rigid bodies in rigid contact")
+            raise DoesNotApply("all bodies and contacts are rigid")
         return _in_units(subject, Units(time=factor**-0.5))
-    changes: dict[str, Any] = {"contact": {}, "force": {}}
+    changes: dict[str, Any] = {"contact": {}}
+    changes["force"] = {name: {"stiffness": spring.stiffness * factor} for name, spring in springs.items()}
     exponent = 1.0
     for name in yielding:
-        contact = scene.contact[name]
-        law = contact.law
+        law = scene.contact[name].law
         if law is None:
-            changes["contact"][name] = {"surface_stiffness": contact.surface_stiffness * factor}
+            changes["contact"][name] = {"surface_stiffness": scene.contact[name].surface_stiffness * factor}
             continue
         exponent = getattr(law, "exponent", 1.0)
         key = "modulus" if getattr(law, "modulus", None) is not None else "stiffness"
         changes["contact"][name] = {"law": {key: getattr(law, key) * factor}}
         if getattr(law, "damping", 0.0):
             changes["contact"][name]["law"]["damping"] = law.damping * factor**0.5
-    for name, spring in springs.items():
-        changes["force"][name] = {"stiffness": spring.stiffness * factor}
     start = subject.contact().start
-    if not elastic:  # What presses rigid bodies takes so much longer or shorter.
+    if not elastic:  # The contact of rigid bodies takes longer or shorter by this factor.
         changes["run"] = {"duration": start + (scene.run.duration - start) * factor ** (-1 / (exponent + 1))}
     return Trial(subject.changed(changes), factor=factor)
 
 
 def mass(subject: Subject, operation: Any) -> Trial:
-    """Scale the first body; where it is the only one, at the same energy: it is the same but slower.
+    """Scale the mass of the first body; of an only body with the time scale, at the same energy.
 
-    Where a joint drives a body, pace is given and a body alone in another weight is another machine: then all masses,
-    moduli and loads, at the same pace.
+    A joint prescribes the time scale, so that a change of one mass gives another machine: masses, moduli and loads are
+    then all scaled.
     """
     factor, scene = operation.factor, subject.scene
     if getattr(scene, "joint", {}):
@@ -164,10 +166,10 @@ def mass(subject: Subject, operation: Any) -> Trial:
 
 
 def step(subject: Subject, operation: Any) -> Trial:
-    """Give a step far above the one that the integrator takes by itself, and compare with the scene as it is."""
+    """Give a multiple of the step that the integrator chooses, and compare with the unchanged scene."""
     scene = subject.scene
     if not subject.contacts and not getattr(scene, "force", {}):
-        raise DoesNotApply("nothing presses in it, so nothing depends on a step")
+        raise DoesNotApply("without contacts and forces the result does not depend on a step")
     if "step" not in subject.known:
         subject.known["step"] = _stepped(subject)
     name, suggested = subject.known["step"]
@@ -176,10 +178,10 @@ def step(subject: Subject, operation: Any) -> Trial:
 
 
 def _stepped(subject: Subject) -> tuple[str, float]:
-    """Return an integrator with a step that carries the scene, and its step [s]."""
+    """Return an integrator with a step that supports the scene, and its step [s]."""
     own, names, reasons = subject.scene.integrator, stepped(subject.job), []
     if own not in names and subject.scene.run.integrator != "auto":
-        raise DoesNotApply(f"it asks for integrator '{own}' by name, which has no step")
+        raise DoesNotApply(f"run.integrator is '{own}', which has no step")
     for name in [own] if own in names else names:
         try:
             given = {} if name == own else {"step": "unset"}
@@ -191,11 +193,10 @@ def _stepped(subject: Subject) -> tuple[str, float]:
 
 
 def restitution(subject: Subject, operation: Any) -> Trial:
-    """Make every contact one of Newton's restitution, or tell its law what to give back."""
-    if subject.base.contact is None:
-        raise DoesNotApply("nothing touches in it")
+    """Set Newton's restitution at every contact, or the restitution of its law."""
+    subject.contact()
     if subject.scene.masters():
-        raise DoesNotApply("points slide over another body's surface, which impacts have no rows for")
+        raise DoesNotApply("method 'impact' does not support points that slide over another body's surface")
     changes: dict[str, Any] = {}
     for name, contact in subject.contacts.items():
         if contact.law is not None and hasattr(contact.law, "restitution") and operation.value > 0:
@@ -205,36 +206,36 @@ def restitution(subject: Subject, operation: Any) -> Trial:
             changes[name] = {"method": "impact", "restitution": operation.value} | unset
     points, coordinates = subject.known["points"], subject.known["coordinates"]
     if points > coordinates and any("method" in one for one in changes.values()):
-        raise DoesNotApply(f"{points} points on {coordinates} coordinates: rigid impacts on them are not determined")
+        raise DoesNotApply(f"rigid impacts of {points} points on {coordinates} coordinates are not unique")
     run = {"integrator": "auto", "step": "unset", "accuracy": "unset"}
     return Trial(subject.changed({"contact": changes, "run": run}))
 
 
 def grazing(subject: Subject, operation: Any) -> Trial:
-    """Start slower from as much nearer, so that the first contact comes; see docs/robustness.md."""
+    """Scale the speed of approach, and the distance so that the first contact occurs; see docs/robustness.md."""
     first, scene, factor = subject.contact(), subject.scene, operation.factor
     if scene.joint:
-        raise DoesNotApply("a joint prescribes how fast its bodies move")
+        raise DoesNotApply("a joint prescribes the speed of its bodies")
     gravity = np.array(scene.run.gravity)
     falls, rigid = bool(gravity.any()), not subject.elastic()
     changes: dict[str, Any] = {"body": {}, "contact": {}, "run": {}}
     for name, body in scene.body.items():
-        way = np.array(body.velocity) * first.start
-        # With gravity times shrink as well as speeds.
-        way = way + 0.5 * gravity * first.start**2 if falls else way
-        left = (factor**2 if falls else factor) * way
-        changes["body"][name] = {"position": ((np.array(body.position) + way) - left).tolist()}
+        path = np.array(body.velocity) * first.start
+        # With gravity the time of fall scales with the speed.
+        path = path + 0.5 * gravity * first.start**2 if falls else path
+        left = (factor**2 if falls else factor) * path
+        changes["body"][name] = {"position": ((np.array(body.position) + path) - left).tolist()}
     units, single = None, len(scene.contact) == 1 and not scene.springs()
     law = next(iter(scene.contact.values())).law
     linear = single and subject.known["points"] == 1 and (law is None or law.kind == "linear")
     if (linear and not falls) or (rigid and single and law is None and falls):
-        # Places are rounded: the gap that they leave is read off, and the rest follows it to the last digit.
+        # Positions are rounded, so the factor is taken from the gap that the solver has.
         gap = approach(subject.job)[1]
         left = approach(subject.changed(changes))[1] / gap if gap > 0 else factor ** (2 if falls else 1)
         factor = left**0.5 if falls and left > 0 else left
         units = Units(length=left, time=factor if falls else 1.0)
     if not factor > 0:
-        raise InputError(f"grazing: bodies moved on to their first contact overlap there ({factor:g} of the gap left)")
+        raise InputError(f"grazing: bodies moved to their first contact overlap ({factor:g} of the gap remains)")
     for name, body in scene.body.items():
         changes["body"][name] |= {
             key: [factor * one for one in getattr(body, key)] for key in ("velocity", "angular_velocity")
@@ -245,7 +246,7 @@ def grazing(subject: Subject, operation: Any) -> Trial:
     if falls:
         left = (scene.run.duration - first.start) * (factor if rigid else 1.0)
         changes["run"] = {"duration": factor * first.start + left}
-    elif rigid and single and law is not None and units is None:  # The slower, the longer it presses.
+    elif rigid and single and law is not None and units is None:  # A slower contact takes longer.
         n = law.exponent
         left = (scene.run.duration - first.start) * factor ** ((1 - n) / (n + 1))
         changes["run"] = {"duration": first.start + left}
@@ -253,9 +254,9 @@ def grazing(subject: Subject, operation: Any) -> Trial:
 
 
 def penetration(subject: Subject, operation: Any) -> Trial:
-    """Move the body of the first contact into what it touches."""
+    """Move the body of the first contact into the other surface."""
     if not subject.contacts:
-        raise DoesNotApply("nothing touches in it")
+        raise DoesNotApply(NO_CONTACT)
     name = next(iter(subject.contacts.values())).body
     direction, gap, size = approach(subject.job)
     place = np.array(subject.scene.body[name].position) - direction * (gap + operation.share * size)
@@ -263,31 +264,30 @@ def penetration(subject: Subject, operation: Any) -> Trial:
 
 
 def poisson(subject: Subject, operation: Any) -> Trial:
-    """Give every elastic component another Poisson's ratio."""
+    """Set Poisson's ratio of every elastic component."""
     names = [name for name in subject.elastic() if _has_shear(subject.scene.component[name].geometry)]
     if not names:
-        raise DoesNotApply("no body has shear that ν could change")
+        raise DoesNotApply("Poisson's ratio affects none of its bodies")
     return Trial(_with_components(subject, {n: _material(subject, n, nu=operation.nu) for n in names}))
 
 
 def _has_shear(geometry: Any) -> bool:
-    """Return whether Poisson's ratio enters: not in bars, nor in beams after Euler-Bernoulli."""
+    """Return whether Poisson's ratio matters: not for bars and Euler-Bernoulli beams."""
     return geometry.kind != "bar" and not (geometry.kind == "beam" and geometry.theory == "euler-bernoulli")
 
 
 def material(subject: Subject, operation: Any) -> Trial:
-    """Scale modulus and density of every elastic component, and where bodies touch of all else: the same, faster."""
+    """Scale modulus and density of every elastic component; with contacts, of the whole scene by its units."""
     names = subject.elastic()
     faster: float = (operation.modulus / operation.density) ** 0.5
     if not names:
-        raise DoesNotApply("its bodies are rigid")
+        raise DoesNotApply(ALL_RIGID)
     if subject.contacts:
         return _in_units(subject, Units(mass=operation.density, time=1 / faster))
-    given = {n: subject.scene.component[n].material for n in names}
-    changed = {
-        n: _material(subject, n, E=one.E * operation.modulus, rho=one.rho * operation.density)
-        for n, one in given.items()
-    }
+    changed = {}
+    for name in names:
+        own = subject.scene.component[name].material
+        changed[name] = _material(subject, name, E=own.E * operation.modulus, rho=own.rho * operation.density)
     return Trial(_with_components(subject, changed), stretch=dict.fromkeys(names, faster))
 
 
@@ -297,15 +297,15 @@ def _material(subject: Subject, name: str, **values: float) -> Any:
 
 
 def slivers(subject: Subject, operation: Any) -> Trial:
-    """Split elements of every elastic component."""
+    """Split elements of every elastic component into slivers."""
     if not (names := subject.elastic()):
-        raise DoesNotApply("its bodies are rigid")
+        raise DoesNotApply(ALL_RIGID)
     own = {n: with_slivers(subject.meshes[n], operation.aspect, operation.count) for n in names}
     return Trial(subject.job, {**subject.meshes, **own})
 
 
 def collinear(subject: Subject, operation: Any) -> Trial:
-    """Take all static shapes of every interface, and of a second interface that is the same."""
+    """Use all static shapes of every interface, and those of an identical second interface."""
     scene, once, twice = subject.scene, {}, {}
     for name in subject.elastic():
         component = scene.component[name]
@@ -316,8 +316,8 @@ def collinear(subject: Subject, operation: Any) -> Trial:
         twins = {f"{k}-twin": i.model_dump(exclude_unset=True) for k, i in touched.items()}
         once[name], twice[name] = modes, modes | {"interface": twins}
     if not once:
-        raise DoesNotApply("no body has static shapes of an interface beside its modes")
-    # All shapes leave no residual flexibility: what has no layer is held by a constraint.
+        raise DoesNotApply("no body has a reduction with static shapes of an interface")
+    # With all shapes R = 0, so a contact without a layer needs a constraint.
     bare = {
         name: {"method": "constraint", "dashpot": "unset"}
         for name, contact in subject.contacts.items()
@@ -329,18 +329,18 @@ def collinear(subject: Subject, operation: Any) -> Trial:
 
 
 def other_units(subject: Subject, operation: Any) -> Trial:
-    """Give every number in other units."""
+    """Write every number in other units."""
     return _in_units(subject, Units(operation.mass, operation.length, operation.time))
 
 
 def size(subject: Subject, operation: Any) -> Trial:
-    """Make everything larger or smaller, of the same material."""
+    """Scale all lengths at the same material."""
     factor = operation.factor
     return _in_units(subject, Units(mass=factor**3, length=factor, time=factor))
 
 
 def set_values(subject: Subject, operation: Any) -> Trial:
-    """Change keys of the scene."""
+    """Change any keys of the scene."""
     return Trial(subject.changed(operation.values))
 
 

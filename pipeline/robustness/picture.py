@@ -1,6 +1,5 @@
-"""Robustness cases of a scene: every case with what it rests on, as a share of its bound."""
+"""Picture of the robustness cases of a scene: the value of every rule as a share of its bound."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -8,18 +7,13 @@ from gudgeon.pipeline.plots.base.style import BLUE, FAINT, GREEN, GREY, INK, ORA
 
 COLOURS = {"right": GREEN, "refused": ORANGE, "wrong": RED, "does not apply": GREY}
 LEAST = 1e-8
-"""Shares of bounds are drawn no smaller than this."""
+"""Least share of a bound that is drawn."""
 LONGEST = 76
 """Characters of a reason that the picture shows."""
 
 
 def draw(document: dict[str, Any], path: Path) -> None:
-    """Draw a line for each case: its verdict, and each rule's value over its bound.
-
-    Args:
-        document: As `pipeline.robustness.run.robustness_cases` returns it.
-        path: The PNG file, written in one step.
-    """
+    """Draw a line for each case of the document: its verdict, and the value over bound of each rule."""
     rows, counts = document["rows"], document["counts"]
     height = 330 + 44 * len(rows)
     with styled():
@@ -49,13 +43,12 @@ def draw(document: dict[str, Any], path: Path) -> None:
         axes.set_xlim(LEAST / 2, 20)
         axes.set_ylim(-0.7, len(rows) - 0.3)
         axes.set_yticks([])
-        axes.set_xlabel("value over bound of each rule; the deciding one is large")
+        axes.set_xlabel("value over bound of each rule; large marks: rules that determine the verdict")
         save(figure, path)
 
 
 def _share(one: dict[str, Any]) -> float:
-    """Return value over bound within the picture."""
-    if one["value"] is None:
+    """Return value over bound, limited to the range of the picture."""
+    if one["value"] is None or (one["value"] and not one["bound"]):
         return 10.0
-    share = one["value"] / one["bound"] if one["bound"] else (math.inf if one["value"] else 0.0)
-    return min(max(share, LEAST), 10.0)
+    return min(max(one["value"] / (one["bound"] or 1.0), LEAST), 10.0)

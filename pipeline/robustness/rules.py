@@ -1,7 +1,7 @@
-"""What must hold of a run whatever its numbers are: invariants and limits. A new one is a function and a line.
+"""Rules for the result of a run, invariants and limits for any parameters. A new one is a function and a line.
 
-A rule returns a finding, or None where it has nothing to say: a scene without free bodies has no momentum to keep.
-Bounds rest on what the integrators promise, or on round-off; none is fitted to a scene.
+A rule returns a finding, or None if it does not apply: a scene without free bodies has no momentum balance. Bounds
+follow from the promised drift of the integrators or from round-off; none is fitted to a scene.
 """
 
 import math
@@ -16,66 +16,63 @@ from gudgeon.pipeline.robustness.units import Units
 from gudgeon.solver.capabilities import INTEGRATORS
 
 SAME = 1e-9
-"""Relative difference of what differs by round-off alone."""
+"""Allowed relative difference of results that differ by round-off only."""
 BALANCED = 1e-9
-"""Error of a momentum balance over the impulse."""
+"""Allowed error of the momentum balance over the impulse."""
 PER_STEP = 1e-16
-"""What round-off adds to the energy balance in each step."""
+"""Relative round-off of the energy balance in each step."""
 ROUND_OFFS = 16.0
-"""How often the last digit of a place, a momentum or an energy may come into a result."""
+"""Allowed number of round-offs of a position, a momentum or an energy in a result."""
 ORTHONORMAL = 1e-9
 SEEN = 1e-3
-"""Share of what energy allows from which frames have seen an overlap."""
+"""Share of the allowed overlap above which the overlaps of frames are compared."""
 SETTLED = 0.01
-"""Share by which splitting a few elements may lower a frequency."""
+"""Allowed relative decrease of a frequency by splitting a few elements."""
 SCALED = ("s", "m", "N", "N s")
-"""Units of readings that are compared."""
+"""Units of the readings that are compared."""
 
 
 @dataclass(frozen=True)
 class Compared:
-    """What a case is held against."""
+    """The run that a case is compared with, and how both must differ; see `trial.Trial`."""
 
     base: Evidence
-    """The run that it is compared with."""
     units: Units | None = None
     stretch: dict[str, float] | None = None
     agreement: float | None = None
     factor: float | None = None
-    """On the contacts' stiffness."""
     measured: bool = False
-    """Whether units were read off gaps as the solver has them."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What one rule found: it holds where the value is at most the bound."""
+    """The value and the bound of one rule, which holds if the value is at most the bound."""
 
     rule: str
     value: float
     bound: float
     rests_on: str
-    """The invariant, in words."""
+    """The invariant, as text."""
 
     @property
     def holds(self) -> bool:
-        """False where the value is no number, too."""
+        """Whether the rule holds; False if the value is not a number."""
         return bool(self.value <= self.bound)
 
 
 def similarity(found: Evidence, compared: Compared) -> Finding | None:
-    """First contact, or readings where nothing touches, the same but for the units."""
+    """The first contact is the same but for the units, or, without contact, the readings are."""
     units, base = compared.units, compared.base
     if units is None:
         return None
     places = 0.0 if compared.measured else ROUND_OFFS * (found.gap_round_off + base.gap_round_off)
     pairs: list[tuple[float, float]] = []
-    """Relative differences, and what is allowed."""
+    """Relative differences and their bounds."""
     if base.contact is not None:
         one, other = found.contact, base.contact
         if one is None:
             return Finding("similarity", np.inf, SAME, "first contact in other units (there is none)")
-        # A start that is all but zero is known to a share of how long the contact takes.
+        # A start near zero is compared relative to the duration of the contact.
         span = max(other.start, other.duration) or 1.0
         places *= other.start / span
         pairs.append((abs(one.start / units.of("s") - other.start) / span, SAME + places))
@@ -99,7 +96,7 @@ def similarity(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def frequencies(found: Evidence, compared: Compared) -> Finding | None:
-    """Every frequency changed by a known factor."""
+    """Every frequency changes by a known factor."""
     if compared.stretch is None or not compared.base.frequencies:
         return None
     worst = 0.0
@@ -112,7 +109,7 @@ def frequencies(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def collision(found: Evidence, compared: Compared) -> Finding | None:
-    """Impulse (1 + e) m v of the first impact between rigid bodies."""
+    """The impulse of the first impact between rigid bodies is (1 + e) m v."""
     impacts = found.impacts
     if impacts is None or impacts.restitution is None or not impacts.alone or not impacts.approach > 0:
         return None
@@ -125,7 +122,7 @@ def collision(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def loss(found: Evidence, compared: Compared) -> Finding | None:
-    """Energy lost by impacts of known restitution, Σ ½ m v² (1 − e²)."""
+    """The energy lost by impacts of known restitution is Σ ½ m v² (1 − e²)."""
     impacts = found.impacts
     if impacts is None or not impacts.impact or impacts.restitution is None or not len(impacts.closing):
         return None
@@ -135,7 +132,7 @@ def loss(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def agreement(found: Evidence, compared: Compared) -> Finding | None:
-    """First contact's impulse, or largest reading, as in a run that must agree."""
+    """The impulse of the first contact, or without contact the displacements, agree with those of another run."""
     if compared.agreement is None:
         return None
     base = compared.base
@@ -152,7 +149,7 @@ def agreement(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def nested(found: Evidence, compared: Compared) -> Finding | None:
-    """A mesh that holds the other one has lower frequencies, by little (Rayleigh)."""
+    """A mesh whose space contains that of another has slightly lower frequencies (Rayleigh)."""
     rises, falls = [], []
     for name, before in compared.base.frequencies.items():
         after = found.frequencies.get(name)
@@ -163,12 +160,12 @@ def nested(found: Evidence, compared: Compared) -> Finding | None:
     if not rises:
         return None
     if max(falls) > SETTLED:
-        return Finding("nested", max(falls), SETTLED, "split elements change little")
+        return Finding("nested", max(falls), SETTLED, "split elements change frequencies by little")
     return Finding("nested", max(rises), SAME, "split elements lower frequencies (Rayleigh)")
 
 
 def shear(found: Evidence, compared: Compared) -> Finding | None:
-    """ω²/G never falls as Poisson's ratio rises (Rayleigh)."""
+    """ω²/G never decreases with rising Poisson's ratio (Rayleigh)."""
     falls = []
     for name, before in compared.base.frequencies.items():
         after = found.frequencies.get(name)
@@ -179,7 +176,7 @@ def shear(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def resolved(found: Evidence, compared: Compared) -> Finding | None:
-    """The error that elements are known to make stays small, or what it was: they do not lock."""
+    """The estimated error of the elements stays small, or as it was: they do not lock."""
     if found.estimated is None:
         return None
     bound = max(ACCEPTED, LOCKING_RATIO * (compared.base.estimated or 0.0))
@@ -187,7 +184,7 @@ def resolved(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def momentum(found: Evidence, compared: Compared) -> Finding | None:
-    """Momentum of free bodies against the impulses on them."""
+    """The change of momentum of free bodies equals the impulses on them."""
     if found.momentum_residual is None:
         return None
     bound = BALANCED + ROUND_OFFS * found.momentum_round_off
@@ -195,26 +192,28 @@ def momentum(found: Evidence, compared: Compared) -> Finding | None:
 
 
 def energy(found: Evidence, compared: Compared) -> Finding | None:
-    """Energy balance over energy exchanged."""
+    """The energy balance is constant, relative to the energy exchanged."""
     if found.energy_drift is None or not found.exchanged > 0:
         return None
     return Finding("energy", found.energy_drift, _kept(found, compared), "energy balance")
 
 
 def creation(found: Evidence, compared: Compared) -> Finding | None:
-    """Mechanical energy less work never grows, whatever dissipation is booked."""
+    """The mechanical energy minus the work of the loads never increases; dissipated energy is not included."""
     if found.rise is None:
         return None
-    return Finding("creation", found.rise, _kept(found, compared), "no energy from nothing")
+    return Finding("creation", found.rise, _kept(found, compared), "mechanical energy does not increase")
 
 
 def penetration(found: Evidence, compared: Compared) -> Finding | None:
-    """Surfaces overlap by no more than the energy there is can press them."""
+    """Surfaces overlap by no more than the energy of the run allows."""
     if found.penetration is None or found.penetration_bound is None:
         return None
     if found.contact is None and found.penetration <= found.penetration_bound:
-        return None  # What stays apart says nothing.
-    return Finding("penetration", found.penetration, found.penetration_bound, "overlap that the energy allows [m]")
+        return None  # Without contact the overlap is no proof.
+    return Finding(
+        "penetration", found.penetration, found.penetration_bound, "overlap within what the energy allows [m]"
+    )
 
 
 def monotone(found: Evidence, compared: Compared) -> Finding | None:
@@ -244,10 +243,10 @@ RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
 
 
 def _kept(found: Evidence, compared: Compared) -> float:
-    """Return the energy drift that an integrator promises.
+    """Return the allowed energy drift.
 
-    It holds at the step that a scene comes with. A run that must agree with it at a larger one may drift as the order
-    allows, and no more, unless its steps conserve energy: faster growth means that it no longer converges.
+    An integrator promises it at the step of the unchanged scene. With a larger step the drift may grow by the order of
+    the integrator, unless it conserves energy: faster growth means that it does not converge.
     """
     integrator, base = INTEGRATORS[found.integrator], compared.base
     promised, drifts = integrator.promised_drift, not (integrator.own_steps or integrator.conserves_energy)

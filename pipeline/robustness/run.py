@@ -1,4 +1,4 @@
-"""`gudgeon robustness`: every case of a scene, its verdict, and what it rests on; docs/robustness.md has the schema."""
+"""`gudgeon robustness`: runs the cases of a scene and judges each; docs/robustness.md describes the document."""
 
 import json
 import tempfile
@@ -22,22 +22,17 @@ from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 
 ENOUGH = 0.85
-"""Share of the cases that were run that must be right."""
+"""Share of the applicable cases that must be right."""
 SEEN = ("energy_drift", "momentum_residual", "penetration", "condition", "integrator", "steps", "substeps", "seconds")
-"""What a row takes from a run's evidence."""
+"""Values of a row that come from the evidence of a run."""
 COLUMNS: tuple[str, ...] = ("case", "group", "verdict", "reason", "rule", "rests_on", "value", "bound", *SEEN)
-"""Of the table of values separated by commas."""
+"""Columns of `robustness.csv`."""
 
 
 def robustness_job(
     job: Job, cases: Path | None, only: tuple[str, ...], progress: Progress
 ) -> tuple[dict[str, Any], str]:
-    """Put a scene of bodies in contact to its robustness cases; see `robustness_cases`.
-
-    Raises:
-        InputError: the scene, a file of cases or a name in `only` is wrong.
-        StageError: the scene itself, without any change, cannot be run.
-    """
+    """Run the robustness cases of a scene of bodies; see `chosen_cases` and `robustness_cases`."""
     settings: Robustness = job.scene.robustness
     chosen = chosen_cases(settings, cases, only, job.path)
     own = job if settings.duration is None else variant(job, {"run": {"duration": settings.duration}})
@@ -58,15 +53,15 @@ def robustness_cases(subject: Subject, cases: Mapping[str, Case], progress: Prog
         The document and its table as text.
 
     Raises:
-        InputError: a case sets what the scene does not have.
-        StageError: the scene itself, without any change, cannot be run.
+        InputError: a case sets keys that the scene does not have.
+        StageError: the unchanged scene cannot be run.
     """
     job = subject.job
     _check(subject, cases)
     with tempfile.TemporaryDirectory(prefix="gudgeon-robustness-") as scratch:
         base = subject.run(Trial(job), Path(scratch) / "base")
         if isinstance(base, Refusal):
-            raise StageError(f"{job.path}: the scene itself cannot be run: {base.reason}")
+            raise StageError(f"{job.path}: the unchanged scene cannot be run: {base.reason}")
         rows = []
         for number, (name, case) in enumerate(cases.items()):
             progress(f"case {number + 1} of {len(cases)}", number / len(cases))
@@ -78,13 +73,13 @@ def robustness_cases(subject: Subject, cases: Mapping[str, Case], progress: Prog
     write_text(job.out / "robustness.csv", csv_text([COLUMNS, *cells], "\n"))
     from gudgeon.pipeline.robustness.picture import draw
 
-    draw(document, job.out / "stress.png")
+    draw(document, job.out / "robustness.png")
     progress("robustness", 1.0)
     return document, table_text(document)
 
 
 def _check(subject: Subject, cases: Mapping[str, Case]) -> None:
-    """Refuse cases that set what the scene does not have: they would come out as the scene's fault."""
+    """Raise InputError for a case that sets keys which the scene does not have, before any case runs."""
     for name, case in cases.items():
         if case.operation.kind == "set" and not case.refusal:
             try:
@@ -103,7 +98,7 @@ def _row(name: str, case: Case, subject: Subject) -> dict[str, Any]:
         if trial.like is not None:
             other = subject.run(trial.like, scratch)
             if isinstance(other, Refusal):
-                raise DoesNotApply(f"what it is compared with cannot be run: {other.reason}")
+                raise DoesNotApply(f"the run to compare with failed: {other.reason}")
             base = other
         found = subject.run(trial, scratch)
     except DoesNotApply as reason:
@@ -111,7 +106,7 @@ def _row(name: str, case: Case, subject: Subject) -> dict[str, Any]:
     except REFUSALS as error:
         found, trial, base = Refusal(str(error).replace("\n", "; ")), Trial(subject.job), subject.base
     known, stretch = trial.stretch, None
-    if known is not None:  # Harmonics of a wheel stretch as its sector does.
+    if known is not None:  # The frequencies of a wheel's harmonics scale with those of its sector.
         stretch = {key: known[key.partition(",")[0]] for key in base.frequencies}
     if trial.units is not None and isinstance(found, Evidence) and found.penetration is not None:
         metre = trial.units.of("m")
@@ -122,7 +117,7 @@ def _row(name: str, case: Case, subject: Subject) -> dict[str, Any]:
 
 
 def _written(name: str, case: Case, verdict: Verdict, found: Evidence | Refusal | None) -> dict[str, Any]:
-    """Return one case as it stands in table and document; docs/robustness.md says what each key is."""
+    """Return the row of a case; docs/robustness.md describes its keys."""
     row: dict[str, Any] = {"case": name, "group": case.group, "verdict": verdict.verdict, "reason": verdict.reason}
     row |= {key: getattr(verdict.deciding, key, None) for key in ("rule", "rests_on", "value", "bound")}
     row |= {key: getattr(found, key, None) for key in SEEN}
@@ -133,7 +128,7 @@ def _written(name: str, case: Case, verdict: Verdict, found: Evidence | Refusal 
 
 
 def _number(value: float | None) -> float | None:
-    """Return a number that JSON has; none for what is not finite."""
+    """Return a number for JSON; None if it is not finite."""
     return None if value is None or not abs(value) < float("inf") else float(value)
 
 
@@ -160,7 +155,7 @@ def table_text(document: Mapping[str, Any]) -> str:
     lines = [
         "| case | verdict | rests on | value | bound | energy drift | momentum | penetration | condition | steps |"
         " seconds |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "|---" * 11 + "|",
     ]
     for row in document["rows"]:
         says = row["rests_on"] if row["verdict"] == "right" else row["reason"]

@@ -1,7 +1,7 @@
-"""Slivers without changing anything else: elements are split at a point next to one of their faces.
+"""Meshes with slivers: elements are split at a point next to one of their faces.
 
-The new elements fill the old ones by the same map, so that the space of shapes holds the one before: by Rayleigh no
-frequency rises, and no surface changes.
+The new elements fill the old ones by the same map, so that the new space of shapes contains the old one: by Rayleigh's
+principle no frequency rises. Surfaces do not change.
 """
 
 from dataclasses import replace
@@ -22,13 +22,7 @@ CORNERS = {"tetra10": 4, "triangle6": 3, "line3": 2, "beam2": 2, "beam3": 2}
 
 
 def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
-    """Return a mesh with some elements split: a point at 1/aspect of the height over a face, joined to all corners.
-
-    Args:
-        mesh: Of any elastic component.
-        aspect: Edge over height of the flattest part.
-        count: Elements that are split, spread evenly over the mesh.
-    """
+    """Return a mesh with `count` elements, evenly spread, split at a point at 1/`aspect` of the height over a face."""
     corners, edges = CORNERS[mesh.cell_type], EDGES[mesh.cell_type]
     chosen = np.unique(np.linspace(0, len(mesh.cells) - 1, min(count, len(mesh.cells))).astype(int))
     nodes, cells = list(mesh.nodes), [cell for i, cell in enumerate(mesh.cells) if i not in set(chosen)]
@@ -41,7 +35,7 @@ def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
         at[corners] = len(nodes)
         nodes.append(_mapped(mesh, number, place))
         if edges:
-            # The old middle of a line is the middle of nothing any more.
+            # The mid-side node of a split line becomes that of its first half.
             spare = [sides.pop(frozenset((0, 1)))] if corners == 2 else []
             for i in range(corners):
                 middle = _mapped(mesh, number, 0.5 * (place + np.eye(corners)[i]))

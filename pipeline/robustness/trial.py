@@ -1,4 +1,4 @@
-"""Runs one case of a scene of bodies in contact and reads off what the rules need."""
+"""Runs one robustness case of a scene of bodies, and collects the numbers that the rules read."""
 
 import math
 import time
@@ -18,7 +18,7 @@ from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts
 from gudgeon.pipeline.robustness.units import Units
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
-from gudgeon.solver.capabilities import INTEGRATORS, Integrator
+from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.contact_events import merged
@@ -27,7 +27,7 @@ from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
 ROUND_OFF = 1e-9
-"""Overlap over the way that a contact's points go: what counts as none."""
+"""Overlap relative to the displacement of the contact's points that counts as none."""
 REFUSALS = (PipelineError, SceneError, SolverError, modaldb.ModalDBError)
 WHOLE = ("macneal", "normal+static", "rubin")
 """Reductions whose first coordinates are normal modes of the whole mesh."""
@@ -35,31 +35,27 @@ WHOLE = ("macneal", "normal+static", "rubin")
 
 @dataclass(frozen=True)
 class Trial:
-    """One scene to run."""
+    """A changed scene to run, and how its result must differ from that of the run that it is compared with."""
 
     job: Any
     meshes: Mapping[str, MeshRecord] = field(default_factory=dict)
-    """Meshes of components that stand for their own; then nothing of it is kept."""
+    """Meshes of components in place of their own; the records are then not kept."""
     like: "Trial | None" = None
-    """What its result is compared with; the scene itself where None."""
+    """The run that it is compared with; None: the unchanged scene."""
     units: Units | None = None
-    """Where it is the other one in other units: its contact must be the same but for these."""
+    """Units, if it is the same scene in other units: its contact must be the same but for these."""
     stretch: Mapping[str, float] | None = None
-    """Factor on each component's frequencies, where it is known."""
+    """Factor on each component's frequencies, if it is known."""
     agreement: float | None = None
-    """Relative difference allowed of the first contact's impulse, where both must agree."""
+    """Allowed relative difference of the first contact's impulse, if both must agree."""
     factor: float | None = None
-    """On the stiffness of contacts."""
+    """Factor on the stiffness of contacts."""
     measured: bool = False
-    """Whether units were read off gaps as the solver has them: then no last digit of places is in between."""
+    """Whether the units were taken from the gaps of the solver, so that round-off of positions has no effect."""
 
 
 def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -> Evidence | Refusal:
-    """Run a case.
-
-    Args:
-        scratch: Folder for what is not kept.
-    """
+    """Run a trial with temporary files in `scratch`; errors and failed runs give a Refusal."""
     job: Job = replace(trial.job, out=scratch)
     start = time.perf_counter()
     try:
@@ -84,10 +80,9 @@ def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -
 
 
 def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | None:
-    """Return a run's first contact; None where nothing touches.
+    """Return a run's first contact, if any; separations shorter than `resolution` [s] do not end it.
 
-    Args:
-        resolution: Period of the highest kept frequency [s]: what parts for less is one contact.
+    The resolution is the period of the highest kept frequency.
     """
     found = []
     for name, history in trajectory.contacts.items():
@@ -95,9 +90,9 @@ def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | N
         if impacts is not None:
             if len(impacts):
                 one = merged(impacts, resolution)[0]
-                force = (
-                    float(one[3]) if resolution == 0 else _smoothed(history.force, trajectory.times, one, resolution)
-                )
+                force = float(one[3])
+                if resolution > 0:
+                    force = _smoothed(history.force, trajectory.times, one, resolution)
                 found.append(FirstContact(float(one[0]), float(one[2]), float(one[1] - one[0]), force))
             continue
         size, interval = np.linalg.norm(history.force, axis=1), float(trajectory.times[0])
@@ -115,7 +110,7 @@ def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | N
 
 
 def _smoothed(force: np.ndarray, times: np.ndarray, impact: np.ndarray, resolution: float) -> float:
-    """Return the largest mean force [N] of an impact over one period of the highest kept frequency: less is ringing."""
+    """Return the largest force [N] of an impact, averaged over one period of the highest kept frequency."""
     interval = float(times[0])
     size = np.linalg.norm(force[: int(np.searchsorted(times, impact[1])) + 1], axis=1)
     width = min(max(1, round(resolution / interval)), max(1, len(size)))
@@ -123,12 +118,12 @@ def _smoothed(force: np.ndarray, times: np.ndarray, impact: np.ndarray, resoluti
 
 
 def stepped(job: Job) -> list[str]:
-    """Return the integrators that can carry a scene and take steps."""
+    """Return the integrators that support a scene and have a step."""
     return [name for name in job.scene.carriers() if math.isfinite(INTEGRATORS[name].order)]
 
 
 def suggested_step(job: Job) -> float:
-    """Return the step that a scene's integrator takes by itself [s].
+    """Return the step that a scene's integrator chooses by itself [s].
 
     Raises:
         InputError: the scene cannot be run with it.
@@ -140,13 +135,12 @@ def suggested_step(job: Job) -> float:
 
 
 def sizes(job: Job) -> dict[str, int]:
-    """Return how many contact points a scene has, and on how many coordinates."""
-    points, coordinates = _compiled(job).rows.shape
-    return {"points": points, "coordinates": coordinates}
+    """Return the numbers of contact points and of coordinates of a scene."""
+    return dict(zip(("points", "coordinates"), _compiled(job).rows.shape, strict=True))
 
 
 def approach(job: Job) -> tuple[np.ndarray, float, float]:
-    """Return of the first contact the force's direction on its body (3,), its least gap and its body's size [m]."""
+    """Return the direction of the first contact's force on its body (3,), its least gap and the body's size [m]."""
     system = _compiled(job)
     contact = system.contacts[0]
     row = int(system.gap[contact.rows].argmin())
@@ -156,21 +150,21 @@ def approach(job: Job) -> tuple[np.ndarray, float, float]:
 
 
 def _compiled(job: Job) -> System:
-    """Return the system of a job whose bodies are made."""
+    """Return the compiled system of a job whose morphs are in the database."""
     morphs = {name: steps["morph"].key for name, steps in job.components().items()}
     return compile_system(job.store, job.scene, morphs)
 
 
 def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord], seconds: float) -> Evidence:
-    """Collect a run's evidence."""
+    """Return the evidence of a run."""
     eps = float(np.finfo(float).eps)
     elastic = {name: record for name, record in modes.items() if len(record.angular_frequencies)}
     mechanical = found.energies[:, :3].sum(axis=1) - found.energies[:, 4]
     exchanged = float(sum(np.ptp(found.energies[:, i]) for i in range(3)))
-    for impacts in found.impacts.values():  # Those between two samples, too.
+    for impacts in found.impacts.values():  # Samples do not resolve short impacts.
         exchanged = max(exchanged, 0.25 * float((impacts[:, 2] * np.abs(impacts[:, 5])).max(initial=0.0)))
     lowest = np.minimum.accumulate(mechanical) if len(mechanical) else mechanical
-    # What a dashpot keeps a surface from giving back counts as lost for a while, and its depth as overlap.
+    # A surface with a dashpot recovers with a delay: its stored energy and its depth are not in these figures.
     lagging = bool(system.dashpot.any())
     depth, allowed = (None, None) if lagging else _penetration(system, found)
     moved = any(body.rigid_count for body in system.bodies.values())
@@ -184,7 +178,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     checks = [float(r.quality["orthogonality"]) for r in elastic.values() if "orthogonality" in r.quality]
     return Evidence(
         frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.reduction in WHOLE},
-        shear={n: _shear(job, n) for n in elastic},
+        shear={n: part.lame[1] for n in elastic if (part := job.scene.component[n].material) is not None},
         estimated=max(estimates, default=None),
         orthogonality=max(checks, default=None),
         contact=contact,
@@ -211,7 +205,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
 
 
 def _last_digit(system: System, found: Trajectory) -> float:
-    """Return the last digit of the largest momentum over the impulse of all contacts."""
+    """Return the round-off of the largest momentum over the impulse of all contacts."""
     pushed = sum(
         float(np.linalg.norm(history.force, axis=1).sum()) * float(found.times[0])
         for history in found.contacts.values()
@@ -221,14 +215,11 @@ def _last_digit(system: System, found: Trajectory) -> float:
     return float(np.finfo(float).eps) * max(masses) ** 0.5 * speed / pushed if pushed > 0 else 0.0
 
 
-def _integrator(found: Trajectory) -> type[Integrator]:
-    return INTEGRATORS[found.counts["integrator"]]
-
-
 def _ringing(system: System, found: Trajectory, contact: FirstContact | None) -> float:
-    """Return what round-off of the frequencies in contact leaves in its force, relative; docs/robustness.md derives it."""
-    damped = bool(system.dashpot.any())  # Ringing dies before phases drift.
-    if contact is None or math.isfinite(_integrator(found).order) or system.resolution == 0 or damped:
+    """Return the relative round-off of the contact force, from that of frequencies; docs/robustness.md derives it."""
+    damped = bool(system.dashpot.any())  # Vibration decays before its phase has an error.
+    exact = math.isinf(INTEGRATORS[found.counts["integrator"]].order)
+    if contact is None or not exact or system.resolution == 0 or damped:
         return 0.0
     phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.resolution) ** 2 / (2 * np.pi)
     elastic, worst = system.stiffness > 0, 0.0
@@ -238,41 +229,35 @@ def _ringing(system: System, found: Trajectory, contact: FirstContact | None) ->
         for number, row in enumerate(range(one.rows.start, one.rows.stop)):
             closed, most = pressed[:, number] > 0, float(pressed[:, number].max(initial=0.0))
             if yields[row] > 0 and most > 0:
-                ways = np.abs(found.frames[closed][:, elastic]) @ np.abs(system.rows[row, elastic])
-                worst = max(worst, float(ways.max()) / (yields[row] * most))
+                paths = np.abs(found.frames[closed][:, elastic]) @ np.abs(system.rows[row, elastic])
+                worst = max(worst, float(paths.max()) / (yields[row] * most))
     return phase * worst
 
 
 def _blur(system: System) -> float:
-    """Return what the last digit of the points' places is over the least gap; 0 where points touch from the start."""
+    """Return the round-off of the points' positions over the least gap; 0 if points touch at the start."""
     places = [float(np.abs(c.points + system.scene.body[c.body].position).max()) for c in system.contacts]
     least = float(system.gap.min(initial=np.inf))
     return float(np.finfo(float).eps) * max(places) / least if places and least > 0 else 0.0
 
 
-def _shear(job: Job, component: str) -> float:
-    material = job.scene.component[component].material
-    assert material is not None
-    return material.lame[1]
-
-
 def _penetration(system: System, found: Trajectory) -> tuple[float | None, float | None]:
-    """Return the deepest overlap at frames and what is allowed [m]; None where points slide over another body."""
+    """Return the deepest overlap at frames and its bound [m]; None if points slide over another body."""
     plain = [contact for contact in system.contacts if contact.master is None]
     if not plain or not len(found.frames):
         return None, None
-    ways = found.frames @ system.rows.T
-    pressed = np.zeros(ways.shape)
+    paths = found.frames @ system.rows.T
+    pressed = np.zeros(paths.shape)
     for contact in system.contacts:
         pressed[:, contact.rows] = found.contacts[contact.name].multipliers
-    depth = -(system.gap + ways + pressed @ system.residual)
+    depth = -(system.gap + paths + pressed @ system.residual)
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
     energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))
     speeds = np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T)
     speed = float(speeds.max())
-    slack = ROUND_OFF * float(np.abs(ways).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
-    # Explicit contact ends a frame half a step after its forces, and bodies bend meanwhile.
-    slack += found.counts["step"] * speed if _integrator(found).staggered else 0.0
+    slack = ROUND_OFF * float(np.abs(paths).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
+    # The explicit integrator ends a frame half a step after its contact forces.
+    slack += found.counts["step"] * speed if INTEGRATORS[found.counts["integrator"]].staggered else 0.0
     worst, allowed = -np.inf, 0.0
     for contact in plain:
         for row in range(contact.rows.start, contact.rows.stop):
@@ -287,7 +272,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
 
 
 def _condition(system: System) -> float | None:
-    """Return the condition number of what contact forces are found from, at unit diagonal."""
+    """Return the condition number of the matrix from which contact forces are computed, at unit diagonal."""
     if not len(system.gap):
         elastic = system.stiffness[system.stiffness > 0]
         return float(elastic.max() / elastic.min()) if len(elastic) else None
@@ -298,7 +283,7 @@ def _condition(system: System) -> float | None:
 
 
 def _impacts(system: System, found: Trajectory) -> Impacts | None:
-    """Return what closed forms can be put to; None where there is none."""
+    """Return the impacts that closed forms describe; None if there are none."""
     if len(system.contacts) != 1 or len(system.gap) != 1:
         return None
     scene, contact = system.scene, system.contacts[0]
@@ -315,7 +300,7 @@ def _impacts(system: System, found: Trajectory) -> Impacts | None:
 
 
 def _restitution(contact: Any) -> float | None:
-    """Return the restitution of a law between free rigid bodies, where it is known."""
+    """Return the restitution of a law between free rigid bodies, if it is known."""
     if contact.law is None:
         return 1.0 if contact.surface_stiffness is not None else None
     if contact.law.kind == "hertz" or (contact.law.kind == "linear" and contact.law.damping == 0):

@@ -1,7 +1,7 @@
-"""Units of mass, length and time: what each number of a scene is measured in, and scenes in other units.
+"""Units of the numbers of a scene, and scenes in other units of mass, length and time.
 
-A scene in other units is the same scene: every number with a dimension times its factor, meshes included. What the
-solver finds must then differ by round-off alone.
+Every number with a dimension is multiplied by a factor, in meshes as well; the result must then differ by round-off
+only.
 """
 
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ SYMBOLS: dict[str, Dimension] = {
     "s": (0, 0, 1), "min": (0, 0, 1), "Hz": (0, 0, -1), "N": (1, 1, -2), "Pa": (1, -1, -2),
 }  # fmt: skip
 KEPT = ("report", "plot", "robustness")
-"""Parts of a scene that no run depends on: they stay as they are."""
+"""Parts of a scene that no run depends on; they are not changed."""
 SHAPE = {"radius": "m", "origin": "m", "area": "m^2", "thickness": "m"}
 """Units of the numbers of a true surface."""
 PLAIN = ("kind", "axis", "normal", "along", "across")
@@ -36,9 +36,7 @@ PLAIN = ("kind", "axis", "normal", "along", "across")
 def dimension(unit: str, model: BaseModel | None = None) -> Dimension:
     """Return the dimension of a unit such as `kg/m^3`, `N s/m` or `N/m^exponent`.
 
-    Args:
-        unit: Symbols with exponents, parted by blanks; all after a slash divide. An exponent is a number or a key.
-        model: Where exponents that are keys have their value.
+    Symbols are separated by blanks, and those after a slash divide; an exponent is a number or a key of `model`.
     """
     found = (0.0, 0.0, 0.0)
     for sign, part in zip((1, -1), unit.split("/"), strict=False):
@@ -52,7 +50,7 @@ def dimension(unit: str, model: BaseModel | None = None) -> Dimension:
 
 @dataclass(frozen=True)
 class Units:
-    """New units: a number with a dimension is multiplied by these to its exponents."""
+    """Factors on numbers of mass, length and time in new units."""
 
     mass: float = 1.0
     length: float = 1.0
@@ -65,13 +63,13 @@ class Units:
 
 
 def declared_units(model: type[BaseModel]) -> dict[str, str | list[str]]:
-    """Return the unit of each of a model's own numbers that declares one; a list where the entries of rows differ."""
+    """Return the units that a model's own numbers declare by key; a list of units if the entries of rows differ."""
     found = {name: _unit(field) for name, field in model.model_fields.items()}
     return {name: unit for name, unit in found.items() if unit is not None}
 
 
 def _unit(field: FieldInfo) -> Any:
-    """Return the unit that a field declares, or the numbers within its annotation."""
+    """Return the unit of a field, declared by itself or within its annotation."""
     extra = field.json_schema_extra
     return extra["unit"] if isinstance(extra, dict) and "unit" in extra else _unit_within(field.annotation)
 
@@ -83,7 +81,7 @@ def _unit_within(annotation: Any) -> Any:
 
 
 def rescaled(model: Model, units: Units) -> Model:
-    """Return a model with every number in new units. Nothing is validated again: limits of input are in SI.
+    """Return a model with every number in new units, not validated again since limits of input are in SI.
 
     Raises:
         StageError: a number declares no unit.
@@ -112,7 +110,7 @@ def _changed(value: Any, factors: list[float], units: Units, where: str) -> Any:
     if not isinstance(value, float):
         return value
     if not factors:
-        raise StageError(f"{where}: its dimension is not declared, so it cannot be put into other units")
+        raise StageError(f"{where}: no unit is declared, so it cannot be written in other units")
     return value * factors[0]
 
 
@@ -120,20 +118,17 @@ def rescaled_mesh(mesh: MeshRecord, units: Units) -> MeshRecord:
     """Return the same mesh in another unit of length.
 
     Raises:
-        StageError: a true surface has a number whose dimension is not declared.
+        StageError: a true surface has a number without a declared unit.
     """
     surfaces = {name: Surface(one.facets, _shape(name, one.shape, units)) for name, one in mesh.surfaces.items()}
     return replace(mesh, nodes=mesh.nodes * units.length, surfaces=surfaces)
 
 
 def _shape(surface: str, shape: Mapping[str, Any], units: Units) -> dict[str, Any]:
-    found = {}
-    for key, value in shape.items():
-        if key not in SHAPE and key not in PLAIN:
-            raise StageError(f"surface {surface}: the dimension of its '{key}' is not declared")
-        array = np.asarray(value, float) * units.of(SHAPE[key]) if key in SHAPE else None
-        found[key] = value if array is None else array.tolist()
-    return found
+    if unknown := [key for key in shape if key not in SHAPE and key not in PLAIN]:
+        raise StageError(f"surface {surface}: no unit is declared for '{unknown[0]}'")
+    scaled = {key: (np.asarray(shape[key], float) * units.of(SHAPE[key])).tolist() for key in shape if key in SHAPE}
+    return {**shape, **scaled}
 
 
 def rescaled_profile(source: Path, target: Path, units: Units) -> None:

@@ -8,10 +8,10 @@ from gudgeon.pipeline.scenes.reading import find_file
 
 
 def table_path(profile: Profile, folder: Path, name: str) -> Path | None:
-    """Return where a profile's table stands: beside the scene, or where the command runs.
+    """Return the path of a profile's table, in the scene's folder or the current one; None if it has none.
 
     Raises:
-        InputError: it is in neither place.
+        InputError: it is in neither folder.
     """
     return None if profile.table is None else find_file(profile.table, folder, f"component.{name}.change.profile.table")
 
@@ -20,17 +20,19 @@ def profile_surface(component: Component, name: str) -> str:
     """Return the surface that a component's profile moves.
 
     Raises:
-        InputError: none is named and there is no interface to take it from, or it carries a traction space.
+        InputError: none is named and the component has no interface, or the surface carries a traction space.
     """
     where, surface = f"component.{name}.change.profile.surface", component.change.profile.surface
     if surface is None:
         if not component.interface:
-            raise InputError(f"{where}: is missing, and the component has no interface to take it from")
+            raise InputError(
+                f"{where}: is missing; its default is the surface of the first interface, and there is none"
+            )
         surface = next(iter(component.interface.values())).surface
     for key, interface in component.interface.items():
         if interface.kind == "traction" and interface.surface == surface:
             raise InputError(
-                f"{where}: a traction space stands on the basic surface '{surface}' (interface.{key}), which a profile"
-                " must not move; give the profile to the body that slides over it"
+                f"{where}: '{surface}' carries the traction space interface.{key}, so a profile must not move it; give"
+                " the profile to the body that slides over it"
             )
     return surface

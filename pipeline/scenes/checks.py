@@ -1,4 +1,4 @@
-"""From tables to a scene whose names agree, whose tables are read and whose parts fit."""
+"""Checks of a scene of bodies: keys, names, tables and fit of the parts, before any stage runs."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,35 +9,30 @@ import numpy as np
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.crank_tables import check_closed, read_cycle
 from gudgeon.pipeline.scenes.fit import misfits
-from gudgeon.pipeline.scenes.reading import check_scene, find_file, named
+from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
 
 
 POINTS = ("points", "patch")
-"""Kinds of interface that contacts act on."""
+"""Kinds of interface for contacts."""
 UNRESOLVED = ("bar", "beam", "rigid")
-"""Geometries without local compliance of their own."""
+"""Geometries that do not resolve local compliance."""
 
 
 def checked(path: Path, tables: Mapping[str, Any], model: "type[SceneFile]") -> "SceneFile":
-    """Return the scene that tables describe.
-
-    Args:
-        path: The scene's file, for messages and relative paths.
+    """Return the scene that tables of the file `path` describe.
 
     Raises:
         InputError: every mistake of one kind, one a line.
     """
     scene = check_scene(path, tables, model)
-    if lines := _wrong_names(scene):
-        raise InputError("\n".join(f"{path}: {line}" for line in lines))
+    refuse(path, _wrong_names(scene))
     with named(path, InputError):
         scene = _with_tables(scene, path.parent)
         lines = misfits(scene, path.parent)
-    if lines:
-        raise InputError("\n".join(f"{path}: {line}" for line in lines))
+    refuse(path, lines)
     return scene
 
 
@@ -45,13 +40,13 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
     lines = []
     for body, settings in scene.body.items():
         if (name := scene.component_of(body)) not in scene.component:
-            lines.append(f"body.{body}.component: no component '{name}', there is {', '.join(scene.component)}")
+            lines.append(f"body.{body}.component: no component '{name}'; the scene has {', '.join(scene.component)}")
             continue
         have = scene.component[name].gauge
         unknown = [gauge for gauge in settings.gauges if gauge not in have]
         lines += [f"body.{body}.gauges: no gauge '{g}', the component has {', '.join(have) or 'none'}" for g in unknown]
         wide = [gauge for gauge in settings.gauges if gauge in have and have[gauge].surface is not None]
-        lines += [f"body.{body}.gauges: '{g}' reads a surface, for pictures; name stations and points" for g in wide]
+        lines += [f"body.{body}.gauges: '{g}' is a surface, for pictures only; name stations and points" for g in wide]
     sliding = scene.masters()
     wanted = [(f"contact.{n}.interface", c.body, c.interface, POINTS) for n, c in scene.contact.items()]
     wanted += [
@@ -75,7 +70,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
 
 
 def _counted_twice(scene: "SceneFile") -> list[str]:
-    """List laws of local compliance on meshes that resolve it themselves."""
+    """List contact laws with local compliance on solids, whose meshes resolve it themselves."""
     lines = []
     for name, contact in scene.contact.items():
         if contact.law is None or contact.method != "residual":
@@ -86,19 +81,19 @@ def _counted_twice(scene: "SceneFile") -> list[str]:
             if component is not None and component.geometry.kind not in UNRESOLVED:
                 lines.append(
                     f"contact.{name}.law: '{contact.law.kind}' and R of the solid '{scene.component_of(body)}' count"
-                    " the local compliance twice; take method 'penalty', or leave the law out"
+                    " the local compliance twice; use method 'penalty' or remove the law"
                 )
     return lines
 
 
 def law_notes(scene: "SceneFile") -> list[str]:
-    """Return a line for each contact law that is used outside its validity."""
+    """Return a line for each contact law that is used outside its range of validity."""
     warned = ((name, contact.law.warning()) for name, contact in scene.contact.items() if contact.law is not None)
     return [f"contact.{name}.law: {text}" for name, text in warned if text is not None]
 
 
 def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
-    """Read the tables that forces name, so that the solver's part of the scene holds their values."""
+    """Return the scene with the values of the tables that its forces name."""
     forces: dict[str, Any] = dict(scene.force)
     for name, force in scene.gas().items():
         if force.table is not None:

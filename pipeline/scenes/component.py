@@ -1,4 +1,4 @@
-"""A component: geometry, material, mesh, interfaces, modes and its change, as they stand in a scene."""
+"""The `component` tables of a scene: geometry, material, mesh, supports, interfaces, gauges, modes and change."""
 
 from typing import Literal
 
@@ -14,10 +14,12 @@ from gudgeon.pipeline.scenes.supports import SupportEntry
 
 
 class MeshSettings(BaseModel):
-    """How fine to mesh."""
+    """Element size."""
 
     model_config = STRICT
-    size: Length | None = Field(default=None, description="Edge length [m]; unused for mesh files and rigid bodies")
+    size: Length | None = Field(
+        default=None, description="Edge length of the elements [m]; not used for mesh files and rigid bodies"
+    )
 
 
 class Profile(BaseModel):
@@ -28,17 +30,19 @@ class Profile(BaseModel):
         default=None,
         description="CSV file: angles [deg] in the first row, heights [m] in the first column, deviations [m]",
     )
-    surface: str | None = Field(default=None, description="Surface that moves; that of the first interface by default")
+    surface: str | None = Field(
+        default=None, description="Surface that moves; default: the surface of the first interface"
+    )
     scale: Finite = Field(default=1.0, description="Factor on the table's deviations", json_schema_extra={"unit": "1"})
-    offset: Coordinate = Field(default=0.0, description="Deviation everywhere, outwards, on top of the table's [m]")
+    offset: Coordinate = Field(default=0.0, description="Uniform outward deviation, added to that of the table [m]")
 
 
 class Change(BaseModel):
-    """A design change and how far the modes follow it."""
+    """A design change, and whether the modes are computed again."""
 
     model_config = STRICT
     update: Literal["reuse", "recompute"] = Field(
-        default="reuse", description="reuse: nodal positions move, modes stay; recompute: modes of the moved mesh"
+        default="reuse", description="reuse: nodes move, modes are kept; recompute: modes of the moved mesh"
     )
     profile: Profile = Profile()
 
@@ -48,14 +52,18 @@ class Component(BaseModel):
 
     model_config = STRICT
     geometry: Geometry
-    material: Material | None = Field(default=None, validate_default=True, description="Only a rigid body has none")
+    material: Material | None = Field(
+        default=None, validate_default=True, description="Needed, except for rigid bodies"
+    )
     mesh: MeshSettings = MeshSettings()
     supports: tuple[SupportEntry, ...] = Field(
         default=(),
-        description="Surfaces whose nodes are held, by name in all directions or as tables; none on a free body",
+        description="Surfaces whose nodes are held: names (all directions) or tables; none for a free body",
     )
     interface: dict[str, Interface] = {}
-    gauge: dict[str, Gauge] = Field(default={}, validate_default=True, description="Where stress or strain is read")
+    gauge: dict[str, Gauge] = Field(
+        default={}, validate_default=True, description="Places where stress or strain is recorded"
+    )
     modes: ModesSettings = Field(default=ModesSettings(), validate_default=True)
     change: Change = Change()
 
@@ -66,7 +74,7 @@ class Component(BaseModel):
         if value is None and kind not in ("rigid", None):
             raise ValueError(f"is missing; geometry '{kind}' needs E, nu and rho")
         if value is not None and kind == "rigid":
-            raise ValueError("given, geometry 'rigid' has its mass by itself; leave the key out")
+            raise ValueError("given, but geometry 'rigid' states its own mass; remove the key")
         return value
 
     @field_validator("gauge")
@@ -74,9 +82,7 @@ class Component(BaseModel):
     def _fits_the_geometry(cls, value: dict[str, Gauge], info: ValidationInfo) -> dict[str, Gauge]:
         kind = _kind(info)
         if value and kind in ("bar", "rigid"):
-            raise ValueError(
-                f"{', '.join(value)} given, gauges are for beams, solids and plane parts, not for '{kind}'"
-            )
+            raise ValueError(f"{', '.join(value)} given; gauges need a beam, solid or plane part, not '{kind}'")
         for name, gauge in value.items():
             if kind is not None and (kind == "beam") != (gauge.station is not None):
                 wanted = "a station and a fibre" if kind == "beam" else "a point or a surface"
@@ -89,17 +95,15 @@ class Component(BaseModel):
     @classmethod
     def _fits_the_kind(cls, value: ModesSettings, info: ValidationInfo) -> ModesSettings:
         if info.data.get("gauge") and value.reduction == "rigid":
-            raise ValueError("reduction 'rigid' given, a gauge needs a reduction with elastic coordinates")
+            raise ValueError("reduction 'rigid' given; a gauge needs a reduction with elastic coordinates")
         if _kind(info) != "rigid" or value.reduction == "rigid":
             return value
         if "reduction" in value.model_fields_set:
-            raise ValueError(
-                f"reduction '{value.reduction}' given, geometry 'rigid' allows 'rigid' only; leave the key out"
-            )
+            raise ValueError(f"reduction '{value.reduction}' given; geometry 'rigid' allows 'rigid' only")
         return value.model_copy(update={"reduction": "rigid"})
 
 
 def _kind(info: ValidationInfo) -> str | None:
-    """Return the kind of geometry; None where it is wrong itself."""
+    """Return the kind of geometry; None if the geometry itself is wrong."""
     geometry = info.data.get("geometry")
     return None if geometry is None else geometry.kind

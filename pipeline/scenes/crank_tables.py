@@ -1,4 +1,4 @@
-"""Tables over the crank angle, read from CSV: a header, then angle [deg] and value, closing over one or two turns."""
+"""Tables over the crank angle, read from CSV: a header, then angle [deg] and value, periodic in one or two turns."""
 
 from pathlib import Path
 
@@ -9,15 +9,14 @@ from gudgeon.pipeline.geometry.profile import read_rows
 
 SPANS = (360.0, 720.0)
 CLOSED = 1e-3
-"""How much the first and last value may differ, relative to the largest."""
+"""Largest difference of the first and the last value, relative to the largest value."""
 
 
 def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
-    """Read a table over the crank angle.
+    """Return the rows of a table over the crank angle: angle [deg] and value.
 
     Raises:
-        InputError: the file is missing or cut off, a value is no number, angles do not increase, or the table does not
-            close over 360 or 720 degrees.
+        InputError: the file is missing or truncated, a value is not a finite number; or see `check_closed`.
     """
     rows = read_rows(path, "table")
     if len(rows) < 5:
@@ -27,31 +26,27 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
         if len(row) != 2:
             raise InputError(f"{path}: row {number} has {len(row)} cells, angle [deg] and value are needed")
         try:
-            pair = (float(row[0]), float(row[1]))
+            angle, value = map(float, row)
         except ValueError:
             raise InputError(f"{path}: row {number} holds '{', '.join(row)}', two numbers are needed") from None
-        if not np.isfinite(pair).all():
+        if not np.isfinite((angle, value)).all():
             raise InputError(f"{path}: row {number} holds '{', '.join(row)}', finite numbers are needed")
-        values.append(pair)
+        values.append((angle, value))
     check_closed(str(path), np.array(values), 2)
     return tuple(values)
 
 
 def check_closed(where: str, table: np.ndarray, first_row: int = 1) -> None:
-    """Check that angles increase and that a table closes over one or two turns.
+    """Raise InputError unless the angles [deg] of a table, (rows, 2), increase and it is periodic in one or two turns.
 
-    Args:
-        where: File or key, for messages.
-        table: Angle [deg] and value, (rows, 2).
-        first_row: Number of the first row, for messages.
-
-    Raises:
-        InputError: it does not.
+    Messages name the file or key `where`, and rows from `first_row` on.
     """
     turned = np.flatnonzero(np.diff(table[:, 0]) <= 0)
     if len(turned):
         later = turned[0] + 1
-        raise InputError(f"{where}: row {later + first_row}: the angle {table[later, 0]:g} must be above the last one")
+        raise InputError(
+            f"{where}: row {later + first_row}: the angle {table[later, 0]:g} must be above that of the row before"
+        )
     span = table[-1, 0] - table[0, 0]
     if min(abs(span - whole) for whole in SPANS) > 1e-6:
         raise InputError(

@@ -1,4 +1,4 @@
-"""What can be told of a scene before anything long runs: do the parts fit, and does the mechanism reach."""
+"""Geometric checks of a scene before any stage runs: clearances, travel, and the length of connecting rods."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,12 +12,14 @@ from gudgeon.pipeline.scenes.interface import Interface
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
 
+Shaped = tuple[Interface, dict[str, Any]]
+"""An interface and the true shape of its surface."""
 HEIGHTS, ANGLES = 121, 361
-"""Grid on which a skirt's profile is searched for its highest place."""
+"""Points of the grid on which the least clearance of a skirt is searched."""
 
 
 def misfits(scene: "SceneFile", folder: Path) -> list[str]:
-    """List what does not fit, one line each; geometries of mesh files are not known before meshing.
+    """List the misfits, one line each; geometries of mesh files are unknown before meshing and are not checked.
 
     Raises:
         InputError: a profile table cannot be read.
@@ -46,25 +48,19 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
     return lines
 
 
-def _surface(scene: "SceneFile", body: str, interface: str) -> tuple[Interface, dict[str, Any]] | None:
-    """Return an interface and the true shape of its surface, where they are known."""
-    component = scene.component.get(scene.component_of(body))
-    shapes_of = getattr(component.geometry, "surface_shapes", None) if component is not None else None
-    if component is None or interface not in component.interface or shapes_of is None:
+def _surface(scene: "SceneFile", body: str, interface: str) -> Shaped | None:
+    """Return an interface with the shape of its surface; None for mesh files and faces without a true shape."""
+    component = scene.component[scene.component_of(body)]
+    shapes_of = getattr(component.geometry, "surface_shapes", None)
+    if shapes_of is None:
         return None
     item = component.interface[interface]
     shape = shapes_of().get(item.surface)
     return None if shape is None else (item, shape)
 
 
-def _clearance(
-    scene: "SceneFile",
-    folder: Path,
-    name: str,
-    slave: tuple[Interface, dict[str, Any]],
-    master: tuple[Interface, dict[str, Any]],
-) -> list[str]:
-    """Compare the slave's largest radius, profile included, with the bore."""
+def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, master: Shaped) -> list[str]:
+    """Compare the largest radius of the sliding surface, profile included, with the bore."""
     contact = scene.contact[name]
     component = scene.component_of(contact.body)
     item = slave[0]
@@ -84,7 +80,7 @@ def _clearance(
     if clearance[worst] >= 0:
         return []
     share = float(np.mean(clearance < 0))
-    nearer = f", {out[worst] * 1e6:.3g} µm nearer by body.{contact.body}.position" if out[worst] else ""
+    nearer = f"; {out[worst] * 1e6:.3g} µm of it are taken by body.{contact.body}.position" if out[worst] else ""
     return [
         f"contact.{name}: the clearance is below zero on {f'{share:.0%}' if share >= 0.01 else 'under 1%'} of"
         f" '{contact.interface}', worst {clearance[worst] * 1e6:.3g} µm at height {z.ravel()[worst]:.4g} m and"
@@ -94,7 +90,7 @@ def _clearance(
 
 
 def _profile_of(scene: "SceneFile", folder: Path, component: str, item: Interface) -> tuple[ProfileTable | None, float]:
-    """Return table and offset [m] of the profile that moves an interface's surface; nothing where it moves another."""
+    """Return table and offset [m] of the profile of an interface's surface; None and 0 if it moves another surface."""
     part = scene.component[component]
     profile = part.change.profile
     path = table_path(profile, folder, component)
@@ -103,10 +99,8 @@ def _profile_of(scene: "SceneFile", folder: Path, component: str, item: Interfac
     return None if path is None else read_profile(path, profile.scale), profile.offset
 
 
-def _travel(
-    scene: "SceneFile", name: str, slave: tuple[Interface, dict[str, Any]], master: tuple[Interface, dict[str, Any]]
-) -> list[str]:
-    """Check that the slave stays within the master's height all along the stroke."""
+def _travel(scene: "SceneFile", name: str, slave: Shaped, master: Shaped) -> list[str]:
+    """Check that the sliding surface stays within the height of the other one all along the stroke."""
     contact = scene.contact[name]
     rod, joint = next(((key, item) for key, item in scene.joint.items() if item.body == contact.body), ("", None))
     held = _surface(scene, contact.body, joint.interface) if joint is not None else None

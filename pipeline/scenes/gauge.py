@@ -9,14 +9,14 @@ from gudgeon.pipeline.scenes.modes import is_absent
 
 
 class Gauge(BaseModel):
-    """Where stress or strain is read: at a fibre of a beam, at a point, or all over a surface."""
+    """A place where stress or strain is recorded: a fibre of a beam, a point, or a surface."""
 
     model_config = STRICT
     station: str | None = Field(
         default=None,
         exclude_if=is_absent,
-        description="Name of a station of the beam, or one of its ends left and right: its bending stress, positive in"
-        " tension, is read",
+        description="Station of the beam, or its end left or right, where the bending stress is recorded, positive in"
+        " tension",
     )
     fibre: Literal["top", "bottom"] | None = Field(
         default=None, exclude_if=is_absent, description="Outermost fibre of the beam at the station"
@@ -24,33 +24,35 @@ class Gauge(BaseModel):
     point: tuple[float, float, float] | None = Field(
         default=None,
         exclude_if=is_absent,
-        description="Place of a solid or plane part [m]: six components are read",
+        description="Point of a solid or plane part [m] where six components are recorded",
         json_schema_extra={"unit": "m"},
     )
     surface: str | None = Field(
         default=None,
         exclude_if=is_absent,
-        description="Surface of a solid or plane part, or 'skin', all of its boundary: six components at each node; for"
-        " pictures, a body does not name it in gauges",
+        description="Surface of a solid or plane part, or 'skin', its whole boundary: six components at each node, for"
+        " pictures; a body must not name it in gauges",
     )
     quantity: Literal["stress", "strain"] | None = Field(
-        default=None, exclude_if=is_absent, description="What is read at a point or on a surface; stress by default"
+        default=None, exclude_if=is_absent, description="Quantity at a point or on a surface; default: stress"
     )
 
     @model_validator(mode="after")
     def _is_one_of_them(self) -> "Gauge":
         given = [name for name in ("station", "point", "surface") if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError(f"{' and '.join(given) or 'none'} given, one of station, point and surface is needed")
+            raise ValueError(
+                f"{' and '.join(given) or 'none'} given; exactly one of station, point and surface is needed"
+            )
         if (self.fibre is None) == (self.station is not None):
-            raise ValueError("fibre, 'top' or 'bottom', is for a station, and a station needs it")
+            raise ValueError("fibre, 'top' or 'bottom', must be given with a station, and only then")
         if self.quantity is not None and self.station is not None:
-            raise ValueError("quantity is for a point or a surface; at a station of a beam it is stress")
+            raise ValueError("quantity applies to a point or a surface; a station of a beam always gives stress")
         if self.point is not None and not all(abs(x) < float("inf") for x in self.point):
             raise ValueError(f"point {list(self.point)} given, three finite coordinates are needed")
         return self
 
     @property
     def unit(self) -> str:
-        """Of the reading."""
+        """Unit of the recorded quantity."""
         return "1" if self.quantity == "strain" else "Pa"

@@ -8,6 +8,11 @@ from gudgeon.pipeline.geometry.numbers import STRICT, Coordinate, Direction, Fin
 from gudgeon.pipeline.scenes.modes import is_absent
 
 Span = tuple[Coordinate, Coordinate]
+OWN_KEYS = {
+    ("spacing", "along", "extent"): ("traction",), ("tie", "point"): ("tie",),
+    ("sector_deg", "height"): ("points", "traction"),
+}  # fmt: skip
+"""Keys that apply to some kinds of interface only, with these kinds."""
 
 
 def _pair(value: Any) -> Any:
@@ -15,7 +20,7 @@ def _pair(value: Any) -> Any:
 
 
 class Interface(BaseModel):
-    """Where a component may be touched or loaded."""
+    """A place of a component where contacts, joints or loads act."""
 
     model_config = STRICT
     surface: str = Field(description="Name of a surface of the mesh")
@@ -23,15 +28,15 @@ class Interface(BaseModel):
         default="points",
         description="points: contact points; traction: smooth tractions for points of another body that slide over"
         " the surface; mean: the mean displacement of the surface, for joints and forces; pressure: a uniform pressure;"
-        " patch: one contact row, the mean normal displacement of a flat surface; tie: the surface hangs on a reference"
-        " point, see tie",
+        " patch: one contact row, the mean normal displacement of a flat surface; tie: the surface is coupled to a"
+        " reference point, see tie",
     )
     sector_deg: tuple[Finite, Finite] | None = Field(
         default=None,
-        description="Only what lies between two angles [deg]; a traction space on a cylinder needs it",
+        description="Only the part between two angles [deg]; needed for a traction space on a cylinder",
         json_schema_extra={"unit": "deg"},
     )
-    height: Span | None = Field(default=None, description="Only what lies between two heights along the axis [m]")
+    height: Span | None = Field(default=None, description="Only the part between two heights along the axis [m]")
     spacing: Annotated[tuple[Length, Length], BeforeValidator(_pair)] | None = Field(
         default=None,
         description="Largest knot spacing of a traction space across and along [m], or one number for both",
@@ -42,18 +47,18 @@ class Interface(BaseModel):
     extent: tuple[Span, Span] | None = Field(
         default=None,
         description="Least and largest coordinate of a traction space on a plane, across and along, from the plane's"
-        " origin [m]; all of the surface by default",
+        " origin [m]; default: the whole surface",
     )
     tie: Literal["rbe2", "rbe3"] | None = Field(
         default=None,
         exclude_if=is_absent,
-        description="How a surface hangs on its reference point. rbe2: it moves as a rigid body with the point; rbe3:"
-        " the point moves as the surface does on the mean, which stays as flexible as it is",
+        description="How the surface is coupled to the reference point. rbe2: it moves as a rigid body with the point;"
+        " rbe3: the point has the mean motion of the surface, which stays flexible",
     )
     point: Point | None = Field(
         default=None,
         exclude_if=is_absent,
-        description="Reference point of a tie [m]; the surface's centroid by default",
+        description="Reference point of a tie [m]; default: the centroid of the surface",
     )
 
     @model_validator(mode="after")
@@ -62,18 +67,13 @@ class Interface(BaseModel):
         spans += [("extent", span) for span in self.extent or ()]
         for name, span in spans:
             if span is not None and span[0] >= span[1]:
-                raise ValueError(f"{name} is {list(span)}, the first value must be below the second")
+                raise ValueError(f"{name} is {list(span)}; the first value must be below the second")
         if self.kind == "traction" and self.spacing is None:
             raise ValueError("kind 'traction' needs spacing [m]")
-        for name in ("spacing", "along", "extent"):
-            if self.kind != "traction" and getattr(self, name) is not None:
-                raise ValueError(f"{name} is for kind 'traction', the kind is '{self.kind}'")
         if self.kind == "tie" and self.tie is None:
             raise ValueError("kind 'tie' needs tie, 'rbe2' or 'rbe3'")
-        for name in ("tie", "point"):
-            if self.kind != "tie" and getattr(self, name) is not None:
-                raise ValueError(f"{name} is for kind 'tie', the kind is '{self.kind}'")
-        for name in ("sector_deg", "height"):
-            if self.kind in ("mean", "pressure", "patch", "tie") and getattr(self, name) is not None:
-                raise ValueError(f"{name} is for kinds 'points' and 'traction', '{self.kind}' takes the whole surface")
+        for names, kinds in OWN_KEYS.items():
+            given = [name for name in names if getattr(self, name) is not None]
+            if given and self.kind not in kinds:
+                raise ValueError(f"{given[0]} is for {' and '.join(map(repr, kinds))} only, the kind is '{self.kind}'")
         return self

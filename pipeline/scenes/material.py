@@ -1,11 +1,11 @@
-"""What a component is made of."""
+"""The `material` table of a component."""
 
 from pydantic import BaseModel, Field, model_validator
 
 from gudgeon.pipeline.geometry.numbers import STRICT, Positive
 
 WAVE_SPEEDS = (0.5, 1e6)
-"""√(E/ρ) [m/s]: soft gels have 1, diamond has 2e4. Moduli in GPa and densities in t/mm³ lie outside."""
+"""Limits of √(E/ρ) [m/s]: soft gels have 1, diamond has 2e4; a modulus in GPa or a density in t/mm³ is outside."""
 
 
 class Material(BaseModel):
@@ -26,7 +26,7 @@ class Material(BaseModel):
         speed, (low, high) = (self.E / self.rho) ** 0.5, WAVE_SPEEDS
         if not low <= speed <= high:
             raise ValueError(
-                f"E = {self.E:g} Pa and rho = {self.rho:g} kg/m^3 make waves of {speed:.3g} m/s, allowed: {low:g} to"
-                f" {high:g}; check the units, which are SI"
+                f"E = {self.E:g} Pa and rho = {self.rho:g} kg/m^3 give a wave speed √(E/rho) of {speed:.3g} m/s,"
+                f" allowed: {low:g} to {high:g}; check that the units are SI"
             )
         return self

@@ -1,4 +1,4 @@
-"""How a component is held, how it is reduced, and where stress is read of it."""
+"""The `modes` table of a component: its reduction and the number of coordinates."""
 
 from typing import Literal
 
@@ -6,54 +6,48 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry.numbers import STRICT
 
+Reduction = Literal[
+    "macneal", "normal+static", "craig-bampton", "fixed-reference", "ritz", "rubin", "attachment", "interface",
+    "partial-interface", "rigid",
+]  # fmt: skip
 ALL_FOR_ZERO = ("craig-bampton", "interface", "partial-interface", "attachment")
-"""Reductions for which a normal_count of 0 means all that they make."""
+"""Reductions for which a normal_count of 0 means all modes."""
 
 
 def is_absent(value: object) -> bool:
-    """Return whether a key was left out: it then stays out of what identifies a record."""
+    """Return whether a key was not given: it is then no part of a record's key."""
     return value is None or value == ()
 
 
 class ModesSettings(BaseModel):
-    """How a component is reduced."""
+    """Reduction of a component."""
 
     model_config = STRICT
-    reduction: Literal[
-        "macneal",
-        "normal+static",
-        "craig-bampton",
-        "fixed-reference",
-        "ritz",
-        "rubin",
-        "attachment",
-        "interface",
-        "partial-interface",
-        "rigid",
-    ] = Field(
+    reduction: Reduction = Field(
         default="macneal",
-        description="macneal: what the kept shapes lack stays as massless residual flexibility R; normal+static: it is"
-        " dropped, contact then needs method 'penalty'; craig-bampton, fixed-reference, ritz: other kept shapes than"
-        " normal modes of the free body, with R; rubin: normal modes and a shape of every contact row, with mass;"
-        " attachment: the rows' static shapes alone; interface: craig-bampton with modes for the boundary's dofs;"
-        " partial-interface: the same, some of the dofs kept; rigid: no elastic coordinates at all",
+        description="macneal: normal modes and static correction modes, with the flexibility of the other modes as"
+        " massless residual flexibility R; normal+static: the same without R, contact then needs method 'penalty';"
+        " craig-bampton, fixed-reference, ritz: other shapes than normal modes of the free body, with R; rubin: normal"
+        " modes and a static shape with mass of every contact row; attachment: only the static shapes of the rows;"
+        " interface: craig-bampton with modes instead of the boundary dofs; partial-interface: the same with some"
+        " boundary dofs kept; rigid: no elastic coordinates",
     )
     normal_count: int = Field(
         default=30,
         ge=0,
-        description="Elastic normal modes or Ritz vectors; 0 is all that reductions 'craig-bampton', 'interface',"
-        " 'partial-interface' and 'attachment' make; reduction 'rigid' has none",
+        description="Number of elastic normal modes or Ritz vectors; 0: all, for reductions 'craig-bampton',"
+        " 'interface', 'partial-interface' and 'attachment'; not used by reduction 'rigid'",
     )
     static_count: int = Field(
         default=0,
         ge=0,
-        description="Static correction shapes of each interface of kind 'points', 'traction' or 'patch'",
+        description="Static correction modes of each interface of kind 'points', 'traction' or 'patch'",
     )
     substructures: int = Field(
         default=1,
         ge=1,
-        description="Parts of a body along its longest axis; for reductions 'craig-bampton', 'interface' and"
-        " 'partial-interface'",
+        description="Number of substructures along the body's longest axis; for reductions 'craig-bampton',"
+        " 'interface' and 'partial-interface'",
     )
     fixed_count: int = Field(
         default=10,
@@ -64,31 +58,31 @@ class ModesSettings(BaseModel):
     boundary: tuple[str, ...] = Field(
         default=(),
         exclude_if=is_absent,
-        description="Surfaces whose dofs are boundary, beside those that interfaces and cuts touch; for reductions"
+        description="Surfaces with boundary dofs, in addition to those of interfaces and cuts; for reductions"
         " 'craig-bampton', 'interface' and 'partial-interface'",
     )
     kept: tuple[str, ...] = Field(
         default=(),
         exclude_if=is_absent,
-        description="Surfaces and interfaces whose boundary dofs stay physical; for reduction 'partial-interface'",
+        description="Surfaces and interfaces whose boundary dofs are kept; for reduction 'partial-interface'",
     )
     interface_count: int | None = Field(
         default=None,
         exclude_if=is_absent,
         ge=0,
-        description="Elastic interface modes for the boundary dofs that are not kept; all by default; for reductions"
+        description="Elastic interface modes of the boundary dofs that are not kept; default: all; for reductions"
         " 'interface' and 'partial-interface'",
     )
     reference: str | None = Field(
         default=None,
         validate_default=True,
-        description="Surface that reduction 'fixed-reference' clamps; with any reduction, where the reaction is measured",
+        description="Surface where the reaction is recorded; reduction 'fixed-reference' clamps it",
     )
     ritz_count: int | None = Field(
         default=None,
         validate_default=True,
         ge=1,
-        description="Load-dependent vectors that reduction 'ritz' generates; twice normal_count by default",
+        description="Load-dependent vectors that reduction 'ritz' generates; default: twice normal_count",
     )
 
     @field_validator("normal_count")
@@ -96,7 +90,7 @@ class ModesSettings(BaseModel):
     def _at_least_one(cls, value: int, info: ValidationInfo) -> int:
         if value == 0 and (reduction := info.data.get("reduction", "macneal")) not in ALL_FOR_ZERO:
             names = ", ".join(f"'{name}'" for name in ALL_FOR_ZERO)
-            raise ValueError(f"0 given, reduction '{reduction}' needs 1 or more; only {names} take 0, for all")
+            raise ValueError(f"0 given; reduction '{reduction}' needs 1 or more, only {names} allow 0 (all)")
         return value
 
     @field_validator("reference")

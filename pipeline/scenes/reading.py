@@ -1,4 +1,4 @@
-"""Reading a scene: TOML, overrides from the command line, and errors that say what to write instead."""
+"""Reading a scene: TOML, overrides of the command line, and errors that name the allowed keys."""
 
 import contextlib
 import difflib
@@ -10,11 +10,18 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.errors import InputError
 
 Model = TypeVar("Model", bound=BaseModel)
 SCENE_FILE = "scene.toml"
 UNSET = "unset"
+QUOTED = r"'([^']*)'"
+RENAMED = {
+    "reduction": {FORMER: "recipe"}, "update": {FORMER: "rung"}, "robustness": {FORMER: "stress"},
+    "full_fe": {FORMER: "nodal"}, "explicit": {FORMER: "kick"}, "implicit": {FORMER: "trapezoid"},
+}  # fmt: skip
+"""Keys and values with a former name, which is not accepted, but for which the message names the present one."""
 KEY = re.compile(r"(component|wheel|body|contact|joint|force|report|run|robustness)\.")
 
 
@@ -22,7 +29,7 @@ def scene_path(scene: str | Path) -> Path:
     """Return the TOML file of a scene given as a file or as its folder.
 
     Raises:
-        InputError: neither is there.
+        InputError: it does not exist.
     """
     path = Path(scene)
     path = path / SCENE_FILE if path.is_dir() else path
@@ -32,15 +39,12 @@ def scene_path(scene: str | Path) -> Path:
 
 
 def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """Return a scene's tables with overrides put in.
+    """Return a scene's tables with overrides `path.to.key=value` applied; a value that is not TOML is taken as text.
 
-    A file may begin with `base = "other.toml"`: then its tables change those of the other file beside it.
-
-    Args:
-        overrides: `path.to.key=value` texts; values are TOML, and plain text where they are not.
+    A file may begin with `base = "other.toml"`: its tables then change those of the other file in the same folder.
 
     Raises:
-        InputError: the file cannot be read or is no TOML, or an override has no `=`.
+        InputError: the file cannot be read or is not valid TOML, or an override has no `=`.
     """
     tables = _tables(path, ())
     for text in overrides:
@@ -69,7 +73,7 @@ def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def named(path: Path, *kinds: type[Exception]) -> Iterator[None]:
-    """Begin errors of these kinds that are about a key of the scene with the scene's file."""
+    """Prefix errors of these kinds with the scene's file if they begin with a key of the scene."""
     try:
         yield
     except kinds as error:
@@ -79,11 +83,7 @@ def named(path: Path, *kinds: type[Exception]) -> Iterator[None]:
 
 
 def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model:
-    """Turn tables into the scene they describe.
-
-    Args:
-        path: The scene's file, for messages.
-        model: What the scene must look like.
+    """Return the scene that tables of the file `path` describe.
 
     Raises:
         InputError: every mistake, one a line.
@@ -94,6 +94,12 @@ def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model
         schema = model.model_json_schema()
         lines = [_explain(path, entry, schema) for entry in error.errors(include_url=False)]
         raise InputError("\n".join(lines)) from None
+
+
+def refuse(path: Path, lines: Sequence[str]) -> None:
+    """Raise InputError with the file in front of each line, if there are any."""
+    if lines:
+        raise InputError("\n".join(f"{path}: {line}" for line in lines))
 
 
 def parse_override(text: str) -> dict[str, Any]:
@@ -117,7 +123,7 @@ def parse_override(text: str) -> dict[str, Any]:
 
 
 def merge(tables: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Put `changes` into nested `tables`, in place; the value `"unset"` takes a key away."""
+    """Apply `changes` to nested `tables`, in place; the value `"unset"` removes a key."""
     for name, value in changes.items():
         if value == UNSET:
             tables.pop(name, None)
@@ -133,14 +139,11 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
     keys, allowed = _walk(schema, entry["loc"])
     where = ": ".join([str(path), ".".join(keys)] if keys else [str(path)])
     if entry["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(keys[-1], allowed, 1)
-        hint = f"did you mean '{near[0]}'? " if near else ""
-        return f"{where}: unknown key; {hint}allowed here: {', '.join(allowed)}"
+        return f"{where}: unknown key; {_hint(keys[-1], allowed)}allowed here: {', '.join(allowed)}"
     if entry["type"] == "union_tag_invalid":
         key, tags = entry["ctx"]["discriminator"].strip("'"), entry["ctx"]["expected_tags"]
-        near = difflib.get_close_matches(entry["ctx"]["tag"], re.findall(r"'([^']*)'", tags), 1)
-        hint = f"did you mean '{near[0]}'? " if near else ""
-        return f"{where}.{key}: '{entry['ctx']['tag']}' given; {hint}input should be one of {tags}"
+        tag = entry["ctx"]["tag"]
+        return f"{where}.{key}: '{tag}' given; {_hint(tag, re.findall(QUOTED, tags))}input should be one of {tags}"
     if entry["type"] == "union_tag_not_found":
         return f"{where}.{entry['ctx']['discriminator'].strip(chr(39))}: is missing"
     if entry["type"] == "missing":
@@ -149,7 +152,15 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
     given = entry["input"]
     if isinstance(given, Mapping) or entry["type"] == "value_error":
         return f"{where}: {message}"
-    return f"{where}: {given!r} given; {message[0].lower()}{message[1:]}"
+    hint = _hint(str(given), re.findall(QUOTED, message)) if entry["type"] == "literal_error" else ""
+    return f"{where}: {given!r} given; {hint}{message[0].lower()}{message[1:]}"
+
+
+def _hint(given: str, allowed: Sequence[str]) -> str:
+    """Return a question with the allowed name that replaces or resembles the given one; empty if there is none."""
+    near = [new for new in allowed if RENAMED.get(new) == {FORMER: given}]
+    near = near or difflib.get_close_matches(given, allowed, 1)
+    return f"did you mean '{near[0]}'? " if near else ""
 
 
 def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[str], list[str]]:
@@ -175,12 +186,12 @@ def _resolve(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
 
 
 def find_file(name: str, folder: Path, where: str) -> Path:
-    """Find a file that a scene names, beside the scene or where the command runs.
+    """Return the path of a file that a scene names, in the scene's folder or the current one.
 
     Raises:
-        InputError: it is in neither place.
+        InputError: it is in neither folder.
     """
     for candidate in (folder / name, Path(name)):
         if candidate.is_file():
             return candidate
-    raise InputError(f"{where}: no file '{name}', neither in {folder} nor here")
+    raise InputError(f"{where}: no file '{name}', neither in {folder} nor in the current folder")

@@ -1,4 +1,4 @@
-"""Cases of `gudgeon robustness` as they stand in a file: what is changed, and what decides."""
+"""The `robustness` table of a scene: cases of `gudgeon robustness`, each an operation on the scene and its rules."""
 
 from typing import Annotated, Any, Literal
 
@@ -9,109 +9,99 @@ from gudgeon.pipeline.geometry.numbers import STRICT, Positive
 Factor = Annotated[float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"unit": "1"})]
 
 
-class ContactStiffness(BaseModel):
-    """Everything that yields at contacts, and springs; the bodies' moduli where nothing else does."""
-
+class _Strict(BaseModel):
     model_config = STRICT
+
+
+class _Scaled(_Strict):
+    factor: Factor
+
+
+class ContactStiffness(_Scaled):
+    """Scale surface layers, laws and springs; the moduli of the bodies if the scene has none of these."""
+
     kind: Literal["contact-stiffness"]
-    factor: Factor
 
 
-class FirstMass(BaseModel):
-    """The mass of the first body that a contact names, or of the first body."""
+class FirstMass(_Scaled):
+    """Scale the mass of the body that the first contact names, or of the first body."""
 
-    model_config = STRICT
     kind: Literal["mass"]
-    factor: Factor
 
 
-class Step(BaseModel):
-    """The step that the integrator takes by itself."""
+class Step(_Scaled):
+    """Give a step: a multiple of the one that the integrator chooses by itself."""
 
-    model_config = STRICT
     kind: Literal["step"]
-    factor: Factor
 
 
-class Restitution(BaseModel):
-    """Rigid contact of method 'impact'; laws that have a restitution take it."""
+class Restitution(_Strict):
+    """Use rigid contact of method 'impact'; laws that have a restitution keep their method."""
 
-    model_config = STRICT
     kind: Literal["restitution"]
     value: float = Field(ge=0, le=1, json_schema_extra={"unit": "1"})
 
 
-class Grazing(BaseModel):
-    """Slower approach from as much nearer."""
+class Grazing(_Scaled):
+    """Scale the speed of approach, and the distance with it."""
 
-    model_config = STRICT
     kind: Literal["grazing"]
-    factor: Factor
 
 
-class Penetration(BaseModel):
-    """The first contact's body moved into what it touches."""
+class Penetration(_Strict):
+    """Move the body of the first contact into the other surface."""
 
-    model_config = STRICT
     kind: Literal["penetration"]
     share: Factor = Field(description="Depth over the size of the body")
 
 
-class Poisson(BaseModel):
-    """Poisson's ratio of every elastic component."""
+class Poisson(_Strict):
+    """Set Poisson's ratio of every elastic component."""
 
-    model_config = STRICT
     kind: Literal["poisson"]
     nu: float = Field(gt=-1, lt=0.5, json_schema_extra={"unit": "1"})
 
 
-class Slivers(BaseModel):
-    """Elements split so that slivers result; every mesh holds the one before."""
+class Slivers(_Strict):
+    """Split elements into slivers; the new mesh contains the shapes of the old one."""
 
-    model_config = STRICT
     kind: Literal["slivers"]
     aspect: float = Field(gt=1, allow_inf_nan=False, description="Edge over height", json_schema_extra={"unit": "1"})
     count: int = Field(default=10, ge=1, description="Elements that are split, of each component")
 
 
-class Collinear(BaseModel):
-    """Static shapes of every interface, and of a second one that is the same."""
+class Collinear(_Strict):
+    """Add all static correction modes of every interface, and those of an identical second interface."""
 
-    model_config = STRICT
     kind: Literal["collinear"]
 
 
-class OtherUnits(BaseModel):
-    """The same numbers in other units of mass, length and time; 1/1000 is a unit a thousand times as large."""
+class OtherUnits(_Strict):
+    """Write the same numbers in other units of mass, length and time; 1/1000 is a unit a thousand times as large."""
 
-    model_config = STRICT
     kind: Literal["units"]
     mass: Factor = 1.0
     length: Factor = 1.0
     time: Factor = 1.0
 
 
-class Size(BaseModel):
-    """The same machine of the same material in another size: times go with lengths, masses with their cube."""
+class Size(_Scaled):
+    """Scale all lengths at the same material: times scale with the factor, masses with its cube."""
 
-    model_config = STRICT
     kind: Literal["size"]
-    factor: Factor
 
 
-class Elasticity(BaseModel):
-    """Modulus and density of every elastic component."""
+class Elasticity(_Strict):
+    """Scale modulus and density of every elastic component."""
 
-    model_config = STRICT
     kind: Literal["material"]
     modulus: Factor = 1.0
     density: Factor = 1.0
 
 
-class Set(BaseModel):
-    """Any keys of the scene."""
+class Set(_Strict):
+    """Change any keys of the scene."""
 
-    model_config = STRICT
     kind: Literal["set"]
     values: dict[str, Any] = Field(description="Changes of the scene, as nested tables")
 
@@ -127,30 +117,32 @@ RuleName = Literal[
 ]  # fmt: skip
 
 
-class Case(BaseModel):
-    """One extreme."""
+class Case(_Strict):
+    """One robustness case."""
 
-    model_config = STRICT
-    group: str = Field(default="own", description="Under which it stands in table and picture")
+    group: str = Field(default="own", description="Group of the case in table and picture, and for --only")
     operation: Operation
-    rules: tuple[RuleName, ...] = Field(description="What decides, the sharpest first; at least one")
-    refusal: bool = Field(default=False, description="Whether it may be refused with a reason")
+    rules: tuple[RuleName, ...] = Field(
+        description="Rules that determine the verdict, the strictest first; at least one"
+    )
+    refusal: bool = Field(default=False, description="Whether the program may refuse the case with a reason")
 
     @field_validator("rules")
     @classmethod
     def _decides(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         if not value:
-            raise ValueError("[] given, at least one rule is needed")
+            raise ValueError("[] given; at least one rule is needed")
         return value
 
 
-class Robustness(BaseModel):
-    """What `gudgeon robustness` does with a scene beside the shipped cases."""
+class Robustness(_Strict):
+    """Settings of `gudgeon robustness`, and cases in addition to the shipped ones."""
 
-    model_config = STRICT
     duration: Positive | None = Field(
         default=None,
-        description="Cases end here [s]: soon after the first contact; the scene's own by default",
+        description="Duration of the cases [s], soon after the first contact; default: the scene's own",
         json_schema_extra={"unit": "s"},
     )
-    case: dict[str, Case] = Field(default={}, description="Further cases by name; a shipped one's name replaces it")
+    case: dict[str, Case] = Field(
+        default={}, description="Further cases by name; a shipped case with this name is replaced"
+    )

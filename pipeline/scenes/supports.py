@@ -13,26 +13,26 @@ class Support(BaseModel):
     model_config = STRICT
     surface: str = Field(description="Name of a surface of the mesh")
     hold: tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...] | None = Field(
-        default=None, description="Directions and turns that are held; all that there are by default"
+        default=None, description="Directions and rotations that are held; default: all"
     )
 
     @field_validator("hold")
     @classmethod
     def _holds_something(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
         if value == ():
-            raise ValueError("[] given, name at least one of x, y, z, rx, ry, rz, or leave the key out to hold all")
+            raise ValueError("[] given; name at least one of x, y, z, rx, ry, rz, or remove the key to hold all")
         return value
 
     def as_inputs(self) -> str | dict[str, Any]:
-        """Return what identifies it in a key: the plain name where all is held."""
+        """Return its part of a record's key: the name alone if all directions are held."""
         return self.surface if self.hold is None else {"surface": self.surface, "hold": sorted(set(self.hold))}
 
 
 def _as_table(value: Any) -> Any:
     if not isinstance(value, str | dict | Support):
-        raise ValueError(f"{value!r} given, a support is the name of a surface or a table of surface and hold")
+        raise ValueError(f"{value!r} given; expected the name of a surface, or a table with surface and hold")
     return {"surface": value} if isinstance(value, str) else value
 
 
 SupportEntry = Annotated[Support, BeforeValidator(_as_table)]
-"""As a scene writes it: a surface's name, or a table."""
+"""In a scene: the name of a surface, or a table."""

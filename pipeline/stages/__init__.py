@@ -1,1 +1,1 @@
-"""Products and their keys, what is fresh, and running a job."""
+"""Stages of a scene: the records that they make, the keys of these records, and running a job."""

@@ -1,9 +1,10 @@
-"""What every kind of scene has: where its products go, and what stages, status and pictures ask of its job."""
+"""What every kind of scene has: the places of its products, and what stages, status and pictures need of its job."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.pipeline.stages.products import Product
@@ -20,34 +21,22 @@ class Place:
     store: FolderStore
     out: Path
     overrides: tuple[str, ...] = ()
-    """As `--set` takes them."""
+    """Changes of the scene's file, as `--set` takes them."""
 
 
-class SceneJob(Protocol):
-    """What stages, status and pictures ask of a scene of any kind."""
+@dataclass(frozen=True)
+class SceneJob(Place, ABC):
+    """A checked scene of any kind, as stages, status and pictures use it."""
 
     kind: ClassVar[str]
     """Its entry in `kinds.KINDS`."""
     stages: ClassVar[tuple[str, ...]]
     """Names of its stages, in order; the last one draws."""
 
-    @property
-    def name(self) -> str: ...
-    @property
-    def path(self) -> Path: ...
-    @property
-    def store(self) -> FolderStore: ...
-    @property
-    def out(self) -> Path: ...
-    @property
-    def overrides(self) -> tuple[str, ...]:
-        """Changes of the scene's file, as `--set` takes them."""
-        ...
-
+    @abstractmethod
     def products(self, stages: Sequence[str]) -> dict[str, Product]:
-        """Return what some of the stages make, by place: component and step, or the scene's own."""
-        ...
+        """Return the products of some stages by place: component and step, or the scene's own."""
 
+    @abstractmethod
     def pictures(self) -> dict[str, Any]:
         """Return everything that the pictures depend on."""
-        ...

@@ -1,4 +1,4 @@
-"""A scene of bodies with the places where its products go."""
+"""The job of a scene of bodies: its checked scene and its products."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -10,8 +10,8 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.scenes.checks import checked
 from gudgeon.pipeline.scenes.reading import merge, named
-from gudgeon.pipeline.stages.base import Place
-from gudgeon.pipeline.stages.products import STAGES, Product, component_products, plot_inputs, solve_product
+from gudgeon.pipeline.stages.base import Place, SceneJob
+from gudgeon.pipeline.stages.products import STAGES, Product, component_products, plot_inputs, product
 from gudgeon.solver.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Job(Place):
-    """A scene with the places where its products go."""
+class Job(SceneJob):
+    """A checked scene of bodies, with the places where its products go."""
 
     kind: ClassVar[str] = "body"
     stages: ClassVar[tuple[str, ...]] = STAGES
@@ -47,7 +47,6 @@ class Job(Place):
         return {name: variant(self, changes) for name, changes in self.scene.plot.compare.items()}
 
     def pictures(self) -> dict[str, Any]:
-        """Return everything that the pictures depend on."""
         others = {name: job.trajectory().key for name, job in self.compared().items()}
         return plot_inputs(self.trajectory().key, others | {"": self.scene.plot.label} if others else {})
 
@@ -57,12 +56,10 @@ class Job(Place):
 
     def trajectory(self) -> Product:
         """Return the product of the solve stage."""
-        return solve_product(
-            self.name, self.dynamics(), {n: steps["morph"].key for n, steps in self.components().items()}
-        )
+        morphs = {name: steps["morph"].key for name, steps in self.components().items()}
+        return product("solve", self.name, {"scene": self.dynamics(), "morphs": morphs})
 
     def products(self, stages: Sequence[str]) -> dict[str, Product]:
-        """Return what some of the stages make, by place: component and step, or the scene's own."""
         found = {
             f"{name}.{step}": product
             for name, steps in self.components().items()
@@ -73,23 +70,19 @@ class Job(Place):
 
 
 def contact_job(place: Place) -> Job:
-    """Return the job of a scene of bodies in contact.
-
-    Raises:
-        InputError: the scene is wrong; every mistake is listed.
-    """
+    """Return the job of a scene of bodies; raises InputError with every mistake listed."""
     return Job(**vars(place), scene=checked(place.path, place.tables, SceneFile))
 
 
 def variant(job: Job, changes: Mapping[str, Any]) -> Job:
-    """Return the job with nested tables of changes put into its scene."""
+    """Return the job of the scene changed by nested tables; raises InputError as `contact_job` does."""
     tables = copy.deepcopy(job.tables)
     merge(tables, changes)
     return replace(job, tables=tables, scene=checked(job.path, tables, SceneFile))
 
 
 def free_twists(job: Job, body: str) -> "np.ndarray":
-    """Return the mass-normalised rigid motions that a scene leaves a body, (r, 6)."""
+    """Return the mass-normalised rigid motions that are free in a scene: translation and rotation [kg^-½], (r, 6)."""
     from gudgeon.solver.bodies import small_motion
 
     key = job.components()[job.scene.component_of(body)]["morph"].key

@@ -1,41 +1,47 @@
-"""Runs the stages of a scene of any kind: a record that stands in the database is not made again."""
+"""Runs the stages of a scene of any kind; a record that is in the database is not computed again."""
 
+import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from gudgeon.modaldb.keys import content_key, file_digest
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.base import SceneJob
-from gudgeon.pipeline.stages.pictures import Draw, plot_stage
 from gudgeon.pipeline.stages.products import Product, combined
 from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
-from gudgeon.pipeline.stages.status import remember
+from gudgeon.pipeline.stages.status import fresh_pictures, remember
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.result import Result
 
 
 class Task(NamedTuple):
-    """A record of a stage."""
+    """A record of a stage, and the function that computes it."""
 
     product: Product
     make: Callable[[], Any]
-    """Makes the record; called where the database has none."""
 
 
 Tasks = Callable[[str], Sequence[Task]]
 """Returns the records of one of the stages that make records."""
 
 
+Draw = Callable[[], tuple[list[Path], list[str]]]
+"""Draws the pictures and returns them, with a note for each that could not be drawn."""
+
+
 def run_stages(
     job: SceneJob, until: str, tell: Progress, tasks: Tasks, finish: Callable[[str], RunReport], draw: Draw
 ) -> RunReport:
-    """Bring the products of a scene up to date, up to and including one stage.
+    """Compute the records of a scene that are missing, up to and including the stage `until`.
 
     Args:
-        finish: Writes the files beside the pictures and returns what was found up to that stage.
-        draw: Draws the pictures, unless the run diverged.
+        finish: Writes the result files and returns the report up to that stage.
+        draw: Draws the pictures; not called if the run diverged.
 
     Raises:
         InputError: the scene does not fit its mesh.
@@ -51,7 +57,7 @@ def run_stages(
 
 
 def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> StageReport:
-    """Make the records of a stage that the database lacks."""
+    """Compute the records of a stage that are not in the database."""
     start, ran, keys = time.perf_counter(), False, []
     for product, make in tasks(stage):
         keys.append(product.key)
@@ -64,3 +70,16 @@ def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> Stage
         ran = True
     tell(stage, 1.0)
     return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys))
+
+
+def plot_stage(job: SceneJob, draw: Draw, tell: Progress) -> tuple[StageReport, list[str], list[str]]:
+    """Draw a job's pictures unless fresh ones are in its folder; return the stage's report, the files and the notes."""
+    start, key = time.perf_counter(), content_key(job.pictures())
+    if (pictures := fresh_pictures(job, key)) is not None:
+        return StageReport("fresh", time.perf_counter() - start, key), pictures, []
+    drawn, notes = draw()
+    if not notes:
+        digests = {path.name: file_digest(path) for path in drawn}
+        write_text(job.out / "pictures.json", json.dumps({"key": key, "files": digests}, indent=1))
+    tell("plot", 1.0)
+    return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes

@@ -1,4 +1,4 @@
-"""The mesh stage: from a component's geometry to a MeshRecord, and the change that a scene asks of it."""
+"""The mesh stage: from a component's geometry to a MeshRecord, and the movement of its surface by a design change."""
 
 from pathlib import Path
 
@@ -12,14 +12,10 @@ from gudgeon.pipeline.scenes.reading import find_file
 
 
 def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
-    """Mesh a component, or read its mesh.
-
-    Args:
-        folder: The scene's, from which relative paths count.
-        name: The component's name in the scene, for messages.
+    """Mesh a component, or read its mesh file; relative paths start at the scene's folder.
 
     Raises:
-        InputError: the size is missing, or the mesh file is none.
+        InputError: the size is missing, or the mesh file is not readable.
         StageError: gmsh failed.
     """
     geometry = component.geometry
@@ -37,7 +33,7 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
 
 
 def movement_of(component: Component, folder: Path, name: str) -> Movement | None:
-    """Return the change of a component's surface, or None where its scene has neither table nor offset."""
+    """Return the movement of a component's surface [m]; None if the scene has neither table nor offset."""
     profile = component.change.profile
     path = table_path(profile, folder, name)
     if path is None and profile.offset == 0:

@@ -1,4 +1,4 @@
-"""What the solver reads of each record, what it leaves out, and why."""
+"""Data that the solver reads of each record, the terms that it omits, and the reason for each."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -10,11 +10,11 @@ PLACES = {
     "points": "interfaces", "patch": "interfaces", "traction": "tractions",
     "mean": "loads", "pressure": "loads", "tie": "loads",
 }  # fmt: skip
-"""Group of a modal record in which an interface of each kind stands."""
+"""Group of a modal record that holds an interface, by the kind of the interface."""
 
 
 def plan(job: Job) -> dict[str, Any]:
-    """Return what the solver will read of each record, what it leaves out and why, and the bytes of both."""
+    """Return the terms that the solver reads and omits, with reason, fields and bytes, and the bytes read in all."""
     from gudgeon.solver.system.requirements import Stock, scene_terms
 
     rows, read, stocks, components = [], {}, {}, job.components()
@@ -36,11 +36,11 @@ def plan(job: Job) -> dict[str, Any]:
 def term_row(
     store: FolderStore, keys: Mapping[str, str], body: str, term: tuple[str, bool, str, tuple[str, ...]]
 ) -> tuple[dict[str, Any], dict[str, int | None]]:
-    """Return one row of a plan, and the bytes of each field; None where its record is not made yet.
+    """Return one row of a plan, and the bytes of each field; None if its record does not exist yet.
 
     Args:
-        keys: Of the records by the name that stands before the colon of a field.
-        term: Name, presence, reason, and `record:path` of what is read.
+        keys: Keys of the records, by the name before the colon of a field.
+        term: Name, presence, reason, and `record:path` of each field that is read.
     """
     name, present, reason, fields = term
     sizes = {field: _field_bytes(store, keys, field) for field in fields}
@@ -49,7 +49,7 @@ def term_row(
 
 
 def total(sizes: Iterable[int | None]) -> int | None:
-    """Return the sum of bytes, or None where some are not known."""
+    """Return the sum of bytes, or None if one of them is unknown."""
     known = list(sizes)
     return None if None in known else sum(size for size in known if size is not None)
 

@@ -1,4 +1,4 @@
-"""The stages `mesh → modes → morph → solve → plot`: what is fresh is not made again. Starts the solver."""
+"""The stages `mesh → modes → morph → solve → plot` of a scene of bodies: what each of them computes and reports."""
 
 import contextlib
 import subprocess
@@ -17,21 +17,22 @@ from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
 from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
+from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
 from gudgeon.solver.kernel_cache import compile_beside, is_compiled
 from gudgeon.solver.result import Result
 
 Compilation = subprocess.Popen[bytes] | None
 COMPONENT_STAGES = STAGES[:3]
-"""Stages of components; none of them needs the scene's dynamics."""
+"""Stages of single components, independent of the scene's dynamics."""
 EDGE_SHARE = 1e-3
-"""Share of a contact's impulse at the edge of its interface from which a run says so."""
+"""Share of a contact's impulse at the edge of its interface above which a run gives a note."""
 
 
 def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> RunReport:
-    """Bring a job's products up to date; see `run`."""
+    """Compute the records of a job that are missing, up to and including the stage `until`; see `kinds.run`."""
     tell = progress or (lambda stage, share: None)
     if until == "plot":
-        job.compared()  # What is misspelt there shall not come out after the solver.
+        job.compared()  # A mistake there must be reported before the solver runs.
     with _compilation(job, until, tell) as compilation:
         tasks = partial(_tasks, job, tell=tell, compilation=compilation)
         return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
@@ -57,7 +58,7 @@ def _compilation(job: Job, until: str, tell: Progress) -> Iterator[Compilation]:
 def _tasks(job: Job, stage: str, tell: Progress, compilation: Compilation = None) -> list[Task]:
     """Return the records of a stage, in the order in which they depend on each other."""
     if stage == "solve":
-        _references(job)  # What is misspelt there shall not come out after the solver.
+        _references(job)  # A mistake there must be reported before the solver runs.
         return [Task(job.trajectory(), lambda: _solve(job, tell, compilation))]
     return [
         Task(product, partial(_make, job, name, step, steps))
@@ -68,7 +69,7 @@ def _tasks(job: Job, stage: str, tell: Progress, compilation: Compilation = None
 
 
 def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
-    """Make one record of a component. Heavy imports live here, where they are needed."""
+    """Compute one record of a component. Heavy libraries are imported here, where they are needed."""
     component = job.scene.component[name]
     if step == "base-mesh":
         from gudgeon.pipeline.stages.mesh import build_mesh
@@ -114,7 +115,7 @@ def _references(job: Job) -> dict[str, float]:
 
 
 def _finish(job: Job, until: str) -> RunReport:
-    """Write summary and trajectory beside each other unless they stand there, and return what was found."""
+    """Write summary and trajectory unless they are up to date, and return the report."""
     frequencies, coarse = _frequencies(job)
     if until in COMPONENT_STAGES:
         rows = frequencies if until == "modes" else {}
@@ -134,7 +135,7 @@ def _finish(job: Job, until: str) -> RunReport:
 
 
 def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
-    """Draw the pictures, after running what they compare the job with."""
+    """Draw the pictures, after running the jobs that they compare this one with."""
     from gudgeon.pipeline.plots import render
 
     compare = {job.scene.plot.label: job.trajectory().key}
@@ -147,7 +148,7 @@ def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
 
 
 def _frequencies(job: Job) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
-    """Return the modes of every component with their errors, and where a mesh is too coarse for them."""
+    """Return the modes of every component with their errors, and a note for each mesh that is too coarse for them."""
     from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows, kept_modes
 
     records = kept_modes(job.store, {name: steps["modes"].key for name, steps in job.components().items()})
@@ -155,19 +156,28 @@ def _frequencies(job: Job) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
 
 
 def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:
-    """Say where a given step was too large for explicit contact and was divided."""
+    """Return a note if a given step exceeded the limit of the integrator and was divided."""
     parts = int(counts.get("substeps", 1))
     if parts < 2:
         return []
-    return [f"run.step: {job.scene.run.step:g} s is above 0.2/ω_c, each step was taken in {parts} parts"]
+    name, critical = counts["integrator"], counts["critical_frequency"]
+    factor = INTEGRATORS[name].largest if job.scene.contact else min(INTEGRATORS[name].largest, UNTOUCHED)
+    limit = f"{factor:g}/ω_c" + (f" = {factor / critical:.3g} s" if critical > 0 else "")
+    effect = f"each step was divided into {parts} substeps"
+    if INTEGRATORS[name].own_steps:
+        effect = "the integrator chose its steps by run.accuracy instead"
+    return [f"run.step: {job.scene.run.step:g} s exceeds the limit of integrator '{name}', {limit}; {effect}"]
 
 
 def _edge_notes(job: Job, quantities: dict[str, Any]) -> list[str]:
-    """Say where contact reached the edge of an interface that is a part of its surface."""
+    """Return a note for each contact that reached the edge of an interface that covers a part of its surface."""
     notes = []
     for name, contact in job.scene.contact.items():
         share = quantities.get(f"{name}.edge_share", {"value": 0.0})["value"]
         if share > EDGE_SHARE:
             where = f"component.{job.scene.component_of(contact.body)}.interface.{contact.interface}"
-            notes.append(f"{share:.1%} of the impulse of {name} is at the edge of {where}; contact may go on beyond it")
+            notes.append(
+                f"{share:.1%} of the impulse of contact {name} acts at the edge of {where}; the contact area may extend"
+                " beyond the interface: enlarge it"
+            )
     return notes

@@ -1,16 +1,16 @@
-"""What a run found, whatever the kind of its scene."""
+"""The report of a run, the same for every kind of scene."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 Progress = Callable[[str, float], None]
-"""Told the stage's name and the share of it that is done."""
+"""Called with the stage's name and the share of it that is done, 0 to 1."""
 
 
 @dataclass
 class StageReport:
-    """What became of one stage."""
+    """Whether one stage was computed, how long it took, and the key of its records."""
 
     state: str
     """`ran` or `fresh`."""
@@ -20,7 +20,7 @@ class StageReport:
 
 @dataclass(frozen=True)
 class RunReport:
-    """What a run found, as `--json` prints it."""
+    """Stages, quantities and files of a run; `--json` prints the fields in this order, without `files`."""
 
     scene: str
     result: str | None
@@ -30,26 +30,15 @@ class RunReport:
     momentum_residual: float | None = None
     out: str = ""
     files: tuple[str, ...] = ("summary.json", "trajectory.h5")
-    """Names of what stands in `out` beside the pictures."""
+    """Names of the files in `out` beside the pictures."""
     pictures: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
     frequencies: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
-    """Modes of each component with their errors, where a run ends with them; see `frequency_table`."""
+    """Modes of each component with their errors, if the run ends with the stage `modes`; see `frequency_table`."""
+    notes: list[str] = field(default_factory=list)
     reason: str | None = None
-    """Why a run failed physically; None where it did not."""
+    """Why a run failed physically; None if it did not."""
 
     def as_json(self) -> dict[str, Any]:
-        """Return the document."""
-        return {
-            "scene": self.scene,
-            "result": self.result,
-            "stages": {name: vars(stage) for name, stage in self.stages.items()},
-            "quantities": self.quantities,
-            "energy_drift": self.energy_drift,
-            "momentum_residual": self.momentum_residual,
-            "out": self.out,
-            "pictures": self.pictures,
-            "frequencies": self.frequencies,
-            "notes": self.notes,
-            "reason": self.reason,
-        }
+        """Return the document that `--json` prints."""
+        document = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "files"}
+        return document | {"stages": {name: vars(stage) for name, stage in self.stages.items()}}

@@ -1,20 +1,18 @@
-"""Which stages are fresh, which are stale, and why: this run's inputs are kept beside its results for the next."""
+"""Which stages are fresh or stale, and why; the inputs of each run are kept in `inputs.json` to name what changed."""
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gudgeon.modaldb.keys import content_key, differences, file_digest
 from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.products import Product, combined
-
-if TYPE_CHECKING:
-    from gudgeon.pipeline.stages.base import SceneJob
 
 INPUTS = "inputs.json"
 
 
-def status(job: "SceneJob") -> list[tuple[str, str, str, list[str]]]:
+def status(job: SceneJob) -> list[tuple[str, str, str, list[str]]]:
     """Return for each stage its name, `fresh` or `stale`, its key, and why it is stale."""
     last, rows = _last_inputs(job), []
     for stage in job.stages[:-1]:
@@ -25,12 +23,12 @@ def status(job: "SceneJob") -> list[tuple[str, str, str, list[str]]]:
         rows.append((stage, "stale" if missing else "fresh", combined(keys), why))
     key = content_key(job.pictures())
     fresh = rows[-1][1] == "fresh" and fresh_pictures(job, key) is not None
-    why = [] if fresh else ["pictures are missing or show another result"]
+    why = [] if fresh else ["pictures are missing, or were drawn from another result"]
     return [*rows, ("plot", "fresh" if fresh else "stale", key, why)]
 
 
-def remember(job: "SceneJob", stages: Sequence[str]) -> None:
-    """Keep the inputs of the stages that are now fresh, so that `status` can say what changed since."""
+def remember(job: SceneJob, stages: Sequence[str]) -> None:
+    """Keep the inputs of the stages that are now fresh, so that `status` can name what has changed since."""
     noted = _last_inputs(job) | {place: product.inputs for place, product in job.products(stages).items()}
     text = json.dumps(noted, indent=1, sort_keys=True)
     path = job.out / INPUTS
@@ -38,21 +36,18 @@ def remember(job: "SceneJob", stages: Sequence[str]) -> None:
         write_text(path, text)
 
 
-def fresh_pictures(job: "SceneJob", key: str) -> list[str] | None:
-    """Return the pictures that stand in the job's folder if they were drawn for `key` and are whole, else None."""
+def fresh_pictures(job: SceneJob, key: str) -> list[str] | None:
+    """Return the pictures in the job's folder if they were drawn for `key` and are undamaged, else None."""
     try:
         noted = json.loads((job.out / "pictures.json").read_text())
         paths = [job.out / name for name in noted["files"]]
-        if noted["key"] == key and all(
-            file_digest(p) == d for p, d in zip(paths, noted["files"].values(), strict=True)
-        ):
-            return [str(path) for path in paths]
+        fresh = noted["key"] == key and [file_digest(path) for path in paths] == [*noted["files"].values()]
     except (OSError, ValueError, KeyError):
         return None
-    return None
+    return [str(path) for path in paths] if fresh else None
 
 
-def _last_inputs(job: "SceneJob") -> dict[str, Any]:
+def _last_inputs(job: SceneJob) -> dict[str, Any]:
     try:
         return json.loads((job.out / INPUTS).read_text())
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""`summary.json`: quantities of a run beside their reference values."""
+"""`summary.json`: quantities of a run with their reference values and errors."""
 
 import json
 import math
@@ -15,12 +15,7 @@ SUMMARY = "summary.json"
 
 
 def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: Trajectory) -> dict[str, Any]:
-    """Write a run's summary and return it.
-
-    Args:
-        key: Of the trajectory.
-        expected: Reference value of each quantity that has one.
-    """
+    """Write the summary of a trajectory with this key, and return it; `expected` has reference values by quantity."""
     quantities = {}
     for name, entry in trajectory.quantities.items():
         reference = expected.get(name)
@@ -40,12 +35,9 @@ def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: T
 
 
 def read_summary(out: Path, key: str, beside: str, expected: dict[str, float] | None = None) -> dict[str, Any] | None:
-    """Return the summary of a result, or None where another one or none stands there.
+    """Return the summary of a result, or None if there is none, or it belongs to another result.
 
-    Args:
-        key: Of the result's record.
-        beside: Name of the file that goes with it.
-        expected: Reference values that it must have; None for a kind of scene without them.
+    It must have the key, the file `beside` must exist, and its reference values must be `expected`.
     """
     try:
         summary = json.loads((out / SUMMARY).read_text())
@@ -59,7 +51,7 @@ def reference_values(report: Report, folder: Path) -> dict[str, float]:
     """Return the reference value of each quantity that has one.
 
     Raises:
-        InputError: the file is missing, is no JSON, or lacks a name.
+        InputError: the file is missing, is not JSON, or does not contain a name.
     """
     if report.reference is None:
         return {}
@@ -72,11 +64,11 @@ def reference_values(report: Report, folder: Path) -> dict[str, float]:
 
 
 def _entry(expected: Any, source: str) -> float:
-    """Return a number of a reference file by its path, names and list places parted by slashes."""
+    """Return a number of a reference file by its path: names and list indices, separated by slashes."""
     found = expected
     for part in source.split("/"):
         found = found[int(part)] if isinstance(found, list) else found[part]
     value = found["value"] if isinstance(found, dict) else found
     if isinstance(value, bool) or not math.isfinite(number := float(value)):
-        raise ValueError(f"{source}: {value} is no number")
+        raise ValueError(f"{source}: {value} is not a finite number")
     return number

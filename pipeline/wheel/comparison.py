@@ -1,4 +1,4 @@
-"""One choice of kept interface against the full wheel."""
+"""Choices of kept interface, compared with the full wheel: the data of the report and its picture."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +12,7 @@ FREQUENCY, TUNED, MAGNIFICATION, RESPONSE = "frequencies", "frequencies, tuned",
 
 @dataclass(frozen=True)
 class InterfaceRow:
-    """One choice of kept interface, on the mistuned wheel unless it says otherwise."""
+    """One choice of kept interface; figures are of the mistuned wheel unless stated otherwise."""
 
     name: str
     scheme: str
@@ -21,20 +21,20 @@ class InterfaceRow:
     """Against the full wheel: largest relative error of the compared frequencies, mistuned and tuned; of the
     magnification, signed; relative L2 error of all blades' complex amplitudes over the band."""
     cpu_sector: float
-    """For the sector's own reduction, once for all choices [s]."""
+    """CPU time of the sector's own reduction, once for all choices [s]."""
     wall_sector: float
-    """[s]"""
+    """Wall time of the same [s]."""
     wall: float
-    """For modes and response, that reduction aside [s]."""
+    """Wall time of modes and response, without that reduction [s]."""
 
     @property
     def coordinates(self) -> int:
-        """Of the whole wheel."""
+        """Number of coordinates of the whole wheel."""
         return self.record.counts["coordinates"]
 
     @property
     def kept(self) -> int:
-        """Physical dofs of a face."""
+        """Number of physical dofs of a face."""
         return self.record.counts["kept"]
 
     @property
@@ -44,24 +44,24 @@ class InterfaceRow:
 
     @property
     def cpu(self) -> float:
-        """From the sector's matrices to the response [s]."""
+        """CPU time from the sector's matrices to the response [s]."""
         return self.cpu_sector + self.record.counts["cpu_modes"] + self.record.counts["cpu_response"]
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Every choice beside the full wheel, which is the first row."""
+    """The full wheel, as the first row, and every choice."""
 
     scene: str
     sectors: int
     compared: int
-    """Lowest frequencies."""
+    """Number of lowest frequencies that are compared."""
     fixed_count: int
     sector: dict[str, Any]
-    """Dofs of a sector, of its face, of the wheel."""
+    """Dofs of a sector, of its face and of the wheel, by name."""
     engine_order: int
     harmonics_against_full: float
     """Largest relative difference of the tuned wheel's frequencies by harmonics from those of all its dofs."""
     truncation_error: float
-    """Of the largest amplitude by the compared modes, against a direct solution."""
+    """Relative error of the largest amplitude by the compared modes, against a direct solution."""
     rows: list[InterfaceRow]

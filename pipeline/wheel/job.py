@@ -1,4 +1,4 @@
-"""A scene of a wheel with the places where its products go."""
+"""The job of a scene of a wheel: its checked scene and its products."""
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
@@ -10,8 +10,8 @@ import numpy as np
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import check_scene, merge, named
-from gudgeon.pipeline.stages.base import Place
-from gudgeon.pipeline.stages.products import Product, component_products, cyclic_product, plot_inputs, wheel_product
+from gudgeon.pipeline.stages.base import Place, SceneJob
+from gudgeon.pipeline.stages.products import Product, component_products, plot_inputs, product
 from gudgeon.pipeline.wheel.scene import KeptInterface, Wheel, WheelFile, reduction, wrong_names
 
 if TYPE_CHECKING:
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 STAGES = ("mesh", "modes", "solve", "plot")
 SYMMETRY = {"sectors", "low", "high", "axis", "origin"}
 BLADES = {"count", "blade_radius", "response"}
-"""Settings of a wheel by what depends on them."""
+"""Settings of a wheel that its modes depend on, and those that its response depends on besides."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class WheelJob(Place):
-    """A scene of a wheel with the places where its products go."""
+class WheelJob(SceneJob):
+    """A checked scene of a wheel, with the places where its products go."""
 
     kind: ClassVar[str] = "wheel"
     stages: ClassVar[tuple[str, ...]] = STAGES
@@ -50,17 +50,19 @@ class WheelJob(Place):
 
     def modes(self) -> Product:
         """Return the modes of the tuned wheel."""
+        inputs = self._sector()["modes"].inputs
         symmetry = self.wheel.model_dump(mode="json", include=SYMMETRY)
-        return cyclic_product(self.scene.only[0], self._sector()["modes"].inputs, symmetry, self.wheel.mode_count)
+        parameters = {key: inputs[key] for key in ("mesh", "material", "supports")}
+        parameters |= {"symmetry": symmetry, "mode_count": self.wheel.mode_count}
+        return product("cyclic", self.scene.only[0], parameters)
 
     def response(self, interface: KeptInterface | None) -> Product:
-        """Return the response of the wheel reduced by a choice of kept interface, or of the full one for None."""
+        """Return the response of the wheel reduced by a choice of kept interface, or of the full wheel for None."""
         model = {} if interface is None else reduction(self.wheel, interface)
         mistuned = self.wheel.model_dump(mode="json", include=BLADES) | {"changes": list(self.changes)}
-        return wheel_product(self.scene.only[0], self.modes().key, mistuned, model)
+        return product("wheel", self.scene.only[0], {"modes": self.modes().key, "wheel": mistuned, "model": model})
 
     def products(self, stages: Sequence[str]) -> dict[str, Product]:
-        """Return what some of the stages make, by place."""
         makers: dict[str, tuple[str, Callable[[], Product]]] = {
             "mesh": (f"{self.wheel.component}.mesh", self.mesh),
             "modes": (f"{self.scene.only[0]}.modes", self.modes),
@@ -70,11 +72,10 @@ class WheelJob(Place):
             return {place: make() for stage, (place, make) in makers.items() if stage in stages}
 
     def pictures(self) -> dict[str, Any]:
-        """Return everything that the pictures depend on."""
         return plot_inputs(self.response(self.wheel.interface).key, {})
 
     def case(self) -> "Case":
-        """Return the wheel ready to be solved; its mesh must stand in the database.
+        """Return the wheel ready to be solved; its mesh must be in the database.
 
         Raises:
             InputError: the scene does not fit its mesh.
@@ -85,11 +86,11 @@ class WheelJob(Place):
         return case_of(mesh, self.component, self.wheel, self.scene.only[0], np.array(self.changes))
 
     def tuned_frequencies(self) -> tuple[str, ...]:
-        """Return where the record of modes has the frequencies of each harmonic."""
+        """Return the fields of the record of modes that hold the frequencies of each harmonic."""
         return tuple(f"harmonics/{n}/angular_frequencies" for n in self.wheel.harmonics())
 
     def changed(self, changes: Mapping[str, Any]) -> "WheelJob":
-        """Return the job with nested tables of changes put into its scene."""
+        """Return the job of the scene changed by nested tables; raises InputError as `wheel_job` does."""
         tables = copy.deepcopy(self.tables)
         merge(tables, changes)
         return wheel_job(Place(self.name, self.path, tables, self.store, self.out))
@@ -99,11 +100,7 @@ class WheelJob(Place):
 
 
 def wheel_job(place: Place) -> WheelJob:
-    """Return the job of a scene of a wheel.
-
-    Raises:
-        InputError: the scene is wrong; every mistake of one kind is listed.
-    """
+    """Return the job of a scene of a wheel; raises InputError with every mistake of one kind listed."""
     scene = check_scene(place.path, place.tables, WheelFile)
     if lines := wrong_names(scene):
         raise InputError("\n".join(f"{place.path}: {line}" for line in lines))

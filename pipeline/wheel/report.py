@@ -1,6 +1,6 @@
-"""`gudgeon report` of a wheel: every choice of kept interface against the full wheel, error beside size and seconds."""
+"""`gudgeon report` of a wheel: error, size and run time of every choice of kept interface, against the full wheel."""
 
-from importlib.metadata import version
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,12 +9,11 @@ from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.cyclic.synthesis import SectorParts, sector_parts
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.measuring.clock import Seconds, fastest
-from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.measuring.memory import peak_memory
 from gudgeon.pipeline.report.choice import choose
 from gudgeon.pipeline.report.convergence import chain, settling
 from gudgeon.pipeline.report.document import Document, Errors, Quantity, Run, StageSeconds, Table
-from gudgeon.pipeline.report.effort import Effort, command_text
+from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.scenes.reading import named
@@ -38,63 +37,50 @@ MEASURES = {FREQUENCY: "relative", TUNED: "relative", MAGNIFICATION: "relative",
 UNITS = {FREQUENCY: "Hz", TUNED: "Hz", MAGNIFICATION: "1", RESPONSE: "m/N"}
 PICTURE = "interfaces.png"
 TIMING = (
-    "CPU seconds from the sector's matrices to the modes and the response of the mistuned wheel, least of {repeat} runs"
-    " of each choice, one after the other; the sector's own reduction, once for all choices, is among those of each."
-    " The full wheel is solved once and kept. Warm: with the sector's reduction at hand."
+    "CPU time from the sector's matrices to the modes and the response of the mistuned wheel, the shortest of {repeat}"
+    " sequential runs of each choice; it includes the sector's own reduction, which is common to all choices. The full"
+    " wheel is solved once and kept. Warm: without the sector's reduction."
 )
 
 
 def report_wheel(job: WheelJob, how: Effort, progress: Progress) -> Document:
     """Compare every choice and write `report.{json,csv,png,html}` and `interfaces.png` into the job's folder.
 
-    Args:
-        how: Its timed runs are those of each choice; the least time counts. The full wheel is solved once and kept.
-
     Raises:
         InputError: a choice does not fit the mesh.
         StageError: a numerical routine failed.
     """
-    with report_folder(job.out, job.name, PICTURE):
-        return _report(job, how, progress)
-
-
-def _report(job: WheelJob, how: Effort, progress: Progress) -> Document:
-    found = compare(job, how, progress)
-    runs = with_front(_runs(job, found))
-    document = Document(
-        scene=job.name,
-        command=command_text(job.path, job.overrides, how),
-        reference={"kind": "nodal", "source": f"the mistuned wheel with all its {found.rows[0].coordinates:,} dofs"},
-        machine=machine(),
-        version=version("gudgeon"),
-        quantities=_quantities(found),
-        runs=runs,
-        left_out=[],
-        changes=[],
-        choice=choose(runs, how.tolerance),
-        tables=[_table(found)],
-        timing=TIMING.format(repeat=how.repeat),
-    )
     from gudgeon.pipeline.wheel.pictures.interfaces import draw
 
-    draw(found, job.out / PICTURE)
-    write_report(document, job.out, picture=(job.out / PICTURE).read_bytes())
+    with report_folder(job.out, job.name, PICTURE):
+        found = compare(job, how, progress)
+        runs = with_front(_runs(job, found))
+        document = replace(
+            new_document(job, how),
+            reference={
+                "kind": "nodal",
+                "source": f"the mistuned wheel with all its {found.rows[0].coordinates:,} dofs",
+            },
+            quantities=_quantities(found),
+            runs=runs,
+            choice=choose(runs, how.tolerance),
+            tables=[_table(found)],
+            timing=TIMING.format(repeat=how.repeat),
+        )
+        draw(found, job.out / PICTURE)
+        write_report(document, job.out, picture=(job.out / PICTURE).read_bytes())
     progress("report", 1.0)
     return document
 
 
 def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
-    """Solve every choice, and the full wheel unless it stands in the database.
-
-    Raises:
-        InputError, StageError: see `report_wheel`.
-    """
+    """Solve every choice, and the full wheel unless it is in the database; raises the errors of `report_wheel`."""
     run_wheel(job, "modes", progress)
     name, wheel = job.scene.only
     choices = job.scene.report.choices or {"as in the scene": wheel.interface}
     with named(job.path, InputError, StageError):
         case = job.case()
-        # What is misspelt in them shall not come out after the full wheel.
+        # A mistake in a choice must be reported before the full wheel is solved.
         for key, one in choices.items():
             kept_dofs(case.sector, one, f"report.choices.{key}")
         full = _full(job, case, progress)
@@ -116,14 +102,14 @@ def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
 
 
 def scheme_of(choice: KeptInterface) -> str:
-    """Return what choices have in common that differ in their number of interface modes only."""
+    """Return the scheme of a choice, the same for choices that differ in the number of interface modes only."""
     return f"{choice.kept if choice.kept == 'all' else ', '.join(choice.kept) or 'none'} kept"
 
 
 def _solved(
     job: WheelJob, case: Case, parts: SectorParts, choice: tuple[str, KeptInterface], repeat: int
 ) -> tuple[WheelRecord, float]:
-    """Return the response by a choice, and the wall seconds for modes and response of its fastest run."""
+    """Return the response by a choice, and the wall time of modes and response of its fastest run [s]."""
     key, interface = choice
     dofs = kept_dofs(case.sector, interface, f"report.choices.{key}")
     with peak_memory() as peak:
@@ -135,7 +121,7 @@ def _solved(
 
 
 def _full(job: WheelJob, case: Case, progress: Progress) -> WheelRecord:
-    """Return the response of the full wheel; a finished one is read back."""
+    """Return the response of the full wheel, from the database if it is there."""
     product = job.response(None)
     if not job.store.has(product.key):
         progress("full wheel, tuned", 0.0)
@@ -153,7 +139,7 @@ def _full(job: WheelJob, case: Case, progress: Progress) -> WheelRecord:
 
 
 def _errors(record: WheelRecord, other: WheelRecord) -> Errors:
-    """Return how far a wheel is from another one."""
+    """Return the errors of a wheel against another one, see `InterfaceRow.errors`."""
     ours, theirs = amplitudes(record.mistuned), amplitudes(other.mistuned)
     gain, exact = (one.quantities["magnification"]["value"] for one in (record, other))
     return {
@@ -165,7 +151,7 @@ def _errors(record: WheelRecord, other: WheelRecord) -> Errors:
 
 
 def _series(found: Comparison) -> list[list[InterfaceRow]]:
-    """Return the choices of each scheme, few interface modes first."""
+    """Return the choices of each scheme, in the order of their number of coordinates."""
     schemes = dict.fromkeys(row.scheme for row in found.rows[1:])
     return [
         sorted((row for row in found.rows[1:] if row.scheme == scheme), key=lambda row: row.coordinates)
@@ -181,9 +167,8 @@ def _quantities(found: Comparison) -> list[Quantity]:
             if len(rows) > 1:
                 apart = [_errors(row.record, rows[-1].record)[name] for row in rows]
                 values = [row.errors[name] for row in rows]
-                chains.append(
-                    chain("basis", [row.name for row in rows], [row.coordinates for row in rows], values, apart)
-                )
+                names, sizes = [row.name for row in rows], [row.coordinates for row in rows]
+                chains.append(chain("basis", names, sizes, values, apart))
         settles, why = settling(name, chains)
         reference = found.rows[0].magnification if name == MAGNIFICATION else None
         quantities.append(Quantity(name, UNITS[name], measure, reference, True, settles, why=why, chains=chains))
@@ -207,17 +192,15 @@ def _runs(job: WheelJob, found: Comparison) -> list[Run]:
                 largest_error=None if whole else abs(row.errors[worst]), largest_of=None if whole else worst,
                 truncation=None if best is None else _errors(row.record, best.record),
                 truncation_against="all dofs" if whole else best.name if best else "the largest basis of its scheme",
-                time=None, time_against="modes have no time step", energy_drift=None, momentum_residual=None,
-                step=None, steps=None, factorisations=None, iterations=None, cpu_seconds=row.cpu,
-                wall_seconds=row.wall_sector + row.wall, stages=_stages(counts, row),
-                peak_mib=counts["peak_mib"], front=False,
+                time_against="modes have no time step", cpu_seconds=row.cpu,
+                wall_seconds=row.wall_sector + row.wall, stages=_stages(counts, row), peak_mib=counts["peak_mib"],
             )
         )  # fmt: skip
     return runs
 
 
 def _stages(counts: dict[str, Any], row: InterfaceRow) -> dict[str, StageSeconds]:
-    """Return the seconds of the whole computation, and those where the sector's own reduction is at hand."""
+    """Return the run time of the whole computation, and that without the sector's own reduction."""
     warm = counts["cpu_modes"] + counts["cpu_response"]
     return {"solve": StageSeconds(Seconds(row.wall_sector + row.wall, row.cpu), Seconds(row.wall, warm))}
 
@@ -227,10 +210,10 @@ def _table(found: Comparison) -> Table:
     note = (
         f"{found.sectors} sectors of {size['sector_dofs']:,} dofs, {size['face_dofs']} on a face, {found.fixed_count}"
         f" fixed-interface modes of each; the lowest {found.compared} frequencies are compared, engine order"
-        f" {found.engine_order}. Tuned: harmonics against the full wheel differ by {found.harmonics_against_full:.1e}"
-        f" at most. Full wheel: these modes give the largest amplitude to {found.truncation_error:.1e} of a direct"
-        f" solution. The sector's own reduction takes {found.rows[-1].cpu_sector:.2f} s of CPU time, once for all"
-        " choices."
+        f" {found.engine_order}. Tuned wheel: frequencies of the harmonics and of the full wheel differ by at most"
+        f" {found.harmonics_against_full:.1e}. Full wheel: the largest amplitude by these modes has an error of"
+        f" {found.truncation_error:.1e} against a direct solution. The sector's own reduction takes"
+        f" {found.rows[-1].cpu_sector:.2f} s of CPU time, once for all choices."
     )
     columns = [
         "kept interface", "dofs kept per face", "interface modes", "coordinates", "frequency error", "magnification",
@@ -239,8 +222,9 @@ def _table(found: Comparison) -> Table:
     rows = []
     for row in found.rows:
         errors, counts = row.errors, row.record.counts
-        told = [f"{errors[FREQUENCY]:.1e}", f"{errors[MAGNIFICATION]:+.2%}", f"{errors[RESPONSE]:.2%}"]
-        first, second, third = ["–"] * 3 if row.name == FULL else told
+        first, second, third = f"{errors[FREQUENCY]:.1e}", f"{errors[MAGNIFICATION]:+.2%}", f"{errors[RESPONSE]:.2%}"
+        if row.name == FULL:
+            first = second = third = "–"
         rows.append(
             [row.name, f"{row.kept}", f"{counts['interface_modes']}", f"{row.coordinates:,}", first,
              f"{row.magnification:.4f}", second, third, f"{counts['cpu_modes']:.2f} s",

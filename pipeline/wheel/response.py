@@ -1,4 +1,4 @@
-"""What the stages of a wheel make: modes of every harmonic, and the response of the tuned and the mistuned wheel."""
+"""The records of a wheel: modes of every harmonic, and the response of the tuned and the mistuned wheel."""
 
 from dataclasses import dataclass
 from time import process_time
@@ -34,24 +34,24 @@ class Case:
     """A wheel ready to be solved."""
 
     name: str
-    """Of the wheel in the scene, for messages."""
+    """Name of the wheel in the scene, for messages."""
     wheel: Wheel
     sector: Sector
     part: sparse.csr_matrix
-    """What a blade adds to its sector's stiffness, (dofs, dofs)."""
+    """Stiffness of the blade in its sector [N/m], (dofs, dofs)."""
     row: np.ndarray
     """Mean displacement of the blade's surface along the force, over a sector's dofs, (dofs,)."""
     changes: np.ndarray
     """Relative change of each blade's stiffness, (N,)."""
 
     def mistuning(self, mistuned: bool) -> Mistuning | None:
-        """Return the blades' stiffness; None for the tuned wheel."""
+        """Return the stiffness of the blades; None for the tuned wheel."""
         return Mistuning(self.part, 1 + self.changes) if mistuned else None
 
 
 @dataclass(frozen=True)
 class Modes:
-    """Lowest elastic modes of a whole wheel, full or reduced, and what they cost."""
+    """Lowest elastic modes of a whole wheel, full or reduced, and the CPU time for them [s]."""
 
     angular_frequencies: np.ndarray
     """[rad/s], (count,)"""
@@ -59,23 +59,20 @@ class Modes:
     """Motion of each blade in each mode [kg^-½], (N, count)."""
     coordinates: int
     kept: int
-    """Physical dofs of a face."""
+    """Number of physical dofs of a face."""
     interface_modes: int
     cpu_seconds: float
 
 
 def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -> Sector:
-    """Assemble a sector and tie its faces.
-
-    Args:
-        name: The wheel's name in the scene, for messages.
+    """Assemble a sector and couple its faces.
 
     Raises:
-        InputError: see `build_model` and `cyclic_sector`; or it is no solid.
+        InputError: see `build_model` and `cyclic_sector`; or the sector is not a solid.
     """
     where = f"component.{wheel.component}"
     if mesh.cell_type != "tetra10":
-        raise InputError(f"{where}.geometry: '{component.geometry.kind}' given, a wheel needs a sector of tet10")
+        raise InputError(f"{where}.geometry: '{component.geometry.kind}' given; a wheel needs a sector of tet10")
     refuse_rigid(component.interface, where, "a wheel")
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
     return cyclic_sector(model, wheel, f"wheel.{name}")
@@ -85,7 +82,7 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
     """Return a wheel ready to be solved.
 
     Raises:
-        InputError: see `sector_of`; or no cells, or all, lie beyond the blade's radius, or there is no such surface.
+        InputError: see `sector_of`; or no cell or every cell is a blade's, or the surface of the force does not exist.
     """
     sector, where = sector_of(mesh, component, wheel, name), f"wheel.{name}"
     axis = np.array(wheel.axis) / np.linalg.norm(wheel.axis)
@@ -96,12 +93,12 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
     assert component.material is not None
     if not radii.min() < limit < radii.max():
         raise InputError(
-            f"{where}.blade_radius: {limit:g} m given, it must part the cells, whose middles stand {radii.min():.4g} to"
-            f" {radii.max():.4g} m from the axis"
+            f"{where}.blade_radius: {limit:g} m given; it must separate the cells, whose centres are {radii.min():.4g}"
+            f" to {radii.max():.4g} m from the axis"
         )
     surface = wheel.response.surface
     if surface not in mesh.surfaces:
-        raise InputError(f"{where}.response.surface: the mesh has no surface '{surface}', it has {_names(mesh)}")
+        raise InputError(f"{where}.response.surface: the mesh has no surface '{surface}'; it has {_names(mesh)}")
     nodes, shares, _ = surface_weights(mesh, mesh.surfaces[surface])
     along = np.array(wheel.response.direction) / np.linalg.norm(wheel.response.direction)
     weights = np.zeros((1, 3 * len(mesh.nodes)))
@@ -112,16 +109,16 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
 
 
 def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: Progress) -> CyclicRecord:
-    """Extract the modes of every harmonic, each with its residuals and the proof that none is missed.
+    """Compute the modes of every harmonic, each with its residual and a check by inertia that none is missed.
 
     Raises:
         InputError: there are fewer modes.
-        StageError: one was missed, or one is not exact enough.
+        StageError: a mode was missed, or is not exact enough.
     """
     found, harmonics = {}, sector.symmetry.harmonics()
     most = sector.own.shape[1] - sector.model.rigid_modes.shape[1]
     if wheel.mode_count > most:
-        raise InputError(f"wheel.{name}.mode_count: {wheel.mode_count} given, a harmonic has {most} elastic modes")
+        raise InputError(f"wheel.{name}.mode_count: {wheel.mode_count} given; a harmonic has {most} elastic modes")
     for harmonic in harmonics:
         tell("modes", harmonic / len(harmonics))
         try:
@@ -146,13 +143,10 @@ def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: 
 
 
 def kept_dofs(sector: Sector, choice: KeptInterface, where: str) -> InterfaceChoice:
-    """Return a choice of interface over the dofs of the sector's low face.
-
-    Args:
-        where: Its key in the scene, for messages.
+    """Return a choice of kept interface, with key `where` in the scene, as dofs of the sector's low face.
 
     Raises:
-        InputError: the mesh has no such surface, or it has no node on the low face, or there are fewer modes.
+        InputError: a surface does not exist or has no node on the low face, or there are fewer interface modes.
     """
     if choice.kept == "all":
         return InterfaceChoice(np.ones(len(sector.face), bool), 0)
@@ -160,15 +154,15 @@ def kept_dofs(sector: Sector, choice: KeptInterface, where: str) -> InterfaceCho
     kept = np.zeros(len(nodes), bool)
     for surface in choice.kept:
         if surface not in mesh.surfaces:
-            raise InputError(f"{where}.kept: the mesh has no surface '{surface}', it has {_names(mesh)}")
+            raise InputError(f"{where}.kept: the mesh has no surface '{surface}'; it has {_names(mesh)}")
         on = np.isin(nodes, mesh.surfaces[surface].facets)
         if not on.any():
-            raise InputError(f"{where}.kept: '{surface}' given, it has no free node on '{sector.symmetry.low}'")
+            raise InputError(f"{where}.kept: '{surface}' has no free node on '{sector.symmetry.low}'")
         kept |= on
     most = len(kept) - int(kept.sum())
     if choice.interface_count is not None and choice.interface_count > most:
         raise InputError(
-            f"{where}.interface_count: {choice.interface_count} given, a face has {most} dofs beside those kept"
+            f"{where}.interface_count: {choice.interface_count} given; a face has {most} dofs that are not kept"
         )
     return InterfaceChoice(kept, choice.interface_count)
 
@@ -177,7 +171,7 @@ def full_modes(case: Case, mistuned: bool) -> Modes:
     """Return the lowest modes of the whole wheel with all its dofs.
 
     Raises:
-        StageError: there are fewer, one was missed, or one is not exact enough.
+        StageError: there are fewer modes, one was missed, or one is not exact enough.
     """
     start = process_time()
     problem = wheel_problem(case.sector, case.mistuning(mistuned))
@@ -187,7 +181,7 @@ def full_modes(case: Case, mistuned: bool) -> Modes:
 
 
 def reduced_modes(case: Case, parts: SectorParts, choice: InterfaceChoice, mistuned: bool) -> Modes:
-    """Return the lowest modes of the reduced wheel; the sector's own reduction is not among the seconds.
+    """Return the lowest modes of the reduced wheel; their CPU time does not include the sector's own reduction.
 
     Raises:
         InputError, StageError: see `synthesise`.
@@ -198,8 +192,8 @@ def reduced_modes(case: Case, parts: SectorParts, choice: InterfaceChoice, mistu
 
 
 def reduction_error(tuned: CyclicRecord, frequencies: np.ndarray) -> float:
-    """Return the largest relative difference of a tuned wheel's lowest frequencies [rad/s], (count,), from those that
-    the harmonics give, as far as all of them reach."""
+    """Return the largest relative difference of a tuned wheel's lowest frequencies [rad/s], (count,), from those of the
+    harmonics, up to the highest frequency that all harmonics reach."""
     exact = tuned_frequencies(list(tuned.harmonics.values()))
     count = min(len(exact), len(frequencies))
     return float(np.abs(frequencies[:count] / exact[:count] - 1).max())
@@ -208,22 +202,19 @@ def reduction_error(tuned: CyclicRecord, frequencies: np.ndarray) -> float:
 def wheel_record(
     case: Case, modes_key: str, interface: KeptInterface | None, pair: tuple[Modes, Modes], cpu_sector: float
 ) -> WheelRecord:
-    """Return the response of the tuned and the mistuned wheel.
+    """Return the response of the tuned and the mistuned wheel from the `pair` of their modes.
 
-    Args:
-        interface: How the wheel was reduced; None for the full one.
-        pair: Modes of the tuned wheel, and of the mistuned one.
-        cpu_sector: CPU seconds for the sector's own reduction.
+    `interface` is None for the full wheel; `cpu_sector` is the CPU time of the sector's own reduction [s].
 
     Raises:
-        InputError: the modes do not reach beyond the band.
+        InputError: the highest mode is below the end of the band.
     """
-    wheel, response = case.wheel, case.wheel.response
+    wheel, response, last = case.wheel, case.wheel.response, pair[1]
     reach = min(one.angular_frequencies[-1] for one in pair) / (2 * np.pi)
     if response.band[1] > reach:
         raise InputError(
-            f"wheel.{case.name}.count: {wheel.count} given, so many modes reach {reach:.6g} Hz, response.band goes to"
-            f" {response.band[1]:g} Hz; raise count"
+            f"wheel.{case.name}.count: {wheel.count} given; the highest of these modes is at {reach:.6g} Hz, below the"
+            f" end of response.band, {response.band[1]:g} Hz; increase count"
         )
     (tuned, _), (mistuned, seconds) = (_respond(case, one) for one in pair)
     at, blade = np.unravel_index(int(np.abs(mistuned).argmax()), mistuned.shape)
@@ -234,7 +225,6 @@ def wheel_record(
         "amplitude.mistuned.at": (float(response.excitation[at] / (2 * np.pi)), "Hz"),
         "amplitude.mistuned.blade": (float(blade), "1"),
     }
-    last = pair[1]
     return WheelRecord(
         modes_key=modes_key,
         model={} if interface is None else reduction(wheel, interface),
@@ -249,18 +239,14 @@ def wheel_record(
         mistuned=_parts(mistuned),
         quantities={key: {"value": value, "unit": unit} for key, (value, unit) in quantities.items()},
         counts={
-            "coordinates": last.coordinates,
-            "kept": last.kept,
-            "interface_modes": last.interface_modes,
-            "cpu_sector": cpu_sector,
-            "cpu_modes": last.cpu_seconds,
-            "cpu_response": seconds,
+            "coordinates": last.coordinates, "kept": last.kept, "interface_modes": last.interface_modes,
+            "cpu_sector": cpu_sector, "cpu_modes": last.cpu_seconds, "cpu_response": seconds,
         },
-    )
+    )  # fmt: skip
 
 
 def truncation_error(case: Case, record: WheelRecord) -> float:
-    """Return how far the mistuned amplitudes at the largest of them are from a direct solution, over the largest."""
+    """Return the relative error of the blades' amplitudes at the largest of them, against a direct solution."""
     found, response = amplitudes(record.mistuned), case.wheel.response
     at = int(np.abs(found).max(axis=1).argmax())
     problem, rows = wheel_problem(case.sector, case.mistuning(True)), wheel_motion(case.sector, case.row[None])
@@ -271,12 +257,12 @@ def truncation_error(case: Case, record: WheelRecord) -> float:
 
 
 def amplitudes(parts: np.ndarray) -> np.ndarray:
-    """Return complex numbers from a record's real and imaginary parts (…, 2), (…)."""
+    """Return the complex numbers (…) of a record's real and imaginary parts (…, 2)."""
     return parts[..., 0] + 1j * parts[..., 1]
 
 
 def _respond(case: Case, modes: Modes) -> tuple[np.ndarray, float]:
-    """Return the blades' complex amplitudes [m/N], (points, N), and the CPU seconds for them."""
+    """Return the blades' complex amplitudes [m/N], (points, N), and the CPU time for them [s]."""
     start, response = process_time(), case.wheel.response
     found = engine_order_response(
         modes.blades, modes.angular_frequencies, response.engine_order, response.loss_factor, response.excitation

@@ -1,4 +1,4 @@
-"""Runs one case of a wheel: its modes by cyclic symmetry, which units, materials and slivers must change as they do."""
+"""Robustness cases of a wheel: its modes by cyclic symmetry under other units, materials and slivers."""
 
 import time
 from dataclasses import replace
@@ -21,12 +21,7 @@ from gudgeon.pipeline.wheel.stages import run_wheel
 def robustness_wheel(
     job: WheelJob, cases: Path | None, only: tuple[str, ...], progress: Progress
 ) -> tuple[dict[str, Any], str]:
-    """Put a wheel to its robustness cases; see `stress.robustness_cases`.
-
-    Raises:
-        InputError: the scene, a file of cases or a name in `only` is wrong.
-        StageError: the wheel itself, without any change, cannot be run.
-    """
+    """Run the robustness cases of a wheel; see `chosen_cases` and `robustness_cases`."""
     chosen = chosen_cases(job.scene.robustness, cases, only, job.path)
     run_wheel(job, "mesh", progress)
     meshes = {job.wheel.component: job.store.get(job.mesh().key, "mesh")}

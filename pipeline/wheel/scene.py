@@ -1,6 +1,5 @@
-"""A wheel as it stands in a scene: sector, mistuning, interface, response, and what a report compares."""
+"""The scene file of a wheel: sector, mistuning, kept interface, response, and the choices that a report compares."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,34 +15,30 @@ from gudgeon.pipeline.scenes.robustness import Robustness
 
 
 class Mistuning(BaseModel):
-    """Relative changes of the blades' stiffness: as numbers, from a file, or drawn at random."""
+    """Relative changes of the blades' stiffness: as numbers, from a file, or random."""
 
     model_config = STRICT
     values: tuple[Finite, ...] = Field(
-        default=(), description="One for each blade, 0 where it is as designed", json_schema_extra={"unit": "1"}
+        default=(), description="Relative change of each blade's stiffness", json_schema_extra={"unit": "1"}
     )
-    table: str | None = Field(default=None, description="CSV file with one for each blade, beside the scene")
+    table: str | None = Field(default=None, description="CSV file with the change of each blade, in the scene's folder")
     deviation: Positive | None = Field(
-        default=None, description="Standard deviation of normally distributed ones", json_schema_extra={"unit": "1"}
+        default=None, description="Standard deviation of normally distributed changes", json_schema_extra={"unit": "1"}
     )
-    seed: int = Field(default=0, ge=0, description="Of the random numbers, with deviation")
+    seed: int = Field(default=0, ge=0, description="Seed of the random numbers, with deviation")
 
     @model_validator(mode="after")
     def _one_source(self) -> "Mistuning":
         given = [name for name in ("values", "table", "deviation") if name in self.model_fields_set]
         if len(given) != 1:
-            raise ValueError(f"{' and '.join(given) or 'nothing'} given, one of values, table and deviation is needed")
+            raise ValueError(f"{' and '.join(given) or 'none'} given; one of values, table and deviation is needed")
         return self
 
     def changes(self, sectors: int, folder: Path, where: str) -> tuple[float, ...]:
-        """Return the change of each blade, (N,).
-
-        Args:
-            folder: The scene's, from which the table's path counts.
-            where: The key in the scene, for messages.
+        """Return the relative change of each blade's stiffness, (N,); `where` is the key in the scene, for messages.
 
         Raises:
-            InputError: there are not as many as blades, one leaves no stiffness, or the file is none of numbers.
+            InputError: the number of changes is wrong, one leaves no stiffness, or the file has more than numbers.
         """
         if self.deviation is not None:
             values = self.deviation * np.random.default_rng(self.seed).standard_normal(sectors)
@@ -53,41 +48,41 @@ class Mistuning(BaseModel):
         else:
             values, key = np.array(self.values), "values"
         if len(values) != sectors:
-            raise InputError(f"{where}.{key}: {len(values)} given, the wheel has {sectors} blades")
+            raise InputError(f"{where}.{key}: {len(values)} given; the wheel has {sectors} blades")
         if not values.min() > -1:
-            raise InputError(f"{where}.{key}: {values.min():.6g} given, a blade's change must be above -1")
-        return tuple(float(value) for value in values)
+            raise InputError(f"{where}.{key}: {values.min():.6g} given; the change of a blade must be above -1")
+        return tuple(values.tolist())
 
 
 STEP_SHARE = 0.4
-"""Step of the excitation's frequencies by the width of a peak: its top is then read to 1 / (1 + 0.4²)^½, within 8 %;
-the error falls with the step's square."""
+"""Step of the excitation's frequencies over the width of a peak. The largest sample of a peak is then at least
+1 / (1 + 0.4²)^½ of it, an error of at most 8 %, which decreases with the square of the step."""
 
 
 class KeptInterface(BaseModel):
-    """Which dofs between the sectors stay physical, and how many interface modes stand for the others (Tran 2009)."""
+    """Dofs between sectors that are kept, and the number of interface modes that replace the others (Tran 2009)."""
 
     model_config = STRICT
     kept: Literal["all"] | tuple[str, ...] = Field(
-        default=(), description="Surfaces whose dofs on the low face stay physical; 'all' is Craig-Bampton"
+        default=(), description="Surfaces whose dofs on the low face are kept; 'all' is Craig-Bampton"
     )
     interface_count: int | None = Field(
-        default=None, ge=0, description="Elastic interface modes per sector for the others; all by default"
+        default=None, ge=0, description="Elastic interface modes per sector for the other dofs; default: all"
     )
 
     @model_validator(mode="after")
     def _consistent(self) -> "KeptInterface":
         if self.kept == "all" and self.interface_count:
-            raise ValueError(f"interface_count {self.interface_count} given with kept 'all', nothing is left for them")
+            raise ValueError(f"interface_count {self.interface_count} given; kept = 'all' leaves no dofs for them")
         return self
 
 
 class Response(BaseModel):
-    """What excites the blades: unit forces e^{2πi r j/N} on blade j along one direction."""
+    """Excitation of the blades: unit forces e^{2πi r j/N} on blade j along one direction."""
 
     model_config = STRICT
-    surface: str = Field(default="tip", description="Surface of the blade on which the force spreads evenly")
-    direction: Direction = Field(default=(0.0, 0.0, 1.0), description="Of the force, any length")
+    surface: str = Field(default="tip", description="Surface of the blade on which the force is uniform")
+    direction: Direction = Field(default=(0.0, 0.0, 1.0), description="Direction of the force, any length")
     engine_order: int = Field(ge=0, description="r, below the number of sectors")
     loss_factor: Positive = Field(
         default=2e-3, description="η of structural damping, K (1 + iη)", json_schema_extra={"unit": "1"}
@@ -95,20 +90,20 @@ class Response(BaseModel):
     band: tuple[Positive, Positive] = Field(
         description="Lowest and highest frequency of the force [Hz]", json_schema_extra={"unit": "Hz"}
     )
-    points: int = Field(default=2001, ge=3, le=1_000_000, description="Frequencies in the band")
+    points: int = Field(default=2001, ge=3, le=1_000_000, description="Number of frequencies in the band")
 
     @field_validator("direction")
     @classmethod
-    def _is_a_direction(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+    def _is_a_direction(cls, value: Direction) -> Direction:
         if not np.linalg.norm(value) > 0:
-            raise ValueError(f"{list(value)} given, it must have a length above 0")
+            raise ValueError(f"{list(value)} given; its length must be above 0")
         return value
 
     @field_validator("band")
     @classmethod
     def _rises(cls, value: tuple[float, float]) -> tuple[float, float]:
         if not value[0] < value[1]:
-            raise ValueError(f"{list(value)} given, the first must be below the second")
+            raise ValueError(f"{list(value)} given; the first must be below the second")
         return value
 
     @model_validator(mode="after")
@@ -118,30 +113,30 @@ class Response(BaseModel):
         needed = int(np.ceil((high - low) / (STEP_SHARE * width))) + 1
         if self.points < needed:
             raise ValueError(
-                f"points {self.points} given over {high - low:g} Hz; peaks at {low:g} Hz are loss_factor · frequency ="
-                f" {width:.3g} Hz wide, at least {needed} points see them"
+                f"points {self.points} given over {high - low:g} Hz; a peak at {low:g} Hz has a width of loss_factor ·"
+                f" frequency = {width:.3g} Hz, which needs at least {needed} points"
             )
         return self
 
     @property
     def excitation(self) -> np.ndarray:
-        """[rad/s], (points,)"""
+        """Angular frequencies of the force [rad/s], (points,)."""
         return 2 * np.pi * np.linspace(*self.band, self.points)
 
 
 class Wheel(CyclicSymmetry):
-    """Equal sectors about an axis, each with a blade of its own stiffness."""
+    """Equal sectors about an axis, whose blades differ in stiffness."""
 
     component: str = Field(description="Component that is the sector")
     mode_count: int = Field(default=10, ge=1, description="Elastic modes of each harmonic")
     count: int = Field(default=60, ge=1, description="Lowest elastic modes of the whole wheel, for its response")
     blade_radius: Length | None = Field(
         default=None,
-        description="Distance from the axis beyond which cells are the blade's [m]; the geometry's if known",
+        description="Distance from the axis beyond which cells belong to the blade [m]; default: the geometry's",
     )
     mistuning: Mistuning
-    fixed_count: int = Field(default=20, ge=0, description="Modes of a sector with both faces held")
-    interface: KeptInterface = Field(default=KeptInterface(), description="How the solve stage reduces the wheel")
+    fixed_count: int = Field(default=20, ge=0, description="Number of modes of a sector with both faces held")
+    interface: KeptInterface = Field(default=KeptInterface(), description="Kept interface in the solve stage")
     response: Response
 
 
@@ -149,7 +144,7 @@ class WheelReport(BaseModel):
     """Choices of kept interface to compare with the full wheel."""
 
     model_config = STRICT
-    choices: dict[str, KeptInterface] = Field(default={}, description="Name → choice; the wheel's own where empty")
+    choices: dict[str, KeptInterface] = Field(default={}, description="Name → choice; default: the wheel's own")
 
 
 class WheelFile(BaseModel):
@@ -168,60 +163,61 @@ class WheelFile(BaseModel):
 
 
 UNREAD = ("interface", "gauge", "modes", "change")
-"""Parts of a component that a wheel has no use for."""
+"""Tables of a component that a wheel does not read."""
 
 
 def wrong_names(scene: WheelFile) -> list[str]:
-    """List what does not fit together, one line each; surfaces of mesh files are not known before meshing."""
+    """List contradictions of the scene, one line each; surfaces of mesh files are unknown before meshing."""
     name, wheel = scene.only
     where, sectors, order = f"wheel.{name}", wheel.sectors, wheel.response.engine_order
     if wheel.component not in scene.component:
-        return [f"{where}.component: no component '{wheel.component}', there is {', '.join(scene.component)}"]
+        return [f"{where}.component: no component '{wheel.component}'; the scene has {', '.join(scene.component)}"]
     component = scene.component[wheel.component]
     lines = [
-        f"component.{wheel.component}.{key}: given, a wheel reads geometry, material, mesh and supports only"
+        f"component.{wheel.component}.{key}: given; a wheel reads geometry, material, mesh and supports only"
         for key in UNREAD
         if key in component.model_fields_set
     ]
     made = getattr(component.geometry, "sectors", sectors)
     if made != sectors:
-        lines.append(f"{where}.sectors: {sectors} given, the geometry is a sector of {made}")
+        lines.append(f"{where}.sectors: {sectors} given; the geometry is one of {made} sectors")
     if order >= sectors:
-        lines.append(f"{where}.response.engine_order: {order} given, {sectors} blades tell 0 to {sectors - 1} apart")
+        lines.append(f"{where}.response.engine_order: {order} given; allowed with {sectors} blades: 0 to {sectors - 1}")
     if blade_radius(wheel, component) is None:
-        lines.append(f"{where}.blade_radius: is missing; geometry '{component.geometry.kind}' does not know the blade")
+        lines.append(f"{where}.blade_radius: is missing; geometry '{component.geometry.kind}' has no default for it")
     shapes = getattr(component.geometry, "surface_shapes", None)
     have = None if shapes is None else sorted(shapes())
     for key, surface in _surfaces(scene, where, wheel):
         if have is not None and surface not in have:
-            lines.append(f"{key}: the geometry has no surface '{surface}', it has {', '.join(have)}")
+            lines.append(f"{key}: the geometry has no surface '{surface}'; it has {', '.join(have)}")
     return lines
 
 
 def blade_radius(wheel: Wheel, component: Component) -> float | None:
-    """Return the distance from the axis beyond which cells are the blade's [m]: the scene's, or the geometry's."""
+    """Return the distance from the axis beyond which cells belong to the blade [m]; None if it is unknown."""
     return getattr(component.geometry, "blade_radius", None) if wheel.blade_radius is None else wheel.blade_radius
 
 
 def reduction(wheel: Wheel, interface: KeptInterface) -> dict[str, Any]:
-    """Return how a choice of kept interface reduces a wheel, as JSON."""
+    """Return the settings of a wheel's reduction by a choice of kept interface, as JSON."""
     return interface.model_dump(mode="json") | {"fixed_count": wheel.fixed_count}
 
 
 def _surfaces(scene: WheelFile, where: str, wheel: Wheel) -> list[tuple[str, str]]:
     """Return every surface that a wheel names, with the key that names it."""
     found = [(f"{where}.low", wheel.low), (f"{where}.high", wheel.high)]
-    found.append((f"{where}.response.surface", wheel.response.surface))
-    choices: list[tuple[str, Any]] = [(f"{where}.interface", wheel.interface)]
-    choices += [(f"report.choices.{key}", choice) for key, choice in scene.report.choices.items()]
-    kept: list[tuple[str, Sequence[str]]] = [(key, one.kept) for key, one in choices if one.kept != "all"]
-    return found + [(f"{key}.kept", surface) for key, names in kept for surface in names]
+    found += [(f"{where}.response.surface", wheel.response.surface)]
+    choices = {f"{where}.interface": wheel.interface}
+    choices |= {f"report.choices.{key}": choice for key, choice in scene.report.choices.items()}
+    return found + [
+        (f"{key}.kept", one) for key, choice in choices.items() if choice.kept != "all" for one in choice.kept
+    ]
 
 
 def _numbers(path: Path, where: str) -> np.ndarray:
-    """Return the numbers of a text file, parted by commas, semicolons or white space."""
+    """Return the numbers of a text file, separated by commas, semicolons or white space."""
     try:
         text = path.read_text(encoding="utf-8")
         return np.array([float(word) for word in text.replace(",", " ").replace(";", " ").split()])
     except (OSError, ValueError) as error:
-        raise InputError(f"{where}: {path} is no file of numbers ({error})") from error
+        raise InputError(f"{where}: {path} is not a file of numbers ({error})") from error

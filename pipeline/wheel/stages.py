@@ -1,4 +1,4 @@
-"""The stages of a wheel, `mesh → modes → solve → plot`: what each of them makes."""
+"""The stages of a wheel, `mesh → modes → solve → plot`: what each of them computes and reports."""
 
 import json
 from dataclasses import replace
@@ -20,18 +20,17 @@ RESPONSE = "response.csv"
 
 
 def run_wheel(job: WheelJob, until: str = "plot", progress: Progress | None = None) -> RunReport:
-    """Bring the products up to date, up to and including one stage.
+    """Compute the records of a wheel that are missing, up to and including the stage `until`.
 
     Raises:
-        InputError: it has no such stage, or the scene does not fit its mesh.
+        InputError: there is no such stage, or the scene does not fit its mesh.
         StageError: a numerical routine failed.
     """
     if until not in STAGES:
-        raise InputError(f"{job.path}: a wheel has no stage '{until}', it has {', '.join(STAGES)}")
+        raise InputError(f"{job.path}: a wheel has no stage '{until}'; its stages are {', '.join(STAGES)}")
     tell = progress or (lambda stage, share: None)
-    return run_stages(
-        job, until, tell, partial(_tasks, job, tell=tell), partial(_finish, job), partial(_draw, job, tell)
-    )
+    tasks = partial(_tasks, job, tell=tell)
+    return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
 
 
 def _tasks(job: WheelJob, stage: str, tell: Progress) -> list[Task]:
@@ -39,7 +38,7 @@ def _tasks(job: WheelJob, stage: str, tell: Progress) -> list[Task]:
 
 
 def _make(job: WheelJob, stage: str, tell: Progress) -> Any:
-    """Make one record. Heavy imports live here, where they are needed."""
+    """Compute one record. Heavy libraries are imported here, where they are needed."""
     name, wheel = job.scene.only
     if stage == "mesh":
         from gudgeon.pipeline.stages.mesh import build_mesh
@@ -63,7 +62,7 @@ def _make(job: WheelJob, stage: str, tell: Progress) -> Any:
 
 
 def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
-    """Return the modes of every harmonic with their residuals, as `frequency_table` has them."""
+    """Return the modes of every harmonic with their residuals, as rows of `frequency_table`."""
     record = job.store.get(job.modes().key, "cyclic", only=["harmonics"])
     return {
         f"{job.wheel.component}, harmonic {one.harmonic}": [
@@ -76,7 +75,7 @@ def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
 
 
 def _finish(job: WheelJob, until: str) -> RunReport:
-    """Write summary and response beside each other unless they stand there, and return what was found."""
+    """Write summary and response unless they are up to date, and return the report."""
     if until in ("mesh", "modes"):
         frequencies = _frequencies(job) if until == "modes" else {}
         return RunReport(job.name, None, out=str(job.out), frequencies=frequencies)
@@ -100,7 +99,7 @@ def _draw(job: WheelJob, tell: Progress) -> tuple[list[Path], list[str]]:
 
 
 def _response_table(record: WheelRecord) -> str:
-    """Return amplitudes over frequency: of any blade of the tuned wheel, of each of the mistuned one."""
+    """Return amplitudes [m/N] over frequency: of any blade of the tuned wheel, and of each of the mistuned wheel."""
     tuned, mistuned = (np.hypot(*np.moveaxis(one, -1, 0)) for one in (record.tuned, record.mistuned))
     head = ["frequency [Hz]", "tuned [m/N]", *(f"blade {j} [m/N]" for j in range(mistuned.shape[1]))]
     rows = np.column_stack([record.excitation / (2 * np.pi), tuned[:, :1], mistuned])

@@ -3,13 +3,10 @@
 import math
 from dataclasses import dataclass, replace
 
-from gudgeon.solver.capabilities import INTEGRATORS, Integrator
+from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED, Integrator
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.scene.run import Run
 from gudgeon.solver.system.system import System
-
-UNTOUCHED = 10.0
-"""Largest dt·ω_c of a given step where nothing touches: the motion of the modes is all there is to follow."""
 
 
 @dataclass(frozen=True)

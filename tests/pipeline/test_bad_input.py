@@ -27,6 +27,7 @@ SUPPORTS = "component.skirt.supports"
 MODES = "component.skirt.modes"
 SKIRT = "component.skirt"
 GEOMETRY = re.compile(r"^geometry = .*$", re.MULTILINE)
+KEPT = "finished stages are in the database: run the same command again to continue"
 PATIENCE = 60.0
 """Seconds after which a child that does not end counts as hung."""
 
@@ -169,32 +170,32 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ("component.skirt.material.E=nan", "component.skirt.material.E: nan given; input should be "),
         (
             "component.skirt.modes.reduction=macneel",
-            "component.skirt.modes.reduction: 'macneel' given; input should be 'mac",
+            "component.skirt.modes.reduction: 'macneel' given; did you mean 'macneal'? input should be 'mac",
         ),
         (
             "component.skirt.change.update=reuze",
-            "component.skirt.change.update: 'reuze' given; input should be 'reuse' or",
+            "component.skirt.change.update: 'reuze' given; did you mean 'reuse'? input should be 'reuse' or",
         ),
-        (f"{THRUST}.sector_deg=[45, -45]", f"{THRUST}: sector_deg is [45.0, -45.0], the first value must be below"),
+        (f"{THRUST}.sector_deg=[45, -45]", f"{THRUST}: sector_deg is [45.0, -45.0]; the first value must be below"),
         (f"{THRUST}.sector_deg=[nan, 45]", f"{THRUST}.sector_deg"),
         (f"{THRUST}.kind=traction", f"{THRUST}: kind 'traction' needs spacing [m]"),
-        (f"{THRUST}.kind=mean", f"{THRUST}: sector_deg is for kinds 'points' and 'traction', 'mean' takes the whole"),
-        (f"{THRUST}.kind=point", f"{THRUST}.kind: 'point' given; input should be 'points', 'traction', 'mean', 'p"),
-        (f"{THRUST}.spacing=0.01", f"{THRUST}: spacing is for kind 'traction', the kind is 'points'"),
+        (f"{THRUST}.kind=mean", f"{THRUST}: sector_deg is for 'points' and 'traction' only, the kind is 'mean'"),
+        (f"{THRUST}.kind=point", f"{THRUST}.kind: 'point' given; did you mean 'points'? input should be"),
+        (f"{THRUST}.spacing=0.01", f"{THRUST}: spacing is for 'traction' only, the kind is 'points'"),
         (f"{THRUST}.spacing=[0.01, 0.0]", f"{THRUST}.spacing.1: 0.0 given; input should be greater than 0"),
         (f"{THRUST}.spacing=wide", f"{THRUST}.spacing: 'wide' given; input should be a valid tuple"),
         ("component.skirt.change.profile.offset=nan", "component.skirt.change.profile.offset: nan given; input should"),
         (
             f"{SUPPORTS}=[3]",
-            f"{SUPPORTS}.0: 3 given, a support is the name of a surface or a table of surface and hold",
+            f"{SUPPORTS}.0: 3 given; expected the name of a surface, or a table with surface and hold",
         ),
         (
             f'{SUPPORTS}=[{{surface="crown", hold=[]}}]',
-            f"{SUPPORTS}.0.hold: [] given, name at least one of x, y, z, rx",
+            f"{SUPPORTS}.0.hold: [] given; name at least one of x, y, z, rx",
         ),
         (f'{SUPPORTS}=[{{surface="crown", hold=["q"]}}]', f"{SUPPORTS}.0.hold.0: 'q' given; input should be 'x', 'y'"),
         (f'{SUPPORTS}=[{{surface="crown", hld=["x"]}}]', f"{SUPPORTS}.0.hld: unknown key; did you mean 'hold'? "),
-        (f"{MODES}.normal_count=0", f"{MODES}.normal_count: 0 given, reduction 'macneal' needs 1 or more"),
+        (f"{MODES}.normal_count=0", f"{MODES}.normal_count: 0 given; reduction 'macneal' needs 1 or more"),
         (f"{MODES}.reduction=fixed-reference", f"{MODES}.reference: is missing; reduction 'fixed-reference' needs"),
         (f"{MODES}.ritz_count=7", f"{MODES}.ritz_count: 7 given, at least normal_count = 8 vectors are needed"),
         (
@@ -202,14 +203,14 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
             f"{SKIRT}.gauge: g: geometry 'skirt' needs a point or a surf",
         ),
         ("component.skirt.supports=crown", "component.skirt.supports: 'crown' given; input should be a valid tuple"),
-        ("body.skirt.component=piston", "body.skirt.component: no component 'piston', there is skirt"),
+        ("body.skirt.component=piston", "body.skirt.component: no component 'piston'; the scene has skirt"),
         ("body.skirt.velocity=[0, 1]", "body.skirt.velocity"),
         ("body.skirt.velocity=[0, 1, nan]", "body.skirt.velocity"),
         ("contact.bore.body=piston", "contact.bore.body: no body 'piston', the scene has skirt"),
         ("contact.bore.interface=thrst", "contact.bore.interface: no interface 'thrst', the component has thrust"),
         (
             "contact.bore.method=penality",
-            "contact.bore.method: 'penality' given; input should be 'residual', 'penalty'",
+            "contact.bore.method: 'penality' given; did you mean 'penalty'? input should be 'residual'",
         ),
         ("contact.bore.surface_stiffness=0", "contact.bore.surface_stiffness: 0 given; input should be greater"),
         ("contact.bore.against.shape=boar", "contact.bore.against.shape: 'boar' given; did you mean 'bore'"),
@@ -223,6 +224,22 @@ def test_mistake_in_the_scene(setting: str, complaint: str, cold: Case, capsys: 
     assert line.startswith(complaint)
     assert not cold.db.exists()
     assert not cold.out.exists()
+
+
+@pytest.mark.parametrize(
+    ("setting", "complaint"),
+    [
+        (f"{MODES}.recipe=macneal", f"{MODES}.recipe: unknown key; did you mean 'reduction'? allowed here: "),
+        (f"{SKIRT}.change.rung=reuse", f"{SKIRT}.change.rung: unknown key; did you mean 'update'? allowed here: "),
+        ("stress.duration=1e-4", "stress: unknown key; did you mean 'robustness'? allowed here: "),
+        ("report.nodal.steps=[100]", "report.nodal: unknown key; did you mean 'full_fe'? allowed here: "),
+        ("run.integrator=kick", "run.integrator: 'kick' given; did you mean 'explicit'? input should be "),
+        ("run.integrator=trapezoid", "run.integrator: 'trapezoid' given; did you mean 'implicit'? input should be "),
+    ],
+)
+def test_former_name_in_the_scene(setting: str, complaint: str, cold: Case, capsys: Capture) -> None:
+    (line,) = refused(cold, capsys, cold.command("status", setting))
+    assert line.startswith(complaint)
 
 
 @pytest.mark.parametrize("axis", ["[0.0, 0.0, 0.0]", "[0.0, 0.0, nan]"])
@@ -315,7 +332,7 @@ def test_missing_scene(name: str, cold: Case, capsys: Capture) -> None:
         (["run"], "the following arguments are required: SCENE"),
         (["run", "scene", "--sett", "a=1"], "unrecognized arguments: --sett"),
         (["run", "scene", "--db"], "argument --db: expected one argument"),
-        (["report", "scene", "--repeat", "0"], "argument --repeat: 0 given, at least 1 is needed"),
+        (["report", "scene", "--repeat", "0"], "argument --repeat: 0 given; expected a whole number, 1 or more"),
         (["export", "tables", "scene"], "invalid choice: 'scene'"),
     ],
 )
@@ -353,10 +370,12 @@ def test_modes_stage_refuses(setting: str, complaint: str, case: Case, capsys: C
 
 
 def test_profile_below_a_traction_space(case: Case, capsys: Capture) -> None:
-    """A traction space stands on the basic surface, so nothing may move it; whatever asks for the profile."""
+    """A profile must not move the surface of a traction space, whatever command needs the profile."""
     for setting in (f"{TABLE}=barrel.csv", "component.skirt.change.profile.offset=1e-5"):
         (line,) = refused(case, capsys, case.command("modes", f"{SLIDE}={slide(surface='skirt')}", setting))
-        assert line.startswith(f"{MOVED}: a traction space stands on the basic surface 'skirt' (interface.slide)")
+        assert line.startswith(
+            f"{MOVED}: 'skirt' carries the traction space interface.slide, so a profile must not move it"
+        )
 
 
 def test_offset_that_inverts_elements(case: Case, capsys: Capture) -> None:
@@ -464,7 +483,7 @@ def test_table_that_is_no_text(content: bytes, case: Case, capsys: Capture) -> N
 @pytest.mark.parametrize("command", ["morph", "run", "status", "plan"])
 def test_missing_table(command: str, case: Case, capsys: Capture) -> None:
     (line,) = refused(case, capsys, case.command(command, f"{TABLE}=none.csv"))
-    assert line == f"{TABLE}: no file 'none.csv', neither in {case.scene} nor here"
+    assert line == f"{TABLE}: no file 'none.csv', neither in {case.scene} nor in the current folder"
 
 
 @pytest.mark.parametrize("update", ["reuse", "recompute"])
@@ -521,7 +540,10 @@ def test_whole_mesh_file_is_taken(meshed: Case, capsys: Capture) -> None:
 def test_mesh_file_is_missing(command: str, meshed: Case, capsys: Capture) -> None:
     (meshed.scene / "part.msh").unlink()
     (line,) = refused(meshed, capsys, meshed.command(command))
-    assert line == f"component.skirt.geometry.path: no file 'part.msh', neither in {meshed.scene} nor here"
+    assert (
+        line
+        == f"component.skirt.geometry.path: no file 'part.msh', neither in {meshed.scene} nor in the current folder"
+    )
 
 
 @pytest.mark.parametrize("content", [b"", b"hello\n", b"height,0\n0,0\n", bytes(range(256)) * 8, b"$MeshFormat\n"])
@@ -634,7 +656,7 @@ def test_reference_file_that_is_none(content: str | None, case: Case, capsys: Ca
     shutil.rmtree(case.out)
     if content is None:
         (line,) = refused(case, capsys, case.command("solve"))
-        assert line == f"report.reference: no file 'r.json', neither in {case.scene} nor here"
+        assert line == f"report.reference: no file 'r.json', neither in {case.scene} nor in the current folder"
     else:
         (case.scene / "r.json").write_text(content)
         (line,) = refused(case, capsys, case.command("solve"), where=case.scene / "r.json")
@@ -665,7 +687,8 @@ def _child(arguments: list[str]) -> subprocess.Popen[str]:
 
 def _assert_interrupted(case: Case, code: int, stdout: str, stderr: str, stage: str) -> None:
     (line,) = complaints(stderr)
-    assert line == f"interrupted{stage and ' in stage '}{stage}; what was finished is kept, run again to go on"
+    where = f" in stage {stage}" if stage else ""
+    assert line == f"interrupted{where}; {KEPT}"
     assert code == 1
     assert stdout == ""
     case.assert_sound()
@@ -744,7 +767,7 @@ def test_interrupt_of_the_next_command_names_no_old_stage(case: Case, monkeypatc
 
     monkeypatch.setattr("gudgeon.pipeline.kinds.open_job", interrupted)
     assert main(case.command("status")) == 1
-    assert complaints(capsys.readouterr().err) == ["interrupted; what was finished is kept, run again to go on"]
+    assert complaints(capsys.readouterr().err) == [f"interrupted; {KEPT}"]
 
 
 def test_checks_of_this_file_can_fail(case: Case) -> None:

@@ -118,7 +118,7 @@ def test_browser_is_named_and_missed_by_tests_alone(monkeypatch: pytest.MonkeyPa
 def test_database_states(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder, a folder to be made, a file in the way, a folder that refuses."""
     assert doctor.database_finding(tmp_path).detail.endswith("writable")
-    assert doctor.database_finding(tmp_path / "new" / "db").detail.endswith("not made yet")
+    assert doctor.database_finding(tmp_path / "new" / "db").detail.endswith("does not exist yet")
     assert list(tmp_path.iterdir()) == []
 
     file = tmp_path / "file"
@@ -148,9 +148,9 @@ def test_report_is_aligned() -> None:
     findings = [Finding("a", "ok", "fine"), Finding("longer name", "missing", "gone", "get it")]
     lines = doctor.render_report(findings).splitlines()
     assert lines[0].index("ok") == lines[1].index("missing")
-    assert lines[0].index("fine") == lines[1].index("gone") == lines[2].index("mend: get it")
-    assert lines[-1] == "1 of 2 need mending"
-    assert doctor.render_report(findings[:1]).splitlines()[-1] == "nothing needs mending"
+    assert lines[0].index("fine") == lines[1].index("gone") == lines[2].index("fix: get it")
+    assert lines[-1] == "1 of 2 checks failed"
+    assert doctor.render_report(findings[:1]).splitlines()[-1] == "all 1 checks passed"
 
 
 @pytest.mark.parametrize("name", ["SYSTEM_LIBRARIES", "BROWSERS"])

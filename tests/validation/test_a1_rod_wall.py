@@ -119,9 +119,19 @@ print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "mat
     }  # fmt: skip
 
 
-def test_a_step_that_is_too_large_is_divided_and_said_so(folder: Path) -> None:
-    found = run(SCENE, set={"run.step": 1e-6}, db=folder / "db", out=folder / "divided", until="solve")
-    assert found.notes == ["run.step: 1e-06 s is above 0.2/ω_c, each step was taken in 10 parts"]
+@pytest.mark.parametrize(
+    ("integrator", "step", "limit", "parts"),
+    [("explicit", 1e-6, "0.2/ω_c = 1.02e-07 s", 10), ("implicit", 1e-4, "40/ω_c = 2.04e-05 s", 5)],
+)
+def test_a_step_that_is_too_large_is_divided_and_noted(
+    integrator: str, step: float, limit: str, parts: int, folder: Path
+) -> None:
+    changes = {"run.step": step, "run.integrator": integrator}
+    found = run(SCENE, set=changes, db=folder / "db", out=folder / integrator, until="solve")
+    assert found.notes == [
+        f"run.step: {step:g} s exceeds the limit of integrator '{integrator}', {limit}; each step was divided into"
+        f" {parts} substeps"
+    ]
 
 
 def test_a_stated_accuracy_chooses_the_step(folder: Path) -> None:

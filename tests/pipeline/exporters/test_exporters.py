@@ -216,18 +216,21 @@ def test_every_exporter_refuses_in_one_line(
     records = BodyRecords(mesh, modal, morph)
     (tmp_path / "file").write_text("kept")
     cases = [
-        (lambda: exporter.write_modes(tmp_path / "x", mesh, modal, 0), "0 modes were asked for; allowed: 1 or more"),
+        (lambda: exporter.write_modes(tmp_path / "x", mesh, modal, 0), "count = 0 given; allowed: 1 or more"),
         (lambda: exporter.write_modes(tmp_path / "file" / "x", mesh, modal, 1), "cannot be written"),
         (lambda: exporter.write_modes(tmp_path, mesh, modal, 1), "cannot be written"),
         (lambda: exporter.write_trajectory(tmp_path / "file", records, trajectory, "b", 1), "cannot be written"),
         (lambda: exporter.write_trajectory(tmp_path, records, trajectory, "c", 1), "no body 'c', it has a, b"),
-        (lambda: exporter.write_trajectory(tmp_path, records, trajectory, "b", 0), "every 0 frames was asked for"),
+        (
+            lambda: exporter.write_trajectory(tmp_path, records, trajectory, "b", 0),
+            "every = 0 given; allowed: 1 or more",
+        ),
     ]
     for call, text in cases:
         with pytest.raises(InputError, match=text) as caught:
             call()
         assert "\n" not in str(caught.value)
-    with pytest.raises(StageError, match="holds no nodal shapes"):
+    with pytest.raises(StageError, match="has no nodal shapes"):
         exporter.write_modes(tmp_path / "x", mesh, replace(modal, shapes=None), None)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
     assert (tmp_path / "file").read_text() == "kept"

@@ -273,9 +273,9 @@ def test_the_nodal_synthesis_knows_no_rigid_surfaces(tmp_path: Path) -> None:
     ("given", "message"),
     [
         ({"surface": "top", "kind": "tie"}, "kind 'tie' needs tie, 'rbe2' or 'rbe3'"),
-        ({"surface": "top", "tie": "rbe2"}, "tie is for kind 'tie', the kind is 'points'"),
-        ({"surface": "top", "kind": "mean", "point": [0, 0, 0]}, "point is for kind 'tie', the kind is 'mean'"),
-        ({**END, "height": [0, 1]}, "'tie' takes the whole surface"),
+        ({"surface": "top", "tie": "rbe2"}, "tie is for 'tie' only, the kind is 'points'"),
+        ({"surface": "top", "kind": "mean", "point": [0, 0, 0]}, "point is for 'tie' only, the kind is 'mean'"),
+        ({**END, "height": [0, 1]}, "height is for 'points' and 'traction' only, the kind is 'tie'"),
     ],
 )
 def test_keys_that_do_not_fit_are_refused(given: dict, message: str) -> None:

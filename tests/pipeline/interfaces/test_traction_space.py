@@ -189,8 +189,8 @@ def test_record_holds_the_space(skirt_mesh: MeshRecord, curved: TractionSpace) -
 BAD = [
     ({"sector_deg": (0, 60)}, "spacing", "needs spacing"),
     ({"sector_deg": (0, 60), "spacing": -0.01}, "spacing", "greater than 0"),
-    ({"kind": "points", "spacing": 0.01}, "spacing", "spacing is for kind 'traction'"),
-    ({"kind": "mean", "sector_deg": (0, 60)}, "sector_deg", "takes the whole surface"),
+    ({"kind": "points", "spacing": 0.01}, "spacing", "spacing is for 'traction' only"),
+    ({"kind": "mean", "sector_deg": (0, 60)}, "sector_deg", "is for 'points' and 'traction' only"),
     ({"spacing": 0.01, "extent": ((0, 1), (1, 0))}, "extent", "the first value must be below"),
 ]
 

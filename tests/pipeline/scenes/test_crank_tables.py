@@ -73,8 +73,8 @@ def test_jump_is_measured_by_the_largest_value(share: float, closes: bool, tmp_p
         (ONE_TURN.replace("180,", "half,"), "row 4 holds 'half, 4e5', two numbers are needed"),
         (ONE_TURN.replace("90,2e5", "90,nan"), "row 3 holds '90, nan', finite numbers are needed"),
         (ONE_TURN.replace("360,", "inf,"), "row 5 holds 'inf, 1e5', finite numbers are needed"),
-        (ONE_TURN.replace("180,", "80,"), "row 4: the angle 80 must be above the last one"),
-        (ONE_TURN.replace("180,", "90,"), "row 4: the angle 90 must be above the last one"),
+        (ONE_TURN.replace("180,", "80,"), "row 4: the angle 80 must be above that of the row before"),
+        (ONE_TURN.replace("180,", "90,"), "row 4: the angle 90 must be above that of the row before"),
         (
             ONE_TURN.replace("360,", "350,"),
             "angles reach from 0 to 350 degrees, 350 in all; a cycle must close over 720 (or 360)",

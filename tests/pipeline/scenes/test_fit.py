@@ -22,7 +22,7 @@ LINEAR = 0.05
 """[µm]: linear interpolation of the profile over 2 mm and 15°, and the grid of the search."""
 WORST = re.compile(
     r"contact\.(\w+): the clearance is below zero on (under 1|\d+)% of '(\w+)', worst (-\S+) µm at height (\S+) m and"
-    r" (-?\d+) degrees, all along the stroke; the bore's radius is (\S+) m, the radius there (\S+?) m(,.*)?"
+    r" (-?\d+) degrees, all along the stroke; the bore's radius is (\S+) m, the radius there (\S+?) m(;.*)?"
 )
 
 
@@ -221,7 +221,7 @@ PARTS = "thrust, anti, pin, crown"
         ("joint.rod.body=rod", "joint.rod.body: no body 'rod', the scene has piston, liner"),
         ("force.gas.body=gas", "force.gas.body: no body 'gas', the scene has piston, liner"),
         ("force.gas.joint=crank", "force.gas.joint: no joint 'crank', the scene has rod"),
-        ("body.liner.component=tube", "body.liner.component: no component 'tube', there is piston, liner"),
+        ("body.liner.component=tube", "body.liner.component: no component 'tube'; the scene has piston, liner"),
         (
             "contact.thrust.interface=trust",
             f"contact.thrust.interface: no interface 'trust', the component has {PARTS}",
@@ -279,7 +279,7 @@ GAS = (PISTON / "gas-pressure.csv").read_text()
             GAS.replace("720,5422140.7", "720,5000000.0"),
             "the first value is 5.42214e+06 and the last 5e+06 at the same",
         ),
-        (GAS.replace("\n300,", "\n30,"), "row 302: the angle 30 must be above the last one"),
+        (GAS.replace("\n300,", "\n30,"), "row 302: the angle 30 must be above that of the row before"),
         (GAS.replace("\n300,", "\n300,high"), "row 302 holds '300, high"),
         (GAS.replace("\n1,", "\n1,nan #"), "row 3 holds '1, nan #"),
         (GAS.replace("1,5696264.1", "1,nan"), "row 3 holds '1, nan', finite numbers are needed"),
@@ -295,7 +295,7 @@ def test_pressure_table_that_is_refused(text: str, complaint: str, copy: Path) -
 
 def test_pressure_table_that_is_missing() -> None:
     assert refused(PISTON, "force.gas.table=none.csv") == [
-        f"force.gas.table: no file 'none.csv', neither in {PISTON} nor here"
+        f"force.gas.table: no file 'none.csv', neither in {PISTON} nor in the current folder"
     ]
 
 
@@ -310,7 +310,7 @@ def test_table_of_the_other_kind() -> None:
 @pytest.mark.parametrize(
     ("values", "complaint"),
     [
-        ("[[0.0, 2e5], [20.0, 1e5], [10.0, 1e5]]", "row 3: the angle 10 must be above the last one"),
+        ("[[0.0, 2e5], [20.0, 1e5], [10.0, 1e5]]", "row 3: the angle 10 must be above that of the row before"),
         ("[[0.0, 2e5], [20.0, 1e5], [700.0, 2e5]]", "angles reach from 0 to 700 degrees"),
         ("[[0.0, 2e5], [20.0, 1e5], [720.0, 1e5]]", "the first value is 200000 and the last 100000"),
     ],

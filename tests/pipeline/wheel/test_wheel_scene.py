@@ -241,30 +241,30 @@ OTHER = (
     "wheel.other={component='sector', sectors=24, mistuning={deviation=0.1}, response={engine_order=1, band=[1, 2]}}"
 )
 WRONG: list[tuple[list[str], str]] = [
-    (["wheel.disk.component=rotor"], "wheel.disk.component: no component 'rotor', there is sector"),
+    (["wheel.disk.component=rotor"], "wheel.disk.component: no component 'rotor'; the scene has sector"),
     (["wheel.disk.sectors=1"], "wheel.disk.sectors: 1 given; input should be greater than or equal to 2"),
-    (["wheel.disk.sectors=12"], "wheel.disk.sectors: 12 given, the geometry is a sector of 24"),
-    (["wheel.disk.low=left"], "wheel.disk.low: the geometry has no surface 'left', it has bore, high"),
+    (["wheel.disk.sectors=12"], "wheel.disk.sectors: 12 given; the geometry is one of 24 sectors"),
+    (["wheel.disk.low=left"], "wheel.disk.low: the geometry has no surface 'left'; it has bore, high"),
     (["wheel.disk.sector=24"], "wheel.disk.sector: unknown key; did you mean 'sectors'?"),
-    (["wheel.disk.response.engine_order=24"], "engine_order: 24 given, 24 blades tell 0 to 23 apart"),
+    (["wheel.disk.response.engine_order=24"], "engine_order: 24 given; allowed with 24 blades: 0 to 23"),
     (["wheel.disk.response.engine_order=-1"], "greater than or equal to 0"),
-    (["wheel.disk.response.band=[700, 600]"], "wheel.disk.response.band: [700.0, 600.0] given, the first must be"),
+    (["wheel.disk.response.band=[700, 600]"], "wheel.disk.response.band: [700.0, 600.0] given; the first must be"),
     (["wheel.disk.response.loss_factor=0"], "wheel.disk.response.loss_factor: 0 given; input should be greater than 0"),
-    (["wheel.disk.response.direction=[0, 0, 0]"], "[0.0, 0.0, 0.0] given, it must have a length above 0"),
+    (["wheel.disk.response.direction=[0, 0, 0]"], "[0.0, 0.0, 0.0] given; its length must be above 0"),
     (["wheel.disk.response.surface=top"], "wheel.disk.response.surface: the geometry has no surface 'top'"),
-    ([*BARE, "wheel.disk.mistuning.values=[0.01, 0.02]"], "mistuning.values: 2 given, the wheel has 24 blades"),
-    (BARE, "nothing given, one of values, table and deviation is needed"),
-    (["wheel.disk.mistuning.table=m.csv"], "table and deviation given, one of values, table and deviation is needed"),
+    ([*BARE, "wheel.disk.mistuning.values=[0.01, 0.02]"], "mistuning.values: 2 given; the wheel has 24 blades"),
+    (BARE, "none given; one of values, table and deviation is needed"),
+    (["wheel.disk.mistuning.table=m.csv"], "table and deviation given; one of values, table and deviation is needed"),
     ([*BARE, "wheel.disk.mistuning.table=no.csv"], "wheel.disk.mistuning.table: no file 'no.csv'"),
-    (["wheel.disk.mistuning={deviation=9}"], "given, a blade's change must be above -1"),
+    (["wheel.disk.mistuning={deviation=9}"], "given; the change of a blade must be above -1"),
     (["wheel.disk.interface={kept=['rims']}"], "wheel.disk.interface.kept: the geometry has no surface 'rims'"),
-    (["wheel.disk.interface={kept='all', interface_count=2}"], "interface_count 2 given with kept 'all'"),
+    (["wheel.disk.interface={kept='all', interface_count=2}"], "interface_count 2 given; kept = 'all' leaves"),
     (["report.choices.x={kept=['top']}"], "report.choices.x.kept: the geometry has no surface 'top'"),
-    (["component.sector.modes.normal_count=3"], "component.sector.modes: given, a wheel reads geometry, material"),
+    (["component.sector.modes.normal_count=3"], "component.sector.modes: given; a wheel reads geometry, material"),
     (["component.sector.geometry.sectors=unset", "component.sector.geometry={kind='box', lx=1, ly=1, lz=1}",
       "wheel.disk.low=left", "wheel.disk.high=right",
-      "wheel.disk.response.surface=top", 'report.choices="unset"'], "blade_radius: is missing; geometry 'box' does"),
-    (["wheel.disk.response.loss_factor=1e-5"], "0.0056 Hz wide, at least 44644 points see them"),
+      "wheel.disk.response.surface=top", 'report.choices="unset"'], "blade_radius: is missing; geometry 'box' has"),
+    (["wheel.disk.response.loss_factor=1e-5"], "0.0056 Hz, which needs at least 44644 points"),
     (["body.disk={}"], "body: unknown key"),
     ([OTHER], "wheel: Dictionary should have at most 1 item"),
 ]  # fmt: skip
@@ -282,15 +282,15 @@ def test_wrong_scenes(changes: list[str], message: str, tmp_path: Path, capsys: 
 
 
 MISFITS: list[tuple[dict[str, Any], str]] = [
-    ({"wheel__disk__blade_radius": 0.5}, "wheel.disk.blade_radius: 0.5 m given, it must part the cells, whose middles"),
-    ({"wheel__disk__interface": {"kept": ["tip"]}}, "wheel.disk.interface.kept: 'tip' given, it has no free node on"),
-    ({"wheel__disk__interface": {"kept": ["bore"]}}, "wheel.disk.interface.kept: 'bore' given, it has no free node"),
-    ({"wheel__disk__interface": {"kept": [], "interface_count": 999}}, "interface_count: 999 given, a face has"),
+    ({"wheel__disk__blade_radius": 0.5}, "wheel.disk.blade_radius: 0.5 m given; it must separate the cells, whose"),
+    ({"wheel__disk__interface": {"kept": ["tip"]}}, "wheel.disk.interface.kept: 'tip' has no free node on"),
+    ({"wheel__disk__interface": {"kept": ["bore"]}}, "wheel.disk.interface.kept: 'bore' has no free node"),
+    ({"wheel__disk__interface": {"kept": [], "interface_count": 999}}, "interface_count: 999 given; a face has"),
     (
         {"wheel__disk__response": {"engine_order": 1, "band": [500.0, 9000.0], "points": 40001}},
-        "wheel.disk.count: 12 given, so many",
+        "wheel.disk.count: 12 given; the highest",
     ),
-    ({"wheel__disk__mode_count": 99999}, "wheel.disk.mode_count: 99999 given, a harmonic has"),
+    ({"wheel__disk__mode_count": 99999}, "wheel.disk.mode_count: 99999 given; a harmonic has"),
     ({"wheel__disk__fixed_count": 99999}, "wheel.disk.fixed_count: 99999 given, a sector has"),
     ({"wheel__disk__count": 99999}, "wheel.disk.count: 99999 given, the reduced wheel has 60 elastic coordinates"),
     ({"wheel__disk__low": "rim"}, "wheel.disk: 'rim' has"),
@@ -306,9 +306,9 @@ def test_misfits_of_the_mesh(changes: dict[str, Any], message: str, made: tuple[
 
 
 def test_commands_that_a_wheel_has_not(made: tuple[Path, RunReport]) -> None:
-    with pytest.raises(InputError, match="a wheel has no stage 'morph', it has mesh, modes, solve, plot"):
+    with pytest.raises(InputError, match="a wheel has no stage 'morph'; its stages are mesh, modes, solve, plot"):
         run_wheel(job(made[0]), "morph")
-    with pytest.raises(InputError, match="export: a wheel has no modes as"):
+    with pytest.raises(InputError, match="export: modes of a wheel cannot be exported"):
         kind_of(job(made[0])).export(job(made[0]), "modes", 1)
 
 
