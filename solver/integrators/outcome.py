@@ -11,6 +11,8 @@ START_ENERGY, ENERGY_ERROR, EXCHANGED, DEEPEST, FIRST_CONTACT, LAST_CONTACT = ra
 """Entries of `Outcome.extreme`."""
 ACTIVE, CONTACT_STEPS, PIVOTS = range(3)
 """First entries of `Outcome.counts`."""
+BEGINS, ENDS, IMPULSE, PEAK, PEAK_TIME, CLOSING, OPENING = range(7)
+"""Columns of `Outcome.impacts`."""
 
 
 class Samples(NamedTuple):
