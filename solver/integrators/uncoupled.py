@@ -6,7 +6,7 @@ import numpy as np
 
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.event import basis
-from gudgeon.solver.integrators.event.regimes import Equations, starting
+from gudgeon.solver.integrators.event.regimes import Equations, all_open
 from gudgeon.solver.system.system import System
 
 SLOWEST = 1e-6
@@ -48,7 +48,7 @@ def uncoupled(system: System) -> Coordinates:
             f"run.integrator: '{system.scene.integrator}' needs contact points that are not coupled through R; use"
             " contacts of one point, or method 'penalty'"
         )
-    linear = Equations(system).regime(starting(system, {}), np.zeros(len(system.velocity))).linear
+    linear = Equations(system).regime(all_open(system), np.zeros(len(system.velocity))).linear
     solved = basis.solve(linear)
     modes = np.column_stack([solved.drift, np.real(solved.shapes)])
     omega = np.concatenate([np.zeros(solved.drift.shape[1]), np.imag(solved.exponents)])

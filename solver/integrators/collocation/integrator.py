@@ -12,7 +12,7 @@ from gudgeon.solver.integrators.collocation import arrays, kernel
 from gudgeon.solver.integrators.collocation.arrays import FASTEST, LAST, REFERENCE, TIME
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import NODES, WEIGHTS, Record
-from gudgeon.solver.integrators.event.regimes import Equations, starting
+from gudgeon.solver.integrators.event.regimes import Equations, all_open
 from gudgeon.solver.integrators.event.segment import Segment, segment
 from gudgeon.solver.integrators.outcome import START_ENERGY, Outcome, Samples
 from gudgeon.solver.integrators.polynomial_response import free, responses
@@ -36,7 +36,7 @@ class Collocation(capabilities.Collocation):
     def __init__(self, system: System, dt: float, fixed_step: float | None = None) -> None:
         run, c, n = system.scene.run, *system.rows.shape
         self._system, self._dt = system, dt
-        self._equations, self._open = Equations(system), starting(system, {})
+        self._equations, self._open = Equations(system), all_open(system)
         place = uncoupled(system)
         self._basis, self._modes, self._omega = place.solved, place.modes, place.omega
         self._record, self._last = Record(system), run.duration

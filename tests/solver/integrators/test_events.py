@@ -230,10 +230,10 @@ def test_striker_against_a_mass_on_a_spring(name: str, restitution: float, tmp_p
     assert speed == pytest.approx(expected["final_striker_velocity"]["value"], rel=1e-13)
     if isinstance(expected["number_of_impacts"], int) and restitution > 0:
         assert len(impacts) == expected["number_of_impacts"]
-    impacts = expected["impacts"][: len(impacts)]
-    np.testing.assert_allclose(impacts[: len(impacts), 0], [one["t"] for one in impacts], rtol=1e-13, atol=1e-16)
-    closing = [one["U_before"] - one["u_before"] for one in impacts]
-    np.testing.assert_allclose(impacts[: len(impacts), 5], closing, rtol=0, atol=1e-14)
+    exact = expected["impacts"][: len(impacts)]
+    np.testing.assert_allclose(impacts[: len(exact), 0], [one["t"] for one in exact], rtol=1e-13, atol=1e-16)
+    closing = [one["U_before"] - one["u_before"] for one in exact]
+    np.testing.assert_allclose(impacts[: len(exact), 5], closing, rtol=0, atol=1e-14)
     if "separation_time" in expected:
         # Both masses go on together until the contact would pull.
         start = expected["joint_motion_starts"]["value"]
