@@ -167,7 +167,7 @@ def settle(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray) 
             continue
         drag = regime.tangential(still, v)
         sticking = hard[equations.frictional[hard] & (now.slip[hard] == 0)]
-        over = [row for row in sticking if _exceeds(equations, row, drag[row], forces[row])]
+        over = [row for row in sticking if _exceeds(equations, row, float(drag[row]), float(forces[row]))]
         if not over:
             return
         # It slips against the direction of the friction force that it would need.
