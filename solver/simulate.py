@@ -10,7 +10,7 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
-from gudgeon.solver.integrators.outcome import Marching, Outcome
+from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.trajectory import Histories, trajectory_of
@@ -104,8 +104,8 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
 
 
 def _drift(system: System, end: Outcome, found: Histories) -> float:
-    """Return the largest energy error over the energy exchanged in contact, or by loads without contacts."""
-    exchanged = float(end.extreme[2])
+    """Return the largest energy error over the energy exchanged at contacts, or by loads where there are none."""
+    exchanged = float(end.extreme[EXCHANGED])
     if system.driving.given and not system.contacts:
         exchanged = float(np.abs(found.samples.energies[:, WORK]).max(initial=0.0))
-    return float(end.extreme[1]) / exchanged if exchanged > 0 else 0.0
+    return float(end.extreme[ENERGY_ERROR]) / exchanged if exchanged > 0 else 0.0

@@ -1,7 +1,7 @@
 """Exact motion of each coordinate over a step: q̈ + β ω² q̇ + ω² q = f with f constant in the step.
 
-With damping, the energy ∫ β ω² q̇² dt that it takes is an exact quadratic form of (q, q̇, f) at the start of the step
-(Van Loan 1978), found independently of the propagator, so that an energy balance can tell when either is wrong.
+The energy ∫ β ω² q̇² dt that damping takes is an exact quadratic form of (q, q̇, f) at the start of the step (Van
+Loan 1978), computed independently of the propagator, so that the energy balance detects an error in either.
 """
 
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 
 class Flight(NamedTuple):
-    """One step of every coordinate, m of them."""
+    """The propagator of m coordinates over one step."""
 
     motion: np.ndarray
     """q←q, q←q̇, q̇←q, q̇←q̇, (4, m)."""
@@ -21,23 +21,9 @@ class Flight(NamedTuple):
     """Energy lost: factors of q², q q̇, q̇², q f, q̇ f, f², (6, m)."""
 
 
-def undamped(stiffness: np.ndarray, dt: float) -> np.ndarray:
-    """Return q←q, q←q̇, q̇←q, q̇←q̇ of free undamped coordinates over dt, (4, m)."""
-    omega = np.sqrt(stiffness)
-    return np.array(
-        [np.cos(omega * dt), dt * np.sinc(omega * dt / np.pi), -omega * np.sin(omega * dt), np.cos(omega * dt)]
-    )
-
-
 def flight(stiffness: np.ndarray, damping: np.ndarray, dt: float) -> Flight:
-    """Return the step of every coordinate.
-
-    Args:
-        stiffness: ω² [rad²/s²], (m,).
-        damping: β [s], (m,).
-        dt: [s]
-    """
-    # Scaled by the step, the state is (q, q̇ dt, f dt²): no unit is left, and exponents are near ω dt.
+    """Return the propagator over dt [s] of coordinates with stiffness ω² [rad²/s²], (m,), and damping β [s], (m,)."""
+    # Scaled by the step, the state is (q, q̇ dt, f dt²): it has one unit, and exponents are near ω dt.
     A = np.zeros((len(stiffness), 3, 3))
     A[:, 0, 1], A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = 1.0, -stiffness * dt**2, -damping * stiffness * dt, 1.0
     step, Q = _doubled(A)
@@ -55,9 +41,9 @@ def flight(stiffness: np.ndarray, damping: np.ndarray, dt: float) -> Flight:
 
 
 def _doubled(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return exp(A) and ∫₀¹ exp(A s)ᵀ diag(0, 1, 0) exp(A s) ds of each coordinate, doubled up from a short time.
+    """Return exp(A) and ∫₀¹ exp(A s)ᵀ diag(0, 1, 0) exp(A s) ds of each coordinate, by doubling from a short time.
 
-    Van Loan's block exponential holds exp(−A), which would drown the integral in round-off for strong damping.
+    Van Loan's block exponential has exp(−A), whose size would leave the integral no digits under strong damping.
     """
     size = np.abs(A[:, :2, :2]).sum(axis=(1, 2))
     halvings = np.maximum(0, np.ceil(np.log2(size + 1e-300))).astype(int)

@@ -1,7 +1,4 @@
-"""Exact motion of coordinates under forces that are polynomials of time: ÿ + ω² y = Σ α_m τ^m, at rest at τ = 0.
-
-Compiled: dense output asks for it at every sample.
-"""
+"""Exact motion of undamped coordinates: free, and from rest under forces ÿ + ω² y = Σ α_m τ^m."""
 
 from functools import cache
 from math import factorial
@@ -11,9 +8,9 @@ import numpy as np
 from gudgeon.solver.compiled import compiled
 
 SMALL = 0.5
-"""ωτ up to which the series is summed; beyond it the polynomial solution loses less than three digits."""
+"""ωτ up to which the power series is used; above it the closed form loses less than three digits."""
 TERMS = 9
-"""Of the series: the first one left out is below 1e-19 of the first."""
+"""Number of terms of the series; the next one is below 1e-19 of the first."""
 
 
 _inner = compiled(no_cpython_wrapper=True, no_cfunc_wrapper=True)
@@ -21,11 +18,10 @@ _inner = compiled(no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def responses(omega: np.ndarray, degree: int, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return displacement and velocity under forces τ^m, m = 0 … degree, each (degree + 1, t, n).
+    """Return displacement and velocity under forces τ^m, m = 0 … degree, at times [s] (t,), each (degree + 1, t, n).
 
     Args:
         omega: [rad/s], (n,), zero for coordinates without stiffness.
-        time: [s], (t,).
     """
     place, rate = _coefficients(degree)
     late, speed = np.ascontiguousarray(time, float), np.ascontiguousarray(omega, float)
@@ -36,7 +32,7 @@ def responses(omega: np.ndarray, degree: int, time: np.ndarray) -> tuple[np.ndar
 
 @cache
 def _coefficients(degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return those of the series of displacement and velocity, (degree + 1, TERMS) each."""
+    """Return the coefficients of the series of displacement and velocity, (degree + 1, TERMS) each."""
     place, rate = np.empty((2, degree + 1, TERMS))
     for m in range(degree + 1):
         for j in range(TERMS):
@@ -59,7 +55,7 @@ def _respond(omega, time, place, rate, y, v):  # type: ignore[no-untyped-def]
 
 @_inner
 def _series(x, tau, place, rate, y, v):  # type: ignore[no-untyped-def]
-    """Sum the power series of both in x = ωτ from its smallest term up."""
+    """Sum the power series of both in x = ωτ, smallest term first."""
     power = tau
     for m in range(len(y)):
         here, fast = 0.0, 0.0
@@ -86,7 +82,7 @@ def _forward(omega, tau, y, v):  # type: ignore[no-untyped-def]
 
 
 def free(omega: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return y←y, y←ẏ, ẏ←y, ẏ←ẏ over times (t,), (4, t, n)."""
+    """Return y←y, y←ẏ, ẏ←y, ẏ←ẏ of free coordinates, omega [rad/s] (n,), over times [s] (t,): (4, t, n)."""
     late = np.asarray(time, float)[:, None]
     x = omega * late
     cosine = np.cos(x)

@@ -6,11 +6,11 @@ import numpy as np
 
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.event import basis
-from gudgeon.solver.integrators.event.regimes import Equations, starting
+from gudgeon.solver.integrators.event.regimes import Equations, all_open
 from gudgeon.solver.system.system import System
 
 SLOWEST = 1e-6
-"""Least approach speed of a contact, relative to the largest so far: what grazes loses as if it came at that."""
+"""Least approach speed of a contact, relative to the largest so far, in the loss of its law."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,15 @@ class Coordinates:
     """(n,)"""
     rows: np.ndarray
     """∂g/∂y, (c, n)."""
+    start: np.ndarray
+    speed: np.ndarray
+    """y and ẏ at the start of the run, (n,)."""
+
+    @property
+    def energy(self) -> float:
+        """E₀, kinetic and strain energy at the start [J]."""
+        bent = self.omega * self.start
+        return 0.5 * float(self.speed @ self.speed) + 0.5 * float(bent @ bent)
 
 
 def uncoupled(system: System) -> Coordinates:
@@ -36,12 +45,13 @@ def uncoupled(system: System) -> Coordinates:
     """
     if system.coupled:
         raise SceneError(
-            f"run.integrator: '{system.scene.integrator}' takes points that do not couple through R; give one point a"
-            " contact, or method 'penalty'"
+            f"run.integrator: '{system.scene.integrator}' needs contact points that are not coupled through R; use"
+            " contacts of one point, or method 'penalty'"
         )
-    linear = Equations(system).regime(starting(system, {}), np.zeros(len(system.velocity))).linear
+    linear = Equations(system).regime(all_open(system), np.zeros(len(system.velocity))).linear
     solved = basis.solve(linear)
     modes = np.column_stack([solved.drift, np.real(solved.shapes)])
     omega = np.concatenate([np.zeros(solved.drift.shape[1]), np.imag(solved.exponents)])
     constant = modes.T @ (linear.force - linear.rows.T @ (linear.springs @ linear.offsets))
-    return Coordinates(solved, modes, omega, constant, system.rows @ modes)
+    rows = np.ascontiguousarray(system.rows @ modes)
+    return Coordinates(solved, modes, omega, constant, rows, modes.T @ system.position, modes.T @ system.velocity)

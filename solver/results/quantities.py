@@ -6,7 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.rows import ContactRows
-from gudgeon.solver.integrators.outcome import Outcome
+from gudgeon.solver.integrators.outcome import FIRST_CONTACT, LAST_CONTACT, Outcome
 from gudgeon.solver.integrators.steps import Plan
 from gudgeon.solver.results.contact_events import (
     Quantity,
@@ -95,7 +95,7 @@ def _of_samples(
     """Return the quantities of a contact from its history of resultants [N], (s, 3), with mean direction `along`."""
     interval, dt = plan.schedule.interval, 0.0 if plan.integrator.own_steps else plan.schedule.dt
     pushed, touching = forces @ along, np.flatnonzero(np.abs(forces).sum(axis=1))
-    first, last = end.extreme[4], end.extreme[5]
+    first, last = end.extreme[FIRST_CONTACT], end.extreme[LAST_CONTACT]
     if len(system.contacts) > 1:
         first, last = touching[0] * interval, (touching[-1] + 1) * interval - dt
     impacts = sampled_impacts(pushed, interval) if plan.integrator.counts_impacts else np.empty((0, 7))

@@ -7,7 +7,7 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.rows import ContactRows
-from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, Outcome, Samples
 from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
@@ -106,8 +106,8 @@ def _counts(system: System, plan: Plan, end: Outcome) -> Json:
         "substeps": plan.schedule.substeps,
         "step": plan.schedule.dt,
         "critical_frequency": plan.critical,
-        "contact_steps": int(end.counts[1]),
-        "pivots": int(end.counts[2]),
+        "contact_steps": int(end.counts[CONTACT_STEPS]),
+        "pivots": int(end.counts[PIVOTS]),
         "coordinates": len(end.q),
         "contact_rows": len(system.gap),
         "functions": len(system.functions),

@@ -108,7 +108,7 @@ def test_friction_of_several_points_is_refused(tmp_path: Path) -> None:
     friction = {"static": 0.3, "direction": [1.0, 0, 0]}
     contact = {"body": "box", "interface": "feet", "against": FLOOR, "method": "constraint", "friction": friction}
     scene = {"body": {"box": {}}, "contact": {"floor": contact}, "run": {"duration": 1.0, "gravity": [0, 0, -10.0]}}
-    with pytest.raises(SceneError, match=r"^contact\.floor\.friction: acts where one point alone touches"):
+    with pytest.raises(SceneError, match=r"^contact\.floor\.friction: .* friction needs a body with one contact point"):
         simulate(build_all(tmp_path, records, scene))
 
 

@@ -1,27 +1,32 @@
-"""The arrays of collocation: tables by step length, constants, state, the step that is tried and those accepted."""
+"""The arrays of collocation: tables by step length, constants, state, the step that is tried, and accepted steps."""
 
 from typing import NamedTuple
 
 import numpy as np
 
+TIME, LAST, REFERENCE, FASTEST = range(4)
+"""Entries of `Motion.clock`."""
+STEPS, REJECTED, ITERATIONS = range(3)
+"""Entries of `Motion.counts`."""
+
 
 class Tables(NamedTuple):
-    """What depends on the step. Shapes: L levels, c contacts, n coordinates."""
+    """What depends on the step, L levels of it. Shapes: c contacts, n coordinates."""
 
     known: np.ndarray
-    """(L,)"""
+    """Whether the tables of a level are filled, (L,)."""
     length: np.ndarray
     """h [s], (L,)."""
     free: np.ndarray
     """y←y, y←ẏ, ẏ←y, ẏ←ẏ, (L, 4, n)."""
     drift: np.ndarray
-    """What constant forces add to y and ẏ, (L, 2, n)."""
+    """Part of y and ẏ by constant forces, (L, 2, n)."""
     push: np.ndarray
     """y and ẏ per unit force value at each point, (L, 2, 4, n)."""
     gap: np.ndarray
-    """Rate of g and g itself over y and ẏ at the last three points: (L, 2, 3, c, 2 n)."""
+    """∂g/∂(y, ẏ) and ∂ġ/∂(y, ẏ) at the last three points: (L, 2, 3, c, 2 n)."""
     gap_drift: np.ndarray
-    """(L, 2, 3, c)"""
+    """Part of g and ġ by constant forces, (L, 2, 3, c)."""
     reach: np.ndarray
     """Change of g and of its rate at the last three points per force value, (L, 2, c, c, 3, 4)."""
 
@@ -39,64 +44,64 @@ class Table(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """What stays constant in a run. Shapes: c contacts, n coordinates."""
+    """Constants of a run. Shapes: c contacts, n coordinates."""
 
     rows: np.ndarray
     """∂g/∂y, (c, n)."""
     gap: np.ndarray
-    """(c,)"""
+    """g at y = 0 [m], (c,)."""
     series: np.ndarray
     """R in series with each law [m/N], (c,)."""
     law: np.ndarray
-    """(c, 4)"""
+    """As in `law_force`, (c, 4)."""
     stiffness: np.ndarray
     """ω² [rad²/s²], (n,)."""
     constant: np.ndarray
     """Constant forces, (n,)."""
     start: np.ndarray
-    """y at the start of the run, from which constant forces do work, (n,)."""
+    """y at the start of the run, (n,)."""
     tolerance: float
-    """Error of forces and energy over those of the reference force; round-off of gaps is allowed for."""
+    """Allowed error of forces and energy, relative to the reference force, beside round-off of the gaps."""
     fixed: int
-    """Level that every step has, or −1."""
+    """Level of all steps, or −1 where the tolerance sets it."""
     floor: float
     """Least approach speed, relative to the largest."""
 
 
 class Trial(NamedTuple):
-    """One step as it is tried, c contacts; in the order of the four points, or of the last three."""
+    """A step that is tried, c contacts; at the four points, or at the last three."""
 
     guess: np.ndarray
     values: np.ndarray
-    """Forces as expected and as found [N], (c, 4)."""
+    """Forces [N], predicted and found, (c, 4)."""
     depth: np.ndarray
     rate: np.ndarray
     """Indentation [m] and its rate [m/s], (c, 4)."""
     loose: np.ndarray
     loose_rate: np.ndarray
-    """Gap [m] and its rate [m/s] if forces stood at the first point alone, (c, 3)."""
+    """Gap [m] and its rate [m/s] with the forces of the first point only, (c, 3)."""
     matrix: np.ndarray
     wrong: np.ndarray
     """Newton's matrix and right-hand side, (3 c, 3 c) and (3 c,)."""
 
 
 class Motion(NamedTuple):
-    """What changes; arrays are updated in place."""
+    """Variables of a run, updated in place."""
 
     y: np.ndarray
     v: np.ndarray
     force: np.ndarray
-    """At the start of the step, (c,)."""
+    """At the start of the step [N], (c,)."""
     before: np.ndarray
-    """Values of the step before, (c, 4)."""
+    """Forces of the step before [N], (c, 4)."""
     approach: np.ndarray
     """v⁻ of each contact [m/s], 0 where it is open, (c,)."""
     clock: np.ndarray
-    """Time, length of the step before or 0, reference force, largest approach speed, (4,)."""
+    """Time [s], length of the step before or 0 [s], reference force [N], largest v⁻ so far [m/s], (4,)."""
     level: np.ndarray
     """Level of the next step, (1,)."""
-    energy: np.ndarray
-    """Energy lost to laws, largest energy error, largest exchange, E₀, (4,)."""
+    balance: np.ndarray
+    """As in `update_balance`, (4,)."""
     counts: np.ndarray
     """Steps, rejected steps, iterations, (3,)."""
 
@@ -105,14 +110,14 @@ class Track(NamedTuple):
     """Accepted steps, b of them at most."""
 
     start: np.ndarray
-    """(b,)"""
     length: np.ndarray
+    """[s], (b,)"""
     values: np.ndarray
-    """(b, c, 4)"""
+    """Forces at the four points [N], (b, c, 4)."""
     y: np.ndarray
-    """At the start, (b, n)."""
     v: np.ndarray
+    """At the start of the step, (b, n)."""
     lost: np.ndarray
-    """Energy that laws have lost by its start and end, (b, 2)."""
+    """Energy lost by the start and by the end of the step [J], (b, 2)."""
     opening: np.ndarray
-    """Gap and its rate at the end, (b, 2, c)."""
+    """Gap [m] and its rate [m/s] at the end of the step, (b, 2, c)."""

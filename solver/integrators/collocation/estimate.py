@@ -1,4 +1,4 @@
-"""How far a step of collocation may be wrong, compiled."""
+"""Error estimates of a collocation step, compiled."""
 
 import numpy as np
 
@@ -21,10 +21,10 @@ def cubic(k, x):  # type: ignore[no-untyped-def]
 
 @inner
 def missed(before, last, h, values):  # type: ignore[no-untyped-def]
-    """Error of the cubics within the step [N]: how far they miss a value of the step before, as their remainder grows.
+    """Return the interpolation error within a step [N], from the cubics' error at a point of the step before.
 
     Args:
-        before: Values of the step before, (c, 4).
+        before: Forces of the step before [N], (c, 4).
         last: Its length [s], 0 where there is none.
     """
     if last <= 0.0:
@@ -42,9 +42,9 @@ def missed(before, last, h, values):  # type: ignore[no-untyped-def]
 
 @inner
 def unbalanced(laws, reference, h, values, depth, rate):  # type: ignore[no-untyped-def]
-    """Energy that the quadrature misses of elastic forces, per energy that a reference force stores, times it [N].
+    """Return the quadrature error of elastic energy, as a force [N]: relative to the energy of a reference force.
 
-    Behind a dashpot a surface gives back much with hardly a force, and forces tell nothing of how well.
+    Beside a dashpot, a surface returns energy at almost no force, where the error of the force shows nothing.
     """
     worst = 0.0
     for i in range(len(values)):

@@ -1,69 +1,69 @@
-"""The integrator of contact laws: flight exact, contact by collocation with steps from the accuracy asked for."""
+"""The collocation integrator: exact free flight, contact laws by collocation with steps from the accuracy."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from gudgeon.solver import capabilities
-from gudgeon.solver.integrators.collocation import arrays
-from gudgeon.solver.integrators.collocation import kernel as steps
+from gudgeon.solver.integrators.balance import LOST
+from gudgeon.solver.integrators.collocation import arrays, kernel
+from gudgeon.solver.integrators.collocation.arrays import FASTEST, LAST, REFERENCE, TIME
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import NODES, WEIGHTS, Record
-from gudgeon.solver.integrators.event.regimes import Equations, starting
-from gudgeon.solver.integrators.event.search import first_crossing
-from gudgeon.solver.integrators.event.segment import Segment
-from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.event.regimes import Equations, all_open
+from gudgeon.solver.integrators.event.segment import Segment, segment
+from gudgeon.solver.integrators.outcome import START_ENERGY, Outcome, Samples
 from gudgeon.solver.integrators.polynomial_response import free, responses
 from gudgeon.solver.integrators.uncoupled import SLOWEST, uncoupled
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
 ACCURACY = 1e-8
-"""Of the forces, where the scene states none."""
+"""Relative error of the forces, where the scene states none."""
 CHUNK = 512
-"""Steps between two looks at them."""
+"""Steps of a call of the compiled loop."""
 START = 100.0
 """Force after the first step of a contact over the error allowed."""
 
 
 class Collocation(capabilities.Collocation):
-    """A run; `dt` is the interval at which it is sampled, `fixed_step` [s] takes the place of the accuracy."""
+    """A run, sampled at the interval `dt` [s]; `fixed_step` [s] replaces the steps that the accuracy requires."""
 
     failure = Result.NOT_CONVERGED
 
     def __init__(self, system: System, dt: float, fixed_step: float | None = None) -> None:
         run, c, n = system.scene.run, *system.rows.shape
         self._system, self._dt = system, dt
-        self._equations, self._open = Equations(system), starting(system, {})
+        self._equations, self._open = Equations(system), all_open(system)
         place = uncoupled(system)
         self._basis, self._modes, self._omega = place.solved, place.modes, place.omega
         self._record, self._last = Record(system), run.duration
         self._tolerance = run.accuracy or ACCURACY
         self._fixed = fixed_step is not None
         self._tables = _empty(fixed_step or run.duration / 16, c, n)
-        self._motion = self._rest(c, n)
+        balance = np.zeros(LOST + 1)
+        balance[START_ENERGY] = place.energy
+        self._motion = arrays.Motion(
+            place.start.copy(), place.speed.copy(), np.zeros(c), np.zeros((c, 4)), np.zeros(c), np.zeros(4),
+            np.zeros(1, np.int64), balance, np.zeros(3, np.int64),
+        )  # fmt: skip
         self._constants = arrays.Constants(
-            np.ascontiguousarray(place.rows), system.gap, np.ascontiguousarray(system.residual.diagonal()), system.law,
-            place.omega**2, place.constant, self._motion.y.copy(), self._tolerance, 0 if self._fixed else -1, SLOWEST,
+            place.rows, system.gap, np.ascontiguousarray(system.residual.diagonal()), system.law, place.omega**2,
+            place.constant, place.start, self._tolerance, 0 if self._fixed else -1, SLOWEST,
         )  # fmt: skip
         self._track = _track(CHUNK, c, n)
         self._impacts = 0
         self._closed: set[int] = set()
-        self._gaps, self._pressed = (np.zeros(c), np.zeros(c)), np.zeros(c)
+        self._gaps, self._pressed = np.zeros((2, c)), np.zeros(c)
         self._p, self._v = system.position.copy(), system.velocity.copy()
         self._pending: _Steps | None = None
         self._kept_until = 0.0
         self._flight: Segment | None = self._fly(0.0)
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Advance `len(out.forces)` samples of `stride` intervals; False where a force could not be found.
-
-        Args:
-            first: Number of the first interval.
-            out: Filled, but for what this integrator has none of.
-        """
+        """Fill all but the loads of samples of `stride` intervals; False where a contact force was not found."""
         ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
         last = float(ends[-1])
         self._record.open_samples(ends, stride * self._dt, out)
@@ -84,30 +84,20 @@ class Collocation(capabilities.Collocation):
         return bool(np.isfinite(out.energies).all())
 
     def _reached(self) -> float:
-        """Return the time up to which the motion is known as steps; a flight is known from its start."""
-        return float(self._motion.clock[0]) if self._flight is None else self._flight.start
+        """Return the time [s] up to which the motion is known as steps; during a flight, the flight's start."""
+        return float(self._motion.clock[TIME]) if self._flight is None else self._flight.start
 
     def outcome(self) -> Outcome:
-        """Return where the run stands."""
         pressed = self._pressed if self._flight is None else np.zeros(len(self._system.gap))
-        counts = np.array([0, self._motion.counts[0], self._motion.counts[2], -1])
-        found = self._record.outcome(self._p, self._v, pressed, counts)
-        work = {"steps": int(self._motion.counts[0]), "steps_rejected": int(self._motion.counts[1])}
-        return replace(found, work=work | {"newton_iterations": int(self._motion.counts[2]), "impacts": self._impacts})
-
-    def _rest(self, c: int, n: int) -> arrays.Motion:
-        """Return the state at the start."""
-        y, v = self._modes.T @ self._system.position, self._modes.T @ self._system.velocity
-        begun = 0.5 * float(v @ v + (self._omega * y) @ (self._omega * y))
-        return arrays.Motion(
-            y, v, np.zeros(c), np.zeros((c, 4)), np.zeros(c), np.zeros(4), np.zeros(1, np.int64),
-            np.array([0.0, 0.0, 0.0, begun]), np.zeros(3, np.int64),
-        )  # fmt: skip
+        steps, rejected, iterations = map(int, self._motion.counts)
+        found = self._record.outcome(self._p, self._v, pressed, np.array([0, steps, iterations, -1]))
+        work = {"steps": steps, "steps_rejected": rejected, "newton_iterations": iterations, "impacts": self._impacts}
+        return replace(found, work=work)
 
     # Flight
 
     def _fly(self, time: float) -> Segment:
-        """Start a flight at a time, from the present state."""
+        """Return the flight from the present state at a time [s]."""
         motion = self._motion
         p, v = self._modes @ motion.y, self._modes @ motion.v
         regime = self._equations.regime(self._open, p)
@@ -115,10 +105,7 @@ class Collocation(capabilities.Collocation):
         course = flight.course(regime.watched)
         np.maximum(course.a, 0.0, out=course.a)
         self._p, self._v = p, v
-        found = first_crossing(course, self._last * (1 + 1e-9) - time)
-        if found is None:
-            return Segment(time, flight, regime, self._last * (1 + 1e-9), None)
-        return Segment(time, flight, regime, time + found[0], regime.events[found[1]])
+        return segment(time, flight, regime, course, self._last * (1 + 1e-9))
 
     def _touch(self, flight: Segment) -> None:
         """Begin a contact at the end of a flight."""
@@ -129,71 +116,66 @@ class Collocation(capabilities.Collocation):
         speed = -float(system.rows[row] @ v)
         stiffness, exponent, _, damping = system.law[row]
         mass = 1.0 / float(system.rows[row] @ system.rows[row])
-        # What presses at rest falls by its static indentation: the least speed that means anything.
+        # A body that is pressed on at rest moves by its static indentation, which sets the least approach speed.
         pull = abs(float(self._constants.rows[row] @ (self._constants.constant - self._omega**2 * motion.y)))
         settling = float(np.sqrt(pull * (mass * pull / stiffness) ** (1 / exponent)))
-        motion.clock[3] = max(motion.clock[3], speed, settling)
+        motion.clock[FASTEST] = max(motion.clock[FASTEST], speed, settling)
         motion.approach[:] = 0.0
-        motion.approach[row] = max(speed, SLOWEST * motion.clock[3], np.finfo(float).tiny)
-        motion.clock[0], motion.clock[1] = flight.end, 0.0
+        motion.approach[row] = max(speed, SLOWEST * motion.clock[FASTEST], np.finfo(float).tiny)
+        motion.clock[TIME], motion.clock[LAST] = flight.end, 0.0
         motion.force[:] = 0.0
         motion.force[row] = damping * speed
         deepest = (0.5 * (exponent + 1) * mass * motion.approach[row] ** 2 / stiffness) ** (1 / (exponent + 1))
-        motion.clock[2] = max(motion.clock[2], stiffness * deepest**exponent, damping * speed, mass * pull)
-        shallow = (START * self._tolerance * motion.clock[2] / stiffness) ** (1 / exponent)
+        motion.clock[REFERENCE] = max(
+            motion.clock[REFERENCE], stiffness * deepest**exponent, damping * speed, mass * pull
+        )
+        shallow = (START * self._tolerance * motion.clock[REFERENCE] / stiffness) ** (1 / exponent)
         begin = min(shallow / motion.approach[row], float(np.sqrt(2 * shallow / pull)) if pull > 0 else np.inf)
         longest = self._tables.length[0]
-        motion.level[0] = 0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / begin)), 0, steps.LEVELS - 1))
-        motion.energy[0] = self._record.lost
+        motion.level[0] = 0 if self._fixed else int(np.clip(np.ceil(np.log2(longest / begin)), 0, kernel.LEVELS - 1))
+        motion.balance[LOST] = self._record.lost
         self._impacts += 1
         self._record.touches(row, flight.end, speed)
         self._closed = {row}
-        self._gaps = (system.gap + system.rows @ p, system.rows @ v)
-        self._gaps[0][row] = 0.0
+        self._gaps = np.array([system.gap + system.rows @ p, system.rows @ v])
+        self._gaps[0, row] = 0.0
         self._flight = None
 
     # Contact
 
     def _press(self, end: float) -> bool:
-        """Advance a contact until it is over or `end` is passed; False where a force could not be found."""
-        code, count = steps.march(self._tables, self._constants, self._motion, self._track, end)
+        """Advance a contact until it is over or `end` [s] is passed; False where a force was not found."""
+        code, count = kernel.march(self._tables, self._constants, self._motion, self._track, end)
         if count:
-            track = self._track
-            done = _Steps(
-                *(part[:count] for part in (track.start, track.length, track.values, track.y, track.v, track.lost))
-            )
-            self._follow(done, track.opening[:count])
+            done = _Steps(*(part[:count] for part in self._track))
+            self._follow(done)
             self._keep(done, end)
-        if code == steps.MISSING:
+        if code == kernel.MISSING:
             self._tabulate(int(self._motion.level[0]))
-        elif code == steps.OVER:
-            self._flight = self._fly(float(self._motion.clock[0]))
+        elif code == kernel.OVER:
+            self._flight = self._fly(float(self._motion.clock[TIME]))
             for row in list(self._closed):
                 self._record.parted(row)
-        return code != steps.FAILED
+        return code != kernel.FAILED
 
     def _tabulate(self, level: int) -> None:
-        """Fill in a level's table."""
-        tables, rows = self._tables, self._constants.rows
+        """Fill the tables of a level."""
+        tables, rows, constant = self._tables, self._constants.rows, self._constants.constant
         h, n = float(tables.length[level]), len(self._omega)
-        times = h * steps.POINTS[1:]
+        times = h * kernel.POINTS[1:]
         moved = free(self._omega, times)
-        y, v = responses(self._omega, 3, times)
-        scale = h ** -np.arange(4.0)
-        place = np.einsum("jm,m,mtn->tjn", steps.MONOMIALS, scale, y)
-        speed = np.einsum("jm,m,mtn->tjn", steps.MONOMIALS, scale, v)
-        tables.free[level], tables.drift[level, 0] = moved[:, -1], self._constants.constant * y[0, -1]
-        tables.drift[level, 1] = self._constants.constant * v[0, -1]
-        tables.push[level] = place[-1], speed[-1]
-        for part in range(2):
+        tables.free[level] = moved[:, -1]
+        for part, response in enumerate(responses(self._omega, 3, times)):
+            cubics = np.einsum("jm,m,mtn->tjn", kernel.MONOMIALS, h ** -np.arange(4.0), response)
+            tables.drift[level, part], tables.push[level, part] = constant * response[0, -1], cubics[-1]
             tables.gap[level, part, :, :, :n] = moved[2 * part][:, None] * rows
             tables.gap[level, part, :, :, n:] = moved[2 * part + 1][:, None] * rows
-            tables.gap_drift[level, part] = (self._constants.constant * (y, v)[part][0]) @ rows.T
-            tables.reach[level, part] = np.einsum("an,bn,tjn->abtj", rows, rows, (place, speed)[part], optimize=True)
+            tables.gap_drift[level, part] = (constant * response[0]) @ rows.T
+            tables.reach[level, part] = np.einsum("an,bn,tjn->abtj", rows, rows, cubics, optimize=True)
         tables.known[level] = 1
 
     def _keep(self, done: "_Steps", end: float) -> None:
-        """Put accepted steps into the histories, up to `end`; a step that passes it is kept for the next frame."""
+        """Add accepted steps to the histories up to `end` [s]; a step that passes it is kept for the next frame."""
         record, begin = self._record, max(self._kept_until, float(done.start[0]))
         until = min(done.end, end)
         waiting = record.waiting()
@@ -207,15 +189,14 @@ class Collocation(capabilities.Collocation):
             self._pull(done, edges)
         if len(inside):
             self._fill(done, inside)
-        motion = self._motion
-        record.reached(until, float(motion.energy[1]), float(motion.energy[2]), float(motion.energy[0]))
+        record.reached(until, self._motion.balance)
         self._kept_until = until
         self._pending = done.last() if done.end > end else None
         p, v, self._pressed = self._states(done, np.array([until]))
         self._p, self._v, self._pressed = p[0] @ self._modes.T, v[0] @ self._modes.T, self._pressed[0]
 
     def _pull(self, done: "_Steps", edges: np.ndarray) -> None:
-        """Add the impulses of springs between edges, none of which has a step's end between them, (t + 1,)."""
+        """Add the impulses of springs between edges [s], (t + 1,), among which are all ends of steps."""
         springs, widths = self._system.springs, np.diff(edges)
         if not len(springs.stiffness):
             return
@@ -229,20 +210,12 @@ class Collocation(capabilities.Collocation):
         """Return y, ẏ, (t, n) each, and contact forces, (t, c), at times within the steps."""
         number = done.number(times)
         tau = times - done.start[number]
-        moved, (y, v) = free(self._omega, tau), responses(self._omega, 3, tau)
+        moved = free(self._omega, tau)
         scaled = done.cubics[number] / done.length[number][:, None, None] ** np.arange(4)
         load = np.einsum("tcm,cn->mtn", scaled, self._constants.rows)
-        place = (
-            moved[0] * done.y[number]
-            + moved[1] * done.v[number]
-            + self._constants.constant * y[0]
-            + (load * y).sum(axis=0)
-        )
-        speed = (
-            moved[2] * done.y[number]
-            + moved[3] * done.v[number]
-            + self._constants.constant * v[0]
-            + (load * v).sum(axis=0)
+        place, speed = (
+            own * done.y[number] + fast * done.v[number] + self._constants.constant * to[0] + (load * to).sum(axis=0)
+            for own, fast, to in zip(moved[::2], moved[1::2], responses(self._omega, 3, tau), strict=True)
         )
         return place, speed, np.einsum("tcm,tm->tc", scaled, tau[:, None] ** np.arange(4))
 
@@ -255,50 +228,35 @@ class Collocation(capabilities.Collocation):
         lost = done.lost_at(inside)
         self._record.states(place @ self._modes.T, speed @ self._modes.T, stored, lost, pressed, balanced=True)
 
-    def _follow(self, done: "_Steps", opening: np.ndarray) -> None:
-        """Keep account of impacts that begin and end within the steps, of their impulses and largest forces.
-
-        Args:
-            opening: Gap and its rate at the end of each step, (b, 2, c).
-        """
+    def _follow(self, done: "_Steps") -> None:
+        """Record which impacts begin and end within the steps, their impulses and largest forces."""
         record = self._record
         pressed = done.values.max(axis=2) > 0
         given = np.diff(done.impulses(np.minimum([*done.start, done.end], self._last)), axis=0)
         for row in range(pressed.shape[1]):
             for k in np.flatnonzero(pressed[:, row]):
                 start, h = float(done.start[k]), float(done.length[k])
-                before = self._gaps if k == 0 else opening[k - 1]
-                gap, rate = map(float, opening[k, :, row])
-                ends = (float(before[0][row]), float(before[1][row]), gap, rate, h)
+                before = (self._gaps if k == 0 else done.opening[k - 1])[:, row]
+                after = done.opening[k, :, row]
                 if row not in self._closed:
                     self._closed.add(row)
-                    time, speed = _touching(*ends)
+                    time, speed = _crossing(before, after, h, opens=False)
                     record.touches(row, start + time, -speed)
                     self._impacts += 1
                 record.gives(row, float(given[k, row]))
                 force, local = _highest(done.cubics[k, row])
                 record.peak(row, force, start + local * h)
                 if done.values[k, row, 3] == 0:
-                    time, speed = _parting(*ends)
+                    time, speed = _crossing(before, after, h, opens=True)
                     record.leaves(row, start + time, speed)
-                    if gap > 0:
+                    if after[0] > 0:
                         record.parted(row)
                         self._closed.discard(row)
-        self._gaps = (opening[-1, 0].copy(), opening[-1, 1].copy())
+        self._gaps = done.opening[-1].copy()
 
 
-@dataclass(frozen=True)
-class _Steps:
-    """Accepted steps. Shapes: b steps, c contacts, n coordinates."""
-
-    start: np.ndarray
-    length: np.ndarray
-    values: np.ndarray
-    """Forces at the four points, (b, c, 4)."""
-    y: np.ndarray
-    v: np.ndarray
-    lost: np.ndarray
-    """Energy that laws have lost by the start and by the end, (b, 2)."""
+class _Steps(arrays.Track):
+    """Accepted steps. Shapes: b steps, c contacts."""
 
     @property
     def end(self) -> float:
@@ -306,15 +264,15 @@ class _Steps:
 
     @cached_property
     def cubics(self) -> np.ndarray:
-        """Coefficients of (τ/h)^m, (b, c, 4)."""
-        return np.einsum("jm,tcj->tcm", steps.MONOMIALS, self.values)
+        """Force coefficients of (τ/h)^m [N], (b, c, 4)."""
+        return np.einsum("jm,tcj->tcm", kernel.MONOMIALS, self.values)
 
     def number(self, times: np.ndarray) -> np.ndarray:
-        """Return the step that each time is in, (t,)."""
+        """Return the number of the step that each time is in, (t,)."""
         return np.clip(np.searchsorted(self.start, times, side="left") - 1, 0, len(self.start) - 1)
 
     def impulses(self, times: np.ndarray) -> np.ndarray:
-        """Return the impulses given from the first step's start to times, (t, c)."""
+        """Return the impulses [N s] from the first step's start to times, (t, c)."""
         powers = np.arange(1, 5)
         per_step = self.length[:, None] * (self.cubics @ (1 / powers))
         whole = np.concatenate([np.zeros((1, per_step.shape[1])), np.cumsum(per_step, axis=0)])
@@ -324,56 +282,47 @@ class _Steps:
         return whole[number] + self.length[number, None] * part
 
     def lost_at(self, times: np.ndarray) -> np.ndarray:
-        """Return what was lost by times [J], (t,), linear within a step."""
+        """Return the energy lost by times [J], (t,), linear within a step."""
         number = self.number(times)
         share = (times - self.start[number]) / self.length[number]
         return (1 - share) * self.lost[number, 0] + share * self.lost[number, 1]
 
     def last(self) -> "_Steps":
         """Return the last step alone."""
-        return _Steps(*(part[-1:].copy() for part in (self.start, self.length, self.values, self.y, self.v, self.lost)))
+        return _Steps(*(part[-1:].copy() for part in self))
 
 
 def _highest(cubic: np.ndarray) -> tuple[float, float]:
-    """Return the largest value of a cubic on [0, 1], and where it is."""
+    """Return the largest value of a cubic on [0, 1], and its place."""
     c0, c1, c2, c3 = map(float, cubic)
     found = [(c0, 0.0), (c0 + c1 + c2 + c3, 1.0)]
     under = c2 * c2 - 3 * c3 * c1
     if under >= 0:
-        # The roots of 3 c₃ x² + 2 c₂ x + c₁, without the difference of nearly equal numbers.
+        # The roots of 3 c₃ x² + 2 c₂ x + c₁, without subtraction of nearly equal numbers.
         larger = -(c2 + math.copysign(math.sqrt(under), c2))
         roots = [over / below for over, below in ((larger, 3 * c3), (c1, larger)) if below != 0]
         found += [(((c3 * x + c2) * x + c1) * x + c0, x) for x in roots if 0 < x < 1]
     return max(found)
 
 
-def _touching(gap: float, rate: float, later: float, later_rate: float, h: float) -> tuple[float, float]:
-    """Return when in a step of length h the gap closes, by the cubic through gaps and rates, and its rate then."""
-    if gap <= 0:
-        return 0.0, rate
-    inside, cubic = _crossings(gap, rate, later, later_rate, h)
-    place = min(inside, default=0.0)
-    return place * h, float(np.polyval(np.polyder(cubic), place)) / h
+def _crossing(before: np.ndarray, after: np.ndarray, h: float, *, opens: bool) -> tuple[float, float]:
+    """Return when in a step of length h [s] a gap first closes, or last opens, and its rate [m/s] then.
 
-
-def _parting(gap: float, rate: float, later: float, later_rate: float, h: float) -> tuple[float, float]:
-    """Return when in a step of length h the gap opens, and its rate then."""
-    if later <= 0:
-        return h, later_rate
-    inside, cubic = _crossings(gap, rate, later, later_rate, h)
-    place = max(inside, default=1.0)
-    return place * h, float(np.polyval(np.polyder(cubic), place)) / h
-
-
-def _crossings(gap: float, rate: float, later: float, later_rate: float, h: float) -> tuple[list[float], np.ndarray]:
-    """Return the zeros on [0, 1] of the cubic through gaps and rates, and the cubic."""
+    Args:
+        before, after: Gap [m] and its rate [m/s] at the start and the end of the step; between, the gap is a cubic.
+    """
+    (gap, rate), (later, later_rate) = map(float, before), map(float, after)
+    if (later if opens else gap) <= 0:
+        return (h, later_rate) if opens else (0.0, rate)
     m0, m1 = rate * h, later_rate * h
     cubic = np.array([2 * (gap - later) + m0 + m1, 3 * (later - gap) - 2 * m0 - m1, m0, gap])
-    return [root.real for root in np.roots(cubic) if abs(root.imag) < 1e-9 and 0 <= root.real <= 1], cubic
+    inside = [root.real for root in np.roots(cubic) if abs(root.imag) < 1e-9 and 0 <= root.real <= 1]
+    place = max(inside, default=1.0) if opens else min(inside, default=0.0)
+    return place * h, float(np.polyval(np.polyder(cubic), place)) / h
 
 
 def _empty(longest: float, c: int, n: int) -> arrays.Tables:
-    levels = steps.LEVELS
+    levels = kernel.LEVELS
     return arrays.Tables(
         np.zeros(levels, np.int64), longest * 0.5 ** np.arange(levels), np.zeros((levels, 4, n)),
         np.zeros((levels, 2, n)), np.zeros((levels, 2, 4, n)), np.zeros((levels, 2, 3, c, 2 * n)),

@@ -1,22 +1,32 @@
 """Collocation of contact forces on exact modal motion, compiled.
 
 Over a step of length h the force of every contact is the cubic through its values at the four Lobatto points 0,
-(1 ∓ 1/√5)/2 and 1. Coordinates answer such forces exactly, so indentation and rate at the points are linear in the
-values, and the law at the points gives as many equations as unknowns. Step lengths are H/2^level, so that what depends
-on h is tabulated once.
+(1 ∓ 1/√5)/2 and 1. The response of the coordinates to such forces is exact, so indentation and rate at the points are
+linear in the values, and the law at the points gives as many equations as unknowns. Step lengths are H/2^level, so that
+what depends on h is tabulated once.
 """
 
 import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
-from gudgeon.solver.integrators.collocation.arrays import Table, Trial
+from gudgeon.solver.integrators.balance import LOST, update_balance
+from gudgeon.solver.integrators.collocation.arrays import (
+    FASTEST,
+    ITERATIONS,
+    LAST,
+    REFERENCE,
+    REJECTED,
+    STEPS,
+    TIME,
+    Table,
+    Trial,
+)
 from gudgeon.solver.integrators.collocation.estimate import MONOMIALS, POINTS, WEIGHTS, cubic, missed, unbalanced
 from gudgeon.solver.laws.force import law_energy, law_force
 
 RATES = np.array([[sum(m * MONOMIALS[j, m] * x ** (m - 1) for m in range(1, 4)) for j in range(4)] for x in POINTS])
-"""Derivative at each point of each of these cubics, per h, (4, 4)."""
-LEVELS = 64
-ITERATIONS = 40
+"""Derivative at each point of the cubic that is 1 at one point and 0 at the others, times h, (4, 4)."""
+LEVELS, NEWTON_STEPS = 64, 40
 EPS = float(np.finfo(float).eps)
 GOING, FULL, OVER, MISSING, FAILED = 0, 1, 2, 3, 4
 
@@ -35,7 +45,7 @@ def march(tables, constants, motion, track, end):  # type: ignore[no-untyped-def
     )  # fmt: skip
     values, depth, known, count = trial.values, trial.depth, np.zeros(c), 0
     while True:
-        if motion.clock[0] >= end:
+        if motion.clock[TIME] >= end:
             return GOING, count
         if count == len(track.start):
             return FULL, count
@@ -48,16 +58,16 @@ def march(tables, constants, motion, track, end):  # type: ignore[no-untyped-def
         )  # fmt: skip
         _predict(motion, table.length, trial.guess)
         copy(motion.approach, known)
-        top = motion.clock[3]
+        top = motion.clock[FASTEST]
         good = _solve(table, constants, motion, trial)
         error = _error(constants, motion, trial, table.length) if good else np.inf
-        allowed = constants.tolerance * motion.clock[2]
-        # What round-off adds to the error does not shrink with the step.
+        allowed = constants.tolerance * motion.clock[REFERENCE]
+        # The part of the error by round-off does not shrink with the step.
         small = error * 25 < allowed or (good and error <= _round_off(constants, motion, depth))
         if fixed < 0 and not small and error > allowed:
-            motion.counts[1] += 1
+            motion.counts[REJECTED] += 1
             copy(known, motion.approach)
-            motion.clock[3] = top
+            motion.clock[FASTEST] = top
             if level + 1 >= LEVELS:
                 return FAILED, count
             drop = int(np.ceil(np.log2(error / allowed) / 4)) if error < np.inf else 1
@@ -65,10 +75,10 @@ def march(tables, constants, motion, track, end):  # type: ignore[no-untyped-def
             continue
         if not good:
             return FAILED, count
-        track.lost[count, 0] = motion.energy[0]
+        track.lost[count, 0] = motion.balance[LOST]
         _accept(table, constants, motion, track, trial, count)
         _balance(constants, motion, trial, table.length)
-        track.lost[count, 1] = motion.energy[0]
+        track.lost[count, 1] = motion.balance[LOST]
         count += 1
         if fixed < 0 and level > 0 and small:
             motion.level[0] = level - 1
@@ -84,8 +94,8 @@ def march(tables, constants, motion, track, end):  # type: ignore[no-untyped-def
 
 @inner
 def _predict(motion, h, guess):  # type: ignore[no-untyped-def]
-    """Set the forces [N] that the cubics of the step before make expect."""
-    before, last = motion.before, motion.clock[1]
+    """Predict the forces [N] at the four points from the cubics of the step before."""
+    before, last = motion.before, motion.clock[LAST]
     for i in range(len(guess)):
         guess[i, 0] = motion.force[i]
         for j in range(1, 4):
@@ -100,24 +110,30 @@ def _predict(motion, h, guess):  # type: ignore[no-untyped-def]
 
 @inner
 def _error(constants, motion, trial, h):  # type: ignore[no-untyped-def]
-    """Error of the step [N], of forces or of what their energy amounts to; fills in indentations at its start."""
+    """Return the error of the step [N], the larger of two estimates, and set depth and rate at its start."""
     values, depth, rate = trial.values, trial.depth, trial.rate
     for i in range(len(values)):
-        deep, fast = -constants.gap[i], 0.0
-        for k in range(len(motion.y)):
-            deep -= constants.rows[i, k] * motion.y[k]
-            fast -= constants.rows[i, k] * motion.v[k]
-        depth[i, 0] = deep - constants.series[i] * values[i, 0]
-        rate[i, 0] = fast
+        gap, speed = _gap_and_rate(constants, motion, i)
+        depth[i, 0], rate[i, 0] = -gap - constants.series[i] * values[i, 0], -speed
         for k in range(4):
             rate[i, 0] -= constants.series[i] * RATES[0, k] * values[i, k] / h
-    forces = missed(motion.before, motion.clock[1], h, values)
-    return max(forces, unbalanced(constants.law, motion.clock[2], h, values, depth, rate))
+    forces = missed(motion.before, motion.clock[LAST], h, values)
+    return max(forces, unbalanced(constants.law, motion.clock[REFERENCE], h, values, depth, rate))
+
+
+@inner
+def _gap_and_rate(constants, motion, i):  # type: ignore[no-untyped-def]
+    """Return the gap [m] of a contact at the start of the step, without R, and its rate [m/s]."""
+    gap, rate = constants.gap[i], 0.0
+    for k in range(len(motion.y)):
+        gap += constants.rows[i, k] * motion.y[k]
+        rate += constants.rows[i, k] * motion.v[k]
+    return gap, rate
 
 
 @inner
 def _round_off(constants, motion, depth):  # type: ignore[no-untyped-def]
-    """Return the largest change [N] of an elastic force in the step by the round-off of its gap."""
+    """Return the largest change [N] of an elastic force by the round-off of its gap."""
     worst = 0.0
     for i in range(len(depth)):
         blur = abs(constants.gap[i])
@@ -135,15 +151,15 @@ def _round_off(constants, motion, depth):  # type: ignore[no-untyped-def]
 
 @inner
 def _solve(table, constants, motion, trial):  # type: ignore[no-untyped-def]
-    """Find the forces [N] at the last three points of all contacts by Newton; False where it does not converge."""
+    """Compute the forces [N] at the last three points by Newton's method; False where it does not converge."""
     guess, values, depth, rate, loose, loose_rate, matrix, wrong = trial
     c = len(values)
     _free_gaps(table, constants, motion, trial)
-    _note_approach(table, constants, motion, trial)
+    _set_approach(table, constants, motion, trial)
     for i in range(c):
         copy(guess[i], values[i])
-    for _iteration in range(ITERATIONS):
-        motion.counts[2] += 1
+    for _iteration in range(NEWTON_STEPS):
+        motion.counts[ITERATIONS] += 1
         for i in range(c):
             for j in range(3):
                 deep, fast = _pressed(table, constants, values, i, j)
@@ -157,14 +173,14 @@ def _solve(table, constants, motion, trial):  # type: ignore[no-untyped-def]
                 change = wrong[3 * i + j]
                 largest, step = max(largest, abs(values[i, j + 1])), max(step, abs(change))
                 values[i, j + 1] = max(values[i, j + 1] - change, 0.0)
-        if step <= 1e-13 * max(largest, motion.clock[2]):
+        if step <= 1e-13 * max(largest, motion.clock[REFERENCE]):
             return True
     return False
 
 
 @inner
 def _free_gaps(table, constants, motion, trial):  # type: ignore[no-untyped-def]
-    """Find gaps [m] and their rates [m/s] at the last three points if forces stood at the first one alone."""
+    """Compute gaps [m] and rates [m/s] at the last three points with the forces of the first point only."""
     c, n = constants.rows.shape
     y, v, guess, loose, loose_rate = motion.y, motion.v, trial.guess, trial.loose, trial.loose_rate
     gap, drift, reach = table.gap, table.gap_drift, table.reach
@@ -181,32 +197,29 @@ def _free_gaps(table, constants, motion, trial):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _note_approach(table, constants, motion, trial):  # type: ignore[no-untyped-def]
-    """Note the approach speed [m/s] of contacts that close in the step, where the expected motion reaches them."""
+def _set_approach(table, constants, motion, trial):  # type: ignore[no-untyped-def]
+    """Set the approach speed [m/s] of contacts that close in the step, at the zero of the predicted gap."""
     guess, loose, loose_rate = trial.guess, trial.loose, trial.loose_rate
     for i in range(len(loose)):
         if motion.approach[i] > 0.0:
             continue
-        gap, rate = constants.gap[i], 0.0
-        for k in range(len(motion.y)):
-            gap += constants.rows[i, k] * motion.y[k]
-            rate += constants.rows[i, k] * motion.v[k]
+        gap, rate = _gap_and_rate(constants, motion, i)
         for j in range(3):
             deep, fast = _pressed(table, constants, guess, i, j)
             later, later_rate = loose[i, j] - deep, loose_rate[i, j] - fast
             if later < 0.0:
-                # Under constant forces the square of the speed is linear over the way.
+                # Under constant forces the square of the speed is linear in the displacement.
                 share = gap / (gap - later) if gap > 0.0 else 0.0
                 speed = np.sqrt(max(rate**2 + share * (later_rate**2 - rate**2), 0.0))
-                motion.clock[3] = max(motion.clock[3], speed)
-                motion.approach[i] = max(speed, constants.floor * motion.clock[3])
+                motion.clock[FASTEST] = max(motion.clock[FASTEST], speed)
+                motion.approach[i] = max(speed, constants.floor * motion.clock[FASTEST])
                 break
             gap, rate = later, later_rate
 
 
 @inner
 def _pressed(table, constants, values, i, j):  # type: ignore[no-untyped-def]
-    """Return what forces at the last three points add to indentation [m] and rate [m/s] of a contact at one of them."""
+    """Return the part of indentation [m] and rate [m/s] at one of the last three points by the forces at these."""
     h, reach, series = table.length, table.reach, constants.series[i]
     deep, fast = -series * values[i, j + 1], 0.0
     for other in range(len(values)):
@@ -220,7 +233,7 @@ def _pressed(table, constants, values, i, j):  # type: ignore[no-untyped-def]
 
 @inner
 def _linearise(table, constants, motion, trial):  # type: ignore[no-untyped-def]
-    """Find how far values miss the laws [N], (3 c,), and its derivative by the values."""
+    """Set the residual of the laws [N], (3 c,), and its derivative by the force values, (3 c, 3 c)."""
     h, reach = table.length, table.reach
     _, values, depth, rate, _, _, matrix, wrong = trial
     for i in range(len(values)):
@@ -241,7 +254,7 @@ def _linearise(table, constants, motion, trial):  # type: ignore[no-untyped-def]
 
 @inner
 def _eliminate(matrix, right):  # type: ignore[no-untyped-def]
-    """Solve in place by Gauss with pivots."""
+    """Solve in place by Gaussian elimination with pivots; False where the matrix is singular."""
     size = len(right)
     for k in range(size):
         best = k
@@ -270,11 +283,11 @@ def _eliminate(matrix, right):  # type: ignore[no-untyped-def]
 
 @inner
 def _accept(table, constants, motion, track, trial, count):  # type: ignore[no-untyped-def]
-    """Put a step into the track, and bring y [m kg^½] and ẏ to its end."""
+    """Append a step to the track, and set y [m kg^½] and ẏ to those at its end."""
     c, n = constants.rows.shape
     y, v, h, values, depth, rate = motion.y, motion.v, table.length, trial.values, trial.depth, trial.rate
     free, drift, push = table.free, table.drift, table.push
-    track.start[count], track.length[count] = motion.clock[0], h
+    track.start[count], track.length[count] = motion.clock[TIME], h
     copy(y, track.y[count])
     copy(v, track.v[count])
     for k in range(n):
@@ -292,34 +305,28 @@ def _accept(table, constants, motion, track, trial, count):  # type: ignore[no-u
         copy(values[i], track.values[count, i])
         copy(values[i], motion.before[i])
         motion.force[i] = values[i, 3]
-        motion.clock[2] = max(motion.clock[2], values[i, 3])
+        motion.clock[REFERENCE] = max(motion.clock[REFERENCE], values[i, 3])
         track.opening[count, 0, i], track.opening[count, 1, i] = -depth[i, 3], -rate[i, 3]
-    motion.clock[0] += h
-    motion.clock[1] = h
-    motion.counts[0] += 1
+    motion.clock[TIME] += h
+    motion.clock[LAST] = h
+    motion.counts[STEPS] += 1
 
 
 @inner
 def _balance(constants, motion, trial, h):  # type: ignore[no-untyped-def]
-    """Note the error of the energy balance [J]: what laws lose is integrated from forces and rates, not from states."""
-    values, depth, rate, stored, total = trial.values, trial.depth, trial.rate, 0.0, 0.0
-    stiffness, constant, start = constants.stiffness, constants.constant, constants.start
+    """Update the energy balance [J]; losses are integrated from forces and rates, independently of the states."""
+    values, depth, rate, stored = trial.values, trial.depth, trial.rate, 0.0
     for i in range(len(values)):
         law, given = constants.law[i], 0.0
         for j in range(4):
             given = max(given, values[i, j])
         if given == 0.0:
-            # A surface that recovers by itself gives all that it stored away, however long the step.
-            motion.energy[0] += law_energy(law, depth[i, 0]) - law_energy(law, depth[i, 3])
+            # A surface that recovers without force loses all its energy, however long the step.
+            motion.balance[LOST] += law_energy(law, depth[i, 0]) - law_energy(law, depth[i, 3])
         else:
             for j in range(4):
                 deep, fast = depth[i, j], rate[i, j]
                 elastic = law[0] * deep ** law[1] if deep > 0.0 else 0.0
-                motion.energy[0] += h * WEIGHTS[j] * (values[i, j] - elastic) * fast
+                motion.balance[LOST] += h * WEIGHTS[j] * (values[i, j] - elastic) * fast
         stored += law_energy(law, depth[i, 3]) + 0.5 * constants.series[i] * values[i, 3] ** 2
-    for k in range(len(motion.y)):
-        y, v = motion.y[k], motion.v[k]
-        total += 0.5 * (v * v + stiffness[k] * y * y) - constant[k] * (y - start[k])
-    error = total + stored + motion.energy[0] - motion.energy[3]
-    motion.energy[1] = max(motion.energy[1], abs(error))
-    motion.energy[2] = max(motion.energy[2], stored)
+    update_balance(constants, motion.y, motion.v, stored, motion.balance)

@@ -1,18 +1,19 @@
-"""The discrete-gradient integrator: energy to round-off at any step, second order in time."""
+"""The discrete-gradient integrator: exact energy at any step, second order in time."""
 
 import numpy as np
 
 from gudgeon.solver import capabilities
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.discrete_gradient import kernel as gradient_steps
-from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.balance import LOST
+from gudgeon.solver.integrators.discrete_gradient import kernel
+from gudgeon.solver.integrators.outcome import BEGINS, ENDS, START_ENERGY, Outcome, Samples
 from gudgeon.solver.integrators.polynomial_response import free, responses
 from gudgeon.solver.integrators.uncoupled import SLOWEST, uncoupled
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
 MOST_IMPACTS = 100_000
-"""Kept; what comes after is counted only."""
+"""Impacts that are stored; further ones are only counted."""
 
 
 class DiscreteGradient(capabilities.DiscreteGradient):
@@ -22,35 +23,28 @@ class DiscreteGradient(capabilities.DiscreteGradient):
 
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._place = system, uncoupled(system)
-        rows, omega = self._place.rows, self._place.omega
+        rows, omega, start = self._place.rows, self._place.omega, self._place.start
         c, times = len(rows), np.array([dt])
         y, v = responses(omega, 0, times)
         push = np.array([y[0, 0], v[0, 0]])
-        self._step = gradient_steps.Step(
-            dt, free(omega, times)[:, 0].copy(), push, self._place.constant, np.ascontiguousarray(rows), system.gap,
-            (rows * push[0]) @ rows.T, _laws(system), SLOWEST, omega**2, self._place.modes.T @ system.position,
+        self._step = kernel.Step(
+            dt, free(omega, times)[:, 0].copy(), push, self._place.constant, rows, system.gap,
+            (rows * push[0]) @ rows.T, _laws(system), SLOWEST, omega**2, start,
         )  # fmt: skip
-        start, speed = self._place.modes.T @ system.position, self._place.modes.T @ system.velocity
-        begun = 0.5 * float(speed @ speed) + 0.5 * float((omega * start) @ (omega * start))
-        running = np.zeros((c, 7))
-        running[:, 0] = -1.0
-        self._state = gradient_steps.State(
-            start, speed, -(system.gap + rows @ start), np.zeros(c), np.zeros(c), np.array([0.0, 0.0, 0.0, begun, 0.0]),
-            np.zeros(3, np.int64), running, np.zeros((MOST_IMPACTS if c else 0, 8)), np.zeros(c),
+        balance, running = np.zeros(LOST + 1), np.zeros((c, 7))
+        balance[START_ENERGY], running[:, BEGINS] = self._place.energy, -1.0
+        self._state = kernel.State(
+            start.copy(), self._place.speed.copy(), -(system.gap + rows @ start), np.zeros(c), np.zeros(c), np.zeros(1),
+            balance, np.zeros(3, np.int64), running, np.zeros((MOST_IMPACTS if c else 0, 8)), np.zeros(c),
         )  # fmt: skip
         self._time = 0.0
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Advance `len(out.forces)` samples of `stride` steps; False where a force could not be found.
-
-        Args:
-            first: Number of the first step.
-            out: Filled, but for what this integrator has none of.
-        """
+        """Fill all but the loads of samples of `stride` steps; False where a contact force was not found."""
         system, modes, n = self._system, self._place.modes, len(self._state.y)
         pressed, y, v = np.zeros((len(out.forces), len(system.gap))), *np.zeros((2, len(out.forces), n))
-        found = gradient_steps.Samples(pressed, out.energies, y, v)
-        sound = gradient_steps.march(self._step, self._state, first, stride, found)
+        found = kernel.Samples(pressed, out.energies, y, v)
+        sound = kernel.march(self._step, self._state, first, stride, found)
         for number, item in enumerate(system.contacts):
             out.forces[:, number] = pressed[:, item.rows] @ item.directions
         p, speed, r = y @ modes.T, v @ modes.T, len(system.rigid)
@@ -61,36 +55,31 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         return bool(sound)
 
     def outcome(self) -> Outcome:
-        """Return where the run stands."""
-        state, system, none = self._state, self._system, np.empty(0)
-        found = state.impacts[: min(int(state.counts[2]), len(state.impacts))]
-        going = [np.concatenate([[i], entry]) for i, entry in enumerate(state.running) if entry[0] >= 0]
+        state, system, none, modes = self._state, self._system, np.empty(0), self._place.modes
+        in_contact, iterations, ended = map(int, state.counts)
+        going = [np.array([i, *entry]) for i, entry in enumerate(state.running) if entry[BEGINS] >= 0]
         for entry in going:
-            entry[2] = self._time
-        every = np.array([*found, *going]).reshape(-1, 8)
+            entry[1 + ENDS] = self._time
+        every = np.array([*state.impacts[:ended], *going]).reshape(-1, 8)
+        rows, every = every[:, 0], every[:, 1:]
         impacts = []
         for item in system.contacts:
-            mine = every[(every[:, 0] >= item.rows.start) & (every[:, 0] < item.rows.stop), 1:]
-            impacts.append(mine[np.argsort(mine[:, 0], kind="stable")])
-        starts = every[:, 1].min() if len(every) else -1.0
-        ends = every[:, 2].max() if len(every) else -1.0
-        balance = state.balance
-        extreme = np.array(
-            [balance[3], balance[1], balance[2], float(max(state.depth.max(initial=0.0), 0.0)), starts, ends]
-        )
-        counts = np.array([0, int(state.counts[0]), int(state.counts[1]), -1])
-        modes = self._place.modes
+            mine = every[(rows >= item.rows.start) & (rows < item.rows.stop)]
+            impacts.append(mine[np.argsort(mine[:, BEGINS], kind="stable")])
+        span = (every[:, BEGINS].min(), every[:, ENDS].max()) if len(every) else (-1.0, -1.0)
+        extreme = np.array([*state.balance[:LOST], state.depth.max(initial=0.0), *span])
         return Outcome(
-            modes @ state.y, modes @ state.v, state.force.copy(), state.impulses.copy(), extreme, counts, none, none,
-            np.zeros(max(1, len(system.contacts))), impacts=impacts, work={"impacts": int(state.counts[2])},
+            modes @ state.y, modes @ state.v, state.force.copy(), state.impulses.copy(), extreme,
+            np.array([0, in_contact, iterations, -1]), none, none, np.zeros(max(1, len(system.contacts))),
+            impacts=impacts, work={"impacts": ended},
         )  # fmt: skip
 
 
 def _laws(system: System) -> np.ndarray:
-    """Return the law of every row, linear where it has none, (c, 4).
+    """Return the law of every row, a linear one where the scene states none, (c, 4).
 
     Raises:
-        SceneError: a law and R stand one behind the other.
+        SceneError: a row has a law in series with R.
     """
     laws = system.law.copy()
     series = system.residual.diagonal()
@@ -99,8 +88,8 @@ def _laws(system: System) -> np.ndarray:
         nonlinear = rows[(laws[rows, 0] > 0) & (system.layer[rows] == 0)]
         if len(nonlinear) and series[nonlinear].any():
             raise SceneError(
-                f"contact.{item.name}.law: 'discrete-gradient' takes a law without R; use method 'penalty', or"
-                " integrator 'collocation'"
+                f"contact.{item.name}.law: integrator 'discrete-gradient' needs a law without R; use method 'penalty',"
+                " or integrator 'collocation'"
             )
         linear = np.setdiff1d(rows, nonlinear)
         compliance = system.compliance.diagonal()[linear]

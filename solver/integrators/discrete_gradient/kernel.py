@@ -1,7 +1,7 @@
 """Steps of the discrete gradient, compiled: the force of each contact is constant over a step.
 
 Coordinates move exactly under a constant force λ, which changes their energy by −λ (d₁ − d₀). With λ the difference
-quotient (V(d₁) − V(d₀)) / (d₁ − d₀) of the contact's potential, energy is kept to round-off at any step.
+quotient (V(d₁) − V(d₀)) / (d₁ − d₀) of the contact's potential, energy is constant to round-off at any step.
 """
 
 from typing import NamedTuple
@@ -9,17 +9,21 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.integrators.balance import LOST, update_balance
+from gudgeon.solver.integrators.outcome import BEGINS, CLOSING, ENDS, IMPULSE, OPENING, PEAK, PEAK_TIME
 from gudgeon.solver.laws.force import law_energy, law_force
 
 CLOSE = 1e-3
-"""Relative difference of d₀ and d₁ below which the quotient is integrated by Gauss, to twenty digits."""
+"""Relative difference of d₀ and d₁ below which the quotient is a Gauss integral, whose error is below 1e-20."""
 GAUSS_POINTS = np.array([0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263])
 GAUSS_WEIGHTS = np.array([0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693])
 SWEEPS, HALVINGS = 500, 200
+IN_CONTACT, ITERATIONS, ENDED = range(3)
+"""Entries of `State.counts`."""
 
 
 class Step(NamedTuple):
-    """What stays constant. Shapes: n coordinates, c contacts."""
+    """Constants of a run. Shapes: n coordinates, c contacts."""
 
     dt: float
     free: np.ndarray
@@ -27,59 +31,65 @@ class Step(NamedTuple):
     push: np.ndarray
     """y and ẏ per unit constant force, (2, n)."""
     constant: np.ndarray
+    """Constant forces, (n,)."""
     rows: np.ndarray
+    """∂g/∂y, (c, n)."""
     gap: np.ndarray
+    """g at y = 0 [m], (c,)."""
     reach: np.ndarray
-    """Change of each gap per force, (c, c)."""
+    """Change of each gap per force [m/N], (c, c)."""
     law: np.ndarray
-    """(c, 4)"""
+    """As in `law_force`, (c, 4)."""
     floor: float
     """Least approach speed, relative to the largest."""
     stiffness: np.ndarray
     """ω² [rad²/s²], (n,)."""
     start: np.ndarray
-    """y at the start of the run, from which constant forces do work, (n,)."""
+    """y at the start of the run, (n,)."""
 
 
 class State(NamedTuple):
-    """What changes, in place."""
+    """Variables of a run, updated in place."""
 
     y: np.ndarray
     v: np.ndarray
     depth: np.ndarray
-    """−g at the end of the last step, (c,)."""
+    """−g at the end of the last step [m], (c,)."""
     force: np.ndarray
+    """[N], (c,)."""
     approach: np.ndarray
+    """v⁻ of each contact [m/s], 0 where it is open, (c,)."""
+    fastest: np.ndarray
+    """Largest v⁻ so far [m/s], (1,)."""
     balance: np.ndarray
-    """Energy lost, largest error, largest exchange, E₀, largest approach speed, (5,)."""
+    """As in `update_balance`, (4,)."""
     counts: np.ndarray
     """Steps in contact, iterations, impacts that ended, (3,)."""
     running: np.ndarray
-    """Impact of each contact as in `Trajectory.impacts`; its start is negative where there is none, (c, 7)."""
+    """Present impact of each contact as in `Outcome.impacts`, (c, 7); its begin is negative where there is none."""
     impacts: np.ndarray
     """Impacts that ended, contact first, (b, 8)."""
     impulses: np.ndarray
+    """[N s], (c,)."""
 
 
 class Samples(NamedTuple):
-    """What `march` fills, one row a sample."""
+    """Histories, one row per sample."""
 
     forces: np.ndarray
     """Mean force of each contact [N], (samples, c)."""
     energies: np.ndarray
-    """(samples, 5)"""
+    """[J], (samples, 5)"""
     y: np.ndarray
     v: np.ndarray
-    """At the samples' ends, (samples, n)."""
+    """At the ends of the samples, (samples, n)."""
 
 
 @entry
 def march(step, state, first, stride, out):  # type: ignore[no-untyped-def]
     """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where no force is found."""
     c, n = step.rows.shape
-    forces = out.forces
-    loose, next_y, next_v = np.empty(c), np.empty(n), np.empty(n)
-    depth = np.empty(c)
+    forces, loose, depth, next_y, next_v = out.forces, np.empty(c), np.empty(c), np.empty(n), np.empty(n)
     for sample in range(len(forces)):
         forces[sample] = 0.0
         for part in range(stride):
@@ -113,10 +123,10 @@ def march(step, state, first, stride, out):  # type: ignore[no-untyped-def]
 
 @inner
 def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
-    """Find all forces [N] of a step, contact by contact until none changes; False where one is not found.
+    """Compute all forces [N] of a step, contact by contact until none changes; False where one is not found.
 
     Args:
-        loose: Gaps at the end of the step without these forces [m], (c,).
+        loose: Gaps at the end of the step without contact forces [m], (c,).
         depth: Out: indentations at its end [m], (c,).
     """
     c, least = len(loose), 0.0
@@ -128,8 +138,8 @@ def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
             depth[i] -= step.reach[i, j] * state.force[j]
         rate = (-loose[i] - state.depth[i]) / step.dt
         if state.depth[i] <= 0.0 and -loose[i] > 0.0 and state.approach[i] <= 0.0:
-            state.balance[4] = max(state.balance[4], rate)
-            state.approach[i] = max(rate, step.floor * state.balance[4])
+            state.fastest[0] = max(state.fastest[0], rate)
+            state.approach[i] = max(rate, step.floor * state.fastest[0])
     for _sweep in range(SWEEPS):
         change, largest = 0.0, 0.0
         for i in range(c):
@@ -151,13 +161,13 @@ def find_forces(step, state, loose, depth):  # type: ignore[no-untyped-def]
 
 @inner
 def _least(law, before, loose):  # type: ignore[no-untyped-def]
-    """Round-off of what the spring would bear at the depths of a step: below it a force is as good as any."""
+    """Return the round-off [N] of the elastic force at the depths of a step, below which a force error is accepted."""
     return 1e-15 * law_force(law, max(abs(before), abs(loose)), 0.0, 1.0)[0]
 
 
 @inner
 def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
-    """Find the force of one contact that would be `loose` deep without it; negative where it cannot be found."""
+    """Compute the force [N] of a contact that is `loose` deep [m] without it; −1 where the iteration fails."""
     before, reach, law = state.depth[i], step.reach[i, i], step.law[i]
     if loose <= 0.0 and before <= 0.0:
         return 0.0
@@ -167,7 +177,7 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
     force = min(state.force[i], high)
     least, wrong = _least(law, before, loose), 0.0
     for _iteration in range(HALVINGS):
-        state.counts[1] += 1
+        state.counts[ITERATIONS] += 1
         found = _mean(law, before, loose - reach * force, state.approach[i], step.dt)
         wrong = force - found
         if wrong > 0.0:
@@ -177,7 +187,7 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
         nudge = 1e-7 * max(abs(force), 1e-7 * high)
         slope = 1.0 - (_mean(law, before, loose - reach * (force + nudge), state.approach[i], step.dt) - found) / nudge
         new = force - wrong / slope
-        # Before the bracket is looked at: a step of round-off ends on its border.
+        # Tested before the bracket, since a step of the size of round-off ends on the bracket's border.
         if abs(new - force) <= 4e-16 * max(new, force) or abs(wrong) <= least:
             return force
         if not (low < new < high):
@@ -185,13 +195,13 @@ def _one(step, state, i, loose):  # type: ignore[no-untyped-def]
         force = new
         if high - low <= 4e-16 * high:
             return force
-    # Round-off of the depths can keep a grazing force from settling further.
+    # With little indentation, round-off of the depths limits how far the force converges.
     return force if high - low <= 1e-6 * high or abs(wrong) <= 1e-6 * high else -1.0
 
 
 @inner
 def _mean(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
-    """Return the mean force [N] between two depths [m], what is lost included."""
+    """Return the mean force [N] between two depths [m], with the losses of the law."""
     elastic = quotient(law, before, after)
     rate = (after - before) / dt
     per_rate = law[2] / approach if approach > 0.0 else 0.0
@@ -216,15 +226,15 @@ def quotient(law, before, after):  # type: ignore[no-untyped-def]
 
 @inner
 def _balance(step, state, depth, time, energies):  # type: ignore[no-untyped-def]
-    """Set the energies [J] at the end of the step, and note the largest error of their balance."""
+    """Set the energies [J] at the end of the step, and update the largest error of their balance."""
     stored, touching = 0.0, False
     for i in range(len(depth)):
         force = state.force[i]
         state.impulses[i] += force * step.dt
         elastic = quotient(step.law[i], state.depth[i], depth[i])
         lost = (force - elastic) * (depth[i] - state.depth[i])
-        if lost > 0.0:  # No law gives energy: what a wrong force would create shall show as drift.
-            state.balance[0] += lost
+        if lost > 0.0:  # No law creates energy: that of a wrong force shall appear as drift.
+            state.balance[LOST] += lost
         stored += law_energy(step.law[i], depth[i])
         touching = touching or force > 0.0
         _impact(step, state, i, depth[i], time)
@@ -232,35 +242,30 @@ def _balance(step, state, depth, time, energies):  # type: ignore[no-untyped-def
         if depth[i] <= 0.0:
             state.approach[i] = 0.0
     if touching:
-        state.counts[0] += 1
-    kinetic, strain, work = 0.0, 0.0, 0.0
-    for k in range(len(state.y)):
-        kinetic += 0.5 * state.v[k] * state.v[k]
-        strain += 0.5 * step.stiffness[k] * state.y[k] * state.y[k]
-        work += step.constant[k] * (state.y[k] - step.start[k])
-    energies[0], energies[1], energies[2], energies[3], energies[4] = kinetic, strain, stored, state.balance[0], work
-    error = kinetic + strain + stored + state.balance[0] - work - state.balance[3]
-    state.balance[1] = max(state.balance[1], abs(error))
-    state.balance[2] = max(state.balance[2], stored)
+        state.counts[IN_CONTACT] += 1
+    energies[0], energies[1], energies[4] = update_balance(step, state.y, state.v, stored, state.balance)
+    energies[2], energies[3] = stored, state.balance[LOST]
 
 
 @inner
 def _impact(step, state, i, depth, time):  # type: ignore[no-untyped-def]
-    """Follow the impact of one contact; its ends lie where the depth, linear in the step, crosses zero."""
+    """Update the impact of one contact, which begins and ends where the depth, linear in the step, is zero."""
     before, force, entry = state.depth[i], state.force[i], state.running[i]
     rate = (depth - before) / step.dt
-    if entry[0] < 0.0 and force > 0.0:
-        entry[0] = time + (-before / rate if before < 0.0 < rate else 0.0)
-        entry[2], entry[3], entry[4], entry[5] = 0.0, 0.0, entry[0], max(rate, 0.0)
-    if entry[0] >= 0.0:
-        entry[2] += force * step.dt
-        if force > entry[3]:
-            entry[3], entry[4] = force, time + 0.5 * step.dt
+    if entry[BEGINS] < 0.0 and force > 0.0:
+        entry[BEGINS] = entry[PEAK_TIME] = time + (-before / rate if before < 0.0 < rate else 0.0)
+        entry[IMPULSE] = entry[PEAK] = 0.0
+        entry[CLOSING] = max(rate, 0.0)
+    if entry[BEGINS] >= 0.0:
+        entry[IMPULSE] += force * step.dt
+        if force > entry[PEAK]:
+            entry[PEAK], entry[PEAK_TIME] = force, time + 0.5 * step.dt
         if depth <= 0.0:
-            entry[1] = time + (before / -rate if before > 0.0 > rate else step.dt)
-            entry[6] = max(-rate, 0.0)
-            if state.counts[2] < len(state.impacts):
-                state.impacts[state.counts[2], 0] = i
-                state.impacts[state.counts[2], 1:] = entry
-            state.counts[2] += 1
-            entry[0] = -1.0
+            entry[ENDS] = time + (before / -rate if before > 0.0 > rate else step.dt)
+            entry[OPENING] = max(-rate, 0.0)
+            number = state.counts[ENDED]
+            if number < len(state.impacts):
+                state.impacts[number, 0] = i
+                copy(entry, state.impacts[number, 1:])
+            state.counts[ENDED] += 1
+            entry[BEGINS] = -1.0

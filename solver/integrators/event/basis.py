@@ -4,9 +4,9 @@ Between events the equations are linear with constant coefficients,
 
     p̈ = f − K p − D ṗ + A_rᵀ λ_r,    A_r p = const,
 
-with K and D holding modal stiffness, springs, and every closed contact that has a compliance, and A_r the rows of rigid
-contacts that are closed. Three parts move by themselves: directions on which no stiffness acts (polynomials, found
-exactly and not as eigenvalues near zero), what the rigid rows hold (at rest), and oscillators Re(e^{μτ}).
+with K and D of the modes, springs and closed compliant contacts, and A_r the rows of closed rigid contacts. Three parts
+are uncoupled: directions without stiffness (polynomials of time, exact and not from eigenvalues near zero), those that
+rigid rows hold (at rest), and oscillators Re(e^{μτ}).
 """
 
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ import numpy as np
 from scipy import linalg
 
 RANK = 1e-10
-"""Singular value of unit rows below which a direction counts as untouched."""
+"""Singular value of unit rows below which a direction is free of them."""
 DEPENDENT = 1e-13
-"""Eigenvalue of the springs at unit diagonal below which they count as one: it is round-off of their inverse."""
+"""Eigenvalue of the springs at unit diagonal below which they are dependent: the round-off of their inverse."""
 DEFECTIVE = 1e6
-"""Condition of an oscillator above which it and another count as one: at critical damping they have one shape."""
+"""Condition number above which two oscillators coincide, as at critical damping."""
 APART = 1e-11
-"""Part of the damping added there: it moves the answer by as much, and leaves three digits more than the condition."""
+"""Relative change of the damping in that case; the result changes by as much, three digits above the condition."""
 
 
 class IncompleteError(linalg.LinAlgError):
-    """A regime whose motion is no sum of polynomials and oscillators; its text says why."""
+    """The motion of a regime is no sum of polynomials and oscillators; the message gives the cause."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Linear:
     stiffness: np.ndarray
     """ω² of the coordinates [rad²/s²], (n,)."""
     force: np.ndarray
-    """f at the state that displacements count from, (n,)."""
+    """f at the state from which displacements are measured, (n,)."""
     rows: np.ndarray
     """Rows on which springs act, (c, n)."""
     offsets: np.ndarray
@@ -43,16 +43,16 @@ class Linear:
     springs: np.ndarray
     """Inverse of their compliance [N/m], (c, c), symmetric positive definite."""
     dampers: np.ndarray
-    """Dashpots beside them [N s/m], (c,)."""
+    """Dashpots in parallel with them [N s/m], (c,)."""
     rigid: np.ndarray
-    """Rows that hold, (r, n)."""
+    """Rows of constant value, A_r, (r, n)."""
     pushed: np.ndarray
-    """Direction in which each rigid row's force acts on the coordinates, (r, n): the rows, or with slip's share."""
+    """Direction of each rigid row's force on the coordinates, (r, n): the row, with its friction where it slips."""
 
 
 @dataclass(frozen=True)
 class Basis:
-    """Solution of a regime. Shapes: n coordinates, k polynomial directions, K oscillators, m = nz of them undamped."""
+    """Solution of a regime. Shapes: n coordinates, k polynomial directions, K oscillators, nz without dashpots."""
 
     drift: np.ndarray
     """Polynomial directions, (n, k)."""
@@ -67,7 +67,7 @@ class Basis:
     to_amplitudes: np.ndarray
     """Amplitudes of the oscillators from (z, ż), (K, 2 nz)."""
     to_moving: np.ndarray
-    """z of p, (nz, n): the coordinates in which the regime without its dashpots swings."""
+    """z of p, (nz, n): the modal coordinates of the regime without its dashpots."""
     moving: np.ndarray
     """p of z, (n, nz)."""
     yielding: np.ndarray
@@ -75,18 +75,18 @@ class Basis:
     slack: np.ndarray
     """Static z per elongation of the springs, (nz, c)."""
     held: np.ndarray
-    """Projector on what the rigid rows hold, (n, n); empty where nothing is."""
+    """Projector on the directions that rigid rows hold, (n, n); empty without rigid rows."""
     way: np.ndarray
     """Velocity of static z per velocity of p that is held, (nz, n)."""
     lag: np.ndarray
-    """Static z per such velocity: dashpots drag it, (nz, n)."""
+    """Static z per such velocity, by dashpots, (nz, n)."""
 
 
 def solve(regime: Linear) -> Basis:
-    """Find the basis of a regime.
+    """Return the basis of a regime.
 
-    With K = LᵀL, L = [√Λ; Cᵀ A] and springs S = C Cᵀ, the singular values of L are the frequencies: slow ones keep
-    the digits that K, which has their squares beside the fastest one's, has lost.
+    With K = LᵀL, L = [√Λ; Cᵀ A] and springs S = C Cᵀ, the singular values of L are the frequencies. Low ones are more
+    accurate than from K, whose round-off is relative to the square of the highest one.
 
     Raises:
         LinAlgError: rigid rows or springs are dependent.
@@ -94,8 +94,7 @@ def solve(regime: Linear) -> Basis:
     """
     if len(regime.rigid) and not np.array_equal(regime.rigid, regime.pushed):
         return _sliding(regime)
-    drift = _untouched(np.vstack([regime.rows, regime.rigid]), regime.stiffness == 0)
-    n = len(regime.stiffness)
+    drift, n = _untouched(np.vstack([regime.rows, regime.rigid]), regime.stiffness == 0), len(regime.stiffness)
     taken = np.column_stack([drift, regime.rigid.T])
     plain = np.eye(n)
     if taken.shape[1]:
@@ -110,17 +109,18 @@ def solve(regime: Linear) -> Basis:
     bend = np.vstack([root[:, None] * np.eye(n)[stiff], through.T @ regime.rows])
     left, omega, right = _singular(bend @ plain)
     if len(omega) and omega.min() <= 0:
-        raise linalg.LinAlgError("a direction with stiffness came out without")
+        raise linalg.LinAlgError("a direction with stiffness has frequency zero")
     moving = plain @ right
-    yielding, stress = (moving / omega**2).T, (left / omega).T
-    yielding[:, stiff] = stress[:, : len(stiff)] / root
-    slack = -stress[:, len(stiff) :] @ through.T
+    static, over = (moving / omega**2).T, (left / omega).T
+    yielding = static.copy("K")
+    yielding[:, stiff] = over[:, : len(stiff)] / root
+    slack = -over[:, len(stiff) :] @ through.T
     held, way, lag = np.empty((0, n)), np.zeros((len(omega), n)), np.zeros((len(omega), n))
     dashed = regime.dampers[:, None] * regime.rows
     if len(regime.rigid):
         held = regime.rigid.T @ np.linalg.solve(regime.rigid @ regime.rigid.T, regime.rigid)
-        way = -stress @ (bend @ held)
-        lag = -((moving / omega**2).T @ (regime.rows.T @ (dashed @ (held + moving @ way))))
+        way = -over @ (bend @ held)
+        lag = -(static @ (regime.rows.T @ (dashed @ (held + moving @ way))))
     shapes, exponents, amplitudes = _oscillators(omega, regime.rows @ moving, regime.dampers)
     return Basis(
         drift, drift.T, drift.T, moving @ shapes, exponents, amplitudes, moving.T, moving, yielding, slack, held, way,
@@ -129,10 +129,10 @@ def solve(regime: Linear) -> Basis:
 
 
 def _root(springs: np.ndarray) -> np.ndarray:
-    """Return C with C Cᵀ = S, (c, c), of a matrix with any scales on its diagonal.
+    """Return C with C Cᵀ = S, (c, c), for any scales of the diagonal of S.
 
     Raises:
-        LinAlgError: it is not definite to round-off.
+        LinAlgError: S is singular to round-off.
     """
     if not (springs.diagonal() > 0).all():
         raise linalg.LinAlgError("springs are dependent")
@@ -146,7 +146,7 @@ def _root(springs: np.ndarray) -> np.ndarray:
 def _singular(L: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return U, σ and V of L = U σ Vᵀ.
 
-    Rows and columns are sorted by size before: of graded matrices small σ then keep their digits, too (Cox & Higham,
+    Rows and columns are sorted by size before, so that small σ of graded matrices are accurate, too (Cox & Higham,
     BIT 38, 1998; Drmač & Veselić, SIAM J. Matrix Anal. 29, 2008).
     """
     m = L.shape[1]
@@ -164,7 +164,7 @@ def _singular(L: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _oscillators(omega: np.ndarray, rows: np.ndarray, dampers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return shapes in z, exponents, and amplitudes from (z, ż).
+    """Return shapes in z, exponents [1/s], and the matrix from (z, ż) to amplitudes.
 
     Args:
         omega: Frequencies without dashpots [rad/s], (m,).
@@ -175,12 +175,12 @@ def _oscillators(omega: np.ndarray, rows: np.ndarray, dampers: np.ndarray) -> tu
     if not m or not (np.any(dampers) and np.any(rows)):
         # y = A cos ωτ + B sin ωτ = Re((A − iB) e^{iωτ})
         return np.eye(m), 1j * omega, np.hstack([np.eye(m), -1j * np.diag(1 / omega)])
-    # Of (Σ z, ż), whose square is the energy, the matrix is skew but for the dashpots: nearly normal at any ratio.
+    # In (Σ z, ż), whose square is the energy, the matrix is skew but for the dashpots, thus nearly normal.
     drag = rows.T @ (dampers[:, None] * rows)
     for damping in (drag, (1 + APART) * drag):
         energies = np.block([[np.zeros((m, m)), np.diag(omega)], [-np.diag(omega), -damping]])
         values, vectors = linalg.eig(energies)
-        # Of each pair the second follows the first: Re((α − iβ) w) = α Re w + β Im w.
+        # One of each conjugate pair: Re((α − iβ) w) = α Re w + β Im w.
         turning = values.imag > 0
         keep = values.imag >= 0
         parts = np.hstack([vectors[:, keep].real, vectors[:, turning].imag])
@@ -196,14 +196,14 @@ def _oscillators(omega: np.ndarray, rows: np.ndarray, dampers: np.ndarray) -> tu
     count, amplitudes = len(values), back[: len(values)].astype(complex)
     amplitudes[values.imag > 0] -= 1j * back[count:]
     amplitudes[:, :m] *= omega
-    # z from its share of either energy, whichever has more digits.
+    # z from the larger of its two energies, which has more digits.
     fast = np.abs(values) > omega[:, None]
     shapes = np.where(fast, vectors[m:] / np.where(fast, values, 1.0), vectors[:m] / omega[:, None])
     return shapes, np.minimum(values.real, 0.0) + 1j * values.imag, amplitudes
 
 
 def _sliding(regime: Linear) -> Basis:
-    """Return the basis where slip makes the equations unsymmetric: p̈ = P (f − K p), P along the forces."""
+    """Return the basis of a regime with slip, whose equations are unsymmetric: p̈ = P (f − K p), P along the forces."""
     n = len(regime.stiffness)
     P = np.eye(n) - regime.pushed.T @ np.linalg.solve(regime.rigid @ regime.pushed.T, regime.rigid)
     K = P @ (np.diag(regime.stiffness) + _through(regime.rows, regime.springs))
@@ -229,27 +229,19 @@ def _sliding(regime: Linear) -> Basis:
 
 
 def _untouched(rows: np.ndarray, loose: np.ndarray) -> np.ndarray:
-    """Return an orthonormal basis of the directions without stiffness that no row touches, (n, k)."""
+    """Return an orthonormal basis of the directions without stiffness to which all rows are orthogonal, (n, k)."""
     place = np.flatnonzero(loose)
-    found = np.zeros((len(loose), len(place)))
-    if not len(place):
-        return found
-    part = rows[:, place]
-    size = np.linalg.norm(part, axis=1)
-    part = part[size > RANK * np.linalg.norm(rows, axis=1)] if len(part) else part
-    if len(part):
-        part = part / np.linalg.norm(part, axis=1)[:, None]
-        _, values, right = np.linalg.svd(part)
+    part, free = rows[:, place], np.eye(len(place))
+    part = part[np.linalg.norm(part, axis=1) > RANK * np.linalg.norm(rows, axis=1)]
+    if part.size:
+        _, values, right = np.linalg.svd(part / np.linalg.norm(part, axis=1)[:, None])
         free = right[int((values > RANK).sum()) :].T
-    else:
-        free = np.eye(len(place))
     found = np.zeros((len(loose), free.shape[1]))
     found[place] = free
     return found
 
 
 def _through(rows: np.ndarray, middle: np.ndarray) -> np.ndarray:
-    if not len(rows):
-        return np.zeros((rows.shape[1], rows.shape[1]))
+    """Return rowsᵀ middle rows, symmetric, (n, n)."""
     product = rows.T @ (middle @ rows)
     return 0.5 * (product + product.T)

@@ -1,4 +1,4 @@
-"""The event integrator: exact motion from event to event, whatever the samples."""
+"""The event integrator: exact motion from event to event, independent of the samples."""
 
 import numpy as np
 
@@ -8,33 +8,32 @@ from gudgeon.solver.integrators.event import basis
 from gudgeon.solver.integrators.event.jumps import RESTING, collide, force_scale, settle, settle_slip, struck
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import Record
-from gudgeon.solver.integrators.event.regimes import Equations, Regime, Status, Watch, acceleration, starting
-from gudgeon.solver.integrators.event.search import first_crossing
-from gudgeon.solver.integrators.event.segment import Segment
+from gudgeon.solver.integrators.event.regimes import Equations, Regime, Status, Watch, acceleration, all_open
+from gudgeon.solver.integrators.event.segment import Segment, segment
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
 MOST_EVENTS = 2_000_000
-"""In one run: more are no answer in any time that a user waits."""
+"""Largest number of events in a run, above which it ends as chatter."""
 GAIN = 1e-9
-"""Energy that an impact may make by round-off, relative to what it takes in compression."""
+"""Energy that an impact may create by round-off, relative to the energy of its compression."""
 STALLED = 200
-"""Events in a row without any time between them."""
+"""Largest number of events in a row without time between them."""
 CACHED = 64
-"""Bases kept; conditions come again and again."""
+"""Bases that are kept, since conditions recur."""
 
 
 class Event(capabilities.Event):
-    """A run of the event integrator; `dt` is the interval at which it is sampled."""
+    """A run of the event integrator, sampled at the interval `dt` [s]."""
 
     def __init__(self, system: System, dt: float) -> None:
         _refuse_shared_friction(system)
         if np.any(system.dashpot) and system.coupled:
             where = next(item.name for item in system.contacts if np.any(system.dashpot[item.rows]))
             raise SceneError(
-                f"contact.{where}: dashpots, of its law or 'wave-guide', act on points that do not couple through R;"
-                " give one point a contact, or use method 'penalty'"
+                f"contact.{where}: dashpots, of its law or 'wave-guide', need contact points that are not coupled"
+                " through R; use contacts of one point, or method 'penalty'"
             )
         self._system, self._equations, self._dt = system, Equations(system), dt
         self._p, self._v = system.position.copy(), system.velocity.copy()
@@ -48,19 +47,14 @@ class Event(capabilities.Event):
         self._events = self._stall = self._regimes = 0
         self._record = Record(system)
         self.failure = Result.DIVERGED
-        self._now = starting(system, {})
+        self._now = all_open(system)
         try:
             self._segment = self._begin(0.0)
         except np.linalg.LinAlgError as error:
             raise SolverError(f"contact {', '.join(system.scene.contact)}: {_reason(error).value}") from None
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Advance `len(out.forces)` samples of `stride` intervals; False where no motion could be found.
-
-        Args:
-            first: Number of the first interval.
-            out: Filled, but for what this integrator has none of.
-        """
+        """Fill all but the loads of samples of `stride` intervals; False where the motion has no solution."""
         ends = (first + stride * np.arange(1, len(out.forces) + 1)) * self._dt
         self._record.open_samples(ends, stride * self._dt, out)
         while True:
@@ -78,13 +72,12 @@ class Event(capabilities.Event):
         return True
 
     def outcome(self) -> Outcome:
-        """Return where the run stands."""
         segment = self._segment
         multipliers = segment.regime.forces(self._p - segment.motion.start, self._v)
         return self._record.outcome(self._p, self._v, multipliers, np.array([0, self._events, self._regimes, -1]))
 
     def _pass(self, segment: Segment) -> bool:
-        """Go through the event at the end of a segment."""
+        """Handle the event at the end of a segment; False where the run cannot continue."""
         assert segment.event is not None
         kind, row = segment.event
         self._p, self._v = segment.motion.state(segment.end - segment.start)
@@ -104,7 +97,7 @@ class Event(capabilities.Event):
         return bool(np.isfinite(self._p).all()) and not self._gained
 
     def _react(self, kind: Watch, row: int, time: float) -> None:
-        """Change conditions, and velocities where rigid contact closes."""
+        """Change the conditions, and the velocities where a rigid contact closes."""
         now, system, record = self._now, self._system, self._record
         if kind is Watch.CLOSES and system.rigid_contact[row]:
             rows = struck(self._equations, now, row, self._p, self._v)
@@ -129,7 +122,7 @@ class Event(capabilities.Event):
             now.status[row] = Status.OPEN
             record.parted(row)
         elif kind is Watch.OPENS and (kind, row) in self._patient:
-            # Its mean has come to zero; from here on the force itself decides.
+            # The mean force is zero; from now on the force itself is watched.
             self._patient.discard((kind, row))
         elif kind is Watch.OPENS:
             slack = system.dashpot[row] > 0 and not system.rigid_contact[row]
@@ -152,7 +145,7 @@ class Event(capabilities.Event):
             self._now.slip[row] = -1 if kind is Watch.SLIPS_BACK else 1
 
     def _begin(self, start: float, after: tuple[Watch, int] | None = None) -> Segment:
-        """Start a segment under the present conditions."""
+        """Return the segment that starts at a time [s] under the present conditions."""
         if after is None:
             self._touch_at_start()
         now = self._now
@@ -171,20 +164,17 @@ class Event(capabilities.Event):
                 course.a[number] = 0.0
         guarded = [number for number, event in enumerate(regime.events) if event in self._patient]
         course = course.averaged(guarded, self._system.resolution)
-        found = first_crossing(course, self._last - start, self._floor(regime))
-        if found is None:
-            return Segment(start, motion, regime, self._last, None)
-        return Segment(start, motion, regime, start + found[0], regime.events[found[1]])
+        return segment(start, motion, regime, course, self._last, floor=self._floor(regime))
 
     def _floor(self, regime: Regime) -> np.ndarray:
-        """Return how far forces of rigid rows may fall below zero by round-off, where nothing presses."""
+        """Return how far each watched force of a rigid row may fall below zero by round-off [N]."""
         scale = force_scale(acceleration(regime.linear), np.zeros_like(self._p), self._v, self._system.rows)
         hard = [kind is Watch.OPENS and bool(self._system.rigid_contact[row]) for kind, row in regime.events]
         rows = [row for _, row in regime.events]
         return np.where(hard, RESTING * scale[rows], 0.0) if rows else np.empty(0)
 
     def _zero(self, after: tuple[Watch, int] | None) -> tuple[frozenset[int], frozenset[tuple[Watch, int]]]:
-        """Return what stands at zero after an event, whatever round-off says: gaps by row, and watched functions."""
+        """Return what is exactly zero after an event, but for round-off: gaps by row, and watched functions."""
         gaps, functions = set(self._record.at_zero) | self._struck, set[tuple[Watch, int]]()
         self._struck = set()
         if after is not None:
@@ -203,7 +193,7 @@ class Event(capabilities.Event):
         return frozenset(gaps), frozenset(functions)
 
     def _touch_at_start(self) -> None:
-        """Close what touches at the start: rigid rows that approach or press, compliant ones by themselves."""
+        """Close the rigid rows that touch at the start and approach or press."""
         system, now = self._system, self._now
         gaps = system.gap + system.rows @ self._p
         size = np.abs(system.rows) @ np.abs(self._p) + np.abs(system.gap)
@@ -227,23 +217,23 @@ class Event(capabilities.Event):
 
 
 def _reason(error: np.linalg.LinAlgError) -> Result:
-    """Return what a regime without a basis means to a user."""
+    """Return the result of a run in which a regime has no basis."""
     return Result.INCOMPLETE if isinstance(error, basis.IncompleteError) else Result.DEPENDENT_ROWS
 
 
 def _refuse_shared_friction(system: System) -> None:
-    """Refuse friction at a point of a body that others touch too: their impacts are solved without it.
+    """Refuse friction at a point of a body that has other contacts, since impacts of several points have no friction.
 
     Raises:
-        SceneError: there is one.
+        SceneError: there is such a point.
     """
     names = [item.name for item in system.contacts for _ in item.points]
     moved = system.rows != 0
     for row in np.flatnonzero(system.friction[:, 0] > 0):
         others = [other for other in range(len(names)) if other != row and np.any(moved[row] & moved[other])]
         if others:
-            what = f"'{names[others[0]]}' touches" if names[others[0]] != names[row] else "its other points touch"
+            what = f"contact '{names[others[0]]}'" if names[others[0]] != names[row] else "another point"
             raise SceneError(
-                f"contact.{names[row]}.friction: acts where one point alone touches a body, {what} it too; leave"
-                " friction out, or model one point"
+                f"contact.{names[row]}.friction: the body has {what} too, but friction needs a body with one contact"
+                " point; remove friction, or use one point"
             )

@@ -1,4 +1,4 @@
-"""What happens at an event: velocity jumps of rigid contact, and which contacts are closed from then on."""
+"""Velocity jumps of rigid contact at an event, and which contacts are closed after it."""
 
 from dataclasses import dataclass
 
@@ -9,29 +9,29 @@ from gudgeon.solver.integrators.event.motion import Probe
 from gudgeon.solver.integrators.event.regimes import Conditions, Equations, Status, acceleration
 
 ACCUMULATED = 1e-9
-"""Separation speed over the largest approach speed so far, at which impacts that follow ever faster count as over."""
+"""Separation speed over the largest approach speed so far, below which a sequence of impacts counts as over."""
 TOGETHER = 1e-12
-"""Gap, relative to what it is made of, at which a row counts as closing at the same moment."""
+"""Gap, relative to the sum of its terms, at which a row counts as closing at the same time."""
 RESTING = 1e-13
-"""Speed or force, relative to what it came from, that counts as none."""
+"""Speed or force, relative to the sum of its terms, that counts as zero."""
 
 
 @dataclass
 class Impact:
-    """An impulsive contact: what it did."""
+    """A velocity jump of c rows."""
 
     impulses: np.ndarray
     """On each row [N s], (c,)."""
     tangential: np.ndarray
-    """Friction's [N s], (c,)."""
+    """Impulse of friction [N s], (c,)."""
     lost: float
-    """Energy [J]."""
+    """Energy lost [J]."""
     compressed: float
-    """Energy taken in compression, before any was given back [J]."""
+    """Energy of compression, before restitution [J]."""
 
 
 def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Return the rigid rows that take part in an impact: those that touch already, and those that close with `hit`."""
+    """Return the rigid rows of an impact: those that are closed, and those that close together with row `hit`."""
     system = equations.system
     rigid = system.rigid_contact
     gaps, size = system.gap + system.rows @ p, np.abs(system.rows) @ np.abs(p) + np.abs(system.gap)
@@ -41,11 +41,11 @@ def struck(equations: Equations, now: Conditions, hit: int, p: np.ndarray, v: np
 
 
 def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.ndarray, fastest: np.ndarray) -> Impact:
-    """Change velocities where rigid rows close; Newton's restitution, all touching rows together.
+    """Change velocities where rigid rows close, by Newton's restitution of all touching rows together.
 
     Args:
-        now: Changed in place: which rows are closed from here on, as far as velocities tell.
-        touching: Rows that take part.
+        now: Changed in place: rows that separate open, others close.
+        touching: Rows of the impact.
         v: Velocities, changed in place, (n,).
         fastest: Largest approach speed of each row so far, changed in place, (c,).
     """
@@ -58,12 +58,13 @@ def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.n
     else:
         bounce = np.where(before < 0, 1 + system.restitution[touching], 1.0) * before
         impulses, drag = _complementary(rows, bounce), np.zeros(1)
-    mean = v.copy()
-    v += rows.T @ impulses
+    mean, push = v.copy(), rows.T @ impulses
+    v += push
     if drag.any():
-        v += system.tangents[touching].T @ drag
+        along = system.tangents[touching].T @ drag
+        push = push + along
+        v += along
     mean = 0.5 * (mean + v)
-    push = rows.T @ impulses + (system.tangents[touching].T @ drag if drag.any() else 0.0)
     after = rows @ v
     impact = Impact(np.zeros(len(system.gap)), np.zeros(len(system.gap)), -float(push @ mean), 0.0)
     impact.impulses[touching], impact.tangential[touching[: len(drag)]] = impulses, drag
@@ -77,7 +78,7 @@ def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.n
 
 
 def _hold(equations: Equations, now: Conditions, v: np.ndarray, impact: Impact) -> None:
-    """Take what little speed is left from rows that stay closed."""
+    """Set the remaining speeds of rows that stay closed to zero."""
     system = equations.system
     held = np.flatnonzero((now.status == Status.CLOSED) & system.rigid_contact)
     if not len(held):
@@ -91,7 +92,7 @@ def _hold(equations: Equations, now: Conditions, v: np.ndarray, impact: Impact) 
 
 
 def _with_friction(equations: Equations, row: int, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Newton's restitution with Coulomb's friction at one row: normal and tangential impulse."""
+    """Return normal and tangential impulse [N s] of one row by Newton's restitution and Coulomb's friction."""
     system = equations.system
     both = np.stack([system.rows[row], system.tangents[row]])
     W, speed = both @ both.T, both @ v
@@ -114,9 +115,9 @@ def _complementary(rows: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _spread(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray) -> None:
-    """Where touching rows depend on each other, find those that carry; changes `now` in place.
+    """Choose independent rows among closed ones that depend on each other; changes `now` in place.
 
-    Forces are the nonnegative ones that leave the least acceleration; they stand on independent rows.
+    The forces are the nonnegative ones that leave the least acceleration; these act on independent rows.
     """
     system = equations.system
     now.status[now.status == Status.IMPLIED] = Status.CLOSED
@@ -146,10 +147,7 @@ def _spread(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray)
 
 
 def settle(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray) -> None:
-    """Open rows that would pull, and find which rows with friction stick or slip, and which way.
-
-    Changes `now` in place.
-    """
+    """Open rows whose force would be negative, and set which rows stick or slip; changes `now` in place."""
     system = equations.system
     _spread(equations, now, p, v)
     for row in np.flatnonzero(equations.frictional & (now.status == Status.CLOSED)):
@@ -168,29 +166,29 @@ def settle(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray) 
             now.status[min(pulling, key=lambda row: forces[row])] = Status.OPEN
             continue
         drag = regime.tangential(still, v)
-        over = [
-            row
-            for row in hard
-            if equations.frictional[row]
-            and now.slip[row] == 0
-            and abs(drag[row]) > system.friction[row, 0] * forces[row] * (1 + 1e-12)
-        ]
+        sticking = hard[equations.frictional[hard] & (now.slip[hard] == 0)]
+        over = [row for row in sticking if _exceeds(equations, row, float(drag[row]), float(forces[row]))]
         if not over:
             return
-        # It slides against the force that could not hold it.
+        # It slips against the direction of the friction force that it would need.
         now.slip[over[0]] = -int(np.sign(drag[over[0]]))
 
 
+def _exceeds(equations: Equations, row: int, drag: float, force: float) -> bool:
+    """Whether a friction force is above the static limit of a normal force [N]."""
+    return bool(abs(drag) > equations.system.friction[row, 0] * force * (1 + 1e-12))
+
+
 def settle_slip(equations: Equations, now: Conditions, p: np.ndarray, v: np.ndarray, row: int) -> None:
-    """Hold a row that has come to rest, or let it slide on where friction cannot hold it; changes `now` in place."""
+    """Set whether a row that came to rest sticks, or slips since friction cannot hold it; changes `now` in place."""
     regime, still = equations.regime(now, p), np.zeros_like(p)
     drag, force = regime.tangential(still, v)[row], regime.forces(still, v)[row]
-    if abs(drag) > equations.system.friction[row, 0] * force * (1 + 1e-12):
+    if _exceeds(equations, row, drag, force):
         now.slip[row] = -int(np.sign(drag))
 
 
 def force_scale(free: Probe, p: np.ndarray, v: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return what a force of each row is made of [N]: the terms of its acceleration over its mobility."""
+    """Return the sum of the absolute terms of each row's force [N]: of its acceleration over its mobility."""
     terms = np.abs(free.constant) + np.abs(free.position) @ np.abs(p) + np.abs(free.velocity) @ np.abs(v)
     mobility = (rows**2).sum(axis=1)
     return (np.abs(rows) @ terms) / np.where(mobility > 0, mobility, 1.0)

@@ -28,7 +28,7 @@ class Probe:
 
 @dataclass(frozen=True)
 class Course:
-    """Functions of time: a + b τ + c τ² + Re(A (e^{μτ} − 1)), k of them; what adds up is small where τ is."""
+    """Functions of time: a + b τ + c τ² + Re(A (e^{μτ} − 1)), k of them, accurate at small τ, too."""
 
     a: np.ndarray
     """At τ = 0, (k,)."""
@@ -56,21 +56,21 @@ class Course:
 
     @cached_property
     def middle(self) -> np.ndarray:
-        """What the oscillators swing about at τ = 0, (k,)."""
+        """Mean of the oscillations at τ = 0, (k,)."""
         return self.a - np.real(self.A).sum(axis=1)
 
     @cached_property
     def swing(self) -> np.ndarray:
-        """Largest that the oscillators can add to it, (k,); their exponents' real parts are never positive."""
+        """Bound of the oscillations, (k,); real parts of exponents are not positive."""
         return np.abs(self.A).sum(axis=1)
 
     @cached_property
     def speed(self) -> np.ndarray:
-        """Sum of the rates of all that moves, (k,)."""
+        """Bound of the rate of the linear and the oscillating part, (k,)."""
         return np.abs(self.b) + np.abs(self.A) @ np.abs(self.exponents)
 
     def averaged(self, chosen: list[int], width: float) -> "Course":
-        """Return the same with chosen functions replaced by their means over the time `width` around each moment."""
+        """Return the functions with chosen ones replaced by their means over `width` [s] around each time."""
         if not chosen or width <= 0:
             return self
         a, A = self.a.copy(), self.A.copy()
@@ -89,7 +89,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Motion:
-    """What a basis makes of a state at τ = 0. Displacements u count from that state, so that small ones stay exact."""
+    """Motion from a state at τ = 0. Displacements u are measured from that state, so that small ones are accurate."""
 
     start: np.ndarray
     """p at τ = 0, (n,)."""
@@ -102,11 +102,7 @@ class Motion:
 
     @classmethod
     def begin(cls, basis: Basis, regime: Linear, p: np.ndarray, v: np.ndarray) -> "Motion":
-        """Start at p (n,) with velocity v (n,).
-
-        Args:
-            regime: With forces and offsets as they are at p.
-        """
+        """Return the motion from p (n,) with velocity v (n,); forces and offsets of the regime are those at p."""
         b = basis.drift @ (basis.to_drift @ v)
         force = regime.force - regime.rows.T @ (regime.springs @ regime.offsets)
         c = 0.5 * (basis.drift @ (basis.push @ force))
@@ -114,7 +110,7 @@ class Motion:
             b = b + basis.held @ v
         amplitudes = np.zeros(0, complex)
         if len(basis.exponents):
-            # A static position that follows what rigid rows carry along at constant velocity.
+            # The static position, which moves with the constant velocity of the directions that rigid rows hold.
             way = basis.way @ v
             rest = basis.yielding @ regime.force + basis.slack @ regime.offsets + basis.lag @ v
             amplitudes = basis.to_amplitudes @ np.concatenate([-rest, basis.to_moving @ v - way])
@@ -122,7 +118,7 @@ class Motion:
         return cls(p, v, b, c, basis.shapes * amplitudes, basis.exponents)
 
     def course(self, probe: Probe) -> Course:
-        """Follow linear functions of the displacement since the start and of the velocity."""
+        """Return linear functions of displacement and velocity as functions of time."""
         H, G = probe.position, probe.velocity
         return Course(
             probe.constant + G @ self.v, H @ self.b + 2 * (G @ self.c), H @ self.c,
@@ -144,5 +140,5 @@ class Motion:
 
 
 def _real(wave: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Return Re(wave Aᵀ) with real products alone."""
+    """Return Re(wave Aᵀ) by real products."""
     return np.real(wave) @ np.real(A).T - np.imag(wave) @ np.imag(A).T

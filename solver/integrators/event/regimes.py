@@ -1,6 +1,6 @@
-"""Which contacts are closed, and what that makes of the equations of motion."""
+"""Which contacts are closed or slip, and the equations of motion under these conditions."""
 
-from collections.abc import Mapping, Set
+from collections.abc import Set
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -12,46 +12,47 @@ from gudgeon.solver.system.system import System
 
 
 class Status(IntEnum):
-    """Of one contact row."""
+    """Condition of a contact row."""
 
     OPEN = 0
     CLOSED = 1
     SLACK = 2
-    """The surface is still pressed in, but its dashpot lets nothing push."""
+    """The surface is still indented, but its dashpot balances its spring: no force."""
     IMPLIED = 3
-    """Rigid and touching, held in place by other rows alone: a box on four feet needs three."""
+    """Rigid and touching, held by other rows: of the four feet of a box three carry."""
 
 
 class Watch(IntEnum):
-    """What a function of time is watched for: it falls below zero when it happens."""
+    """Events; each is the time at which a function falls below zero."""
 
     CLOSES = 0
     OPENS = 1
     LEAVES = 2
-    """A slack surface has come back to its place."""
+    """A slack surface has recovered."""
     SLIPS_BACK = 3
-    """The static limit is reached, friction force positive."""
+    """The static limit is reached by a positive friction force."""
     SLIPS_AHEAD = 4
-    """The same, friction force negative."""
+    """The static limit is reached by a negative friction force."""
     STICKS = 5
 
 
 @dataclass
 class Conditions:
-    """Of all c rows."""
+    """Conditions of all c rows."""
 
     status: np.ndarray
+    """`Status` of each row, (c,)."""
     slip: np.ndarray
     """Sign of the sliding velocity, 0 where it sticks or has no friction, (c,)."""
 
     def key(self) -> bytes:
-        """Return what tells regimes apart."""
+        """Return a key that is different for different conditions."""
         return self.status.tobytes() + self.slip.tobytes()
 
 
 @dataclass(frozen=True)
 class Regime:
-    """The equations under given conditions, and the functions to watch."""
+    """The equations under given conditions, and the functions whose zeros are events."""
 
     linear: Linear
     forces: Probe
@@ -64,13 +65,13 @@ class Regime:
 
 @dataclass(frozen=True)
 class Equations:
-    """Everything of a system that regimes are made of."""
+    """A system, from which regimes are built."""
 
     system: System
     frictional: np.ndarray = field(init=False)
     """Rows with friction, (c,) bool."""
     alone: np.ndarray = field(init=False)
-    """Rows whose gap no other row's force changes, (c,) bool."""
+    """Rows whose gap does not change by other rows' forces through R, (c,) bool."""
 
     def __post_init__(self) -> None:
         R = self.system.residual
@@ -78,12 +79,7 @@ class Equations:
         object.__setattr__(self, "alone", ~np.any(R - np.diag(R.diagonal()), axis=1))
 
     def regime(self, now: Conditions, p: np.ndarray, zero: Set[int] = frozenset()) -> Regime:
-        """Set up the equations for displacements from a state.
-
-        Args:
-            p: That state, (n,).
-            zero: Rows whose gaps are known to be zero there.
-        """
+        """Return the equations for displacements from a state p, (n,), at which the gaps of rows `zero` are zero."""
         gaps = self.system.gap + self.system.rows @ p
         gaps[[row for row in zero if self.alone[row]]] = 0.0
         linear, soft, hard, stuck = self._linear(now, p, gaps)
@@ -148,7 +144,7 @@ class Equations:
         for row, status in enumerate(now.status):
             gap = (gaps[row], system.rows[row], np.zeros_like(system.rows[row]))
             if status == Status.OPEN:
-                # What closed points do to this one through R.
+                # Its gap with the forces of closed points through R.
                 lifted = tuple(own + couple[row] @ part for own, part in zip(gap, vars(forces).values(), strict=True))
                 found.append((Watch.CLOSES, row, lifted))  # type: ignore[arg-type]
             elif status == Status.SLACK:
@@ -179,7 +175,7 @@ class Equations:
 
 
 def acceleration(linear: Linear) -> Probe:
-    """Return p̈ without the forces of rigid rows."""
+    """Return p̈ without the forces of rigid rows, as a function of displacement and velocity."""
     through = linear.rows.T @ linear.springs
     position = -through @ linear.rows - np.diag(linear.stiffness)
     velocity = -(linear.rows.T * linear.dampers) @ linear.rows
@@ -195,8 +191,6 @@ def _put(target: Probe, rows: np.ndarray, values: Probe) -> None:
         whole[rows] = part
 
 
-def starting(system: System, closed: Mapping[int, bool]) -> Conditions:
-    """Return conditions with the given rows closed."""
-    status = np.full(len(system.gap), Status.OPEN, np.int64)
-    status[[row for row, holds in closed.items() if holds]] = Status.CLOSED
-    return Conditions(status, np.zeros(len(system.gap), np.int64))
+def all_open(system: System) -> Conditions:
+    """Return the conditions without contact."""
+    return Conditions(np.full(len(system.gap), Status.OPEN, np.int64), np.zeros(len(system.gap), np.int64))

@@ -1,7 +1,7 @@
 """The first time at which one of several functions of time falls below zero.
 
 Functions are sampled four times per radian of the fastest oscillator; between samples a cubic through values and
-slopes tells whether a function dips below zero and comes back. Where only polynomials move, one interval is exact.
+slopes shows whether a function has a minimum below zero. Where only polynomials move, one interval is exact.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ PER_RADIAN = 4.0
 BLOCK = 64
 """Samples evaluated at once."""
 NOISE = 1e-14
-"""Depth below zero that round-off can make, relative to what stood or moved."""
+"""Round-off of a function, relative to the sum of its absolute terms."""
 
 
 @dataclass(frozen=True)
@@ -33,16 +33,15 @@ class _Block:
 
 
 def first_crossing(course: Course, end: float, floor: np.ndarray | None = None) -> tuple[float, int] | None:
-    """Find where a function first falls below zero within [0, end].
+    """Find the time in [0, end] at which a function first falls below zero.
 
     Args:
-        course: k functions, none of them below zero at 0 by more than round-off. They may begin at zero; one that
-            begins there and falls crosses at 0.
+        course: k functions, none below zero at 0 by more than round-off. One that is zero there and falls crosses at 0.
         end: [s]
-        floor: Depth below zero of each function that counts as none, beside round-off of what moves, (k,).
+        floor: Depth below zero that is accepted, beside round-off of what moves, (k,).
 
     Returns:
-        Time and number of the function, or None.
+        Time [s] and number of the function, or None.
     """
     if not len(course.a) or end <= 0:
         return None
@@ -70,7 +69,7 @@ def _sample(course: Course, time: np.ndarray, floor: np.ndarray) -> _Block:
 
 
 def _safe(course: Course, start: float, end: float) -> float:
-    """Return a time before which no function can reach zero: its polynomial less all its oscillators."""
+    """Return a time before which no function can reach zero, by its polynomial less the swing of its oscillators."""
     safe = end
     for a, b, c in zip(course.middle - course.swing, course.b, course.c, strict=True):
         if a + start * (b + start * c) <= 0:
@@ -87,7 +86,7 @@ def _in_block(course: Course, block: _Block) -> tuple[float, int] | None:
     left, right = block.slopes[:-1] * width, block.slopes[1:] * width
     dips = ~below & (left < 0) & (right > 0)
     if dips.any():
-        # The cubic misses by h⁴/384 of the fourth derivative at most; whether it is a dip, its lowest point tells.
+        # The error of the cubic is at most h⁴/384 times the fourth derivative; a dip has its minimum below zero.
         missed = width**4 / 384 * block.bend
         dips &= _lowest(values[:-1], values[1:], left, right) - missed < -block.noise[1:]
     suspects = below | dips
@@ -100,7 +99,7 @@ def _in_block(course: Course, block: _Block) -> tuple[float, int] | None:
 
 
 def _lowest(y0: np.ndarray, y1: np.ndarray, m0: np.ndarray, m1: np.ndarray) -> np.ndarray:
-    """Return the least value between two points of the cubics through values and slopes per interval."""
+    """Return the minimum between two points of the cubics through values y and slopes m per interval."""
     a, b, c = 2 * (y0 - y1) + m0 + m1, 3 * (y1 - y0) - 2 * m0 - m1, m0
     with np.errstate(invalid="ignore", divide="ignore"):
         root = np.sqrt(np.maximum(b * b - 3 * a * c, 0.0))
@@ -110,10 +109,7 @@ def _lowest(y0: np.ndarray, y1: np.ndarray, m0: np.ndarray, m1: np.ndarray) -> n
 
 
 def _root(one: Course, block: _Block, row: int, k: int) -> float | None:
-    """Return the first zero in the interval after sample `row` of a function that falls below zero in it.
-
-    None where it does not fall below by more than round-off.
-    """
+    """Return the first zero after sample `row` of a function that falls below zero, None where by round-off only."""
     low, high = float(block.time[row]), float(block.time[row + 1])
     noise = float(block.noise[row + 1, k])
 
@@ -121,7 +117,7 @@ def _root(one: Course, block: _Block, row: int, k: int) -> float | None:
         return float(one.values(np.array([time]))[0, 0])
 
     if block.values[row, k] <= block.noise[row, k]:
-        # It stands at zero: it falls at once, or rises first and comes back.
+        # It is zero at the sample: it falls at once, or rises first.
         early = low + (high - low) * 0.5 ** np.arange(48.0, -1.0, -1.0)
         sample = _sample(one, early, block.floor[k : k + 1])
         rising = np.flatnonzero(sample.values[:, 0] > sample.noise[:, 0])

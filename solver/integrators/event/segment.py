@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass
 
-from gudgeon.solver.integrators.event.motion import Motion
+import numpy as np
+
+from gudgeon.solver.integrators.event.motion import Course, Motion
 from gudgeon.solver.integrators.event.regimes import Regime, Watch
+from gudgeon.solver.integrators.event.search import first_crossing
 
 
 @dataclass(frozen=True)
@@ -17,4 +20,19 @@ class Segment:
     end: float
     """Time of the next event, or of the run's end [s]."""
     event: tuple[Watch, int] | None
-    """What happens at its end."""
+    """Event at its end, None at the run's end."""
+
+
+def segment(
+    start: float, motion: Motion, regime: Regime, watched: Course, last: float, *, floor: np.ndarray | None = None
+) -> Segment:
+    """Return the motion from `start` to the first event, at the run's end `last` [s] at the latest.
+
+    Args:
+        watched: The functions of the regime's events.
+        floor: As in `first_crossing`.
+    """
+    found = first_crossing(watched, last - start, floor)
+    if found is None:
+        return Segment(start, motion, regime, last, None)
+    return Segment(start, motion, regime, start + found[0], regime.events[found[1]])

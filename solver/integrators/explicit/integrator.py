@@ -7,8 +7,8 @@ from gudgeon.solver.contact.compliance import fixed
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.integrators.explicit import kernel
 from gudgeon.solver.integrators.explicit.one_point import march_one
-from gudgeon.solver.integrators.flight import undamped
 from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.polynomial_response import free
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
@@ -24,16 +24,13 @@ class Explicit(capabilities.Explicit):
         self._state = _state(system, dt)
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Advance `len(out.forces)` samples of `stride` steps; False where contact rows are dependent.
+        """Fill forces, energies and gauges of samples of `stride` steps; False where contact rows are dependent.
 
-        Args:
-            first: Number of the first step.
-            out: Its forces, energies and gauges are filled, these at the sample's last impulse, half a step before its
-                end; nothing drives a scene of this integrator.
+        Energies and gauges are those of a sample's last impulse, half a step before its end.
         """
         found = np.zeros((len(out.forces), 4))
         march = march_one if len(self._system.gap) == 1 else kernel.march
-        # The compiled loop knows no gauges: with them it is left after every sample.
+        # The compiled loop computes no gauges: with gauges it is called for one sample at a time.
         pieces, sound = len(out.forces) if out.gauges.shape[1] else 1, True
         for here in np.array_split(np.arange(len(out.forces)), pieces):
             own, start = slice(here[0], here[-1] + 1), first + int(here[0]) * stride
@@ -46,12 +43,11 @@ class Explicit(capabilities.Explicit):
         return sound
 
     def _gauges(self) -> np.ndarray:
-        """Return what gauges read at the last impulse, (G,): coordinates have flown on since, multipliers have not."""
+        """Return the gauges at the last impulse, (G,): the coordinates have moved on from it by half a step."""
         state, (_, qv, _, vv) = self._state, self._constants.flight
         return self._system.gauge_rows @ (vv * state.q - qv * state.v) + self._system.gauge_residual @ state.multipliers
 
     def outcome(self) -> Outcome:
-        """Return where the run stands."""
         state, none = self._state, np.empty(0)
         return Outcome(
             state.q, state.v, state.multipliers, state.impulses, state.extreme, state.counts, none, none,
@@ -68,15 +64,20 @@ def _constants(system: System, dt: float) -> kernel.Constants:
     reach = np.abs(system.rows).max(axis=0) if len(system.gap) else np.zeros(len(system.velocity))
     compliance = system.compliance
     return kernel.Constants(
-        dt, undamped(system.stiffness, dt), system.stiffness, np.ascontiguousarray(system.rows),
-        np.ascontiguousarray(system.rows.T), reach, system.gap,
-        compliance, fixed(compliance), system.coupled, system.dashpot, normals, contact, system.rigid,
+        dt, _propagator(system, dt), system.stiffness, np.ascontiguousarray(system.rows),
+        np.ascontiguousarray(system.rows.T), reach, system.gap, compliance, fixed(compliance), system.coupled,
+        system.dashpot, normals, contact, system.rigid,
     )  # fmt: skip
 
 
+def _propagator(system: System, dt: float) -> np.ndarray:
+    """Return q←q, q←q̇, q̇←q, q̇←q̇ over dt [s], (4, m)."""
+    return free(np.sqrt(system.stiffness), np.array([dt]))[:, 0].copy()
+
+
 def _state(system: System, dt: float) -> kernel.State:
-    """Start half a step before the first impulse."""
-    half = undamped(system.stiffness, dt / 2)
+    """Return the state at the first impulse, half a step after the start."""
+    half = _propagator(system, dt / 2)
     v0 = system.velocity
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)
     return kernel.State(

@@ -1,13 +1,13 @@
-"""The time loop: exact modal flight between impulses, contact quasi-static at each impulse. One compiled function.
+"""The explicit time loop: exact modal motion between contact impulses, one at the middle of each step.
 
-An impulse stands in the middle of each step; between two impulses every coordinate moves by its own exact 2×2 propagator:
+Between two impulses every coordinate moves by its own exact 2×2 propagator:
 
-    q, q̇ ← flight over dt          g = g₀ + rows q
+    q, q̇ ← motion over dt           g = g₀ + rows q
     λ from the contact              q̇ ← q̇ + dt rowsᵀ λ
 
-Position and velocity are synchronous at half an impulse, where energy is measured: ½ q̇ᵀq̇ + ½ Σ ω² q² + ½ λᵀ C λ.
+Energy is computed at half an impulse, where position and velocity are synchronous: ½ q̇ᵀq̇ + ½ Σ ω² q² + ½ λᵀ C λ.
 A contact of several coupled points is a linear complementarity problem; where C is diagonal each point has its own
-spring, λ = ⟨−g/C − d ġ⟩, with an optional dashpot d taken implicitly in its own row.
+spring, λ = ⟨−g/C − d ġ⟩, with an optional dashpot d that is implicit in its own row.
 """
 
 from typing import NamedTuple
@@ -17,17 +17,31 @@ import numpy as np
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet, solve_lcp
+from gudgeon.solver.integrators.outcome import (
+    ACTIVE,
+    CONTACT_STEPS,
+    DEEPEST,
+    ENERGY_ERROR,
+    EXCHANGED,
+    FIRST_CONTACT,
+    LAST_CONTACT,
+    PIVOTS,
+    START_ENERGY,
+)
 
 GAP_TOLERANCE = 1e-12
-"""Violation of a gap that counts as none, relative to the largest gap: four digits above round-off of rows·q."""
+"""Violation of a gap that is accepted, relative to the largest gap: four digits above round-off of rows·q."""
 
 WIDE = 16
 """Contact rows from which gaps are summed column by column."""
-KINETIC, STRAIN, CONTACT, DISSIPATED = 0, 1, 2, 3
+KINETIC, STRAIN, CONTACT, DISSIPATED = range(4)
+"""Entries of `State.energy`."""
+SINGULAR_AT = 3
+"""Entry of `State.counts`."""
 
 
 class Constants(NamedTuple):
-    """What stays constant in a run. Shapes: m coordinates, c contact rows, k contacts."""
+    """Constants of a run. Shapes: m coordinates, c contact rows, r rigid coordinates."""
 
     dt: float
     flight: np.ndarray
@@ -39,13 +53,13 @@ class Constants(NamedTuple):
     columns: np.ndarray
     """The same by coordinate, (m, c)."""
     reach: np.ndarray
-    """Largest |∂g/∂q| of any row, (m,): bounds how fast a gap can close in flight."""
+    """Largest |∂g/∂q| of any row, (m,): a bound of the closing speed of any gap between impulses."""
     gap: np.ndarray
     """g₀ [m], (c,)."""
     compliance: np.ndarray
-    """C [m/N], (c, c); its diagonal only is used where `coupled` is false."""
+    """C [m/N], (c, c); only its diagonal is used where `coupled` is false."""
     matrix: Compliance
-    """The same for the contact problem of coupled points."""
+    """C, for the contact problem of coupled points."""
     coupled: bool
     dashpot: np.ndarray
     """d [N s/m], (c,)."""
@@ -58,12 +72,12 @@ class Constants(NamedTuple):
 
 
 class State(NamedTuple):
-    """What changes; all arrays are updated in place."""
+    """Variables of a run, updated in place."""
 
     q: np.ndarray
     v: np.ndarray
     active: ActiveSet
-    """Of the last solve, where the next one starts."""
+    """Active set of the last solution, from which the next one starts."""
     multipliers: np.ndarray
     """λ [N] of the last impulse, (c,)."""
     gaps: np.ndarray
@@ -71,13 +85,13 @@ class State(NamedTuple):
     impulses: np.ndarray
     """Σ λ dt of each row [N s], (c,)."""
     work: np.ndarray
-    """Work done by contacts on each rigid coordinate, then on all coordinates together [J], (r + 1,)."""
+    """Work of contacts on each rigid coordinate, then on all coordinates together [J], (r + 1,)."""
     energy: np.ndarray
     """Kinetic, strain, contact, dissipated at the last impulse [J], (4,)."""
     counts: np.ndarray
-    """Size of active set, impulses in contact, pivots, last impulse number with a singular C or −1, (4,)."""
+    """Active rows, impulses in contact, pivots, number of the impulse at which C was singular, (4,)."""
     extreme: np.ndarray
-    """E₀, largest |E − E₀ + D|, largest energy exchanged, largest penetration, first and last contact time, (6,)."""
+    """As in `Outcome`, (6,)."""
 
 
 @entry
@@ -85,14 +99,13 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
     """Advance `len(forces)` samples of `stride` steps each.
 
     Args:
-        constants, state: The Constants and the State; on entry q and q̇ stand at the first impulse.
+        constants, state: The Constants and the State; on entry q and q̇ are those before the first impulse.
         first: Number of the first impulse since the start of the run.
         forces: Out: mean resultant on the body of each contact over each sample [N], (samples, k, 3).
-        energies: Out: `state.energy` at the last impulse of each sample, (samples, 4).
-        stride: Impulses per sample.
+        energies: Out: `state.energy` at the last impulse of each sample [J], (samples, 4).
 
     Returns:
-        True unless the contact rows proved linearly dependent.
+        False where the contact rows are linearly dependent.
     """
     dt, m, c = constants.dt, len(state.q), len(constants.gap)
     q, v = state.q, state.v
@@ -117,7 +130,7 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
                 if not coupled:
                     _springs(constants, state, gap)
                 elif not _coupled_forces(constants, state, gap, GAP_TOLERANCE * scale):
-                    state.counts[3] = number
+                    state.counts[SINGULAR_AT] = number
                     return False
                 _push(constants, state, jump, (number + 0.5) * dt)
                 for i in range(c):
@@ -127,11 +140,11 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
                             forces[sample, contact[i], axis] += share * normals[i, axis]
             elif clear < 0:
                 multipliers[:] = 0.0
-                state.counts[0] = state.active.size[0] = 0
+                state.counts[ACTIVE] = state.active.size[0] = 0
                 state.energy[CONTACT] = 0.0
                 clear = clear_steps(constants, state, lowest)
             if step == stride - 1:
-                if state.counts[0] == 0:
+                if state.counts[ACTIVE] == 0:
                     flight_energies(constants, state)
                 copy(state.energy, energies[sample])
             for k in range(m):
@@ -162,10 +175,7 @@ def _free_gaps(gap0, rows, columns, q, gap):  # type: ignore[no-untyped-def]
 
 @inner
 def clear_steps(constants, state, lowest):  # type: ignore[no-untyped-def]
-    """Return for how many steps no gap can close, the lowest being `lowest` [m].
-
-    In flight a coordinate's speed stays below (q̇² + ω²q²)^½.
-    """
+    """Return the number of steps in which no gap can close: speeds stay below (q̇² + ω²q²)^½, the least gap is given."""
     q, v, reach, stiffness, speed = state.q, state.v, constants.reach, constants.stiffness, 0.0
     for k in range(len(q)):
         speed += reach[k] * np.sqrt(v[k] * v[k] + stiffness[k] * q[k] * q[k])
@@ -179,10 +189,10 @@ def _coupled_forces(constants, state, gap, tolerance):  # type: ignore[no-untype
     """Find multipliers [N] and gaps [m] of coupled points; False where their compliance is singular."""
     multipliers, counts = state.multipliers, state.counts
     pivots = solve_lcp(constants.matrix, gap, state.active, multipliers, state.gaps, tolerance)
-    counts[0] = state.active.size[0]
+    counts[ACTIVE] = state.active.size[0]
     if pivots < 0:
         return False
-    counts[2] += pivots
+    counts[PIVOTS] += pivots
     stored = 0.0
     for i in range(len(gap)):
         # ½ λᵀCλ = ½ λᵀ(−g) on the active set
@@ -201,31 +211,43 @@ def _springs(constants, state, gap):  # type: ignore[no-untyped-def]
         multipliers[i], gaps[i] = 0.0, gap[i]
         if gap[i] < 0.0:
             closed += 1
-            spring = -gap[i] / compliance[i, i]
-            force = spring
+            force = elastic = -gap[i] / compliance[i, i]
             if dashpot[i] > 0.0:
                 mobility, rate = 0.0, 0.0
                 for k in range(len(v)):
                     mobility += rows[i, k] * rows[i, k]
                     rate += rows[i, k] * v[k]
-                force = max(0.0, (spring - dashpot[i] * rate) / (1.0 + 0.5 * dt * dashpot[i] * mobility))
-                lost -= dt * (force - spring) * (rate + 0.5 * dt * mobility * force)
+                force, taken = damped_force(elastic, dashpot[i], rate, mobility, dt)
+                lost += taken
             multipliers[i] = force
-            stored += 0.5 * spring * -gap[i]
-    state.counts[0] = closed
+            stored += 0.5 * elastic * -gap[i]
+    state.counts[ACTIVE] = closed
     state.energy[CONTACT] = stored
     state.energy[DISSIPATED] += lost
 
 
 @inner
+def damped_force(elastic, dashpot, rate, mobility, dt):  # type: ignore[no-untyped-def]
+    """Return the force [N] of a spring and a dashpot [N s/m] side by side, and the energy [J] that the dashpot takes.
+
+    Args:
+        elastic: Force of the spring [N].
+        rate: ġ before the impulse [m/s]; the dashpot acts on ġ in the middle of the impulse.
+        mobility: Change of ġ per impulse [1/kg].
+    """
+    force = max(0.0, (elastic - dashpot * rate) / (1.0 + 0.5 * dt * dashpot * mobility))
+    return force, -dt * (force - elastic) * (rate + 0.5 * dt * mobility * force)
+
+
+@inner
 def _push(constants, state, jump, time):  # type: ignore[no-untyped-def]
     """Apply the multipliers [N] to the velocities, with energies and work in the middle of the impulse [J]."""
-    # Every use of a tuple's array counts a reference; taken out once, the loops run five times as fast.
+    # Each access to an array of a tuple counts a reference; with local names the loops are five times as fast.
     dt, m, rows, stiffness, rigid = constants.dt, len(state.q), constants.rows, constants.stiffness, constants.rigid
     q, v, work, energy, extreme = state.q, state.v, state.work, state.energy, state.extreme
     multipliers, impulses, gaps = state.multipliers, state.impulses, state.gaps
     jump[:] = 0.0
-    deepest = extreme[3]
+    deepest = extreme[DEEPEST]
     for i in range(len(gaps)):
         impulse = dt * multipliers[i]
         if impulse != 0.0:
@@ -233,7 +255,7 @@ def _push(constants, state, jump, time):  # type: ignore[no-untyped-def]
             for k in range(m):
                 jump[k] += rows[i, k] * impulse
         deepest = max(deepest, -gaps[i])
-    extreme[3] = deepest
+    extreme[DEEPEST] = deepest
     for number in range(len(rigid)):
         k = rigid[number]
         work[number] += jump[k] * (v[k] + 0.5 * jump[k])
@@ -251,29 +273,30 @@ def _push(constants, state, jump, time):  # type: ignore[no-untyped-def]
 
 @inner
 def keep_balance(state, time):  # type: ignore[no-untyped-def]
-    """Note the largest error of the energy balance [J], the largest exchange [J] and the times [s] of contact."""
+    """Update the largest error of the energy balance [J], the largest exchange [J] and the times [s] of contact."""
     work, energy, extreme = state.work, state.energy, state.extreme
     count = len(work) - 1
     swing, all_rigid = 0.0, 0.0
     for number in range(count):
         swing += abs(work[number])
         all_rigid += work[number]
-    extreme[2] = max(extreme[2], 0.5 * (swing + abs(work[count] - all_rigid) + energy[CONTACT]))
+    extreme[EXCHANGED] = max(extreme[EXCHANGED], 0.5 * (swing + abs(work[count] - all_rigid) + energy[CONTACT]))
     total = energy[KINETIC] + energy[STRAIN] + energy[CONTACT] + energy[DISSIPATED]
-    extreme[1] = max(extreme[1], abs(total - extreme[0]))
-    state.counts[1] += 1
-    if extreme[4] < 0.0:
-        extreme[4] = time
-    extreme[5] = time
+    extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(total - extreme[START_ENERGY]))
+    state.counts[CONTACT_STEPS] += 1
+    if extreme[FIRST_CONTACT] < 0.0:
+        extreme[FIRST_CONTACT] = time
+    extreme[LAST_CONTACT] = time
 
 
 @inner
 def flight_energies(constants, state):  # type: ignore[no-untyped-def]
-    """Set kinetic and strain energy [J] of q and q̇ in flight, and note the largest error of the balance."""
+    """Set kinetic and strain energy [J] without contact, and update the largest error of the energy balance [J]."""
     q, v, stiffness, energy, kinetic, strain = state.q, state.v, constants.stiffness, state.energy, 0.0, 0.0
+    extreme = state.extreme
     for k in range(len(q)):
         kinetic += v[k] ** 2
         strain += stiffness[k] * q[k] ** 2
     energy[KINETIC], energy[STRAIN] = 0.5 * kinetic, 0.5 * strain
     total = energy[KINETIC] + energy[STRAIN] + energy[DISSIPATED]
-    state.extreme[1] = max(state.extreme[1], abs(total - state.extreme[0]))
+    extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(total - extreme[START_ENERGY]))

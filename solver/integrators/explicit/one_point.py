@@ -1,7 +1,7 @@
-"""The time loop of `explicit.kernel` for one contact point: a single pass over the coordinates in each step.
+"""The time loop of `explicit.kernel` for one contact point, with a single pass over the coordinates in each step.
 
-The impulse of a step and the flight to the next are one loop, which also leaves behind what the next impulse needs: the gap
-and its rate. Same results as the general loop, to round-off, several times as fast.
+The impulse of a step, the motion to the next and the gap and its rate there are one loop: the results of the general
+loop to round-off, several times as fast.
 """
 
 from gudgeon.solver.compiled import copy, entry, inner
@@ -11,9 +11,11 @@ from gudgeon.solver.integrators.explicit.kernel import (
     KINETIC,
     STRAIN,
     clear_steps,
+    damped_force,
     flight_energies,
     keep_balance,
 )
+from gudgeon.solver.integrators.outcome import ACTIVE, DEEPEST
 
 
 @entry
@@ -32,27 +34,26 @@ def march_one(constants, state, first, forces, energies, stride):  # type: ignor
             if clear > 0:
                 clear -= 1
             elif gap < 0.0:
-                elastic = -gap * spring
-                force = elastic
+                force = elastic = -gap * spring
                 if dashpot > 0.0:
-                    force = max(0.0, (elastic - dashpot * rate) / (1.0 + 0.5 * dt * dashpot * mobility))
-                    energy[DISSIPATED] -= dt * (force - elastic) * (rate + 0.5 * dt * mobility * force)
-                counts[0] = 1
+                    force, lost = damped_force(elastic, dashpot, rate, mobility, dt)
+                    energy[DISSIPATED] += lost
+                counts[ACTIVE] = 1
                 energy[CONTACT] = 0.5 * elastic * -gap
-                extreme[3] = max(extreme[3], -gap)
+                extreme[DEEPEST] = max(extreme[DEEPEST], -gap)
                 pressed += force
                 gap, rate = _push_and_fly(constants, state, dt * force, rate, mobility)
                 keep_balance(state, (number + 0.5) * dt)
             else:
-                counts[0] = 0
+                counts[ACTIVE] = 0
                 energy[CONTACT] = 0.0
                 clear = clear_steps(constants, state, gap)
             state.multipliers[0] = force
-            if step == stride - 1 and counts[0] == 0:
-                flight_energies(constants, state)
             if step == stride - 1:
+                if counts[ACTIVE] == 0:
+                    flight_energies(constants, state)
                 copy(energy, energies[sample])
-            if counts[0] == 0:
+            if counts[ACTIVE] == 0:
                 gap, rate = _fly(constants.flight, q, v, row, clear == 0)
                 gap += constants.gap[0]
             number += 1
@@ -72,7 +73,10 @@ def _dot(one, other):  # type: ignore[no-untyped-def]
 
 @inner
 def _push_and_fly(constants, state, impulse, rate, mobility):  # type: ignore[no-untyped-def]
-    """Explicit by an impulse [N s], measure energy in the middle, fly; returns gap [m] and rate [m/s] at the next impulse."""
+    """Apply an impulse [N s] and move to the next one; returns gap [m] and gap rate [m/s] there.
+
+    Energies [J] are those in the middle of the impulse.
+    """
     row, stiffness, q, v, rigid = constants.rows[0], constants.stiffness, state.q, state.v, constants.rigid
     qq, qv, vq, vv = constants.flight[0], constants.flight[1], constants.flight[2], constants.flight[3]
     for number in range(len(rigid)):
@@ -98,7 +102,7 @@ def _push_and_fly(constants, state, impulse, rate, mobility):  # type: ignore[no
 
 @inner
 def _fly(flight, q, v, row, asked):  # type: ignore[no-untyped-def]
-    """Fly without an impulse; returns what the coordinates add to gap [m] and gap rate [m/s], where that is asked for."""
+    """Move to the next impulse; returns rows q [m] and rows q̇ [m/s] there, zeros unless asked for."""
     qq, qv, vq, vv = flight[0], flight[1], flight[2], flight[3]
     gap, speed = 0.0, 0.0
     if asked:

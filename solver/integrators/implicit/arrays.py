@@ -1,7 +1,7 @@
 """The arrays of the implicit time loop, constants and state together.
 
-A compiled function takes the tuples that it needs and no more: each array of an argument is unpacked into seven values
-or more, which is half of what the compiler works on. Shapes: m coordinates, c contact rows, k contacts, F functions of
+A compiled function takes only the tuples that it needs: each array of an argument is seven values or more for the
+compiler, half of its work. Shapes: m coordinates, c contact rows, k contacts, F functions of
 traction spaces, L load rows, j joints.
 """
 
@@ -24,9 +24,9 @@ class Modes(NamedTuple):
     force: np.ndarray
     """Generalised force of the step, (m,)."""
     end_force: np.ndarray
-    """Its part by contact forces of the end of the step and corrections of the joints, (m,)."""
+    """Its part by contact forces of the end of the step and by corrections of the joints, (m,)."""
     moved: np.ndarray
-    """How far each coordinate went in the step, (m,)."""
+    """Displacement of each coordinate in the step, (m,)."""
     motion: np.ndarray
     push: np.ndarray
     loss: np.ndarray
@@ -43,7 +43,7 @@ class Points(NamedTuple):
     columns: np.ndarray
     """∂g/∂q, (c, m) and (m, c)."""
     span: np.ndarray
-    """First and last + 1 coordinate that any row touches, (2,)."""
+    """First and last + 1 coordinate on which any row depends, (2,)."""
     coordinates: np.ndarray
     """Their numbers."""
     gap: np.ndarray
@@ -52,12 +52,12 @@ class Points(NamedTuple):
     residual: np.ndarray
     """R [m/N], (c, c)."""
     memory: np.ndarray
-    """What r⁺ keeps of r, of λ at the start and of λ at the end of the step, (3, c)."""
+    """Factors in r⁺ of r, of λ at the start and of λ at the end of the step, (3, c)."""
     contact: np.ndarray
     multipliers: np.ndarray
     last: np.ndarray
     guess: np.ndarray
-    """λ at the end and at the start of the step, and as expected at the end [N], (c,)."""
+    """λ at the end and at the start of the step, and its prediction at the end [N], (c,)."""
     pressed: np.ndarray
     amounts: np.ndarray
     counts: np.ndarray
@@ -127,7 +127,7 @@ class Masters(NamedTuple):
     sigma: np.ndarray
     """Sliding distance of each contact now, at the start of the step, and when the matrix was made [m], (3, k)."""
     slid: np.ndarray
-    """How far each contact slid in the step [m], (k,)."""
+    """Sliding distance of each contact in the step [m], (k,)."""
     drag: np.ndarray
     """Force along the line of sliding of each contact [N], (k,)."""
     drag_impulse: np.ndarray
@@ -144,7 +144,7 @@ class Masters(NamedTuple):
     impulses: np.ndarray
     """[N s], (F,)."""
     refresh: np.ndarray
-    """Share of the spacing that weights may move before the matrix is made anew, (1,)."""
+    """Share of the spacing that weights may move before the matrix is rebuilt, (1,)."""
 
 
 class Loads(NamedTuple):
@@ -193,7 +193,7 @@ class Loads(NamedTuple):
 
 
 class Energy(NamedTuple):
-    """The energy balance, and what is counted beside it."""
+    """The energy balance, and counts."""
 
     rigid: np.ndarray
     """Numbers of the rigid coordinates, (r,)."""
@@ -202,13 +202,13 @@ class Energy(NamedTuple):
     parts: np.ndarray
     """Kinetic, strain, contact, dissipated, work of loads and joints [J], (5,)."""
     counts: np.ndarray
-    """Active rows, steps in contact, pivots, matrices made, further passes, contacts that forces brought near, (6,)."""
+    """Active rows, steps in contact, pivots, matrices built, further passes, contacts found late to touch, (6,)."""
     extreme: np.ndarray
-    """E₀, largest |E − E₀ − W + D|, largest exchange, deepest penetration, first and last contact, (6,)."""
+    """As in `Outcome`, (6,)."""
 
 
 class Arrays(NamedTuple):
-    """All of them."""
+    """All arrays of a run."""
 
     dt: float
     """[s]"""
@@ -222,7 +222,7 @@ class Arrays(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What is given at each of some steps."""
+    """Given loads and motion of some steps."""
 
     loads: np.ndarray
     """Mean of each load row over the step, zero for joints', (steps, L)."""

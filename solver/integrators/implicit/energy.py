@@ -1,9 +1,19 @@
-"""Energies and work of the implicit loop, kept at every step. Loops are short: vector units take few arrays at once."""
+"""Energies and work of the implicit loop at every step, in short loops: vector units process few arrays at once."""
 
 from gudgeon.solver.compiled import copy, inner, ordered
 from gudgeon.solver.contact.compliance import Listed, combine
+from gudgeon.solver.integrators.outcome import (
+    ACTIVE,
+    CONTACT_STEPS,
+    DEEPEST,
+    ENERGY_ERROR,
+    EXCHANGED,
+    FIRST_CONTACT,
+    LAST_CONTACT,
+    START_ENERGY,
+)
 
-KINETIC, STRAIN, CONTACT, DISSIPATED, WORK = 0, 1, 2, 3, 4
+KINETIC, STRAIN, CONTACT, DISSIPATED, WORK = range(5)
 
 
 @inner
@@ -39,7 +49,7 @@ def relax(points, loads, energy, dt):  # type: ignore[no-untyped-def]
 
 @inner
 def relax_masters(masters, energy, dt):  # type: ignore[no-untyped-def]
-    """Do the same for the functions of the traction spaces."""
+    """Do as `relax` does for the functions of the traction spaces."""
     first, second, memory, lost = masters.function_forces[0], masters.function_forces[1], masters.memory, 0.0
     force, end_force, impulses = masters.residual_force, masters.end_residual_force, masters.impulses
     before, now = masters.last_displacement, masters.residual_displacement
@@ -77,7 +87,7 @@ def load_work(modes, points, loads, energy):  # type: ignore[no-untyped-def]
 
 @inner
 def balance(modes, points, masters, matrix, energy, held):  # type: ignore[no-untyped-def]
-    """Set the energies [J] at the end of the step, and note the largest error of their balance so far.
+    """Set the energies [J] at the end of the step, and update the largest error of their balance.
 
     Args:
         held: Twice the energy of the loads' residual displacement [J].
@@ -101,25 +111,25 @@ def balance(modes, points, masters, matrix, energy, held):  # type: ignore[no-un
         layer += points.layer[points.pressed[1, n]] * points.amounts[1, n] ** 2
     for k in range(len(matrix.block)):
         if matrix.candidate[k]:
-            extreme[3] = max(extreme[3], _deepest(points.gaps[matrix.block[k, 0] : matrix.block[k, 1]]))
+            extreme[DEEPEST] = max(extreme[DEEPEST], _deepest(points.gaps[matrix.block[k, 0] : matrix.block[k, 1]]))
     own, displacement = masters.residual_force, masters.residual_displacement
     for f in range(len(own)):
         held += own[f] * displacement[f]
     parts[KINETIC], parts[STRAIN], parts[CONTACT] = 0.5 * kinetic, 0.5 * (strain + held), 0.5 * layer
     parts[DISSIPATED] += lost
     parts[WORK] += work
-    error = parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[0]
-    extreme[1] = max(extreme[1], abs(error))
+    error = parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY]
+    extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(error))
 
 
 @inner
 def note_contact(energy, time):  # type: ignore[no-untyped-def]
-    """Count the step, which ended at a time [s], where any row is active, and note the first and the last such time."""
-    if energy.counts[0] > 0:
-        energy.counts[1] += 1
-        if energy.extreme[4] < 0.0:
-            energy.extreme[4] = time
-        energy.extreme[5] = time
+    """Count a step with active rows, which ends at a time [s], and update the first and the last time of contact."""
+    if energy.counts[ACTIVE] > 0:
+        energy.counts[CONTACT_STEPS] += 1
+        if energy.extreme[FIRST_CONTACT] < 0.0:
+            energy.extreme[FIRST_CONTACT] = time
+        energy.extreme[LAST_CONTACT] = time
 
 
 @ordered
@@ -133,7 +143,7 @@ def _deepest(gaps):  # type: ignore[no-untyped-def]
 
 @inner
 def exchange(modes, points, energy):  # type: ignore[no-untyped-def]
-    """Add the contacts' work [J] in the step on each rigid coordinate and on all, and note the largest exchange."""
+    """Add the contacts' work [J] in the step on each rigid coordinate and on all, and update the largest exchange."""
     moved, rigid, work, swing, count = modes.moved, energy.rigid, energy.work, 0.0, len(energy.rigid)
     first, last = points.span[0], points.span[1]
     distance = moved[first:last]
@@ -150,4 +160,5 @@ def exchange(modes, points, energy):  # type: ignore[no-untyped-def]
     for number in range(count):
         swing += abs(work[number])
         rest -= work[number]
-    energy.extreme[2] = max(energy.extreme[2], 0.5 * (swing + abs(rest) + energy.parts[CONTACT]))
+    largest, exchanged = energy.extreme, 0.5 * (swing + abs(rest) + energy.parts[CONTACT])
+    largest[EXCHANGED] = max(largest[EXCHANGED], exchanged)

@@ -16,7 +16,7 @@ from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
 AHEAD = 4096
-"""Steps whose loads are found at once."""
+"""Steps whose loads are computed at once."""
 REFRESH = 0.2
 """Share of a traction space's spacing that a pair may slide before its matrix is made anew."""
 
@@ -41,16 +41,11 @@ class Implicit(capabilities.Implicit):
         self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Advance `len(out.forces)` samples of `stride` steps; False where contact rows are dependent.
-
-        Args:
-            first: Number of the first step.
-            out: Filled, but for the gauges.
-        """
+        """Fill all but the gauges of samples of `stride` steps; False where contact rows are dependent."""
         return march(self._arrays, self._drive(first, len(out.forces) * stride), out, first, stride)
 
     def _drive(self, first: int, count: int) -> Drive:
-        """Return the given loads and the crank pins of some steps; found for many at once, which costs little more."""
+        """Return the given loads and the crank pins of some steps; computed for many at once."""
         begin, drive = self._ahead
         if not begin <= first <= first + count <= begin + len(drive.loads):
             begin = first
@@ -63,7 +58,6 @@ class Implicit(capabilities.Implicit):
         return Drive(drive.loads[here], drive.crank[here])
 
     def outcome(self) -> Outcome:
-        """Return where the run stands."""
         points, masters, energy = self.points, self.masters, self.energy
         held = np.flatnonzero(masters.residual_force)
         outward = -(masters.residual_force[held] @ masters.residual[held] + masters.functions @ self.modes.q)
@@ -83,7 +77,7 @@ def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
 
 
 def _damped_memory(beta: np.ndarray, dt: float) -> np.ndarray:
-    """Return a and b by the backward rule, which lets no constraint force alternate, (2, n)."""
+    """Return a and b of the backward rule, under which constraint forces do not alternate, (2, n)."""
     ratio = beta / dt
     return np.array([ratio / (1 + ratio), 1 / (1 + ratio)])
 

@@ -42,9 +42,9 @@ from gudgeon.solver.integrators.implicit.sliding import (
 )
 
 GAP_TOLERANCE = 1e-12
-"""Violation of a gap that counts as none, relative to the largest gap."""
+"""Violation of a gap that is accepted, relative to the largest gap."""
 PASSES = 4
-"""Solutions of contact that may follow each other in a step, as rods and sliding surfaces follow the forces."""
+"""Largest number of contact solutions in a step, since rods and sliding surfaces depend on the forces."""
 
 
 @entry
@@ -89,7 +89,7 @@ def march(arrays, drive, out, first, stride):  # type: ignore[no-untyped-def]
 
 @inner
 def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
-    """Find q [m kg^½] and q̇ at the end of the step under the loads and the first half of the contact forces."""
+    """Set q [m kg^½] and q̇ to the end of the step under the loads and the first half of the contact forces."""
     q, v, before, force, motion, push = modes.q, modes.v, modes.before, modes.force, modes.motion, modes.push
     amount, held, count = loads.amount, loads.residual_force, points.counts
     copy(points.multipliers, points.last)
@@ -128,7 +128,7 @@ def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
 
 @embedded
 def _free_gaps_of_candidates(arrays, slides):  # type: ignore[no-untyped-def]
-    """Tell which contacts may touch, and find the gaps [m] of their points without the forces of its end."""
+    """Set which contacts may touch, and the gaps [m] of their points without the forces of the step's end."""
     modes, points, masters = arrays.modes, arrays.points, arrays.masters
     matrix, loads, bounds, energy = arrays.matrix, arrays.loads, arrays.bounds, arrays.energy
     candidate = matrix.candidate
@@ -150,7 +150,7 @@ def _free_gaps_of_candidates(arrays, slides):  # type: ignore[no-untyped-def]
 
 @inner
 def _free_gaps(modes, points, masters, matrix, loads, k):  # type: ignore[no-untyped-def]
-    """Find gaps [m] of contact k, less what masters do, at the end of the step without the forces of its end."""
+    """Set the gaps [m] of contact k at the end of the step, without masters and without the forces of its end."""
     first, last = matrix.block[k, 0], matrix.block[k, 1]
     own, q = points.coordinates, modes.q[points.span[0] : points.span[1]]
     free, gap, displacement = points.free[first:last], points.gap[first:last], points.residual_displacement[first:last]
@@ -201,7 +201,7 @@ def _solve_contact(arrays, slides):  # type: ignore[no-untyped-def]
 
 @inner
 def _shift(points, matrix, loads):  # type: ignore[no-untyped-def]
-    """Add what the corrections of the joints do to the free gaps [m]."""
+    """Set the gaps [m] with the effect of the joints' corrections."""
     for k in range(len(matrix.candidate)):
         if matrix.candidate[k]:
             first, last = matrix.block[k, 0], matrix.block[k, 1]
@@ -257,7 +257,7 @@ def _contact_forces(modes, points, masters, matrix, loads):  # type: ignore[no-u
 
 @inner
 def _apply(modes, loads):  # type: ignore[no-untyped-def]
-    """Add what these forces do to q, q̇ and the forces of the step."""
+    """Add the effect of these forces to q, q̇ and the forces of the step."""
     q, v, end_force, force, push = modes.q, modes.v, modes.end_force, modes.force, modes.push
     for j in range(len(loads.correction)):
         loads.rod[j] += loads.correction[j]

@@ -1,7 +1,7 @@
-"""Contacts that are proved to stay open in a step, whose points then need no gaps.
+"""Contacts that are proved to stay open in a step, so that no gaps of their points are computed.
 
-The gap of every point of a contact is bounded from below by the rigid motion, exact at every point, less the largest
-that each elastic coordinate, each force on a residual flexibility and each load can close at any point of it:
+The gap of every point of a contact is at least that of the rigid motion, exact at every point, less the largest closing
+by each elastic coordinate, each force on a residual flexibility and each load at any point:
 
     g ≥ minᵢ(gᵢ + rigid rowsᵢ q) − Σₖ maxᵢ(|rowsᵢₖ| + |Ψₖ|) |qₖ| − Σₗ max|Rₗ| Σ r − Σ max|to_gap| |f|
 
@@ -21,7 +21,7 @@ class Bounds(NamedTuple):
     """Shapes: k contacts, m coordinates, L load rows."""
 
     rigid: np.ndarray
-    """Coordinates that are taken exactly, (r,)."""
+    """Numbers of the rigid coordinates, (r,)."""
     elastic: np.ndarray
     """Largest change of any gap of a contact by each other coordinate, (k, m)."""
     residual: np.ndarray
@@ -30,7 +30,7 @@ class Bounds(NamedTuple):
     loads: np.ndarray
     """Largest change of any gap of a contact by each load through R [m/N], (k, L)."""
     memory: np.ndarray
-    """What r⁺ keeps of r, of λ at the start and of λ at the end of the step: points, then functions, (2, 3, k)."""
+    """Factors in r⁺ of r, of λ at the start and at the end of the step: points, then functions, (2, 3, k)."""
     pressed: np.ndarray
     """Sum of the multipliers of each contact at the start and at the end of the step [N], (2, k)."""
     held: np.ndarray
@@ -127,7 +127,7 @@ def sum_multipliers(bounds, points, matrix):  # type: ignore[no-untyped-def]
 
 @inner
 def next_step(bounds):  # type: ignore[no-untyped-def]
-    """Take the sums of forces [N] at the end of this step for those at the start of the next."""
+    """Set the sums of forces [N] at the start of the next step to those at the end of this one."""
     for k in range(bounds.pressed.shape[1]):
         bounds.held[0, k], bounds.held[1, k] = _end_sum(bounds, 0, k), _end_sum(bounds, 1, k)
         bounds.pressed[0, k] = bounds.pressed[1, k]

@@ -11,7 +11,7 @@ of an elastic piston did not fall with the step; below 1e-3 nothing changes any 
 
 @inner
 def direction(modes, loads, drive, step, dt):  # type: ignore[no-untyped-def]
-    """Set the loads of a step [N]: what is given, and each rod's last force in its direction of mid-step."""
+    """Set the loads of a step [N]: the given ones, and each rod's last force in its direction at mid-step."""
     amount, middle, v, crank = loads.amount, loads.direction, modes.v, drive.crank[step]
     copy(drive.loads[step], amount)
     for j in range(len(middle)):
@@ -30,7 +30,7 @@ def direction(modes, loads, drive, step, dt):  # type: ignore[no-untyped-def]
 
 @inner
 def force_without_contact(modes, points, loads, crank, dt):  # type: ignore[no-untyped-def]
-    """Find each rod's correction [N] so that g + ½ dt ġ = 0 at the end of the step, λ⁺ = λ, and its slopes over λ⁺."""
+    """Set each rod's correction [N] for g + ½ dt ġ = 0 at the end of the step with λ⁺ = λ, and its slopes over λ⁺."""
     q, v, last, force, memory = modes.q, modes.v, points.last, points.residual_force, points.memory
     slopes = loads.slopes
     for j in range(len(loads.lengths)):

@@ -1,4 +1,4 @@
-"""Pairs that slide: weights that follow, forces and displacements of the traction spaces, drag."""
+"""Sliding pairs: moving weights, forces and displacements of the traction spaces, drag."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from gudgeon.solver.contact.compliance import Listed, combine, gather, pack, sca
 from gudgeon.solver.contact.lcp import append
 
 MARGIN = 1
-"""Functions along kept up to date beside those of the window."""
+"""Functions along, on either side of the window, whose displacement is computed too."""
 FAR = 1e30
-"""Gap of a point beyond its traction space [m]: no part is as large. Infinity times no force would be no number."""
+"""Gap of a point beyond its traction space [m]; not infinity, whose product with a zero force is NaN."""
 
 
 @inner
@@ -59,7 +59,7 @@ def _weigh(masters, matrix, k, moment):  # type: ignore[no-untyped-def]
         along[moment, 0, first:last], along[moment, 1, first:last], along[moment, 2, first:last],
         along[moment, 3, first:last],
     )  # fmt: skip
-    # Few arrays to a loop: vector units ask first whether they overlap.
+    # Few arrays in a loop, since vector code first tests whether they overlap.
     for i in range(len(height)):
         where = (height[i] + shift) * scale
         line = min(max(np.floor(where), 0.0), highest)
@@ -88,7 +88,7 @@ def rebuild_matrix(masters, matrix, active):  # type: ignore[no-untyped-def]
             if corner[i] >= 0:
                 line = (corner[i] - space[k, 0]) // space[k, 1]
                 low, high = min(low, line), max(high, line + 4)
-        # Points move on until the next era.
+        # A margin for the motion of the points until the next era.
         high = min(space[k, 2], high + 1)
         low = min(max(0, low - 1), high)
         matrix.window[k, 0], matrix.window[k, 1] = low, high
@@ -109,7 +109,7 @@ def rebuild_matrix(masters, matrix, active):  # type: ignore[no-untyped-def]
 
 @inner
 def _fill(masters, first, last):  # type: ignore[no-untyped-def]
-    """Set the residual displacement [m] of functions that it was not kept of."""
+    """Compute the residual displacement [m] of functions that were outside of the range so far."""
     for f in range(first, last):
         row, displacement, response = masters.residual[f], 0.0, 0.0
         for g in range(len(row)):
@@ -120,7 +120,7 @@ def _fill(masters, first, last):  # type: ignore[no-untyped-def]
 
 @inner
 def start_masters(masters):  # type: ignore[no-untyped-def]
-    """Let the residual displacement [m] of the traction spaces relax under the forces of the start of the step."""
+    """Relax the residual displacement [m] of the traction spaces under the forces of the start of the step."""
     copy(masters.function_forces[1], masters.function_forces[0])
     displacement, memory, response = masters.residual_displacement, masters.memory, masters.response
     for f in range(len(displacement)):
@@ -138,7 +138,7 @@ def surface_displacement(modes, masters, matrix, k):  # type: ignore[no-untyped-
 
 @inner
 def press_masters(masters, matrix, listed):  # type: ignore[no-untyped-def]
-    """Put half the multipliers [N] of the end of the step onto traction spaces and their bodies' coordinates."""
+    """Set the forces [N] on traction spaces and their bodies' coordinates by half the multipliers of the step's end."""
     onto, force = masters.function_forces[1], masters.force
     onto[:] = 0.0
     force[:] = 0.0
@@ -151,7 +151,7 @@ def press_masters(masters, matrix, listed):  # type: ignore[no-untyped-def]
 
 @inner
 def displace_masters(masters, matrix):  # type: ignore[no-untyped-def]
-    """Add to the residual displacement [m] of the traction spaces what the forces of the end of the step do."""
+    """Add the effect of the forces of the step's end to the residual displacement [m] of the traction spaces."""
     space, filled, displacement, memory = matrix.space, masters.filled, masters.residual_displacement, masters.memory
     response, listed = masters.response, Listed(masters.numbers, masters.amounts, masters.size[0])
     response[:] = 0.0
@@ -164,18 +164,13 @@ def displace_masters(masters, matrix):  # type: ignore[no-untyped-def]
 
 @inner
 def correct_stale_matrix(points, masters, matrix, expected):  # type: ignore[no-untyped-def]
-    """Add to the gaps [m] the masters' displacement, with what the matrix, as it was made, misses of their response.
+    """Add the masters' displacement to the gaps [m], and correct for the age of the matrix.
 
     Args:
         expected: Multipliers of the end of the step as they are expected [N], `Listed`.
     """
-    onto, work, shifted, corner, along = (
-        masters.function_forces[2],
-        masters.work,
-        points.shifted,
-        masters.corner,
-        masters.along,
-    )
+    onto, work, shifted = masters.function_forces[2], masters.work, points.shifted
+    corner, along = masters.corner, masters.along
     onto[:] = 0.0
     low, high = scatter(matrix, corner[0], along[0], expected, 1.0, onto)
     size = pack(onto, low, high, masters.numbers, masters.amounts)

@@ -287,7 +287,7 @@ def test_points_of_an_elastic_block(tmp_path: Path) -> None:
 
 
 def test_points_that_couple_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"^run\.integrator: .*points that do not couple|points that do not couple"):
+    with pytest.raises(SceneError, match=r"^run\.integrator: .*points that are not coupled through R"):
         simulate(build_all(tmp_path, {"part": block_records(3)}, block_scene(law=HERTZ)))
 
 

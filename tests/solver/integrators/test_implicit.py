@@ -37,7 +37,7 @@ ORACLE = """
 import json, sys
 from pathlib import Path
 from tests.solver.systems import *
-from tests.solver.integrators.test_trapezoid import SMALL
+from tests.solver.integrators.test_implicit import SMALL
 from gudgeon.solver.integrators.implicit import kernel
 assert not hasattr(kernel.march, 'py_func')  # really undecorated
 found = {}
