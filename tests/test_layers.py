@@ -39,7 +39,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("solver.scene",),
     ("pipeline.scenes", "solver.bodies"),
     ("pipeline.fem", "solver.contact"),
-    ("pipeline.modes", "pipeline.interfaces", "pipeline.design", "solver.system"),
+    ("pipeline.modes", "pipeline.interfaces", "pipeline.design_change", "solver.system"),
     ("pipeline.reduction", "solver.integrators"),
     ("pipeline.cyclic", "solver.results"),
     ("solver.simulate",),

@@ -17,7 +17,7 @@ RETIRED = {
     "full FE": r"nodal synthes[ei]s|nodal dofs",
     "reduction": r"recipes?",
     "update": r"rungs?",
-    "robustness": r"gudgeon stress|\[stress[.\]]|extremes",
+    "robustness": r"gudgeon stress|\[stress(?=[.\]])|extremes",
     "conservative error": r"sound[ _]errors?",
     "explicit": r"kick(s|ed|ing)?",
     "implicit": r"trapezoid",

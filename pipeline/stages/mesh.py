@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.design.morph import Movement
+from gudgeon.pipeline.design_change.morph import Movement
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.geometry.profile import UniformProfile, read_profile
 from gudgeon.pipeline.scenes.change import profile_surface, table_path

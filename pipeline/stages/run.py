@@ -75,7 +75,7 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
         from gudgeon.pipeline.stages.mesh import build_mesh
 
         return build_mesh(component, job.folder, name)
-    from gudgeon.pipeline.design import morph
+    from gudgeon.pipeline.design_change import morph
     from gudgeon.pipeline.stages.mesh import movement_of
 
     base = job.store.get(steps["base-mesh"].key, "mesh")

@@ -734,7 +734,7 @@ def test_interrupt_in_a_stage(
     [
         ("gudgeon.pipeline.stages.mesh", "build_mesh", ("mesh", "modes", "morph", "solve"), "mesh"),
         ("gudgeon.pipeline.reduction.reduce", "reduce_component", ("modes", "morph", "solve"), "modes"),
-        ("gudgeon.pipeline.design.morph", "own_modes", ("morph", "solve"), "morph"),
+        ("gudgeon.pipeline.design_change.morph", "own_modes", ("morph", "solve"), "morph"),
         ("gudgeon.solver.simulate", "simulate", ("solve",), "solve"),
         ("gudgeon.pipeline.plots", "render", (), "plot"),
         ("os", "fsync", ("morph",), "morph"),

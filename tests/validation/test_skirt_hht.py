@@ -28,7 +28,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.nodal import simulate_nodal
+from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
 from gudgeon.pipeline.stages.run import run_job
 

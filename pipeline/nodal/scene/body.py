@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.design.morph import moved_mesh
+from gudgeon.pipeline.design_change.morph import moved_mesh
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel

@@ -153,7 +153,7 @@ def test_displacement_is_twists_about_the_centre_and_shapes(
 
 def test_displacement_needs_shapes_that_fit(mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord) -> None:
     a = np.zeros(len(morph.rigid_twists) + MODES)
-    with pytest.raises(StageError, match="holds no nodal shapes"):
+    with pytest.raises(StageError, match="contains no nodal shapes"):
         displacement(mesh.nodes, morph, replace(modal, shapes=None), a)
     for nodes, coordinates in ((mesh.nodes[1:], a), (mesh.nodes, a[1:])):
         with pytest.raises(StageError, match=f"the shapes have .{len(mesh.nodes)}, {MODES}."):

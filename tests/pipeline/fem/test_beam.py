@@ -288,12 +288,12 @@ def test_pictures_get_nodal_displacements() -> None:
         ({"gauge": {"g": {"station": "end", "fibre": "top"}}}, "g: station 'end' given, the beam has left, mid, third"),
         (
             {"modes": {"reduction": "rigid"}},
-            "reduction 'rigid' given, a gauge needs a reduction with elastic coordinates",
+            "reduction 'rigid' given; a gauge needs a reduction with elastic coordinates",
         ),
         ({"material": None}, "is missing; geometry 'beam' needs E, nu and rho"),
         (
             {"geometry": {"kind": "bar", "length": 1.0, "area": 1.0}},
-            "under, root, middle given, gauges are for beams, solids and plane parts, not for 'bar'",
+            "under, root, middle given; gauges need a beam, solid or plane",
         ),
     ],
 )

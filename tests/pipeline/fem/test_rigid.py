@@ -67,8 +67,8 @@ def test_held_point_is_a_pivot() -> None:
 @pytest.mark.parametrize(
     ("geometry", "more", "message"),
     [
-        (TABLE, {"modes": {"reduction": "macneal"}}, "reduction 'macneal' given, geometry 'rigid' allows 'rigid' only"),
-        (TABLE, {"material": {"E": 1.0, "nu": 0.3, "rho": 1.0}}, "given, geometry 'rigid' has its mass by itself"),
+        (TABLE, {"modes": {"reduction": "macneal"}}, "reduction 'macneal' given; geometry 'rigid' allows 'rigid' only"),
+        (TABLE, {"material": {"E": 1.0, "nu": 0.3, "rho": 1.0}}, "given, but geometry 'rigid' states its own mass"),
         (TABLE | {"mass": 0.0}, {}, "greater than 0"),
         (TABLE | {"inertia": [0.1, -0.2, 0.3]}, {}, "greater than or equal to 0"),
         (TABLE | {"points": {"tip": POINTS["tip"] | {"normal": [0, 0, 0]}}}, {}, "a length above zero is needed"),

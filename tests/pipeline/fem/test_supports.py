@@ -8,7 +8,7 @@ import pytest
 from scipy import linalg, sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.design.morph import Movement, reuse
+from gudgeon.pipeline.design_change.morph import Movement, reuse
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel

@@ -207,11 +207,11 @@ def test_places_that_the_part_lacks_are_refused(mesh: MeshRecord, gauge: dict[st
 @pytest.mark.parametrize(
     ("gauge", "message"),
     [
-        ({}, "none given, one of station, point and surface is needed"),
-        ({"point": [0, 0, 0], "surface": "top"}, "point and surface given, one of"),
-        ({"point": [0, 0, 0], "fibre": "top"}, "fibre, 'top' or 'bottom', is for a station"),
-        ({"station": "mid"}, "and a station needs it"),
-        ({"station": "mid", "fibre": "top", "quantity": "strain"}, "quantity is for a point or a surface"),
+        ({}, "none given; exactly one of station, point and surface is needed"),
+        ({"point": [0, 0, 0], "surface": "top"}, "point and surface given; exactly one of"),
+        ({"point": [0, 0, 0], "fibre": "top"}, "fibre, 'top' or 'bottom', must be given with a station, and only then"),
+        ({"station": "mid"}, "must be given with a station"),
+        ({"station": "mid", "fibre": "top", "quantity": "strain"}, "quantity applies to a point or a surface"),
         ({"point": [0, 0, float("nan")]}, "three finite coordinates are needed"),
     ],
 )
@@ -279,5 +279,5 @@ def test_point_gauges_are_recorded_with_their_equivalent_stress(scene: Path) -> 
 
 
 def test_a_surface_is_no_gauge_of_a_body(scene: Path) -> None:
-    with pytest.raises(InputError, match=r"body\.block\.gauges: 'skin' reads a surface, for pictures; name stations"):
+    with pytest.raises(InputError, match=r"body\.block\.gauges: 'skin' is a surface, for pictures only; name stations"):
         open_job(scene, set={"body.block.gauges": ["skin"]})

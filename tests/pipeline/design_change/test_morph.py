@@ -8,7 +8,7 @@ import pytest
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.pipeline.design.morph import Movement, move_nodes, moved_mesh, reuse
+from gudgeon.pipeline.design_change.morph import Movement, move_nodes, moved_mesh, reuse
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.solid import mass_properties
 from gudgeon.pipeline.geometry.profile import ProfileTable, UniformProfile, read_profile
