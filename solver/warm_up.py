@@ -95,17 +95,27 @@ def _records() -> dict[str, ModalRecord | MorphRecord]:
     space = TractionModes(
         chart, np.full(2, -0.01), np.full(2, 0.01), SPACE, np.full((functions, 2), 0.1), resultant
     )  # fmt: skip
-    mesh = ("mesh", "macneal", 2, 0, OMEGA, 1.0, np.zeros(3), inertia)
+    common: dict[str, Any] = {
+        "mesh_key": "mesh", "reduction": "macneal", "normal_count": 2, "static_count": 0, "angular_frequencies": OMEGA,
+        "mass": 1.0, "centre": np.zeros(3), "inertia": inertia, "interface_rows": ranges, "shapes": None,
+        "inertia_couplings": None, "quality": {},
+    }  # fmt: skip
     found: dict[str, ModalRecord | MorphRecord] = {
-        "part-modes": ModalRecord(*mesh, twists, interfaces, ranges, 1e-9 * np.eye(3), None, None, {}),
-        "plate-modes": ModalRecord(
-            *mesh, np.zeros((0, 6)), {}, ranges, 1e-9 * np.eye(functions), None, None, {}, {"top": space}
+        "part-modes": ModalRecord(
+            **common, rigid_twists=twists, interfaces=interfaces, residual_flexibility=1e-9 * np.eye(3)
         ),
-    }
+        "plate-modes": ModalRecord(
+            **common, rigid_twists=np.zeros((0, 6)), interfaces={}, residual_flexibility=1e-9 * np.eye(functions),
+            tractions={"top": space},
+        ),
+    }  # fmt: skip
     points = {key: one.points for key, one in interfaces.items()}
     for body, free in (("part", twists), ("plate", np.zeros((0, 6)))):
         places = points if body == "part" else {}
-        found[body] = MorphRecord("mesh", f"{body}-modes", "none", places, 1.0, np.zeros(3), inertia, free, None, {})
+        found[body] = MorphRecord(
+            mesh_key="mesh", modes_key=f"{body}-modes", update="none", points=places, mass=1.0, centre=np.zeros(3),
+            inertia=inertia, rigid_twists=free, nodes=None, quality={},
+        )  # fmt: skip
     return found
 
 

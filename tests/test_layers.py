@@ -25,6 +25,10 @@ PACKAGES = ("modaldb", "pipeline", "solver")
 FILE_CAP = 400
 FUNCTION_CAP = 60
 """Lines from `def` to the last statement."""
+WIDEST = 6
+"""Positional arguments of a function."""
+LIBRARY_CALLS = {"pardiso", "rotate", "revolve"}
+"""Functions of libraries that bear the name of one of ours."""
 FOLDER_CAP = 15
 ROOT_CAP = 7
 """Files at the root of pipeline/."""
@@ -259,6 +263,25 @@ def long_functions(sources: Sources) -> list[str]:
     ]
 
 
+def wide_calls(sources: Sources) -> list[str]:
+    """List functions with more than six positional parameters, and calls of the project's own with more arguments."""
+    trees = {path: ast.parse(text) for path, text in sources.items()}
+    kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
+    defined = {node.name for tree in trees.values() for node in ast.walk(tree) if isinstance(node, kinds)}
+    wrong = []
+    for path, tree in trees.items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                names = [one.arg for one in node.args.posonlyargs + node.args.args if one.arg not in ("self", "cls")]
+                if len(names) > WIDEST:
+                    wrong.append(f"{path}:{node.lineno}: {node.name} has {len(names)} positional parameters")
+            elif isinstance(node, ast.Call) and len(node.args) > WIDEST:
+                name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+                if name in defined - LIBRARY_CALLS:
+                    wrong.append(f"{path}:{node.lineno}: {name} is called with {len(node.args)} positional arguments")
+    return wrong
+
+
 def long_files(sources: Sources) -> list[str]:
     """List the files above the cap."""
     lengths = {path: len(text.splitlines()) for path, text in sources.items()}
@@ -284,6 +307,7 @@ RULES: dict[str, Rule] = {
     "files are not too long": long_files,
     "functions are not too long": long_functions,
     "folders are not too full": full_folders,
+    "calls are not too wide": wide_calls,
 }
 
 
@@ -326,6 +350,8 @@ BROKEN: list[tuple[Rule, dict[str, str]]] = [
     (foreign_imports, {MESH: "from solver import simulate"}),
     (long_files, {CLI: "x = 1\n" * (FILE_CAP + 1)}),
     (long_functions, {CLI: "class A:\n    def f(self):\n" + "        x = 1\n" * FUNCTION_CAP}),
+    (wide_calls, {CLI: "def f(a, b, c, d, e, f, g):\n    pass"}),
+    (wide_calls, {CLI: "class A:\n    pass\nx = A(1, 2, 3, 4, 5, 6, 7)"}),
     (full_folders, {f"solver/laws/{number}.py": "" for number in range(FOLDER_CAP + 1)}),
     (full_folders, {f"pipeline/{number}.py": "" for number in range(ROOT_CAP)}),
 ]  # fmt: skip
@@ -346,6 +372,7 @@ SOUND: list[dict[str, str]] = [
     {CLI: "from gudgeon import __version__\nimport gudgeon.pipeline.kinds"},
     {"pipeline/plots/style.py": "import imageio\nimport pyvista"},
     {CLI: "x = 1\n" * FILE_CAP},
+    {CLI: "def f(a, b, c, d, e, f, *, g):\n    print(1, 2, 3, 4, 5, 6, 7)"},
     {CLI: "class A:\n    def f(self):\n" + "        x = 1\n" * (FUNCTION_CAP - 1)},
 ]
 

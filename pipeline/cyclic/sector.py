@@ -75,7 +75,9 @@ def cyclic_sector(model: FEModel, symmetry: CyclicSymmetry, where: str = "cyclic
     block = sparse.coo_matrix(tie[~held_high][:, ~held_low])
     shape = (size, len(places))
     following = sparse.csr_matrix((block.data, (high_free[block.row], face[block.col])), shape=shape)
-    return Sector(model, symmetry, own, following, face, face_dofs, high_free)
+    return Sector(
+        model=model, symmetry=symmetry, own=own, next=following, face=face, face_dofs=face_dofs, high_dofs=high_free,
+    )  # fmt: skip
 
 
 def _pairs(model: FEModel, symmetry: CyclicSymmetry, where: str) -> tuple[np.ndarray, np.ndarray]:

@@ -80,8 +80,9 @@ def _followed(surface: np.ndarray, inner: np.ndarray) -> tuple[sparse.csr_matrix
 def own_modes(mesh_key: str, modes_key: str, modal: ModalRecord, update: str) -> MorphRecord:
     """Return the design record of a body with its own modes; `update` is `none` or `recompute`."""
     return MorphRecord(
-        mesh_key, modes_key, update, {name: item.points for name, item in modal.interfaces.items()},
-        modal.mass, modal.centre, modal.inertia, modal.rigid_twists, None, {},
+        mesh_key=mesh_key, modes_key=modes_key, update=update,
+        points={name: item.points for name, item in modal.interfaces.items()}, mass=modal.mass, centre=modal.centre,
+        inertia=modal.inertia, rigid_twists=modal.rigid_twists, nodes=None, quality={},
     )  # fmt: skip
 
 
@@ -116,7 +117,8 @@ def reuse(
     quality = {"largest_shift": float(np.linalg.norm(nodes - mesh.nodes, axis=1).max())}
     twists = solid_twists(properties) if len(modal.rigid_twists) else modal.rigid_twists
     return MorphRecord(
-        *keys, "reuse", points, properties.mass, properties.centre, properties.inertia, twists, nodes, quality
+        *keys, update="reuse", points=points, mass=properties.mass, centre=properties.centre,
+        inertia=properties.inertia, rigid_twists=twists, nodes=nodes, quality=quality,
     )  # fmt: skip
 
 

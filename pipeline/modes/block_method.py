@@ -56,7 +56,10 @@ def block_pairs(model: FEModel, problem: Problem, count: int) -> Pairs | None:
     start = coarse.P @ _coarse_modes(model, coarse.problem, block)
     factor = _ShiftedFactor(problem, coarse, count)
     floor = FLOORS * np.finfo(float).eps * problem.highest
-    ritz = davidson(problem, start, factor, count, (TOLERANCE, floor), MOST_STEPS, _capacity(problem, block))
+    ritz = davidson(
+        problem=problem, start=start, factor=factor, count=count, tolerance=(TOLERANCE, floor), most_steps=MOST_STEPS,
+        capacity=_capacity(problem, block),
+    )  # fmt: skip
     if not ritz.converged:
         factor.free()
         return None
@@ -88,8 +91,9 @@ def _coarse_modes(model: FEModel, problem: Problem, block: int) -> np.ndarray:
     loads = np.random.default_rng(0).standard_normal((problem.K.shape[0], block))
     start = factor.solve(problem.M @ problem.elastic(loads))
     ritz = davidson(
-        problem, start, lambda *_: factor, block, (COARSE_TOLERANCE, 0.0), COARSE_STEPS, CAPACITY[1] * block
-    )
+        problem=problem, start=start, factor=lambda *_: factor, count=block, tolerance=(COARSE_TOLERANCE, 0.0),
+        most_steps=COARSE_STEPS, capacity=CAPACITY[1] * block,
+    )  # fmt: skip
     factor.free()
     return ritz.vectors
 

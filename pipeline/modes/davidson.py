@@ -124,6 +124,7 @@ def davidson(
     factor: Callable[[np.ndarray, np.ndarray], Factor],
     count: int,
     tolerance: tuple[float, float],
+    *,
     most_steps: int,
     capacity: int,
 ) -> Ritz:

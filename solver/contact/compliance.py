@@ -57,9 +57,10 @@ def fixed(matrix: np.ndarray) -> Compliance:
     """Return a constant compliance matrix [m/N], (c, c), of one contact."""
     c = len(matrix)
     return Compliance(
-        matrix, matrix, np.zeros(c, np.int64), np.zeros(1, np.int64), np.zeros((0, 0)), np.array([[0, c]]),
-        np.ones(1, np.bool_), np.zeros((1, 3), np.int64), np.full(c, -1), np.zeros((c, 4)), np.zeros((4, c)),
-        np.zeros((1, 2), np.int64), np.zeros(0),
+        values=matrix, base=matrix, stamp=np.zeros(c, np.int64), era=np.zeros(1, np.int64), master=np.zeros((0, 0)),
+        block=np.array([[0, c]]), candidate=np.ones(1, np.bool_), space=np.zeros((1, 3), np.int64),
+        corner=np.full(c, -1), across=np.zeros((c, 4)), along=np.zeros((4, c)), window=np.zeros((1, 2), np.int64),
+        scratch=np.zeros(0),
     )  # fmt: skip
 
 

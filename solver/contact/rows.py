@@ -285,9 +285,10 @@ def sliding_block(scene: Scene, name: str, block: ContactBlock, master: Flexible
     if not METHODS[scene.contact[name].method].flexible:
         residual = np.zeros_like(residual)
     return SlidingBlock(
-        master.name, against.interface, -outward[order], residual[np.ix_(order, order)], order, (across, along),
-        np.array([space.start[1], space.spacing[1]]), np.where(beside, -1, first), weights, coordinates[:, 1],
-        along_direction(space.chart), space.resultant[order],
+        body=master.name, interface=against.interface, rows=-outward[order], residual=residual[np.ix_(order, order)],
+        order=order, counts=(across, along), chart=np.array([space.start[1], space.spacing[1]]),
+        place=np.where(beside, -1, first), across=weights, height=coordinates[:, 1],
+        direction=along_direction(space.chart), resultant=space.resultant[order],
     )  # fmt: skip
 
 

@@ -54,4 +54,7 @@ def uncoupled(system: System) -> Coordinates:
     omega = np.concatenate([np.zeros(solved.drift.shape[1]), np.imag(solved.exponents)])
     constant = modes.T @ (linear.force - linear.rows.T @ (linear.springs @ linear.offsets))
     rows = np.ascontiguousarray(system.rows @ modes)
-    return Coordinates(solved, modes, omega, constant, rows, modes.T @ system.position, modes.T @ system.velocity)
+    return Coordinates(
+        solved=solved, modes=modes, omega=omega, constant=constant, rows=rows, start=modes.T @ system.position,
+        speed=modes.T @ system.velocity,
+    )  # fmt: skip

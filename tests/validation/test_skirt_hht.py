@@ -28,8 +28,8 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
+from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.stages.run import run_job
 
 SCENE = Path(__file__).parents[2] / "data/skirt/scene.toml"

@@ -30,4 +30,7 @@ def assemble_bar(mesh: MeshRecord, material: Material, geometry: BaseModel | Non
     twist = np.concatenate([axis / np.sqrt(mass), np.zeros(3)])[None]
     properties = MassProperties(mass, centre, inertia)
     parts = LineStiffness(Ke, mesh.cells)
-    return FEModel(K, M, mesh, axis[None], np.zeros((1, 3)), properties, twist, np.zeros(count, bool), parts)
+    return FEModel(
+        K=K, M=M, mesh=mesh, directions=axis[None], rotations=np.zeros((1, 3)), properties=properties,
+        rigid_twists=twist, held=np.zeros(count, bool), parts=parts,
+    )  # fmt: skip

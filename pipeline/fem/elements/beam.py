@@ -39,7 +39,10 @@ def assemble_beam(mesh: MeshRecord, material: Material, geometry: BaseModel | No
     rotations = np.array([np.zeros(3), turn])
     shares = np.array([0.0, 1.0, 0.5])[: dofs.shape[1] // 2]
     parts = LineStiffness(blocks[0], dofs, h[:, None] * shares)
-    return FEModel(K, M, mesh, DIRECTIONS, rotations, properties, twists, np.zeros(K.shape[0], bool), parts)
+    return FEModel(
+        K=K, M=M, mesh=mesh, directions=DIRECTIONS, rotations=rotations, properties=properties, rigid_twists=twists,
+        held=np.zeros(K.shape[0], bool), parts=parts,
+    )  # fmt: skip
 
 
 def element_lengths(mesh: MeshRecord) -> np.ndarray:

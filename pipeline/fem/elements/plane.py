@@ -42,8 +42,8 @@ def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | N
     twists[[0, 1], [0, 1]] = 1 / np.sqrt(properties.mass)
     twists[2, 5] = 1 / np.sqrt(properties.inertia[2, 2])
     return FEModel(
-        K, sparse.kron(M, sparse.eye(2), format="csr"), mesh, np.eye(3)[:2], np.zeros((2, 3)), properties, twists,
-        np.zeros(size, bool),
+        K=K, M=sparse.kron(M, sparse.eye(2), format="csr"), mesh=mesh, directions=np.eye(3)[:2],
+        rotations=np.zeros((2, 3)), properties=properties, rigid_twists=twists, held=np.zeros(size, bool),
     )  # fmt: skip
 
 

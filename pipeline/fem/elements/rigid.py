@@ -21,4 +21,7 @@ def rigid_body(mesh: MeshRecord, geometry: BaseModel | None) -> FEModel:
     twists[:3, :3] = np.eye(3) / np.sqrt(geometry.mass)
     twists[3 + np.arange(len(turning)), 3 + turning] = 1 / np.sqrt(moments[turning])
     properties = MassProperties(geometry.mass, np.zeros(3), np.diag(moments))
-    return FEModel(zero, zero, mesh, np.eye(3), np.zeros((3, 3)), properties, twists, np.zeros(size, bool))
+    return FEModel(
+        K=zero, M=zero, mesh=mesh, directions=np.eye(3), rotations=np.zeros((3, 3)), properties=properties,
+        rigid_twists=twists, held=np.zeros(size, bool),
+    )  # fmt: skip

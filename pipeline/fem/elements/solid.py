@@ -46,7 +46,10 @@ def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | N
     M = sparse.kron(pairs.matrix(mass), sparse.eye(3), format="csr")
     properties = mass_properties(mesh, material.rho)
     twists, held = solid_twists(properties), np.zeros(K.shape[0], bool)
-    return FEModel(K, M, mesh, np.eye(3), np.zeros((3, 3)), properties, twists, held)
+    return FEModel(
+        K=K, M=M, mesh=mesh, directions=np.eye(3), rotations=np.zeros((3, 3)), properties=properties,
+        rigid_twists=twists, held=held,
+    )  # fmt: skip
 
 
 def straight_elements(mesh: MeshRecord) -> np.ndarray:

@@ -111,7 +111,10 @@ def _sampled(
     points = np.matmul(reference(cell_type, GAUSS_ORDER)[0].T, nodes[cells])
     N, _, W = reference(cell_type, 4)
     mass = (N * W) @ N.T / W.sum()
-    return StrainSamples(nodes, cells, points, sizes, extrapolation(cell_type, GAUSS_ORDER), mass, components, strains)
+    return StrainSamples(
+        nodes=nodes, cells=cells, points=points, sizes=sizes, to_nodes=extrapolation(cell_type, GAUSS_ORDER),
+        mass=mass, components=components, strains=strains,
+    )  # fmt: skip
 
 
 SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {

@@ -46,12 +46,14 @@ class Collocation(capabilities.Collocation):
         balance = np.zeros(LOST + 1)
         balance[START_ENERGY] = place.energy
         self._motion = arrays.Motion(
-            place.start.copy(), place.speed.copy(), np.zeros(c), np.zeros((c, 4)), np.zeros(c), np.zeros(4),
-            np.zeros(1, np.int64), balance, np.zeros(3, np.int64),
+            y=place.start.copy(), v=place.speed.copy(), force=np.zeros(c), before=np.zeros((c, 4)),
+            approach=np.zeros(c), clock=np.zeros(4), level=np.zeros(1, np.int64), balance=balance,
+            counts=np.zeros(3, np.int64),
         )  # fmt: skip
         self._constants = arrays.Constants(
-            place.rows, system.gap, np.ascontiguousarray(system.residual.diagonal()), system.law, place.omega**2,
-            place.constant, place.start, self._tolerance, 0 if self._fixed else -1, SLOWEST,
+            rows=place.rows, gap=system.gap, series=np.ascontiguousarray(system.residual.diagonal()), law=system.law,
+            stiffness=place.omega**2, constant=place.constant, start=place.start, tolerance=self._tolerance,
+            fixed=0 if self._fixed else -1, floor=SLOWEST,
         )  # fmt: skip
         self._track = _track(CHUNK, c, n)
         self._impacts = 0
@@ -324,14 +326,14 @@ def _crossing(before: np.ndarray, after: np.ndarray, h: float, *, opens: bool) -
 def _empty(longest: float, c: int, n: int) -> arrays.Tables:
     levels = kernel.LEVELS
     return arrays.Tables(
-        np.zeros(levels, np.int64), longest * 0.5 ** np.arange(levels), np.zeros((levels, 4, n)),
-        np.zeros((levels, 2, n)), np.zeros((levels, 2, 4, n)), np.zeros((levels, 2, 3, c, 2 * n)),
-        np.zeros((levels, 2, 3, c)), np.zeros((levels, 2, c, c, 3, 4)),
+        known=np.zeros(levels, np.int64), length=longest * 0.5 ** np.arange(levels), free=np.zeros((levels, 4, n)),
+        drift=np.zeros((levels, 2, n)), push=np.zeros((levels, 2, 4, n)), gap=np.zeros((levels, 2, 3, c, 2 * n)),
+        gap_drift=np.zeros((levels, 2, 3, c)), reach=np.zeros((levels, 2, c, c, 3, 4)),
     )  # fmt: skip
 
 
 def _track(count: int, c: int, n: int) -> arrays.Track:
     return arrays.Track(
-        np.zeros(count), np.zeros(count), np.zeros((count, c, 4)), np.zeros((count, n)), np.zeros((count, n)),
-        np.zeros((count, 2)), np.zeros((count, 2, c)),
+        start=np.zeros(count), length=np.zeros(count), values=np.zeros((count, c, 4)), y=np.zeros((count, n)),
+        v=np.zeros((count, n)), lost=np.zeros((count, 2)), opening=np.zeros((count, 2, c)),
     )  # fmt: skip

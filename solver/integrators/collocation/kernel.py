@@ -40,8 +40,8 @@ def march(tables, constants, motion, track, end):  # type: ignore[no-untyped-def
     """
     c, fixed = len(constants.rows), constants.fixed
     trial = Trial(
-        np.zeros((c, 4)), np.zeros((c, 4)), np.zeros((c, 4)), np.zeros((c, 4)), np.empty((c, 3)), np.empty((c, 3)),
-        np.empty((3 * c, 3 * c)), np.empty(3 * c),
+        guess=np.zeros((c, 4)), values=np.zeros((c, 4)), depth=np.zeros((c, 4)), rate=np.zeros((c, 4)),
+        loose=np.empty((c, 3)), loose_rate=np.empty((c, 3)), matrix=np.empty((3 * c, 3 * c)), wrong=np.empty(3 * c),
     )  # fmt: skip
     values, depth, known, count = trial.values, trial.depth, np.zeros(c), 0
     while True:
@@ -53,8 +53,8 @@ def march(tables, constants, motion, track, end):  # type: ignore[no-untyped-def
         if not tables.known[level]:
             return MISSING, count
         table = Table(
-            tables.length[level], tables.free[level], tables.drift[level], tables.push[level], tables.gap[level],
-            tables.gap_drift[level], tables.reach[level],
+            length=tables.length[level], free=tables.free[level], drift=tables.drift[level], push=tables.push[level],
+            gap=tables.gap[level], gap_drift=tables.gap_drift[level], reach=tables.reach[level],
         )  # fmt: skip
         _predict(motion, table.length, trial.guess)
         copy(motion.approach, known)

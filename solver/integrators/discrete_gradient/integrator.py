@@ -28,14 +28,16 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         y, v = responses(omega, 0, times)
         push = np.array([y[0, 0], v[0, 0]])
         self._step = kernel.Step(
-            dt, free(omega, times)[:, 0].copy(), push, self._place.constant, rows, system.gap,
-            (rows * push[0]) @ rows.T, _laws(system), SLOWEST, omega**2, start,
+            dt=dt, free=free(omega, times)[:, 0].copy(), push=push, constant=self._place.constant, rows=rows,
+            gap=system.gap, reach=(rows * push[0]) @ rows.T, law=_laws(system), floor=SLOWEST, stiffness=omega**2,
+            start=start,
         )  # fmt: skip
         balance, running = np.zeros(LOST + 1), np.zeros((c, 7))
         balance[START_ENERGY], running[:, BEGINS] = self._place.energy, -1.0
         self._state = kernel.State(
-            start.copy(), self._place.speed.copy(), -(system.gap + rows @ start), np.zeros(c), np.zeros(c), np.zeros(1),
-            balance, np.zeros(3, np.int64), running, np.zeros((MOST_IMPACTS if c else 0, 8)), np.zeros(c),
+            y=start.copy(), v=self._place.speed.copy(), depth=-(system.gap + rows @ start), force=np.zeros(c),
+            approach=np.zeros(c), fastest=np.zeros(1), balance=balance, counts=np.zeros(3, np.int64), running=running,
+            impacts=np.zeros((MOST_IMPACTS if c else 0, 8)), impulses=np.zeros(c),
         )  # fmt: skip
         self._time = 0.0
 
@@ -69,9 +71,9 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         span = (every[:, BEGINS].min(), every[:, ENDS].max()) if len(every) else (-1.0, -1.0)
         extreme = np.array([*state.balance[:LOST], state.depth.max(initial=0.0), *span])
         return Outcome(
-            modes @ state.y, modes @ state.v, state.force.copy(), state.impulses.copy(), extreme,
-            np.array([0, in_contact, iterations, -1]), none, none, np.zeros(max(1, len(system.contacts))),
-            impacts=impacts, work={"impacts": ended},
+            q=modes @ state.y, v=modes @ state.v, multipliers=state.force.copy(), impulses=state.impulses.copy(),
+            extreme=extreme, counts=np.array([0, in_contact, iterations, -1]), masters=none, master_impulses=none,
+            drag_impulse=np.zeros(max(1, len(system.contacts))), impacts=impacts, work={"impacts": ended},
         )  # fmt: skip
 
 

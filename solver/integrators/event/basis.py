@@ -123,8 +123,9 @@ def solve(regime: Linear) -> Basis:
         lag = -(static @ (regime.rows.T @ (dashed @ (held + moving @ way))))
     shapes, exponents, amplitudes = _oscillators(omega, regime.rows @ moving, regime.dampers)
     return Basis(
-        drift, drift.T, drift.T, moving @ shapes, exponents, amplitudes, moving.T, moving, yielding, slack, held, way,
-        lag,
+        drift=drift, to_drift=drift.T, push=drift.T, shapes=moving @ shapes, exponents=exponents,
+        to_amplitudes=amplitudes, to_moving=moving.T, moving=moving, yielding=yielding, slack=slack, held=held,
+        way=way, lag=lag,
     )  # fmt: skip
 
 
@@ -223,8 +224,9 @@ def _sliding(regime: Linear) -> Basis:
     yielding = (back[count:] / squares[:, None]) @ P
     shapes, exponents, amplitudes = _oscillators(np.sqrt(squares), np.zeros((0, m)), np.zeros(0))
     return Basis(
-        vectors[:, :count], back[:count], back[:count] @ P, moving @ shapes, exponents, amplitudes, back[count:],
-        moving, yielding, -yielding @ (regime.rows.T @ regime.springs), np.empty((0, n)), nothing, nothing,
+        drift=vectors[:, :count], to_drift=back[:count], push=back[:count] @ P, shapes=moving @ shapes,
+        exponents=exponents, to_amplitudes=amplitudes, to_moving=back[count:], moving=moving, yielding=yielding,
+        slack=-yielding @ (regime.rows.T @ regime.springs), held=np.empty((0, n)), way=nothing, lag=nothing,
     )  # fmt: skip
 
 

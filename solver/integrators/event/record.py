@@ -341,7 +341,8 @@ class Record:
                 entry[OPENING] = float(self._system.rows[row] @ v)
             impacts[self._contact_of[row]].append(list(entry))
         return Outcome(
-            p, v, multipliers, self._impulses.copy(), self._extreme.copy(), counts, none, none, np.zeros(k),
+            q=p, v=v, multipliers=multipliers, impulses=self._impulses.copy(), extreme=self._extreme.copy(),
+            counts=counts, masters=none, master_impulses=none, drag_impulse=np.zeros(k),
             impacts=[np.array(sorted(entries)).reshape(-1, 7) for entries in impacts], drags=self._drags.copy(),
             springs=self._pulls.copy(), slips=[list(entries) for entries in self._slips],
         )  # fmt: skip

@@ -102,15 +102,13 @@ class Equations:
         both[len(soft) :, len(soft) :] = np.diag(springs.stiffness)
         drag = (now.slip[hard] * system.friction[hard, 1])[:, None] * system.tangents[hard]
         linear = Linear(
-            system.stiffness,
-            system.driving.gravity - system.stiffness * p,
-            np.vstack([system.rows[soft], springs.rows]),
-            np.concatenate([gaps[soft], springs.stretch + springs.rows @ p]),
-            both,
-            np.concatenate([system.dashpot[soft], springs.damping]),
-            np.vstack([system.rows[hard], system.tangents[stuck]]),
-            np.vstack([system.rows[hard] - drag, system.tangents[stuck]]),
-        )
+            stiffness=system.stiffness, force=system.driving.gravity - system.stiffness * p,
+            rows=np.vstack([system.rows[soft], springs.rows]),
+            offsets=np.concatenate([gaps[soft], springs.stretch + springs.rows @ p]), springs=both,
+            dampers=np.concatenate([system.dashpot[soft], springs.damping]),
+            rigid=np.vstack([system.rows[hard], system.tangents[stuck]]),
+            pushed=np.vstack([system.rows[hard] - drag, system.tangents[stuck]]),
+        )  # fmt: skip
         return linear, soft, hard, stuck
 
     def _forces(

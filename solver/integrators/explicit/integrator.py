@@ -50,8 +50,8 @@ class Explicit(capabilities.Explicit):
     def outcome(self) -> Outcome:
         state, none = self._state, np.empty(0)
         return Outcome(
-            state.q, state.v, state.multipliers, state.impulses, state.extreme, state.counts, none, none,
-            np.zeros(len(self._system.contacts)),
+            q=state.q, v=state.v, multipliers=state.multipliers, impulses=state.impulses, extreme=state.extreme,
+            counts=state.counts, masters=none, master_impulses=none, drag_impulse=np.zeros(len(self._system.contacts)),
         )  # fmt: skip
 
 
@@ -64,9 +64,10 @@ def _constants(system: System, dt: float) -> kernel.Constants:
     reach = np.abs(system.rows).max(axis=0) if len(system.gap) else np.zeros(len(system.velocity))
     compliance = system.compliance
     return kernel.Constants(
-        dt, _propagator(system, dt), system.stiffness, np.ascontiguousarray(system.rows),
-        np.ascontiguousarray(system.rows.T), reach, system.gap, compliance, fixed(compliance), system.coupled,
-        system.dashpot, normals, contact, system.rigid,
+        dt=dt, flight=_propagator(system, dt), stiffness=system.stiffness, rows=np.ascontiguousarray(system.rows),
+        columns=np.ascontiguousarray(system.rows.T), reach=reach, gap=system.gap, compliance=compliance,
+        matrix=fixed(compliance), coupled=system.coupled, dashpot=system.dashpot, normals=normals, contact=contact,
+        rigid=system.rigid,
     )  # fmt: skip
 
 
@@ -81,7 +82,7 @@ def _state(system: System, dt: float) -> kernel.State:
     v0 = system.velocity
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)
     return kernel.State(
-        half[1] * v0, half[3] * v0, empty_set(c), np.zeros(c), np.zeros(c), np.zeros(c),
-        np.zeros(len(system.rigid) + 1), np.array([energy, 0.0, 0.0, 0.0]), np.zeros(4, np.int64),
-        np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0]),
+        q=half[1] * v0, v=half[3] * v0, active=empty_set(c), multipliers=np.zeros(c), gaps=np.zeros(c),
+        impulses=np.zeros(c), work=np.zeros(len(system.rigid) + 1), energy=np.array([energy, 0.0, 0.0, 0.0]),
+        counts=np.zeros(4, np.int64), extreme=np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0]),
     )  # fmt: skip

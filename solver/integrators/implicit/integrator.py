@@ -36,8 +36,9 @@ class Implicit(capabilities.Implicit):
         self.bounds = bounds(system, self.points.memory, self.masters.memory)
         self.energy = _energy(system, self.modes, self.loads)
         self._arrays = Arrays(
-            dt, self.modes, self.points, self.masters, self.matrix, self.loads, self.bounds, self.energy
-        )
+            dt=dt, modes=self.modes, points=self.points, masters=self.masters, matrix=self.matrix, loads=self.loads,
+            bounds=self.bounds, energy=self.energy,
+        )  # fmt: skip
         self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
@@ -62,8 +63,9 @@ class Implicit(capabilities.Implicit):
         held = np.flatnonzero(masters.residual_force)
         outward = -(masters.residual_force[held] @ masters.residual[held] + masters.functions @ self.modes.q)
         return Outcome(
-            self.modes.q, self.modes.v, points.multipliers, points.impulses, energy.extreme, energy.counts, outward,
-            masters.impulses, masters.drag_impulse,
+            q=self.modes.q, v=self.modes.v, multipliers=points.multipliers, impulses=points.impulses,
+            extreme=energy.extreme, counts=energy.counts, masters=outward, master_impulses=masters.impulses,
+            drag_impulse=masters.drag_impulse,
         )  # fmt: skip
 
 
@@ -91,8 +93,9 @@ def _span(rows: np.ndarray) -> np.ndarray:
 def _modes(system: System, dt: float) -> Modes:
     step, m = flight(system.stiffness, system.damping, dt), len(system.velocity)
     return Modes(
-        system.position.copy(), system.velocity.copy(), np.zeros((2, m)), np.zeros(m), np.zeros(m), np.zeros(m),
-        step.motion, step.push, step.loss, system.stiffness, system.driving.gravity,
+        q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
+        end_force=np.zeros(m), moved=np.zeros(m), motion=step.motion, push=step.push, loss=step.loss,
+        stiffness=system.stiffness, gravity=system.driving.gravity,
     )  # fmt: skip
 
 
@@ -195,9 +198,11 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
             space[number] = item.functions.start, *over.counts
             across[item.rows] = over.across
     return Compliance(
-        np.zeros((c, c)) if count else base, base, np.full(c, -1 if count else 0), np.zeros(1, np.int64), master,
-        np.array([[item.rows.start, item.rows.stop] for item in system.contacts]).reshape(k, 2), np.ones(k, np.bool_),
-        space, np.full(c, -1), across, np.zeros((4, c)), np.zeros((k, 2), np.int64), np.zeros(count),
+        values=np.zeros((c, c)) if count else base, base=base, stamp=np.full(c, -1 if count else 0),
+        era=np.zeros(1, np.int64), master=master,
+        block=np.array([[item.rows.start, item.rows.stop] for item in system.contacts]).reshape(k, 2),
+        candidate=np.ones(k, np.bool_), space=space, corner=np.full(c, -1), across=across, along=np.zeros((4, c)),
+        window=np.zeros((k, 2), np.int64), scratch=np.zeros(count),
     )  # fmt: skip
 
 

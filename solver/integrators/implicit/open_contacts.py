@@ -57,9 +57,9 @@ def bounds(system: System, points: np.ndarray, functions: np.ndarray) -> Bounds:
             memory[1, :, number] = functions[:, item.functions.start]
     blocks = [(item.rows, item.functions) for item in system.contacts]
     return Bounds(
-        rigid, elastic, _largest(system.residual, [rows for rows, _ in blocks]),
-        _largest(system.function_residual, [functions for _, functions in blocks]), loads, memory, np.zeros((2, k)),
-        np.zeros((2, k)),
+        rigid=rigid, elastic=elastic, residual=_largest(system.residual, [rows for rows, _ in blocks]),
+        master=_largest(system.function_residual, [functions for _, functions in blocks]), loads=loads, memory=memory,
+        pressed=np.zeros((2, k)), held=np.zeros((2, k)),
     )  # fmt: skip
 
 
