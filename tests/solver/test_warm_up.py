@@ -20,6 +20,7 @@ from tests.solver.systems import (
     build_all,
     driven_pair_records,
     driven_pair_scene,
+    plate_records,
     rod_records,
     rod_scene,
 )
@@ -27,6 +28,7 @@ from tests.solver.systems import (
 MODULES = ("explicit.kernel", "explicit.one_point", "implicit.kernel", "collocation.kernel", "discrete_gradient.kernel")
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}
 LAYER = {"surface_stiffness": 1e13}
+TOOL = {"kind": "moving", "body": "part", "interface": "top", "force": 10.0, "at": [0.01, 0.0], "speed": 1.0}
 SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
     "explicit": (
         ({"part": rod_records(12)}, rod_scene(1e-5)),
@@ -35,6 +37,7 @@ SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
     "implicit": (
         ({"part": block_records(20)}, block_scene(1e-5, **LAYER)),
         (driven_pair_records(6), driven_pair_scene(duration=1e-5)),
+        ({"part": plate_records()}, {"body": {"part": {}}, "force": {"tool": TOOL}, "run": {"duration": 1e-5}}),
     ),
     "collocation": (({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),),
     "discrete-gradient": (({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),),

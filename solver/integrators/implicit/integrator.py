@@ -200,7 +200,7 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
     return Compliance(
         values=np.zeros((c, c)) if count else base, base=base, stamp=np.full(c, -1 if count else 0),
         era=np.zeros(1, np.int64), master=master,
-        block=np.array([[item.rows.start, item.rows.stop] for item in system.contacts]).reshape(k, 2),
+        block=np.array([[one.rows.start, one.rows.stop] for one in system.contacts], np.int64).reshape(k, 2),
         candidate=np.ones(k, np.bool_), space=space, corner=np.full(c, -1), across=across, along=np.zeros((4, c)),
         window=np.zeros((k, 2), np.int64), scratch=np.zeros(count),
     )  # fmt: skip
