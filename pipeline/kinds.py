@@ -112,6 +112,7 @@ def open_job(
         InputError: the scene is wrong; every mistake is listed.
     """
     path = scene_path(scene)
+    set = [set] if isinstance(set, str) else set
     texts = [f"{key}={json.dumps(value)}" for key, value in set.items()] if isinstance(set, Mapping) else set
     tables = read_tables(path, texts)
     name = path.parent.resolve().name if path.name == "scene.toml" else path.stem

@@ -44,9 +44,11 @@ def run_stages(
         draw: Draws the pictures; not called if the run diverged.
 
     Raises:
-        InputError: the scene does not fit its mesh.
+        InputError: there is no such stage, or the scene does not fit its mesh.
         StageError: a numerical routine failed.
     """
+    if until not in job.stages:
+        raise InputError(f"{job.path}: no stage '{until}'; its stages are {', '.join(job.stages)}")
     wanted = job.stages[: job.stages.index(until) + 1]
     stages = {stage: make_stage(job, stage, tasks, tell) for stage in wanted if stage != "plot"}
     report, pictures, notes = finish(until), [], []

@@ -18,7 +18,7 @@ def status(job: SceneJob) -> list[tuple[str, str, str, list[str]]]:
     for stage in job.stages[:-1]:
         products = job.products([stage])
         missing = {place: product for place, product in products.items() if not job.store.has(product.key)}
-        why = [line for place, product in missing.items() for line in _reasons(last.get(place), product)]
+        why = list(dict.fromkeys(one for place, p in missing.items() for one in _reasons(last.get(place), p)))
         keys = list(dict.fromkeys(product.key for product in products.values()))
         rows.append((stage, "stale" if missing else "fresh", combined(keys), why))
     key = content_key(job.pictures())

@@ -10,6 +10,7 @@ import pytest
 
 from gudgeon import modaldb
 from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.modes import block_method as blocks
 from gudgeon.pipeline.modes import lanczos, normal, static
@@ -159,3 +160,24 @@ def test_scenes_that_are_shipped_are_sound() -> None:
     for scene in scenes:
         job = open_job(scene.parent)
         assert job.products(job.stages)
+
+
+def test_a_stage_that_there_is_not_is_refused(made: tuple[Path, RunReport]) -> None:
+    with pytest.raises(InputError, match="no stage 'solv'; its stages are mesh, modes, morph, solve, plot"):
+        run(made[0] / "scene", db=made[0] / "db", out=made[0] / "out", until="solv")
+
+
+def test_one_override_may_be_a_text(made: tuple[Path, RunReport]) -> None:
+    one, same = (
+        open_job(made[0] / "scene", set=change, db=made[0] / "db")
+        for change in ("run.duration=1e-4", {"run.duration": 1e-4})
+    )
+    assert one.scene == same.scene
+    assert one.scene.run.duration == 1e-4
+
+
+def test_a_reason_is_told_once(made: tuple[Path, RunReport]) -> None:
+    """The base mesh and the mesh of the modes are one record where nothing moved."""
+    job = open_job(made[0] / "scene", set={"component.skirt.mesh.size": 0.02}, db=made[0] / "db", out=made[0] / "out")
+    why = status(job)[0][3]
+    assert len(why) == len(set(why)) == 1

@@ -306,7 +306,7 @@ def test_misfits_of_the_mesh(changes: dict[str, Any], message: str, made: tuple[
 
 
 def test_commands_that_a_wheel_has_not(made: tuple[Path, RunReport]) -> None:
-    with pytest.raises(InputError, match="a wheel has no stage 'morph'; its stages are mesh, modes, solve, plot"):
+    with pytest.raises(InputError, match="no stage 'morph'; its stages are mesh, modes, solve, plot"):
         run_wheel(job(made[0]), "morph")
     with pytest.raises(InputError, match="export: modes of a wheel cannot be exported"):
         kind_of(job(made[0])).export(job(made[0]), "modes", 1)
