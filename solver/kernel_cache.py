@@ -23,27 +23,30 @@ def cache_folder() -> Path | None:
     """Return the folder of the machine code of these sources; None where it cannot be made, and numba chooses one."""
     if os.environ.get("NUMBA_CACHE_DIR"):
         return Path(os.environ["NUMBA_CACHE_DIR"])
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gudgeon"
-    folder = base / f"kernels-{sources_digest(Path(__file__).parents[1])}"
     try:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gudgeon"
+        folder = base / f"kernels-{sources_digest(Path(__file__).parents[1])}"
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
+    except (OSError, RuntimeError):  # A user without a home directory is a RuntimeError.
         return None
     return folder if os.access(folder, os.W_OK) else None
 
 
 def sources_digest(root: Path) -> str:
-    """Return 16 digits that tell the compiled sources below a folder, and numba's version."""
-    digest = hashlib.sha256(version("numba").encode())
+    """Return 16 digits that tell the compiled sources below a folder, as numba does: where they stand, and how old.
+
+    Python's and numba's versions count, too.
+    """
+    digest = hashlib.sha256(f"{version('numba')} {sys.version} {root.resolve()}".encode())
     for path in sorted(path for pattern in SOURCES for path in root.glob(pattern)):
-        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+        digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_mtime_ns}".encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
 
 def is_compiled(name: str) -> bool:
-    """Whether the time loop of an integrator is compiled for these sources."""
+    """Whether the time loop of an integrator is compiled for these sources, or there is no place to keep it."""
     folder = cache_folder()
-    return name not in COMPILED or (folder is not None and (folder / f"{name}.compiled").is_file())
+    return name not in COMPILED or folder is None or (folder / f"{name}.compiled").is_file()
 
 
 def note_compiled(name: str) -> None:
@@ -56,5 +59,6 @@ def compile_beside(name: str) -> "subprocess.Popen[bytes] | None":
     """Start a child process that compiles the time loop of an integrator; None where that has been done."""
     if is_compiled(name):
         return None
-    command = [sys.executable, "-m", "gudgeon.solver.warm_up", name]
+    # -P: a file of the user's folder must not be taken for a module.
+    command = [sys.executable, "-P", "-m", "gudgeon.solver.warm_up", name]
     return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -121,6 +121,8 @@ def _records() -> dict[str, ModalRecord | MorphRecord]:
 
 def main(names: Sequence[str]) -> None:
     """Compile what is not compiled yet and tell what it took."""
+    if unknown := [name for name in names if name not in COMPILED]:
+        sys.exit(f"warm_up: no compiled time loop '{unknown[0]}'; there are {', '.join(COMPILED)}")
     for name in names or COMPILED:
         if is_compiled(name):
             print(f"time loop '{name}': compiled already")

@@ -137,7 +137,7 @@ def _draw_group(group: str, job: Path, drawn: list[str], notes: list[str]) -> No
 def _run_child(job: Path, hidden: Collection[str]) -> tuple[int, str, str]:
     """Return the child's exit code (−n: killed by signal n), stdout and stderr; it never outlives this call."""
     environment = {name: value for name, value in os.environ.items() if name not in hidden} | {"MPLBACKEND": "Agg"}
-    command = [sys.executable, "-m", CHILD, str(job)]
+    command = [sys.executable, "-P", "-m", CHILD, str(job)]
     child = subprocess.run(
         command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace"
     )

@@ -11,7 +11,7 @@ import pytest
 from numba.core.registry import CPUDispatcher
 
 from gudgeon.solver.capabilities import INTEGRATORS
-from gudgeon.solver.kernel_cache import COMPILED, cache_folder, is_compiled, sources_digest
+from gudgeon.solver.kernel_cache import COMPILED, cache_folder, compile_beside, is_compiled, sources_digest
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.warm_up import CASES, main, warm_up
 from tests.solver.systems import (
@@ -108,3 +108,29 @@ def test_the_command_tells_what_it_does(capsys: pytest.CaptureFixture[str]) -> N
     warm_up("explicit")
     main(["explicit"])
     assert capsys.readouterr().out == "time loop 'explicit': compiled already\n"
+
+
+def test_an_unknown_time_loop_is_refused() -> None:
+    with pytest.raises(SystemExit, match="no compiled time loop 'nonsense'; there are explicit, implicit, "):
+        main(["nonsense"])
+
+
+def test_the_child_takes_no_module_of_the_users_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("gudgeon", "json", "numpy"):
+        (tmp_path / f"{name}.py").write_text(f"open('{name}-ran', 'w').close(); raise SystemExit(3)")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("gudgeon.solver.kernel_cache.is_compiled", lambda name: False)
+    child = compile_beside("explicit")
+    assert child is not None
+    assert child.wait(120) == 0
+    assert not list(tmp_path.glob("*-ran"))
+
+
+def test_no_home_is_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    def homeless() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", homeless)
+    assert cache_folder.__wrapped__() is None
