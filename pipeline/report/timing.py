@@ -206,14 +206,14 @@ def _prepare(job: Job, repeat: int) -> MeasurementRecord:
             seconds: Parts = {}
             with tempfile.TemporaryDirectory() as folder:
                 empty = replace(job, store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
-                before = COUNTS.factorisations
+                before = COUNTS["factorisations"]
                 for state in ("cold", "warm"):
                     for stage in STAGES[:3]:
                         clock = Clock()
                         with named(job.path, InputError):
                             run_job(empty, stage)
                         seconds[f"{stage} {state}"] = clock.read()
-                counts = {"factorisations": COUNTS.factorisations - before}
+                counts = {"factorisations": COUNTS["factorisations"] - before}
                 if number == 0:
                     _keep(empty, job)
             found.append(seconds)
