@@ -59,10 +59,7 @@ class MovingBody:
         self.q, self.p = (self._MPhi.T @ u)[:r], (self._MPhi.T @ v)[:r]
         self.u, self.v = self._elastic(u), self._elastic(v)
         self._Ku, self._Mv = self.K @ self.u, self.M @ self.v
-        self._mean = self._rhs = np.zeros_like(u)
-        self._mean_q = self.p
         self._count, self.dissipated, self.work = 0, 0.0, 0.0
-        self._given = np.zeros(len(self._loads))
 
     @property
     def kinetic(self) -> float:
@@ -78,13 +75,9 @@ class MovingBody:
         """Return the present displacement of the ports [m], (p,)."""
         return self._ports @ self.u + self.ports_rigid @ self.q
 
-    def rate(self, number: int) -> float:
-        """Return the present velocity of one port [m/s]."""
-        return float((self._ports[number] @ self.v)[0] + self.ports_rigid[number] @ self.p)
-
-    def rates(self) -> np.ndarray:
-        """Return the present velocity of the ports [m/s], (p,)."""
-        return self._ports @ self.v + self.ports_rigid @ self.p
+    def rates(self, ports: slice = slice(None)) -> np.ndarray:
+        """Return the present velocity of the ports, or of some of them [m/s], (p,)."""
+        return self._ports[ports] @ self.v + self.ports_rigid[ports] @ self.p
 
     def motion(self) -> np.ndarray:
         """Return present displacements [m] and velocities [m/s], rigid motion included, (2, dofs)."""

@@ -89,9 +89,8 @@ class SlidingSurface:
 
     rows: sparse.csr_matrix
     """B: outward normal displacement of each of its functions, (F, dofs of the master)."""
-    weights: Callable[[float], tuple[np.ndarray, np.ndarray]]
-    """N(σ): returns numbers and values of the functions that each point touches after a sliding distance [m], (c, s);
-    the numbers of a point beside the surface are −1."""
+    weights: Callable[[float], tuple[sparse.csr_matrix, np.ndarray]]
+    """Given a sliding distance [m], returns N(σ), zero beside the surface, (c, F), and which points are on it, (c,)."""
     slide: np.ndarray
     """σ = slide @ u of the slave, (dofs,)."""
 

@@ -28,13 +28,13 @@ discretisation error."""
 
 @dataclass(frozen=True)
 class FrequencyErrors:
-    """Errors of the frequency of each coordinate."""
+    """Errors of the frequency of each coordinate, named as in `ModalRecord`."""
 
     residuals: np.ndarray
     """‖KΦ − MΦω²‖ / ‖KΦ‖ over the free dofs, (m,)."""
-    algebraic: np.ndarray
+    algebraic_errors: np.ndarray
     """Bound on |δω|/ω against the nearest exact frequency of the mesh, (m,)."""
-    discretisation: np.ndarray | None
+    discretisation_errors: np.ndarray | None
     """Estimate of (ω − ω_exact)/ω, (m,), NaN if a coordinate is no mode; None if the elements have no estimate."""
 
 

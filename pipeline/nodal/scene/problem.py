@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from gudgeon.modaldb.records.modes import TractionModes
+from gudgeon.modaldb.records.modes import SplineGrid
 from gudgeon.modaldb.traction import along_direction, chart_coordinates
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.loads import load_rows
@@ -20,7 +20,7 @@ from gudgeon.pipeline.nodal.problem import (
 )
 from gudgeon.pipeline.nodal.scene.body import Part, load_part
 from gudgeon.pipeline.nodal.scene.points import meeting_problem, refuse_contacts
-from gudgeon.pipeline.nodal.sliding.weights import SplineWeights
+from gudgeon.pipeline.nodal.sliding.weights import sliding_weights
 from gudgeon.pipeline.nodal.start import static_start
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.obstacles import basic_surface, obstacle_of
@@ -91,7 +91,7 @@ def _sliding_problem(job: Job) -> NodalProblem:
 
 def _solid(job: Job, name: str, field: np.ndarray) -> Part:
     part = load_part(job, name, field)
-    if part.mesh.cell_type not in ("tetra10", "line3"):
+    if part.model.mesh.cell_type not in ("tetra10", "line3"):
         raise InputError(
             f"{job.path}: component.{job.scene.component_of(name)}.geometry: '{part.component.geometry.kind}' given,"
             " report.full_fe with sliding points or a joint allows solids and bars"
@@ -118,23 +118,20 @@ def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalCont
     return NodalContact(-rows, obstacle.gap(placed), stiffness, obstacle.direction(placed), surface)
 
 
-def _surface(
-    job: Job, name: str, slave: Part, master: Part, placed: np.ndarray
-) -> tuple[SlidingSurface, TractionModes]:
+def _surface(job: Job, name: str, slave: Part, master: Part, placed: np.ndarray) -> tuple[SlidingSurface, SplineGrid]:
     over = job.scene.masters()[name]
-    found = traction_space(master.mesh, master.component.interface[over.interface], f"contact.{name}.against")
-    space = TractionModes(found.chart, found.start, found.spacing, found.counts, np.empty((0, 0)), found.resultant)
-    weights = SplineWeights(space, chart_coordinates(found.chart, placed - master.position))
-    along = np.tile(slave.model.directions @ along_direction(found.chart), len(slave.model.nodes))
+    space = traction_space(master.model.mesh, master.component.interface[over.interface], f"contact.{name}.against")
+    weights = sliding_weights(space, chart_coordinates(space.chart, placed - master.position))
+    along = np.tile(slave.model.directions @ along_direction(space.chart), len(slave.model.nodes))
     slide = (slave.model.M @ along @ slave.reduction) / slave.model.properties.mass
-    rows = sparse.csr_matrix(found.rows(master.model) @ master.reduction)
+    rows = sparse.csr_matrix(space.rows(master.model) @ master.reduction)
     return SlidingSurface(rows, weights, slide), space
 
 
 def _gas(job: Job, name: str, slave: Part) -> NodalLoad:
     force = job.scene.gas()[name]
     joint = job.scene.joint[force.joint]
-    rows = load_rows(slave.mesh, slave.model, slave.component.interface[force.interface], f"force.{name}.interface")
+    rows = load_rows(slave.model, slave.component.interface[force.interface], f"force.{name}.interface")
 
     def mean(edges: np.ndarray) -> np.ndarray:
         return force.pressure(joint.angle(0.5 * (edges[1:] + edges[:-1])))
@@ -144,7 +141,7 @@ def _gas(job: Job, name: str, slave: Part) -> NodalLoad:
 
 def _rod(job: Job, slave: Part) -> NodalRod:
     ((name, joint),) = job.scene.joint.items()
-    held = load_rows(slave.mesh, slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
+    held = load_rows(slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
     along, lateral = joint.axes
     axes = np.stack([lateral, along])
     point = axes @ (held.point + slave.position)

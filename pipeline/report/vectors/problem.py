@@ -8,7 +8,6 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.records.modes import TractionModes
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements import ASSEMBLERS
@@ -52,9 +51,8 @@ class Problem:
             raise InputError(f"report.vectors: {where}.supports permit {count} rigid motions; support the body fully")
         interface = self.force.interface
         space = traction_space(mesh, part.interface[interface], f"{where}.interface.{interface}")
-        chart = TractionModes(space.chart, space.start, space.spacing, space.counts, np.empty((0, 0)), space.resultant)
         inward = sparse.csr_matrix(-space.rows(model))
-        return Travel(model, inward, chart, self.force.amounts, self.force.places, self.job.scene.run.duration)
+        return Travel(model, inward, space, self.force.amounts, self.force.places, self.job.scene.run.duration)
 
     def finer(self, size: float) -> Travel:
         """Return the force on a mesh of another edge length [m]."""

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from gudgeon.modaldb.records.modes import TractionModes
-from gudgeon.modaldb.traction import spline_weights
+from gudgeon.modaldb.records.modes import SplineGrid
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.interfaces.traction_space import spline_matrix
 from gudgeon.pipeline.modes.normal import NormalModes
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.problem import NodalBody
@@ -27,8 +27,8 @@ class Travel:
     model: FEModel
     B: sparse.csr_matrix
     """Inward displacement of the surface's functions, (F, dofs)."""
-    space: TractionModes
-    """Chart and splines of the surface; the rows are not used."""
+    space: SplineGrid
+    """Chart and splines of the surface."""
     size: Callable[[np.ndarray], np.ndarray]
     """Force at given times [N], (t,) → (t,)."""
     path: Callable[[np.ndarray], np.ndarray]
@@ -38,9 +38,7 @@ class Travel:
 
     def weights(self, time: np.ndarray) -> sparse.csr_matrix:
         """Return the share of the force on each function of the surface at given times, (t, F)."""
-        numbers, values = spline_weights(self.space, self.path(time))
-        starts = np.arange(0, numbers.size + 1, numbers.shape[1])
-        return sparse.csr_matrix((values.ravel(), numbers.ravel(), starts), shape=(len(time), self.B.shape[0]))
+        return spline_matrix(self.space, self.path(time))
 
     def loads(self, shares: Sequence[float]) -> np.ndarray:
         """Return the nodal forces of a unit force at shares of its path, (dofs, k)."""

@@ -109,9 +109,7 @@ def test_a_sphere_under_pressure_is_under_its_pressure_everywhere() -> None:
     """Curved elements carry a uniform state exactly: a pressure's consistent forces are those of p on the facets."""
     mesh = Sphere(kind="sphere", radius=0.05).build(0.02)
     model = build_model(mesh, Material(**STEEL))
-    u = Flexibility(model).solve(
-        load_rows(mesh, model, Interface(surface="surface", kind="pressure"), "p").B.T.toarray()
-    )
+    u = Flexibility(model).solve(load_rows(model, Interface(surface="surface", kind="pressure"), "p").B.T.toarray())
     ball = Component.model_validate(
         {
             "geometry": {"kind": "sphere", "radius": 0.05},
