@@ -46,7 +46,9 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
     Raises:
         InputError: the surface is no cylinder, the table does not cover it, or an element would be inverted.
     """
-    surface = _cylinder(mesh, movement)
+    surface = find_surface(mesh, movement.surface, f"{movement.where}.surface")
+    if surface.shape.get("kind") != "cylinder":
+        raise InputError(f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one")
     on_surface = np.unique(surface.facets)
     shift = np.zeros_like(mesh.nodes)
     shift[on_surface] = _radial_shift(mesh.nodes[on_surface], surface, movement)
@@ -128,13 +130,6 @@ def moved_mesh(mesh: MeshRecord, movement: Movement) -> MeshRecord:
     moved = mesh.surfaces[movement.surface]
     surface = Surface(moved.facets, moved.shape | {"profiled": True})
     return replace(mesh, nodes=nodes, surfaces=mesh.surfaces | {movement.surface: surface})
-
-
-def _cylinder(mesh: MeshRecord, movement: Movement) -> Surface:
-    surface = find_surface(mesh, movement.surface, f"{movement.where}.surface")
-    if surface.shape.get("kind") != "cylinder":
-        raise InputError(f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one")
-    return surface
 
 
 def _radial_shift(points: np.ndarray, surface: Surface, movement: Movement) -> np.ndarray:

@@ -117,6 +117,17 @@ def resultant_quantities(times: np.ndarray, forces: np.ndarray) -> dict[str, Qua
     }
 
 
+def energy_drift(energies: np.ndarray, exchanged: float) -> float:
+    """Return the largest error of T + U + V + D − W over the energy that contacts exchange [J]; 0 where they do not.
+
+    Args:
+        energies: Kinetic T, strain U, contact V, dissipated D and work given W at the start and the ends of the steps
+            [J], (s + 1, 5).
+    """
+    balance = energies[:, :4].sum(axis=1) - energies[:, 4]
+    return float(np.abs(balance - balance[0]).max()) / exchanged if exchanged else 0.0
+
+
 def body_quantities(name: str, motion: np.ndarray) -> Json:
     """Return final velocity and displacement of a body from its `NodalBody.centre_motion`."""
     return named(name, departure(*motion))
