@@ -128,7 +128,7 @@ def substructures(model: FEModel, count: int) -> np.ndarray:
 def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray, surfaces: Sequence[str]) -> tuple[np.ndarray, int]:
     """Return the boundary dofs in order, and the number of them that only hold rigid motions."""
     chosen = part == -1
-    chosen[touched_dofs(rows.B)] = True
+    chosen[rows.dofs()] = True
     for name in surfaces:
         chosen[surface_dofs(model, name, "modes.boundary")] = True
     chosen &= ~model.held
@@ -137,11 +137,6 @@ def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray, surfaces: Seq
     if len(loose):
         chosen[linalg.qr((rigid @ loose.T).T, mode="economic", pivoting=True)[2][: len(loose)]] = True
     return np.flatnonzero(chosen), len(loose)
-
-
-def touched_dofs(B: sparse.csr_matrix) -> np.ndarray:
-    """Return the dofs on which some row has an entry that is not zero, (k,), ascending."""
-    return np.unique(B.nonzero()[1])
 
 
 def loose_motions(rigid: np.ndarray, held: np.ndarray) -> np.ndarray:

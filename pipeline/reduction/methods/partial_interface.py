@@ -18,13 +18,7 @@ from scipy import linalg
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.problem import dense_pairs
-from gudgeon.pipeline.reduction.methods.craig_bampton import (
-    cut,
-    loose_motions,
-    surface_dofs,
-    synthesised,
-    touched_dofs,
-)
+from gudgeon.pipeline.reduction.methods.craig_bampton import cut, loose_motions, surface_dofs, synthesised
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
@@ -97,7 +91,7 @@ def _kept(model: FEModel, rows: ContactRows, names: tuple[str, ...], boundary: n
     for name in names:
         own = []
         if name in rows.spans:
-            own.append(touched_dofs(rows.B[slice(*rows.spans[name])]))
+            own.append(rows.dofs(name))
         if name in model.mesh.surfaces:
             own.append(surface_dofs(model, name, "modes.kept"))
         if not own:

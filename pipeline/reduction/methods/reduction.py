@@ -36,6 +36,11 @@ class ContactRows:
     spans: Mapping[str, Sequence[int]] = field(default_factory=dict)
     """First and last + 1 row of each interface, by its name."""
 
+    def dofs(self, interface: str | None = None) -> np.ndarray:
+        """Return the dofs on which a row of one interface, or any row, is not zero, (k,), ascending."""
+        B = self.B if interface is None else self.B[slice(*self.spans[interface])]
+        return np.unique(B.nonzero()[1])
+
 
 @dataclass(frozen=True)
 class Reduction:
