@@ -16,6 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from PIL.Image import Image
 
+from gudgeon.pipeline.files import whole_file
+
 WIDTH, HEIGHT, DPI = 1600, 1200, 200
 """Size of a picture [px] and its resolution [px/in]."""
 INK, FAINT, GRID, GROUND = "#1f2933", "#66727f", "#e3e8ed", "#f1f3f5"
@@ -72,11 +74,9 @@ def new_figure(title: str, subtitle: str, *, height: int = HEIGHT, width: int = 
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG of its full size, in one step."""
-    scratch = path.with_name(f".{path.name}.part")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(scratch, dpi=DPI, facecolor="white", format="png")
-    scratch.replace(path)
+    """Write a figure as PNG of its full size, in one step; see `whole_file`."""
+    with whole_file(path) as scratch:
+        figure.savefig(scratch, dpi=DPI, facecolor="white", format="png")
 
 
 def draw(file: AbstractContextManager[Path], make: Callable[..., Figure], *arguments: Any) -> None:

@@ -14,13 +14,8 @@ STRESS = ("Von Mises stress, deformation", "von Mises stress", "Pa")
 """Title, name and unit of the values that colour a deformed body."""
 
 
-def reads_stress(drawing: Drawing, body: BodyMotion) -> bool:
-    """Return whether a body has a gauge of stress on a surface."""
-    return bool(_surface_gauges(drawing, body))
-
-
-def _surface_gauges(drawing: Drawing, body: BodyMotion) -> list[str]:
-    """Return the gauges of stress on surfaces, without reading large arrays."""
+def stress_gauges(drawing: Drawing, body: BodyMotion) -> list[str]:
+    """Return the gauges of stress on surfaces of a body, without reading large arrays."""
     paths = [path for path in drawing.store.sizes(body.morph.modes_key) if fnmatch(path, "gauges/*/nodes")]
     gauges = drawing.store.get(body.morph.modes_key, "modes", only=paths).gauges if paths else {}
     return [name for name, gauge in gauges.items() if gauge.unit == "Pa"]
@@ -32,7 +27,7 @@ def equivalent_stress(drawing: Drawing, body: BodyMotion, frame: int) -> np.ndar
     Raises:
         StageError: see `row_forces`.
     """
-    names = [f"gauges/{name}" for name in _surface_gauges(drawing, body)]
+    names = [f"gauges/{name}" for name in stress_gauges(drawing, body)]
     modal = drawing.store.get(body.morph.modes_key, "modes", only=[*names, "interface_rows"])
     q = body.coordinates[frame, len(body.morph.rigid_twists) :]
     forces = row_forces(drawing, body, modal, frame)

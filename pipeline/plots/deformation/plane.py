@@ -10,7 +10,7 @@ from matplotlib.tri import Triangulation
 from gudgeon.pipeline.geometry.shapes.plane import boundary_edges
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, reads_stress
+from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, stress_gauges
 
 PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Flat triangles that make up one of six nodes."""
@@ -28,7 +28,7 @@ def draw_sheets(drawing: Drawing) -> None:
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
         file = drawing.file("deformation.png", body.name, count)
         style.draw(file, _picture, drawing, body, magnitude, DISPLACEMENT)
-        if reads_stress(drawing, body):
+        if stress_gauges(drawing, body):
             stress = equivalent_stress(drawing, body, frame)
             file = drawing.file("stress.png", body.name, len(names))
             style.draw(file, _picture, drawing, body, stress, STRESS)

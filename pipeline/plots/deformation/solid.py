@@ -14,7 +14,7 @@ from PIL.Image import Image
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
-from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, reads_stress
+from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, stress_gauges
 
 IMAGE = (1340, 1000)
 """Size of the rendered part of the picture [px]."""
@@ -62,7 +62,7 @@ def draw_deformation(drawing: Drawing) -> None:
 
 def draw_stress(drawing: Drawing) -> None:
     """Draw one picture for each solid body with contact and a gauge of stress on a surface."""
-    found = [body for body in drawing.shaped(drawing.touched("tetra10")) if reads_stress(drawing, body)]
+    found = [body for body in drawing.shaped(drawing.touched("tetra10")) if stress_gauges(drawing, body)]
     for body in found:
         stress = equivalent_stress(drawing, body, drawing.strongest_frame(body.name))
         fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
