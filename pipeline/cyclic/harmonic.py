@@ -7,6 +7,7 @@ shape: a pair of the wheel.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -33,7 +34,10 @@ def harmonic_modes(sector: Sector, harmonic: int, count: int) -> CyclicHarmonic:
         most = symmetry.sectors // 2
         raise InputError(f"cyclic.harmonic: {harmonic} given, {symmetry.sectors} sectors have 0 to {most}")
     phase = phase_of(harmonic * symmetry.angle)
-    K, M = (_at_phase(sector, matrix, phase) for matrix in (sector.model.K, sector.model.M))
+    K, M = (
+        sparse.csr_matrix(at_phase(sector.own, sector.next, matrix, phase))
+        for matrix in (sector.model.K, sector.model.M)
+    )
     rigid = orthonormal(rigid_motions(sector, harmonic), M)
     pairs = lowest_pairs(Problem(K, M, rigid), count)
     shapes = ((sector.own + phase * sector.next) @ pairs.vectors).reshape(len(sector.model.nodes), -1, count)
@@ -64,13 +68,12 @@ def phase_of(theta: float) -> complex | float:
     return np.exp(1j * theta)
 
 
-def _at_phase(sector: Sector, matrix: sparse.csr_matrix, phase: complex | float) -> sparse.csr_matrix:
-    """Return a sector's matrix on its own dofs with v_{j+1} = e^{iθ} v_j, Hermitian, (m, m)."""
-    own, following = sector.own, sector.next
+def at_phase(own: sparse.csr_matrix, following: sparse.csr_matrix, matrix: Any, phase: complex | float) -> Any:
+    """Return a matrix of a sector, dense or sparse, over u_j = C₀ v_j + C₁ v_{j+1}, on v_j, Hermitian, (m, m)."""
     diagonal = own.T @ matrix @ own + following.T @ matrix @ following
     across = phase * (own.T @ matrix @ following)
-    whole = sparse.csr_matrix(diagonal + across + across.conj().T)
-    return sparse.csr_matrix(0.5 * (whole + whole.conj().T))
+    whole = diagonal + across + across.conj().T
+    return 0.5 * (whole + whole.conj().T)
 
 
 def rigid_motions(sector: Sector, harmonic: int) -> np.ndarray:

@@ -21,6 +21,7 @@ from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.scene import KeptInterface, Wheel, blade_radius, reduction
+from gudgeon.solver.vectors import length_across, unit
 
 
 @dataclass(frozen=True)
@@ -76,9 +77,8 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
         InputError: see `sector_of`; or no cell or every cell is a blade's, or the surface of the force does not exist.
     """
     sector, where = sector_of(mesh, component, wheel, name), f"wheel.{name}"
-    axis = np.array(wheel.axis) / np.linalg.norm(wheel.axis)
     arms = mesh.nodes[mesh.cells[:, :4]].mean(axis=1) - np.array(wheel.origin)
-    radii = np.linalg.norm(arms - np.outer(arms @ axis, axis), axis=1)
+    radii = length_across(arms, unit(wheel.axis))
     limit = blade_radius(wheel, component)
     assert limit is not None
     assert component.material is not None
@@ -91,7 +91,7 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
     if surface not in mesh.surfaces:
         raise InputError(f"{where}.response.surface: the mesh has no surface '{surface}'; it has {_names(mesh)}")
     nodes, shares, _ = surface_weights(mesh, mesh.surfaces[surface])
-    along = np.array(wheel.response.direction) / np.linalg.norm(wheel.response.direction)
+    along = unit(wheel.response.direction)
     weights = np.zeros((1, 3 * len(mesh.nodes)))
     weights[0, (3 * nodes[:, None] + np.arange(3)).ravel()] = np.outer(shares / shares.sum(), along).ravel()
     row = sector.model.on_dofs(sparse.csr_matrix(weights)).toarray().ravel()
@@ -116,10 +116,9 @@ def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: 
             found[str(harmonic)] = harmonic_modes(sector, harmonic, wheel.mode_count)
         except StageError as error:
             raise StageError(f"wheel.{name}: harmonic {harmonic}: {error}") from error
-    axis = np.array(wheel.axis) / np.linalg.norm(wheel.axis)
     own, face = sector.own.shape[1], len(sector.face)
     quality = {"sector_dofs": own, "face_dofs": face, "wheel_dofs": wheel.sectors * own}
-    return CyclicRecord(mesh_key, wheel.sectors, axis, np.array(wheel.origin), found, quality)
+    return CyclicRecord(mesh_key, wheel.sectors, unit(wheel.axis), np.array(wheel.origin), found, quality)
 
 
 def kept_dofs(sector: Sector, choice: KeptInterface, where: str) -> InterfaceChoice:

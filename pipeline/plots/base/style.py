@@ -32,6 +32,8 @@ SIGNED = colormaps["RdBu_r"]
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 """Scale factors are one of these times a power of ten."""
 
+IMAGE, BAR = (1340, 1000), (0.862, 0.17, 0.018, 0.6)
+"""Size of a rendered picture [px], and place of the colour bar beside it."""
 Box = tuple[float, float, float, float]
 """Left, bottom, width, height in a figure."""
 SIDES = (0.1, 0.965)
@@ -220,12 +222,6 @@ def nice_scale(shown: float, largest: float) -> float:
 def time_unit(span: float) -> tuple[float, str]:
     """Return factor and unit for a time span [s]: µs below 2 ms, ms below 2 s."""
     return (1e6, "µs") if span < 2e-3 else (1e3, "ms") if span < 2 else (1.0, "s")
-
-
-def moment(time: float, end: float, force: float) -> str:
-    """Return a time within a run that ends at `end` [s], and the contact force then [N], as text."""
-    factor, unit = time_unit(end)
-    return f"t = {digits(time * factor)} {unit}  ·  contact force {quantity(force, 'N')}"
 
 
 def contact_span(times: np.ndarray, force: np.ndarray, margin: float) -> tuple[float, float]:

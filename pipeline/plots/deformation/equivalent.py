@@ -7,6 +7,7 @@ import numpy as np
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.interfaces.stress_recovery import COMPONENTS, von_mises
+from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 
 DISPLACEMENT = ("Elastic deformation", "elastic displacement", "m")
@@ -60,3 +61,12 @@ def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord, frame: in
             raise StageError(f"the points of contact {name} press on several rows of '{interface}' in another order")
         forces[rows] -= pressed
     return forces
+
+
+def strongest_text(drawing: Drawing, body: str, force: float) -> str:
+    """Return the subtitle of a body at its largest contact force [N]."""
+    trajectory = drawing.trajectory
+    factor, unit = style.time_unit(float(trajectory.times[-1]))
+    time = f"t = {style.digits(trajectory.frame_times[drawing.strongest_frame(body)] * factor)} {unit}"
+    force_text = f"contact force {style.quantity(force, 'N')}"
+    return f"{drawing.scene_name}  ·  body {body}, largest contact force, {time}  ·  {force_text}"

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.contact.force_axes import smoothed
+from gudgeon.solver.vectors import unit
 
 LARGE = 1e-2
 """Strain from which the unit is percent."""
@@ -56,8 +57,7 @@ def deflection(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, int]:
 def _axis(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ascending positions [m], the order of their nodes, and the unit vector along the line."""
     ends = body.nodes[body.mesh.cells[:, :2]]
-    direction = (ends[:, 1] - ends[:, 0]).sum(axis=0)
-    direction = direction / np.linalg.norm(direction)
+    direction = unit((ends[:, 1] - ends[:, 0]).sum(axis=0))
     position = (body.nodes - body.nodes[0]) @ direction
     order = np.argsort(position)
     return position[order] - position[order[0]], order, direction
