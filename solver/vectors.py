@@ -26,3 +26,8 @@ def unit(vector: tuple[float, ...] | np.ndarray) -> np.ndarray:
     """Return a vector at length 1, (3,)."""
     array = np.asarray(vector, float)
     return array / np.linalg.norm(array)
+
+
+def length_across(vectors: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the length of vectors (…, 3) across a unit vector, (…)."""
+    return np.linalg.norm(vectors - (vectors @ along)[..., None] * along, axis=-1)
