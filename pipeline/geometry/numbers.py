@@ -3,7 +3,7 @@
 from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 STRICT = ConfigDict(extra="forbid", frozen=True)
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -14,6 +14,12 @@ Dimensionless = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"
 Point = tuple[Coordinate, Coordinate, Coordinate]
 Direction = tuple[Dimensionless, Dimensionless, Dimensionless]
 """Of any length, zero included."""
+
+
+class Strict(BaseModel):
+    """A table of a scene file; unknown keys are refused."""
+
+    model_config = STRICT
 
 
 def _refuse_zero(vector: Direction) -> Direction:

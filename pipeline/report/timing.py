@@ -28,10 +28,9 @@ from gudgeon.pipeline.report.document import StageSeconds
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.products import STAGES, combined, measurement_product
-from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.simulate import simulate
-from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
 WARM_UP = 5.0
@@ -72,8 +71,7 @@ def compiled(job: Job) -> System:
     """
     with named(job.path, InputError, SceneError):
         run_job(job, "morph")
-        morphs = {name: steps["morph"].key for name, steps in job.components().items()}
-        return compile_system(job.store, job.scene, morphs)
+        return system_of(job)
 
 
 def kept_trajectory(job: Job) -> Trajectory | None:

@@ -15,15 +15,14 @@ from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, PipelineError
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal
-from gudgeon.pipeline.robustness.units import Units
+from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
-from gudgeon.solver.results.contact_events import merged
+from gudgeon.solver.results.contact_events import merged, sampled_impacts, smoothed_peak
 from gudgeon.solver.simulate import simulate, suggested
-from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
 ROUND_OFF = 1e-9
@@ -34,24 +33,14 @@ WHOLE = ("macneal", "normal+static", "rubin")
 
 
 @dataclass(frozen=True)
-class Trial:
-    """A changed scene to run, and how its result must differ from that of the run that it is compared with."""
+class Trial(Compared):
+    """A changed scene to run; `base` is known once the run that it is compared with has ended."""
 
     job: Any
     meshes: Mapping[str, MeshRecord] = field(default_factory=dict)
     """Meshes of components in place of their own; the records are then not kept."""
     like: "Trial | None" = None
     """The run that it is compared with; None: the unchanged scene."""
-    units: Units | None = None
-    """Units, if it is the same scene in other units: its contact must be the same but for these."""
-    stretch: Mapping[str, float] | None = None
-    """Factor on each component's frequencies, if it is known."""
-    agreement: float | None = None
-    """Allowed relative difference of the first contact's impulse, if both must agree."""
-    factor: float | None = None
-    """Factor on the stiffness of contacts."""
-    measured: bool = False
-    """Whether the units were taken from the gaps of the solver, so that round-off of positions has no effect."""
 
 
 def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -> Evidence | Refusal:
@@ -65,7 +54,7 @@ def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -
                 product = steps["base-mesh"]
                 job.store.put(product.key, product.kind, trial.meshes[name], product.inputs)
         run_job(job, "morph", tell)
-        system, product = _compiled(job), job.trajectory()
+        system, product = system_of(job), job.trajectory()
         if not job.store.has(product.key):
             found = simulate(system, lambda share: tell("solve", share))
             job.store.put(product.key, product.kind, found, product.inputs)
@@ -84,37 +73,19 @@ def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | N
 
     The resolution is the period of the highest kept frequency.
     """
-    found = []
+    found, interval = [], float(trajectory.times[0])
     for name, history in trajectory.contacts.items():
-        impacts = trajectory.impacts.get(name)
-        if impacts is not None:
-            if len(impacts):
-                one = merged(impacts, resolution)[0]
-                force = float(one[3])
-                if resolution > 0:
-                    force = _smoothed(history.force, trajectory.times, one, resolution)
-                found.append(FirstContact(float(one[0]), float(one[2]), float(one[1] - one[0]), force))
-            continue
-        size, interval = np.linalg.norm(history.force, axis=1), float(trajectory.times[0])
-        touching = np.flatnonzero(size)
-        if not len(touching):
-            continue
-        gaps = np.flatnonzero(np.diff(touching) > max(1.0, resolution / interval))
-        own = touching[: gaps[0] + 1] if len(gaps) else touching
-        pressed = size[own[0] : own[-1] + 1]
-        found.append(
-            FirstContact(float(own[0] * interval), float(interval * pressed.sum()), float(len(pressed) * interval),
-                         float(pressed.max()))
-        )  # fmt: skip
+        size, impacts = np.linalg.norm(history.force, axis=1), trajectory.impacts.get(name)
+        if impacts is None:  # Samples know a separation to within an interval.
+            first = merged(sampled_impacts(size, interval), resolution - interval)[:1]
+        else:
+            first = merged(impacts, resolution)[:1]
+        for start, end, impulse, force in first[:, :4].tolist():
+            if impacts is not None and resolution > 0:
+                until = size[: int(np.searchsorted(trajectory.times, end)) + 1]
+                force = smoothed_peak(until, interval, min(resolution, len(until) * interval))["force_peak"][0]
+            found.append(FirstContact(start, impulse, end - start, force))
     return min(found, key=lambda one: one.start, default=None)
-
-
-def _smoothed(force: np.ndarray, times: np.ndarray, impact: np.ndarray, resolution: float) -> float:
-    """Return the largest force [N] of an impact, averaged over one period of the highest kept frequency."""
-    interval = float(times[0])
-    size = np.linalg.norm(force[: int(np.searchsorted(times, impact[1])) + 1], axis=1)
-    width = min(max(1, round(resolution / interval)), max(1, len(size)))
-    return float(np.convolve(size, np.full(width, 1.0 / width), mode="valid").max(initial=0.0))
 
 
 def stepped(job: Job) -> list[str]:
@@ -129,30 +100,24 @@ def suggested_step(job: Job) -> float:
         InputError: the scene cannot be run with it.
     """
     try:
-        return suggested(_compiled(job))
+        return suggested(system_of(job))
     except SolverError as error:
         raise InputError(str(error)) from error
 
 
 def sizes(job: Job) -> dict[str, int]:
     """Return the numbers of contact points and of coordinates of a scene."""
-    return dict(zip(("points", "coordinates"), _compiled(job).rows.shape, strict=True))
+    return dict(zip(("points", "coordinates"), system_of(job).rows.shape, strict=True))
 
 
 def approach(job: Job) -> tuple[np.ndarray, float, float]:
     """Return the direction of the first contact's force on its body (3,), its least gap and the body's size [m]."""
-    system = _compiled(job)
+    system = system_of(job)
     contact = system.contacts[0]
     row = int(system.gap[contact.rows].argmin())
     arms = contact.points - system.bodies[contact.body].morph.centre
     reach = float(np.linalg.norm(arms, axis=1).max()) or 1.0
     return contact.directions[row], float(system.gap[contact.rows][row]), reach
-
-
-def _compiled(job: Job) -> System:
-    """Return the compiled system of a job whose morphs are in the database."""
-    morphs = {name: steps["morph"].key for name, steps in job.components().items()}
-    return compile_system(job.store, job.scene, morphs)
 
 
 def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord], seconds: float) -> Evidence:

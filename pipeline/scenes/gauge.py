@@ -2,16 +2,15 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT
+from gudgeon.pipeline.geometry.numbers import Strict
 from gudgeon.pipeline.scenes.modes import is_absent
 
 
-class Gauge(BaseModel):
+class Gauge(Strict):
     """A place where stress or strain is recorded: a fibre of a beam, a point, or a surface."""
 
-    model_config = STRICT
     station: str | None = Field(
         default=None,
         exclude_if=is_absent,

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT, Coordinate, Direction, Finite, Length, Point
+from gudgeon.pipeline.geometry.numbers import Coordinate, Direction, Finite, Length, Point, Strict
 from gudgeon.pipeline.scenes.modes import is_absent
 
 Span = tuple[Coordinate, Coordinate]
@@ -19,10 +19,9 @@ def _pair(value: Any) -> Any:
     return (value, value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-class Interface(BaseModel):
+class Interface(Strict):
     """A place of a component where contacts, joints or loads act."""
 
-    model_config = STRICT
     surface: str = Field(description="Name of a surface of the mesh")
     kind: Literal["points", "traction", "mean", "pressure", "patch", "tie"] = Field(
         default="points",

@@ -2,9 +2,9 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT
+from gudgeon.pipeline.geometry.numbers import Strict
 
 Reduction = Literal[
     "macneal", "normal+static", "craig-bampton", "fixed-reference", "ritz", "rubin", "attachment", "interface",
@@ -19,10 +19,9 @@ def is_absent(value: object) -> bool:
     return value is None or value == ()
 
 
-class ModesSettings(BaseModel):
+class ModesSettings(Strict):
     """Reduction of a component."""
 
-    model_config = STRICT
     reduction: Reduction = Field(
         default="macneal",
         description="macneal: normal modes and static correction modes, with the flexibility of the other modes as"

@@ -42,6 +42,10 @@ class Job(SceneJob):
                 if name in used
             }
 
+    def morphs(self) -> dict[str, str]:
+        """Return the keys of the records that the solver reads, by component."""
+        return {name: steps["morph"].key for name, steps in self.components().items()}
+
     def compared(self) -> dict[str, "Job"]:
         """Return the runs that the pictures compare this one with."""
         return {name: variant(self, changes) for name, changes in self.scene.plot.compare.items()}
@@ -56,8 +60,7 @@ class Job(SceneJob):
 
     def trajectory(self) -> Product:
         """Return the product of the solve stage."""
-        morphs = {name: steps["morph"].key for name, steps in self.components().items()}
-        return product("solve", self.name, {"scene": self.dynamics(), "morphs": morphs})
+        return product("solve", self.name, {"scene": self.dynamics(), "morphs": self.morphs()})
 
     def products(self, stages: Sequence[str]) -> dict[str, Product]:
         found = {
