@@ -13,7 +13,7 @@ from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Refusal
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.trial import Trial, approach, stepped, suggested_step
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
-from gudgeon.pipeline.scenes.change import table_path
+from gudgeon.pipeline.scenes.change import moved_surface
 
 AGREES = 0.01
 """Allowed relative difference of an impulse with a step above the limit, which is divided."""
@@ -86,10 +86,10 @@ def _in_units(subject: Subject, units: Units) -> Trial:
     """Return the trial of the scene in other units, on the same meshes."""
     tables = {}
     for name in subject.meshes:
-        source = table_path(subject.scene.component[name].change.profile, subject.job.path.parent, name)
-        if source is not None:
+        moved = moved_surface(subject.scene.component[name], subject.job.path.parent, name)
+        if moved is not None and moved[1] is not None:
             target = subject.folder / f"{name}-{units.length:g}.csv"
-            rescaled_profile(source, target, units)
+            rescaled_profile(moved[1], target, units)
             tables[name] = {"change": {"profile": {"table": str(target.resolve())}}}
     job = replace(subject.job, scene=_updated(rescaled(subject.scene, units), {"component": tables}))
     meshes = {name: rescaled_mesh(mesh, units) for name, mesh in subject.meshes.items()}

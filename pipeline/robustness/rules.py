@@ -250,8 +250,9 @@ def _bounded(rule: str, found: Evidence, compared: Compared) -> Finding | None:
     """Apply a rule of `BOUNDED`."""
     key, bound_of, rests_on = BOUNDED[rule]
     value = getattr(found, key)
-    bound = None if value is None else bound_of(found, compared)
-    return None if bound is None else Finding(rule, value, bound, rests_on)
+    if value is None or (bound := bound_of(found, compared)) is None:
+        return None
+    return Finding(rule, value, bound, rests_on)
 
 
 RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {

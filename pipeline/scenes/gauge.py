@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from gudgeon.pipeline.geometry.numbers import Strict
+from gudgeon.pipeline.geometry.numbers import Point, Strict
 from gudgeon.pipeline.scenes.modes import is_absent
 
 
@@ -20,11 +20,10 @@ class Gauge(Strict):
     fibre: Literal["top", "bottom"] | None = Field(
         default=None, exclude_if=is_absent, description="Outermost fibre of the beam at the station"
     )
-    point: tuple[float, float, float] | None = Field(
+    point: Point | None = Field(
         default=None,
         exclude_if=is_absent,
         description="Point of a solid or plane part [m] where six components are recorded",
-        json_schema_extra={"unit": "m"},
     )
     surface: str | None = Field(
         default=None,
@@ -47,8 +46,6 @@ class Gauge(Strict):
             raise ValueError("fibre, 'top' or 'bottom', must be given with a station, and only then")
         if self.quantity is not None and self.station is not None:
             raise ValueError("quantity applies to a point or a surface; a station of a beam always gives stress")
-        if self.point is not None and not all(abs(x) < float("inf") for x in self.point):
-            raise ValueError(f"point {list(self.point)} given, three finite coordinates are needed")
         return self
 
     @property

@@ -1,6 +1,5 @@
 """The job of a scene of bodies: its checked scene and its products."""
 
-import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.scenes.checks import checked
-from gudgeon.pipeline.scenes.reading import merge, named
+from gudgeon.pipeline.scenes.reading import merged, named
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.products import STAGES, Product, component_products, plot_inputs, product
 from gudgeon.solver.scene.scene import Scene
@@ -79,8 +78,7 @@ def contact_job(place: Place) -> Job:
 
 def variant(job: Job, changes: Mapping[str, Any]) -> Job:
     """Return the job of the scene changed by nested tables; raises InputError as `contact_job` does."""
-    tables = copy.deepcopy(job.tables)
-    merge(tables, changes)
+    tables = merged(job.tables, changes)
     return replace(job, tables=tables, scene=checked(job.path, tables, SceneFile))
 
 
