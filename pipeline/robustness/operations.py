@@ -219,10 +219,8 @@ def grazing(subject: Subject, operation: Any) -> Trial:
     falls, rigid = bool(gravity.any()), not subject.elastic()
     changes: dict[str, Any] = {"body": {}, "contact": {}, "run": {}}
     for name, body in scene.body.items():
-        path = np.array(body.velocity) * first.start
-        # With gravity the time of fall scales with the speed.
-        path = path + 0.5 * gravity * first.start**2 if falls else path
-        left = (factor**2 if falls else factor) * path
+        path = np.array(body.velocity) * first.start + 0.5 * gravity * first.start**2
+        left = (factor**2 if falls else factor) * path  # With gravity the time of fall scales with the speed.
         changes["body"][name] = {"position": ((np.array(body.position) + path) - left).tolist()}
     units, single = None, len(scene.contact) == 1 and not scene.springs()
     law = next(iter(scene.contact.values())).law

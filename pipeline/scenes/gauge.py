@@ -2,38 +2,25 @@
 
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from gudgeon.pipeline.geometry.numbers import Point, Strict
-from gudgeon.pipeline.scenes.modes import is_absent
+from gudgeon.pipeline.scenes.modes import optional
 
 
 class Gauge(Strict):
     """A place where stress or strain is recorded: a fibre of a beam, a point, or a surface."""
 
-    station: str | None = Field(
-        default=None,
-        exclude_if=is_absent,
-        description="Station of the beam, or its end left or right, where the bending stress is recorded, positive in"
-        " tension",
+    station: str | None = optional(
+        "Station of the beam, or its end left or right, where the bending stress is recorded, positive in tension"
     )
-    fibre: Literal["top", "bottom"] | None = Field(
-        default=None, exclude_if=is_absent, description="Outermost fibre of the beam at the station"
+    fibre: Literal["top", "bottom"] | None = optional("Outermost fibre of the beam at the station")
+    point: Point | None = optional("Point of a solid or plane part [m] where six components are recorded")
+    surface: str | None = optional(
+        "Surface of a solid or plane part, or 'skin', its whole boundary: six components at each node, for pictures; a"
+        " body must not name it in gauges"
     )
-    point: Point | None = Field(
-        default=None,
-        exclude_if=is_absent,
-        description="Point of a solid or plane part [m] where six components are recorded",
-    )
-    surface: str | None = Field(
-        default=None,
-        exclude_if=is_absent,
-        description="Surface of a solid or plane part, or 'skin', its whole boundary: six components at each node, for"
-        " pictures; a body must not name it in gauges",
-    )
-    quantity: Literal["stress", "strain"] | None = Field(
-        default=None, exclude_if=is_absent, description="Quantity at a point or on a surface; default: stress"
-    )
+    quantity: Literal["stress", "strain"] | None = optional("Quantity at a point or on a surface; default: stress")
 
     @model_validator(mode="after")
     def _is_one_of_them(self) -> "Gauge":
