@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import EDGES, FACES, GMSH_ORDER, MIRRORED_TETRA, compacted, side_counts
-from gudgeon.pipeline.geometry.numbers import STRICT, Length, Point, UnitVector
+from gudgeon.pipeline.geometry.numbers import Length, Point, Strict, UnitVector
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surface
 
@@ -45,20 +45,18 @@ ABAQUS_TYPES = [
 """Solids and triangles of a deck by the name in meshio; other elements (springs, beams) are omitted."""
 
 
-class CylinderShape(BaseModel):
+class CylinderShape(Strict):
     """A circular cylinder."""
 
-    model_config = STRICT
     kind: Literal["cylinder"]
     radius: Length
     axis: UnitVector
     origin: Point = Field(description="A point of the axis [m]")
 
 
-class PlaneShape(BaseModel):
+class PlaneShape(Strict):
     """A plane."""
 
-    model_config = STRICT
     kind: Literal["plane"]
     normal: UnitVector
     origin: Point = Field(description="A point of the plane [m]")
@@ -67,10 +65,9 @@ class PlaneShape(BaseModel):
 SurfaceShape = Annotated[CylinderShape | PlaneShape, Field(discriminator="kind")]
 
 
-class MeshFile(BaseModel):
+class MeshFile(Strict):
     """A tetrahedral mesh in a file; linear tetrahedra become tet10."""
 
-    model_config = STRICT
     kind: Literal["file"]
     path: str
     unit: Length = Field(default=1.0, description="Metres per unit of length of the file")

@@ -5,12 +5,12 @@ from contextlib import contextmanager
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from pydantic import BaseModel, model_validator
+from pydantic import model_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.geometry.cells import GMSH_ORDER, compacted
-from gudgeon.pipeline.geometry.numbers import STRICT
+from gudgeon.pipeline.geometry.numbers import Strict
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance
 
 GMSH_TETRA4, GMSH_TETRA10, GMSH_TRIANGLE6 = 4, 11, 9
@@ -33,10 +33,9 @@ ROUND_OFF = 1e-9
 """Relative: a length that equals its limit but for round-off makes faces that touch, and gmsh cannot mesh those."""
 
 
-class Solid(BaseModel):
+class Solid(Strict):
     """A solid that is drawn in OCC and meshed with curved tet10. All lengths in metres."""
 
-    model_config = STRICT
     OPTIONS: ClassVar[Mapping[str, float]] = {}
     """Further options of gmsh by name, such as `REVOLVED`."""
 

@@ -3,16 +3,15 @@
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from gudgeon.solver.numbers import STRICT
+from gudgeon.solver.numbers import Strict
 from gudgeon.solver.vectors import Coordinate, Finite
 
 
-class MovingForce(BaseModel):
+class MovingForce(Strict):
     """Force against the outward normal of a traction space, on a body that is undeformed at the start."""
 
-    model_config = STRICT
     kind: Literal["moving"]
     body: str
     interface: str = Field(description="Interface of kind 'traction'; its knot spacing is the size of the footprint")

@@ -2,16 +2,15 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import STRICT, Positive
+from gudgeon.solver.numbers import Positive, Strict
 from gudgeon.solver.vectors import Coordinate, Direction, Place
 
 
-class Spring(BaseModel):
+class Spring(Strict):
     """Linear spring along one direction, relaxed at the start; it acts on rigid bodies."""
 
-    model_config = STRICT
     kind: Literal["spring"]
     body: str
     against: str | None = Field(default=None, description="Other body; default: the ground")

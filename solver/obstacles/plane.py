@@ -3,16 +3,15 @@
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import STRICT
+from gudgeon.solver.numbers import Strict
 from gudgeon.solver.vectors import Direction, Place, Vector, unit
 
 
-class Plane(BaseModel):
+class Plane(Strict):
     """The half-space behind a plane."""
 
-    model_config = STRICT
     shape: Literal["plane"]
     point: Place = Field(description="A point of the plane [m]")
     normal: Direction = Field(description="Normal out of the obstacle, of any length")

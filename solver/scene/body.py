@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from gudgeon.solver.numbers import STRICT, Positive
+from gudgeon.solver.numbers import Positive, Strict
 from gudgeon.solver.vectors import Vector
 
 Freedom = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -13,10 +13,9 @@ Freedom = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_FREE: tuple[Freedom, ...] = ("x", "y", "z", "rx", "ry", "rz")
 
 
-class Damping(BaseModel):
+class Damping(Strict):
     """Stiffness-proportional damping, given by its damping ratio at one frequency."""
 
-    model_config = STRICT
     ratio: Annotated[
         float,
         Field(
@@ -35,10 +34,9 @@ class Damping(BaseModel):
         return self.ratio / (3.141592653589793 * self.frequency)
 
 
-class Body(BaseModel):
+class Body(Strict):
     """A component placed in the scene, with its state at the start."""
 
-    model_config = STRICT
     component: str | None = Field(default=None, description="Name of its component; default: the name of the body")
     position: Vector = Field(
         default=(0.0, 0.0, 0.0),

@@ -2,37 +2,34 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from gudgeon.solver.laws import Law
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import STRICT, Positive
+from gudgeon.solver.numbers import Positive, Strict
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.vectors import Direction
 
 
-class MasterSurface(BaseModel):
+class MasterSurface(Strict):
     """The traction space of another body on which the contact points slide."""
 
-    model_config = STRICT
     shape: Literal["surface"]
     body: str
     interface: str = Field(description="Interface of kind 'traction'")
 
 
-class OtherBody(BaseModel):
+class OtherBody(Strict):
     """An interface of another body, paired point by point."""
 
-    model_config = STRICT
     shape: Literal["body"]
     body: str
     interface: str = Field(description="Interface of kind 'points' or 'patch' with the same number of points")
 
 
-class Friction(BaseModel):
+class Friction(Strict):
     """Coulomb friction along one line."""
 
-    model_config = STRICT
     static: Annotated[
         float,
         Field(ge=0, allow_inf_nan=False, description="Coefficient of static friction", json_schema_extra={"unit": "1"}),
@@ -56,10 +53,9 @@ class Friction(BaseModel):
         return self
 
 
-class Contact(BaseModel):
+class Contact(Strict):
     """An interface of a body against a rigid obstacle or against another body."""
 
-    model_config = STRICT
     body: str
     interface: str
     against: Annotated[Bore | Plane | MasterSurface | OtherBody, Field(discriminator="shape")]

@@ -3,12 +3,12 @@
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import compacted, side_counts, turned
-from gudgeon.pipeline.geometry.numbers import STRICT, Length
+from gudgeon.pipeline.geometry.numbers import Length, Strict
 from gudgeon.pipeline.geometry.occ import GMSH_TRIANGLE6, ON_SURFACE, meshing, positions_by_tag
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, plane
 
@@ -18,10 +18,9 @@ EDGES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])
 """Corners and middle of each edge of a triangle of positive area, which is on the left of the edge."""
 
 
-class PlanePart(BaseModel):
+class PlanePart(Strict):
     """A part of constant thickness that moves in its plane only."""
 
-    model_config = STRICT
     thickness: Length = Field(description="Thickness across the plane [m]")
     state: Literal["plane-stress", "plane-strain"] = Field(
         default="plane-stress",

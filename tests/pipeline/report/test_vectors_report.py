@@ -299,7 +299,7 @@ def test_files_and_table(folder: Path, compared: Comparison, monkeypatch: pytest
         ("report.vectors.root=1e-6", "report.vectors.root: 1e-06 m given, the nearest cell is 0.0"),
         ("report.vectors.counts=[4, 2]", "report.vectors.counts: [4, 2] given, they must ascend from 1 or more"),
         ("report.vectors.counts=[2, 9000]", "report.vectors.counts: 9000 given, the mesh has"),
-        ("report.vectors.meshes=[0.0]", "report.vectors.meshes: [0.0] given, edge lengths must be positive"),
+        ("report.vectors.meshes=[0.0]", "report.vectors.meshes.0: 0.0 given; input should be greater than 0"),
         ("report.vectors.places=1", "report.vectors.places: 1 given; input should be greater than or equal to 2"),
         ("force.load.interface=side", "force.load.interface: no interface 'side', the component has top"),
     ],
