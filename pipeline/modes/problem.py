@@ -64,12 +64,13 @@ class Problem:
             orthogonality: Largest entry of ΦᴴMΦ − I.
         """
         allowed = np.maximum(RESIDUAL_TOLERANCE, ROUND_OFF_SHARE * np.finfo(float).eps * self.highest / values)
-        if np.any(residual > allowed) or orthogonality > ORTHOGONALITY_TOLERANCE:
-            worst = int(np.argmax(residual / allowed))
+        worst = int(np.argmax(residual / allowed))
+        if not residual[worst] <= allowed[worst]:
             raise StageError(
-                f"modes: residual {residual[worst]:.2g} of mode {worst + 1}, allowed: {allowed[worst]:.2g};"
-                f" orthogonality {orthogonality:.2g}, allowed: {ORTHOGONALITY_TOLERANCE:g}"
+                f"modes: residual {residual[worst]:.2g} of mode {worst + 1}, allowed: {allowed[worst]:.2g}"
             )
+        if not orthogonality <= ORTHOGONALITY_TOLERANCE:
+            raise StageError(f"modes: orthogonality {orthogonality:.2g}, allowed: {ORTHOGONALITY_TOLERANCE:g}")
 
 
 @dataclass(frozen=True)

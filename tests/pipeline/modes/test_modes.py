@@ -10,11 +10,13 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.geometry.shapes.skirt import Skirt
 from gudgeon.pipeline.interfaces.points import contact_points
 from gudgeon.pipeline.linalg import BACKENDS, available_backend
 from gudgeon.pipeline.modes import lanczos, static
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
+from gudgeon.pipeline.modes.problem import Problem
 from gudgeon.pipeline.modes.static import pressure_fields, residual_shapes, static_shapes
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
@@ -209,3 +211,24 @@ def test_ritz_frequencies_are_never_below_the_full_models(
     shapes = static_shapes(tiny, B, residual_shapes(tiny, B, modes, fields), fields)
     full = np.sqrt(dense[0][6 + COUNT : 6 + COUNT + len(shapes.angular_frequencies)])
     assert np.all(shapes.angular_frequencies >= full * (1 - 1e-9))
+
+
+def test_many_modes_of_a_fine_free_bar_have_no_rigid_motion() -> None:
+    """320 modes of 1000 elements: exact frequencies n π c / L, and orthogonality far below its tolerance."""
+    bar = Bar(kind="bar", length=1.0, area=3e-4)
+    steel = Material(E=210e9, nu=0.3, rho=7850.0)
+    found = normal_modes(build_model(bar.build(1e-3), steel, geometry=bar), 320)
+    assert found.quality["orthogonality"] < 1e-12
+    exact = np.arange(1, 321) * np.pi * np.sqrt(210e9 / 7850)
+    # A quadratic element of length h is too stiff by (ωh/c)⁴/1440.
+    np.testing.assert_allclose(found.angular_frequencies, exact, rtol=1.01 * (320 * np.pi * 1e-3) ** 4 / 1440)
+
+
+def test_a_refusal_names_the_quantity_that_failed(tiny: FEModel) -> None:
+    problem = Problem.of(tiny)
+    values, small = np.array([1e12, 2e12]), np.array([1e-12, 1e-11])
+    problem.refuse_inexact(values, small, 1e-11)
+    with pytest.raises(StageError, match=r"^modes: residual 0\.1 of mode 2, allowed: [^;]*$"):
+        problem.refuse_inexact(values, np.array([1e-12, 0.1]), 1e-11)
+    with pytest.raises(StageError, match=r"^modes: orthogonality 3e-10, allowed: 1e-10$"):
+        problem.refuse_inexact(values, small, 3e-10)
