@@ -91,6 +91,19 @@ class GaugeModes:
 
 
 @dataclass(frozen=True)
+class StaticResponses:
+    """Static displacement of a solid under k smooth pressures on an interface of contact, balanced by inertia if the
+    body is free: what a design change with unchanged modes is judged by."""
+
+    shapes: Array
+    """Y = G f, nodal displacement per unit of each pressure, (n, 3, k)."""
+    compliance: Array
+    """fᵀ G f, displacement conjugate to each pressure per unit of each, (k, k)."""
+    resultant: Array
+    """Force and moment about the component's origin of each pressure, (k, 6)."""
+
+
+@dataclass(frozen=True)
 class InertiaCouplings:
     """Constant tensors of the nodal floating frame from the consistent mass (Zwölfer & Gerstmayr 2020)."""
 
@@ -147,6 +160,8 @@ class ModalRecord:
     participation: Array | None = None
     """Tᵀ M Φ with T the unit translations [kg^½], (3, m): the load of gravity on each coordinate; None without
     supports, since free modes take no part in translations."""
+    static_responses: dict[str, StaticResponses] = field(default_factory=dict)
+    """By interface of contact; none for rigid bodies and for elements other than tet10."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Table of a component's modes: frequency, estimated error, residual; and notes on meshes that are too coarse."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -8,12 +8,14 @@ import numpy as np
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.stores.folder import FolderStore
 
-FIELDS = ("angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors")
+FIELDS = ("angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors", "quality")
 """Fields of a modal record that are read."""
 SHOWN = 24
 """Lines of a table; with more modes the middle ones are omitted."""
 COARSE = 0.01
-"""Estimated relative error of a kept mode's frequency above which a note is given."""
+"""Estimated relative error of a kept mode's frequency above which a note is given where nothing touches the body."""
+COARSE_CONTACT = 0.02
+"""Estimated relative error of an interface's static compliance above which a note is given."""
 
 
 def kept_modes(store: FolderStore, keys: Mapping[str, str]) -> dict[str, ModalRecord]:
@@ -52,17 +54,44 @@ def frequency_text(rows: Mapping[str, list[dict[str, Any]]]) -> str:
     return "\n".join(lines)
 
 
-def coarse_notes(records: Mapping[str, ModalRecord]) -> list[str]:
-    """Return a note for each component whose mesh is too coarse for kept modes."""
+def coarse_notes(records: Mapping[str, ModalRecord], files: Collection[str] = ()) -> list[str]:
+    """Return a note for each component whose mesh is too coarse.
+
+    Where bodies touch it, the flexibility of its interfaces is judged: a mode counts by what it contributes. Where
+    nothing does, the frequencies are the result, and each kept mode is judged.
+
+    Args:
+        files: Components whose mesh is read from a file.
+    """
     notes = []
     for name, record in records.items():
-        errors = record.discretisation_errors
-        if errors is None or not (coarse := np.flatnonzero(errors > COARSE)).size:
-            continue
-        worst = coarse[np.argmax(errors[coarse])]
-        notes.append(
-            f"component.{name}.mesh.size: the estimated frequency error of {len(coarse)} of {record.normal_count} modes"
-            f" is above {COARSE:.0%}; the largest is {errors[worst]:.1%}, at mode {worst + 1}"
-            f" ({record.angular_frequencies[worst] / (2 * np.pi):.4g} Hz). Refine the mesh or keep fewer modes."
-        )
+        errors = record.quality.get("compliance_errors", {})
+        found = _coarse_contact(errors) if errors else _coarse_modes(record)
+        if found is not None:
+            key, remedy = "mesh.size", "refine the mesh by a smaller size"
+            if name in files:
+                key, remedy = "geometry.path", "refine the mesh in its file"
+            notes.append(f"component.{name}.{key}: {found}; {remedy}")
     return notes
+
+
+def _coarse_contact(errors: Mapping[str, float]) -> str | None:
+    name = max(errors, key=lambda one: errors[one])
+    if not errors[name] > COARSE_CONTACT:
+        return None
+    return (
+        f"the mesh error of the contact's flexibility is about {errors[name]:.1%} at interface '{name}', above"
+        f" {COARSE_CONTACT:.0%} (estimated from recovered stress under smooth pressures)"
+    )
+
+
+def _coarse_modes(record: ModalRecord) -> str | None:
+    errors = record.discretisation_errors
+    if errors is None or not (coarse := np.flatnonzero(errors > COARSE)).size:
+        return None
+    worst = coarse[np.argmax(errors[coarse])]
+    return (
+        f"the estimated frequency error of {len(coarse)} of {record.normal_count} modes is above {COARSE:.0%}; the"
+        f" largest is {errors[worst]:.1%}, at mode {worst + 1} ({record.angular_frequencies[worst] / (2 * np.pi):.4g}"
+        " Hz); keep fewer modes or"
+    )

@@ -24,6 +24,7 @@ from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
 from gudgeon.pipeline.reduction.gauges import gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
+from gudgeon.pipeline.reduction.responses import SMOOTH, by_interface, compliance_errors, kept_responses
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface
 
@@ -40,6 +41,13 @@ class _Acting:
     """Its rows of B, (r, dofs)."""
     fields: np.ndarray
     """Forces of the pressure fields that get a static shape, (r, k)."""
+    smooth: np.ndarray
+    """Forces of smooth pressures, (r, SMOOTH) or fewer; (r, 0) of a load."""
+
+    @property
+    def forces(self) -> np.ndarray:
+        """Nodal forces of the smooth pressures, (dofs, k)."""
+        return self.rows.T @ self.smooth
 
 
 def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name: str) -> ModalRecord:
@@ -67,6 +75,8 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     refuse_large(gauges, contact.B.shape[0], where)
     own = _reduced(tied, contact, component, where)
     reduction = replace(own, Phi=spread @ own.Phi)
+    responses = None if own.responses is None else spread @ own.responses
+    static = by_interface({key: one.forces for key, one in acting.items()}, responses)
     modes = {key: one.at.modes(one.rows @ reduction.Phi) for key, one in acting.items()}
     errors = frequency_errors(tied, own, model, spread, component)
     refuse_locking(
@@ -89,10 +99,12 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         shapes=model.nodal(reduction.Phi),
         inertia_couplings=_couplings(model, reduction),
         participation=_participation(model, reduction) if model.held.any() else None,
-        quality=reduction.quality | {"rigid_motions": len(model.rigid_twists)},
+        quality=reduction.quality
+        | {"rigid_motions": len(model.rigid_twists), "compliance_errors": compliance_errors(model, component, static)},
         tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
         gauges=gauge_modes(component, gauges, tied, contact.B, own),
+        static_responses=kept_responses(model, static),
         **vars(errors),
     )
 
@@ -136,7 +148,7 @@ def _places(mesh: MeshRecord, component: Component, where: str) -> dict[str, Con
 def _acting(
     place: ContactPoints | TractionSpace | Tie | None, interface: Interface, model: FEModel, count: int, where: str
 ) -> _Acting:
-    """Return the rows of B of an interface, and `count` pressure fields where it is a surface of contact."""
+    """Return the rows of B of an interface; of a surface of contact `count` pressure fields and the smooth ones."""
     if isinstance(place, ContactPoints):
         rows = normal_rows(model, interface, place)
         if model.rotations.any() and not np.abs(rows.data).max(initial=0.0) > 0:
@@ -145,11 +157,13 @@ def _acting(
                 f" {interface.surface}-top or {interface.surface}-bottom"
             )
         coordinates = surface_coordinates(place.points, model.mesh.surfaces[interface.surface].shape)
-        return _Acting(place, rows, pressure_fields(coordinates, place.areas, count))
-    if isinstance(place, TractionSpace):
-        return _Acting(place, place.rows(model), pressure_fields(place.centres, place.areas, count))
-    load = tie_rows(model, place) if place else load_rows(model, interface, where)
-    return _Acting(load, load.B, np.empty((load.B.shape[0], 0)))
+    elif isinstance(place, TractionSpace):
+        rows, coordinates = place.rows(model), place.centres
+    else:
+        load = tie_rows(model, place) if place else load_rows(model, interface, where)
+        nothing = np.empty((load.B.shape[0], 0))
+        return _Acting(load, load.B, nothing, nothing)
+    return _Acting(place, rows, *(pressure_fields(coordinates, place.areas, k) for k in (count, SMOOTH)))
 
 
 def _stacked(acting: dict[str, _Acting], dofs: int) -> ContactRows:
@@ -157,7 +171,11 @@ def _stacked(acting: dict[str, _Acting], dofs: int) -> ContactRows:
     B = sparse.vstack([sparse.csr_matrix((0, dofs)), *(one.rows for one in acting.values())], format="csr")
     ends = np.cumsum([0, *(one.rows.shape[0] for one in acting.values())])
     spans = {name: [int(a), int(b)] for name, (a, b) in zip(acting, pairwise(ends), strict=True)}
-    return ContactRows(B, linalg.block_diag(np.empty((0, 0)), *(one.fields for one in acting.values())), spans)
+    fields, smooth = (
+        linalg.block_diag(np.empty((0, 0)), *(getattr(one, name) for one in acting.values()))
+        for name in ("fields", "smooth")
+    )
+    return ContactRows(B, fields, spans, smooth)
 
 
 def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:

@@ -16,6 +16,9 @@ from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import RunReport
 
+ANY_CHANGE = 1e9
+"""Tolerance of estimated changes: none is refused."""
+
 
 def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[str, Any]]:
     """Return one row for each design change of a scene's report; if it has none, for the change of the scene itself."""
@@ -53,7 +56,9 @@ def _own_change(job: Job) -> tuple[Job, dict[str, dict[str, Any]]]:
 
 
 def _on_update(job: Job, update: str) -> Job:
-    return variant(job, {"component": {name: {"change": {"update": update}} for name in job.scene.component}})
+    """Return the scene with one update of all components; reuse is not refused, since its error is measured here."""
+    change = {"update": update, "tolerance": ANY_CHANGE}
+    return variant(job, {"component": {name: {"change": change} for name in job.scene.component}})
 
 
 def _row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -> dict[str, Any]:

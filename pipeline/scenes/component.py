@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry import Geometry
-from gudgeon.pipeline.geometry.numbers import Coordinate, Finite, Length, Strict
+from gudgeon.pipeline.geometry.numbers import Coordinate, Finite, Length, Positive, Strict
 from gudgeon.pipeline.scenes.gauge import Gauge
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
@@ -41,6 +41,11 @@ class Change(Strict):
     update: Literal["reuse", "recompute"] = Field(
         default="reuse", description="reuse: nodes move, modes are kept; recompute: modes of the moved mesh"
     )
+    tolerance: Positive = Field(
+        default=0.02,
+        description="Estimated relative change of frequencies or contact compliance above which reuse is refused",
+        json_schema_extra={"unit": "1"},
+    )
     profile: Profile = Profile()
 
 
@@ -62,6 +67,11 @@ class Component(Strict):
     )
     modes: ModesSettings = Field(default=ModesSettings(), validate_default=True)
     change: Change = Change()
+
+    @property
+    def from_file(self) -> bool:
+        """Whether the mesh is read from a file."""
+        return self.geometry.kind in ("file", "plane-file")
 
     @field_validator("material")
     @classmethod

@@ -3,15 +3,20 @@
 import contextlib
 import subprocess
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file
 from gudgeon.pipeline.scenes.checks import law_notes
+from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
 from gudgeon.pipeline.stages.products import STAGES, Product
@@ -22,6 +27,7 @@ from gudgeon.solver.kernel_cache import compile_beside, is_compiled
 from gudgeon.solver.result import Result
 
 if TYPE_CHECKING:
+    from gudgeon.pipeline.design_change.morph import Movement
     from gudgeon.solver.system.system import System
 
 Compilation = subprocess.Popen[bytes] | None
@@ -62,6 +68,7 @@ def _tasks(job: Job, stage: str, tell: Progress, compilation: Compilation = None
     """Return the records of a stage, in the order in which they depend on each other."""
     if stage == "solve":
         _references(job)  # A mistake there must be reported before the solver runs.
+        change_notes(job)  # Refuses reuse beyond its tolerance, also of a design that is in the database.
         return [Task(job.trajectory(), lambda: _solve(job, tell, compilation))]
     return [
         Task(product, partial(_make, job, name, step, steps))
@@ -93,12 +100,29 @@ def _make(job: Job, name: str, step: str, steps: dict[str, Product]) -> Any:
         return reduce_component(mesh, steps["mesh"].key, component, name)
     keys = (steps["mesh"].key, steps["modes"].key)
     needed = ["mass", "centre", "inertia", "rigid_twists", *(f"interfaces/{i}/points" for i in component.interface)]
-    modal = job.store.get(keys[1], "modes", only=needed)
     if movement is None or component.change.update == "recompute":
+        modal = job.store.get(keys[1], "modes", only=needed)
         return morph.own_modes(*keys, modal, "none" if movement is None else "recompute")
-    assert component.material is not None
+    needed += ["angular_frequencies", "shapes", "static_responses"]
+    return _reused(base, keys, job.store.get(keys[1], "modes", only=needed), component, movement)
+
+
+def _reused(
+    base: MeshRecord, keys: tuple[str, str], modal: ModalRecord, component: Component, movement: "Movement"
+) -> MorphRecord:
+    """Return a design with the modes of the base mesh, and the estimates of what that neglects in its quality."""
+    from gudgeon.pipeline.design_change import estimate, morph
+    from gudgeon.pipeline.fem.assemble import build_model
+
+    material, geometry = component.material, component.geometry
+    assert material is not None
     surfaces = {key: item.surface for key, item in component.interface.items()}
-    return morph.reuse(base, keys, modal, surfaces, movement, component.material.rho)
+    design = morph.reuse(base, keys, modal, surfaces, movement, material.rho)
+    if not len(modal.angular_frequencies) or design.nodes is None:
+        return design
+    moved = estimate.slightly_moved(base, design.nodes)
+    model = build_model(moved, material, component.supports, movement.where, geometry)
+    return replace(design, quality=design.quality | estimate.estimated_change(model, modal).quality())
 
 
 def _solve(job: Job, tell: Progress, compilation: Compilation) -> Trajectory:
@@ -125,9 +149,12 @@ def _references(job: Job) -> dict[str, float]:
 def _finish(job: Job, until: str) -> RunReport:
     """Write summary and trajectory unless they are up to date, and return the report."""
     frequencies, coarse = _frequencies(job)
-    if until in COMPONENT_STAGES:
+    if until in ("mesh", "modes"):
         rows = frequencies if until == "modes" else {}
         return RunReport(job.name, None, out=str(job.out), notes=coarse, frequencies=rows)
+    reused = change_notes(job)
+    if until == "morph":
+        return RunReport(job.name, None, out=str(job.out), notes=reused + coarse, changes=change_estimates(job))
     key, expected = job.trajectory().key, _references(job)
     summary = read_summary(job.out, key, "trajectory.h5", expected)
     if summary is None:
@@ -137,8 +164,8 @@ def _finish(job: Job, until: str) -> RunReport:
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
-        momentum_residual=summary["momentum_residual"], out=str(job.out), notes=notes + coarse,
-        reason=None if outcome.ok else outcome.value,
+        momentum_residual=summary["momentum_residual"], out=str(job.out), notes=notes + reused + coarse,
+        changes=change_estimates(job), reason=None if outcome.ok else outcome.value,
     )  # fmt: skip
 
 
@@ -160,7 +187,8 @@ def _frequencies(job: Job) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows, kept_modes
 
     records = kept_modes(job.store, {name: steps["modes"].key for name, steps in job.components().items()})
-    return {name: frequency_rows(record) for name, record in records.items()}, coarse_notes(records)
+    files = [name for name in records if job.scene.component[name].from_file]
+    return {name: frequency_rows(record) for name, record in records.items()}, coarse_notes(records, files)
 
 
 def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:

@@ -35,6 +35,8 @@ class ContactRows:
     """Contact forces [N] of the pressure fields that get a static shape, (c, k); zero on loads."""
     spans: Mapping[str, Sequence[int]] = field(default_factory=dict)
     """First and last + 1 row of each interface, by its name."""
+    smooth: np.ndarray | None = None
+    """Contact forces of the smooth pressures whose static response is wanted, (c, k)."""
 
     def dofs(self, interface: str | None = None) -> np.ndarray:
         """Return the dofs on which a row of one interface, or any row, is not zero, (k,), ascending."""
@@ -54,6 +56,8 @@ class Reduction:
     residual_flexibility: np.ndarray | None
     """R [m/N for forces; other rows accordingly], (c, c); None if the reduction drops it."""
     quality: dict[str, Any]
+    responses: np.ndarray | None = None
+    """G Bᵀ of the smooth pressures, (dofs, k); None if the reduction has no elastic coordinates."""
 
 
 def ritz_modes(model: FEModel, basis: np.ndarray) -> NormalModes:
@@ -91,7 +95,10 @@ def completed(
     Raises:
         StageError: shapes are not orthogonal, or R is not symmetric and positive semidefinite.
     """
-    residual = residual_shapes(model, rows.B, kept, rows.pressures, flexibility)
+    smooth = np.empty((rows.B.shape[0], 0)) if rows.smooth is None else rows.smooth
+    residual = residual_shapes(model, rows.B, kept, np.column_stack([rows.pressures, smooth]), flexibility)
+    carried = (rows.B @ kept.Phi) / kept.angular_frequencies**2
+    responses = residual.fields[:, rows.pressures.shape[1] :] + kept.Phi @ (carried.T @ smooth)
     lacking = _lacking(rows, kept, residual)
     residual = replace(residual, fields=residual.fields[:, lacking])
     static = static_shapes(model, rows.B, residual, rows.pressures[:, lacking])
@@ -111,7 +118,7 @@ def completed(
         "static_dropped": static.dropped + rows.pressures.shape[1] - len(lacking),
         "residual_lowest_eigenvalue": least,
     }
-    return Reduction(frequencies, Phi, len(kept.angular_frequencies), R, quality)
+    return Reduction(frequencies, Phi, len(kept.angular_frequencies), R, quality, responses)
 
 
 def _lacking(rows: ContactRows, kept: NormalModes, residual: Residual) -> np.ndarray:

@@ -1,0 +1,55 @@
+"""Design changes with unchanged modes: what they are estimated to change, and whether that is within the tolerance."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.job import Job
+
+
+def change_estimates(job: Job) -> dict[str, dict[str, Any]]:
+    """Return the estimates of each component that reuses modes, and its tolerance; empty before the stage `morph`."""
+    found = {}
+    for name, steps in job.components().items():
+        key = steps["morph"].key
+        if not job.store.has(key):
+            continue
+        quality = job.store.get(key, "morph", only=["quality"]).quality
+        if "frequency_changes" in quality:
+            estimates = {entry: quality[entry] for entry in ("frequency_changes", "compliance_changes")}
+            found[name] = estimates | {"tolerance": job.scene.component[name].change.tolerance}
+    return found
+
+
+def change_notes(job: Job) -> list[str]:
+    """Return a line for each component that reuses modes: its estimated changes and the tolerance.
+
+    Raises:
+        InputError: one of them is above its tolerance.
+    """
+    notes = []
+    for name, entry in change_estimates(job).items():
+        where, allowed = f"component.{name}.change", entry["tolerance"]
+        changes = _named_changes(entry)
+        text = " and ".join(words.format(f"{value:+.2%}") for words, value in changes.items())
+        if any(abs(value) > allowed for value in changes.values()):
+            with named(job.path, InputError):
+                raise InputError(
+                    f"{where}.update: 'reuse' given, the profile is estimated to change {text}; allowed:"
+                    f" {where}.tolerance = {allowed:.2%}; use update = 'recompute', or a larger tolerance"
+                )
+        notes.append(f"{where}: modes are reused; estimated change of {text}; tolerance: {allowed:.2%}")
+    return notes
+
+
+def _named_changes(entry: Mapping[str, Any]) -> dict[str, float]:
+    """Return the largest change of frequencies and of compliance, by the words for them."""
+    found = {}
+    if frequencies := entry["frequency_changes"]:
+        mode = max(range(len(frequencies)), key=lambda one: abs(frequencies[one]))
+        found[f"frequencies by up to {{}} (mode {mode + 1})"] = frequencies[mode]
+    if compliances := entry["compliance_changes"]:
+        name = max(compliances, key=lambda one: abs(compliances[one]))
+        found[f"contact compliance by up to {{}} (interface '{name}')"] = compliances[name]
+    return found
