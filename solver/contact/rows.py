@@ -246,7 +246,7 @@ def _surface(contact: Contact, c: int) -> dict[str, np.ndarray]:
     if contact.friction is not None:
         friction[:] = contact.friction.static, contact.friction.sliding
         belt[:] = unit(contact.friction.direction) @ np.asarray(getattr(contact.against, "velocity", (0.0, 0.0, 0.0)))
-    restitution = np.full(c, METHODS[contact.method].restitution(contact))
+    restitution = np.full(c, (contact.restitution or 0.0) if METHODS[contact.method].rigid else -1.0)
     return {"restitution": restitution, "law": law, "friction": friction, "belt": belt}
 
 

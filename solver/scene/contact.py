@@ -98,8 +98,25 @@ class Contact(BaseModel):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Contact":
-        if (wrong := METHODS[self.method].refuses(self)) is not None:
-            raise ValueError(wrong)
+        method, layer, law = METHODS[self.method], self.surface_stiffness is not None, self.law is not None
+        dashpot, rubs = self.dashpot != "none", self.friction is not None
+        for wrong, message in (
+            (method.flexible and layer and law,
+             "surface_stiffness and law both describe the surface; give only one of them"),
+            (method.flexible and law and dashpot,
+             "dashpot 'wave-guide' cannot be combined with a law; give only one of them"),
+            (not method.flexible and not method.rigid and layer == law,
+             f"method '{self.method}' needs either surface_stiffness [N/m^3] or a law"),
+            (method.rigid and (layer or law),
+             f"method '{self.method}' is rigid; remove surface_stiffness and law"),
+            (not method.flexible and dashpot,
+             "dashpot 'wave-guide' acts in parallel to R; it needs method 'residual'"),
+            (method.bounces != (self.restitution is not None),
+             "restitution is required by method 'impact' and not allowed with other methods"),
+            (rubs and not method.rigid, "friction needs method 'constraint' or 'impact'"),
+        ):  # fmt: skip
+            if wrong:
+                raise ValueError(message)
         return self
 
     @property

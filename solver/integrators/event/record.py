@@ -53,11 +53,7 @@ class Record:
         self._start = (system.position.copy(), system.velocity.copy())
         energy = float(self._energies(*(part[None] for part in self._start))[0, :3].sum())
         self._extreme = np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0])
-        self._contact_of, self._directions = np.zeros(c, np.int64), np.zeros((c, 3))
-        for number, item in enumerate(system.contacts):
-            self._contact_of[item.rows] = number
-            self._directions[item.rows] = item.directions
-        self._lines = _lines(system, self._directions)
+        self._contact_of, self._directions, self._lines = system.contact_of, system.directions, system.friction_lines
         self._running: dict[int, list[float]] = {}
         self._impacts: list[list[list[float]]] = [[] for _ in range(k)]
         self.at_zero: set[int] = set()
@@ -196,18 +192,14 @@ class Record:
             driven: Work of moving obstacles by friction so far [J], (t,).
             balanced: Whether the energy balance is computed elsewhere, at every step.
         """
-        _, energies, _, snapshots, gauges = self._out
         here = slice(self._done, self._done + len(p))
         parts = self._energies(p, v)
         parts[:, 2], parts[:, 3] = contact, lost
         parts[:, 4] += driven
-        energies[here] = parts
+        self._out.energies[here] = parts
         if not balanced:
             self._balance(p, v, parts)
-        system, r = self._system, len(self._system.rigid)
-        snapshots[here, :r], snapshots[here, r : 2 * r] = p[:, system.rigid], v[:, system.rigid]
-        if gauges.shape[1]:
-            gauges[here] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
+        self._out.set_states(here, self._system, p, v, pressed)
         self._done += len(p)
 
     def waiting(self) -> np.ndarray:
@@ -333,7 +325,6 @@ class Record:
 
     def outcome(self, p: np.ndarray, v: np.ndarray, multipliers: np.ndarray, counts: np.ndarray) -> Outcome:
         """Return the state and the totals so far; impacts that have not ended end at the present time."""
-        none, k = np.empty(0), max(1, len(self._system.contacts))
         impacts = [list(entries) for entries in self._impacts]
         for row, entry in self._running.items():
             if row not in self._slack:
@@ -342,9 +333,8 @@ class Record:
             impacts[self._contact_of[row]].append(list(entry))
         return Outcome(
             q=p, v=v, multipliers=multipliers, impulses=self._impulses.copy(), extreme=self._extreme.copy(),
-            counts=counts, masters=none, master_impulses=none, drag_impulse=np.zeros(k),
-            impacts=[np.array(sorted(entries)).reshape(-1, 7) for entries in impacts], drags=self._drags.copy(),
-            springs=self._pulls.copy(), slips=[list(entries) for entries in self._slips],
+            counts=counts, impacts=[np.array(sorted(entries)).reshape(-1, 7) for entries in impacts],
+            drags=self._drags.copy(), springs=self._pulls.copy(), slips=[list(entries) for entries in self._slips],
         )  # fmt: skip
 
 
@@ -353,14 +343,3 @@ def _pressed_energy(u: np.ndarray, regime: Regime, springs: int) -> np.ndarray:
     soft = len(regime.linear.rows) - springs
     gaps = regime.linear.offsets[:soft] + u @ regime.linear.rows[:soft].T
     return 0.5 * np.einsum("ti,ij,tj->t", gaps, regime.linear.springs[:soft, :soft], gaps)
-
-
-def _lines(system: System, directions: np.ndarray) -> np.ndarray:
-    """Return the unit vector of each row's friction, (c, 3)."""
-    lines = np.zeros_like(directions)
-    for item in system.contacts:
-        friction = system.scene.contact[item.name].friction
-        if friction is not None:
-            line = np.asarray(friction.direction, float)
-            lines[item.rows] = line / np.linalg.norm(line)
-    return lines

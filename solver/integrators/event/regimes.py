@@ -1,8 +1,9 @@
 """Which contacts are closed or slip, and the equations of motion under these conditions."""
 
 from collections.abc import Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -68,15 +69,17 @@ class Equations:
     """A system, from which regimes are built."""
 
     system: System
-    frictional: np.ndarray = field(init=False)
-    """Rows with friction, (c,) bool."""
-    alone: np.ndarray = field(init=False)
-    """Rows whose gap does not change by other rows' forces through R, (c,) bool."""
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def frictional(self) -> np.ndarray:
+        """Rows with friction, (c,) bool."""
+        return self.system.friction[:, 0] > 0
+
+    @cached_property
+    def alone(self) -> np.ndarray:
+        """Rows whose gap does not change by other rows' forces through R, (c,) bool."""
         R = self.system.residual
-        object.__setattr__(self, "frictional", self.system.friction[:, 0] > 0)
-        object.__setattr__(self, "alone", ~np.any(R - np.diag(R.diagonal()), axis=1))
+        return ~np.any(R - np.diag(R.diagonal()), axis=1)
 
     def regime(self, now: Conditions, p: np.ndarray, zero: Set[int] = frozenset()) -> Regime:
         """Return the equations for displacements from a state p, (n,), at which the gaps of rows `zero` are zero."""

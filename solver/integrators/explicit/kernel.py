@@ -109,7 +109,6 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
     """
     dt, m, c = constants.dt, len(state.q), len(constants.gap)
     q, v = state.q, state.v
-    qq, qv, vq, vv = constants.flight[0], constants.flight[1], constants.flight[2], constants.flight[3]
     gap0, rows, columns, coupled = constants.gap, constants.rows, constants.columns, constants.coupled
     normals, contact, multipliers = constants.normals, constants.contact, state.multipliers
     jump = np.zeros(m)
@@ -147,12 +146,19 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
                 if state.counts[ACTIVE] == 0:
                     flight_energies(constants, state)
                 copy(state.energy, energies[sample])
-            for k in range(m):
-                position, velocity = q[k], v[k]
-                q[k] = qq[k] * position + qv[k] * velocity
-                v[k] = vq[k] * position + vv[k] * velocity
+            fly(constants.flight, q, v)
             number += 1
     return True
+
+
+@inner
+def fly(flight, q, v):  # type: ignore[no-untyped-def]
+    """Move all coordinates to the next impulse."""
+    qq, qv, vq, vv = flight[0], flight[1], flight[2], flight[3]
+    for k in range(len(q)):
+        place, fast = q[k], v[k]
+        q[k] = qq[k] * place + qv[k] * fast
+        v[k] = vq[k] * place + vv[k] * fast
 
 
 @inner
