@@ -1,7 +1,5 @@
 """Record of a run between located events: histories, impacts, energy and impulse balances."""
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import optimize
 
@@ -41,7 +39,7 @@ class Record:
         self._system = system
         c, k, springs = len(system.rows), max(1, len(system.contacts)), system.springs
         self._impulses, self._drags, self._pulls = np.zeros(c), np.zeros(c), np.zeros(len(springs.stiffness))
-        self._tension = Probe(
+        self._tension = Probe.of(
             springs.stiffness * springs.stretch,
             springs.stiffness[:, None] * springs.rows,
             springs.damping[:, None] * springs.rows,
@@ -89,15 +87,15 @@ class Record:
             for row in list(self._running):
                 self._find_peak(row, course[row], edges, segment.start)
         if len(self._pulls) and edges[-1] > edges[0]:
-            stretch = self._tension(segment.motion.start, np.zeros_like(segment.motion.v))
-            tension = segment.motion.course(replace(self._tension, constant=stretch))
+            tension = Probe(self._tension.matrix.copy())
+            tension.constant[:] = self._tension(segment.motion.start, np.zeros_like(segment.motion.v))
+            tension = segment.motion.course(tension)
             self.add_spring_impulses(np.diff(tension.integral(edges[[0, -1]]), axis=0)[0])
         lost = np.concatenate([[0.0], np.cumsum(self._dissipate(segment, edges))])
         at = np.searchsorted(edges, inside - segment.start)
         if len(inside):
             u, v = segment.motion.displacements(inside - segment.start)
-            forces = segment.regime.forces
-            pressed = forces.constant + u @ forces.position.T + v @ forces.velocity.T
+            pressed = segment.regime.forces(u, v)
             stored = _pressed_energy(u, segment.regime, len(self._pulls))
             belts = self._driven + driven[at]
             self.states(segment.motion.start + u, v, stored, self.lost + lost[at], pressed, belts)
@@ -151,7 +149,7 @@ class Record:
         """
         system, regime = self._system, segment.regime
         lost = np.zeros(len(edges) - 1)
-        sliding = np.any(regime.tangential.position) or np.any(regime.tangential.constant)
+        sliding = np.any(regime.tangential.matrix)
         if not np.any(regime.linear.dampers) and not sliding:
             return lost
         fastest = float(np.abs(segment.motion.exponents).max()) if len(segment.motion.exponents) else 0.0
@@ -160,15 +158,13 @@ class Record:
         owner = np.repeat(np.arange(len(spans)), panels)
         width = (spans / panels)[owner]
         start = edges[owner] + width * (np.arange(len(owner)) - np.repeat(np.cumsum(panels) - panels, panels))
-        tangential = regime.tangential
         for block in range(0, len(owner), PANELS):
             here = slice(block, block + PANELS)
             time = (start[here, None] + width[here, None] * 0.5 * (1 + NODES)).ravel()
             u, v = segment.motion.displacements(time)
             power = ((v @ regime.linear.rows.T) ** 2) @ regime.linear.dampers
             if sliding:
-                drag = tangential.constant + u @ tangential.position.T + v @ tangential.velocity.T
-                power = power - (drag * (v @ system.tangents.T - system.belt)).sum(axis=1)
+                power = power - (regime.tangential(u, v) * (v @ system.tangents.T - system.belt)).sum(axis=1)
             np.add.at(lost, owner[here], 0.5 * width[here] * (power.reshape(-1, len(NODES)) @ WEIGHTS))
         return lost
 
