@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field, field_validator, model_validator
 
 from gudgeon.solver.laws import Law
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import STRICT, Positive
+from gudgeon.solver.numbers import STRICT, NotNegative, Positive
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.vectors import Direction
 
@@ -33,11 +33,8 @@ class Friction(BaseModel):
     """Coulomb friction along one line."""
 
     model_config = STRICT
-    static: Annotated[
-        float,
-        Field(ge=0, allow_inf_nan=False, description="Coefficient of static friction", json_schema_extra={"unit": "1"}),
-    ]
-    kinetic: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
+    static: NotNegative = Field(description="Coefficient of static friction", json_schema_extra={"unit": "1"})
+    kinetic: NotNegative | None = Field(
         default=None,
         description="Coefficient of kinetic friction; default: the static coefficient",
         json_schema_extra={"unit": "1"},
