@@ -66,9 +66,7 @@ def _check_travel(contacts: list[ContactRows], driving: Driving) -> None:
         held = next((item for item in driving.joints if item.joint.body == contact.body), None)
         if held is None or (over := contact.master) is None:
             continue
-        turn = np.linspace(0.0, 2 * np.pi / held.joint.rate, 721)
-        along, _ = held.joint.axes
-        path = (held.joint.piston_pin(turn, held.anchor[0])[:, 0] - held.anchor[1]) * float(over.direction @ along)
+        path = (held.turn() - held.anchor[1]) * float(over.direction @ held.joint.axes[0])
         low, high = over.height.min() + path.min(), over.height.max() + path.max()
         start, end = over.chart[0], over.chart[0] + over.chart[1] * (over.counts[1] - 3)
         if low < start - 1e-9 or high > end + 1e-9:
