@@ -19,6 +19,7 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel, LineStiffness
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.normal import NormalModes
+from gudgeon.pipeline.modes.problem import grounding
 
 BLOCK = 96
 """Right-hand sides per call of the solver."""
@@ -62,7 +63,7 @@ class Flexibility:
     def __init__(self, model: FEModel) -> None:
         self.rigid = model.rigid_modes
         self.M_rigid = model.M @ self.rigid
-        self.dofs = np.setdiff1d(model.free, _statically_determinate(self.rigid))
+        self.dofs = np.setdiff1d(model.free, grounding(self.rigid))
         """Dofs that neither a support nor the grounding of the rigid motions holds."""
         self._K = model.K
         # Forces and moments of beams have different units: each is scaled by the mass of its dof.
@@ -239,9 +240,3 @@ def _pinned(K: sparse.csr_matrix, pinned: np.ndarray, free: np.ndarray) -> spars
     kept[np.searchsorted(free, pinned)] = 0.0
     keep = sparse.diags_array(kept)
     return sparse.csr_matrix(keep @ K @ keep + sparse.diags_array((1 - kept) * K.diagonal()))
-
-
-def _statically_determinate(rigid: np.ndarray) -> np.ndarray:
-    """Return as many dofs as there are rigid motions, chosen to hold the body firmly (pivoted QR of Φ_r)."""
-    _, _, pivots = linalg.qr(rigid.T, mode="economic", pivoting=True)
-    return np.sort(pivots[: rigid.shape[1]])

@@ -55,7 +55,7 @@ def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | N
 def straight_elements(mesh: MeshRecord) -> np.ndarray:
     """Return which tet10 have straight edges with the mid-side node in the middle, but for round-off, (e,)."""
     x = mesh.nodes[mesh.cells]
-    away = x[:, 4:] - 0.5 * (x[:, EDGES[:, 0]] + x[:, EDGES[:, 1]])
+    away = x[:, 4:] - x[:, EDGES[3]].mean(axis=2)
     return np.abs(away).max(axis=(1, 2)) <= STRAIGHT * np.abs(mesh.nodes).max(initial=0.0)
 
 

@@ -21,8 +21,6 @@ from gudgeon.pipeline.scenes.material import Material
 
 GAUSS_ORDER = 2
 """Of the rule with d + 1 points: 4 in a tetrahedron, 3 in a triangle, 2 on a line."""
-EDGES = {1: ((0, 1),), 2: ((0, 1), (1, 2), (2, 0)), 3: ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))}
-"""Corners of each side with a mid-node, in meshio's order, by dimension."""
 SHEARS = ((1, 2), (0, 2), (0, 1))
 """Directions of the shear components, in order."""
 Strains = Callable[[np.ndarray], np.ndarray]

@@ -7,14 +7,14 @@ from pydantic import BaseModel, Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import side_counts, turned
+from gudgeon.pipeline.geometry.cells import EDGES, side_counts, turned
 from gudgeon.pipeline.geometry.numbers import STRICT, Length
 from gudgeon.pipeline.geometry.occ import GMSH_TRIANGLE6, ON_SURFACE, meshing, nodes_and_cells
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, box_faces, distance
 
 UP = np.array([0.0, 0.0, 1.0])
 
-EDGES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])
+SIDES = np.column_stack([EDGES[2], [3, 4, 5]])
 """Corners and middle of each edge of a triangle of positive area, which is on the left of the edge."""
 
 
@@ -67,4 +67,4 @@ class Rectangle(PlanePart):
 
 def boundary_edges(cells: np.ndarray) -> np.ndarray:
     """Return the edges that belong to one triangle (e, 6) only, (f, 3), with the part on their left."""
-    return cells[:, EDGES][side_counts(cells, EDGES) == 1]
+    return cells[:, SIDES][side_counts(cells, SIDES) == 1]
