@@ -5,7 +5,7 @@ from pathlib import Path
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.design_change.morph import Movement
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.geometry.profile import UniformProfile, read_profile
+from gudgeon.pipeline.geometry.profile import read_profile
 from gudgeon.pipeline.scenes.change import profile_surface, table_path
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import find_file
@@ -38,5 +38,5 @@ def movement_of(component: Component, folder: Path, name: str) -> Movement | Non
     path = table_path(profile, folder, name)
     if path is None and profile.offset == 0:
         return None
-    deviation = UniformProfile(profile.offset) if path is None else read_profile(path, profile.scale, profile.offset)
+    deviation = profile.offset if path is None else read_profile(path, profile.scale, profile.offset)
     return Movement(profile_surface(component, name), deviation, f"component.{name}.change.profile")

@@ -11,7 +11,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.assembly import NodePairs
-from gudgeon.pipeline.fem.elements.reference import quadrature, reference
+from gudgeon.pipeline.fem.elements.reference import quadrature, reference, shape_functions
 from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
 from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
@@ -110,8 +110,7 @@ def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
     """Return det(∂x/∂ξ) of every tet10 at its ten nodes, (e, 10); positive in a valid element."""
     from skfem import ElementTetP2
 
-    element = ElementTetP2()
-    dN = np.array([element.lbasis(element.doflocs.T, a)[1] for a in range(10)])
+    _, dN = shape_functions("tetra10", ElementTetP2().doflocs.T)
     return _determinants(mesh.nodes[mesh.cells], dN)
 
 
@@ -126,12 +125,7 @@ def mass_properties(mesh: MeshRecord, rho: float) -> MassProperties:
 def _determinants(x: np.ndarray, dN: np.ndarray) -> np.ndarray:
     """Return det(∂x/∂ξ) (e, q) of elements with nodes x (e, a, 3) and shape gradients dN (a, k, q)."""
     tangents = np.matmul(dN.transpose(1, 2, 0), x[:, None])
-    a, b, c = tangents[:, 0], tangents[:, 1], tangents[:, 2]
-    return (
-        a[..., 0] * (b[..., 1] * c[..., 2] - b[..., 2] * c[..., 1])
-        + a[..., 1] * (b[..., 2] * c[..., 0] - b[..., 0] * c[..., 2])
-        + a[..., 2] * (b[..., 0] * c[..., 1] - b[..., 1] * c[..., 0])
-    )
+    return (tangents[:, 0] * np.cross(tangents[:, 1], tangents[:, 2])).sum(axis=2)
 
 
 def solid_twists(properties: MassProperties) -> np.ndarray:

@@ -57,10 +57,9 @@ def strain_samples(model: FEModel, material: Material, geometry: BaseModel | Non
 def _continuum(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
     _, grad, dx = quadrature(mesh, GAUSS_ORDER)
     if mesh.cell_type == "tetra10":
-        D = elasticity(material)
+        D = elasticity(*material.lame, 3)
     elif isinstance(geometry, PlanePart):
-        lam, mu = plane_lame(material, geometry)
-        D = geometry.thickness * np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
+        D = geometry.thickness * elasticity(*plane_lame(material, geometry), 2)
     else:
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
     return _sampled(mesh.cell_type, mesh.nodes, mesh.cells, dx.sum(axis=1), len(D), _from_gradients(mesh, grad, D))
@@ -124,11 +123,10 @@ SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSam
 }
 
 
-def elasticity(material: Material) -> np.ndarray:
-    """Return D of an isotropic solid [Pa] for strains xx, yy, zz and engineering shears yz, xz, xy, (6, 6)."""
-    lam, mu = material.lame
-    D = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
-    D[:3, :3] += lam
+def elasticity(lam: float, mu: float, d: int) -> np.ndarray:
+    """Return D of Lamé's constants [Pa] for strains xx, yy, zz and engineering shears yz, xz, xy, or xx, yy and xy."""
+    D = np.diag([2 * mu] * d + [mu] * (d * (d - 1) // 2))
+    D[:d, :d] += lam
     return D
 
 

@@ -13,7 +13,6 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import hold
-from gudgeon.pipeline.geometry.profile import UniformProfile
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.geometry.shapes.skirt import Skirt
 from gudgeon.pipeline.interfaces.points import contact_points
@@ -192,7 +191,7 @@ def test_record_says_how_many_rigid_motions_are_left(mesh: MeshRecord) -> None:
     assert record.quality["rigid_motions"] == 1
     assert record.rigid_twists.shape == (1, 6)
     assert record.inertia_couplings is None
-    movement = Movement("skirt", UniformProfile(1e-5), "component.cup.change.profile")
+    movement = Movement("skirt", 1e-5, "component.cup.change.profile")
     with pytest.raises(InputError, match=r"component\.cup\.change\.profile\.offset: .* use update 'recompute'"):
         reuse(mesh, ("ab" * 32, "cd" * 32), record, {}, movement, 2700.0)
 
