@@ -16,8 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.reference import reference
-from gudgeon.pipeline.fem.elements.solid import MASS_ORDER
+from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, reference
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.problem import Count

@@ -80,11 +80,9 @@ def _smooth_estimate(model: FEModel) -> float:
     arm = model.nodes - model.properties.centre
     rigid = model.rigid_modes
     quotients = []
-    for axis in range(3):
-        for other in range(3):
-            field = np.zeros_like(arm)
-            field[:, other] = arm[:, axis] ** 2
-            u = (field @ model.directions.T).ravel()
+    for square in (arm**2).T:
+        for along in model.directions.T:
+            u = np.outer(square, along).ravel()
             u -= rigid @ (rigid.T @ (model.M @ u))
             mass = float(u @ (model.M @ u))
             if mass > 0:

@@ -53,8 +53,6 @@ class StaticShapes:
     """Mass-orthonormal, M-orthogonal to the normal modes, (dofs, k)."""
     residual_flexibility: np.ndarray
     """R without the contribution of these shapes, (c, c)."""
-    dropped: int
-    """Nearly dependent directions that the rank test dropped."""
 
 
 class Flexibility:
@@ -178,21 +176,19 @@ def _carried(parts: LineStiffness, Phi: np.ndarray, X: np.ndarray, free: np.ndar
     return linalg.solve(parts.product(Phi), parts.product(Phi, whole), assume_a="pos")
 
 
-def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual, pressures: np.ndarray) -> StaticShapes:
-    """Return M-orthonormal shapes, diagonal in M and K, of the residual displacement under given pressure fields.
+def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual) -> StaticShapes:
+    """Return M-orthonormal shapes, diagonal in M and K, of the residual displacement under pressure fields.
+
+    Nearly dependent ones are dropped, see `ritz_pairs`.
 
     Args:
         B: Displacement conjugate to each force, (c, dofs).
-        residual: Of the same rows and fields.
-        pressures: Forces of each field, (c, k).
+        residual: Of the same rows.
     """
-    R = residual.flexibility
-    if pressures.shape[1] == 0:
-        return StaticShapes(np.empty(0), np.empty((B.shape[1], 0)), R, 0)
     values, Phi = ritz_pairs(model, residual.fields)
     at_points = B @ Phi
-    rest = R - (at_points / values) @ at_points.T
-    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T), pressures.shape[1] - len(values))
+    rest = residual.flexibility - (at_points / values) @ at_points.T
+    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T))
 
 
 def ritz_pairs(model: FEModel, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -204,7 +200,7 @@ def ritz_pairs(model: FEModel, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarr
     stiffness = shapes.T @ (model.K @ shapes)
     scale = 1 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
     strength, directions = linalg.eigh(stiffness * scale * scale[:, None])
-    kept = strength > RANK_TOLERANCE * strength[-1]
+    kept = strength > RANK_TOLERANCE * strength.max(initial=0.0)
     shapes = shapes @ ((directions[:, kept] / np.sqrt(strength[kept])) * scale[:, None])
     inverse, Z = linalg.eigh(shapes.T @ (model.M @ shapes))
     values, Z = 1 / inverse[::-1], Z[:, ::-1]

@@ -60,21 +60,11 @@ def _continuum(mesh: MeshRecord, material: Material, geometry: BaseModel | None)
         D = elasticity(*material.lame, 3)
     elif isinstance(geometry, PlanePart):
         D = geometry.thickness * elasticity(*plane_lame(material, geometry), 2)
+    elif mesh.cell_type == "line3":
+        D = next(iter(mesh.surfaces.values())).shape["area"] * np.array([[material.E]])
     else:
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
     return _sampled(mesh.cell_type, mesh.nodes, mesh.cells, dx.sum(axis=1), len(D), _from_gradients(mesh, grad, D))
-
-
-def _bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
-    area = next(iter(mesh.surfaces.values())).shape["area"]
-    _, dN, _ = reference("line3", GAUSS_ORDER)
-    h = element_lengths(mesh)
-    scale = np.sqrt(material.E * area)
-
-    def strains(columns: np.ndarray) -> np.ndarray:
-        return scale * np.einsum("aq,eak,e->eqk", dN[:, 0], columns[mesh.cells], 1 / h)[:, :, None]
-
-    return _sampled("line3", mesh.nodes, mesh.cells, h, 1, strains)
 
 
 def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
@@ -117,7 +107,7 @@ def _sampled(
 SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {
     "tetra10": _continuum,
     "triangle6": _continuum,
-    "line3": _bar,
+    "line3": _continuum,
     "beam2": _beam,
     "beam3": _beam,
 }
