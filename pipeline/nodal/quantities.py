@@ -5,8 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
-from gudgeon.pipeline.nodal.problem import PointContact
-from gudgeon.solver.results.contact_events import Quantity, departure, impact_quantities, merged, rebound, smoothed_peak
+from gudgeon.pipeline.nodal.problem import NodalLoad, PointContact
+from gudgeon.solver.results.contact_events import (
+    Quantity,
+    deflection,
+    departure,
+    impact_quantities,
+    merged,
+    rebound,
+    smoothed_peak,
+)
 
 
 @dataclass(frozen=True)
@@ -120,6 +128,11 @@ def resultant_quantities(times: np.ndarray, forces: np.ndarray) -> dict[str, Qua
 def body_quantities(name: str, motion: np.ndarray) -> Json:
     """Return final velocity and displacement of a body from its `NodalBody.centre_motion`."""
     return named(name, departure(*motion))
+
+
+def force_quantities(load: NodalLoad, times: np.ndarray, moved: np.ndarray) -> Json:
+    """Return the deflection under a moving force from displacements conjugate to its parts [m], (t, k), over times."""
+    return named(load.travels, deflection(times, load.amounts(times), moved))
 
 
 def named(name: str, values: dict[str, Quantity]) -> Json:

@@ -21,7 +21,6 @@ from gudgeon.pipeline.report.reference import Reference, errors_against, externa
 from gudgeon.pipeline.report.slaps import reproducible
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
-from gudgeon.pipeline.report.vectors.report import vectors_report
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError, SolverError
@@ -41,13 +40,11 @@ TIMING = (
 
 
 def report_scene(job: Job, how: Effort, progress: Tell) -> Document:
-    """Write the report of a scene of bodies: of a moving force, of frequencies if nothing moves, or of its sweep.
+    """Write the report of a scene of bodies: of frequencies if nothing moves, or of its sweep.
 
     Raises:
         InputError, StageError: see each.
     """
-    if job.scene.report.vectors is not None:
-        return vectors_report(job, how, progress)
     rigid = all(job.scene.component[name].geometry.kind == "rigid" for name in job.components())
     if not (job.scene.contact or job.scene.force or job.scene.joint or rigid):
         return frequencies_report(job, how, progress)

@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,6 +70,8 @@ def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
     source = f"full FE at {finest.step * 1e6:g} µs"
     if job.scene.joint:
         return Reference("nodal", source, {}, None, finest)
+    if not job.scene.contact:
+        return replace(reference_run(job, finest, None, source), kind="nodal")
     return Reference("nodal", source, {}, history_reference(job, source, *histories(job, finest)), None)
 
 

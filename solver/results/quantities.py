@@ -10,6 +10,7 @@ from gudgeon.solver.integrators.outcome import FIRST_CONTACT, LAST_CONTACT, Outc
 from gudgeon.solver.integrators.steps import Plan
 from gudgeon.solver.results.contact_events import (
     Quantity,
+    deflection,
     departure,
     impact_quantities,
     merged,
@@ -64,11 +65,12 @@ def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
         times: Of the frames [s], (f,).
         frames: Coordinates, (f, m).
     """
-    found: Json = {}
-    for name, under in system.driving.deflections(times, frames).items():
-        most = int(np.abs(under).argmax())
-        peak, late = (float(under[most]), "m"), (float(times[most]), "s")
-        found |= _named(name, {"deflection_peak": peak, "peak_time": late, "deflection_end": (float(under[-1]), "m")})
+    driving, found = system.driving, Json()
+    loads = driving.loads(times, 0.0)
+    moved = frames @ driving.rows.T + loads @ driving.residual
+    for load, at in driving.given_rows():
+        if load.travels:
+            found |= _named(load.name, deflection(times, loads[:, at], moved[:, at]))
     return found
 
 
