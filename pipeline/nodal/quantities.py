@@ -12,6 +12,7 @@ from gudgeon.solver.results.contact_events import (
     departure,
     impact_quantities,
     merged,
+    named,
     rebound,
     smoothed_peak,
 )
@@ -133,8 +134,3 @@ def body_quantities(name: str, motion: np.ndarray) -> Json:
 def force_quantities(load: NodalLoad, times: np.ndarray, moved: np.ndarray) -> Json:
     """Return the deflection under a moving force from displacements conjugate to its parts [m], (t, k), over times."""
     return named(load.travels, deflection(times, load.amounts(times), moved))
-
-
-def named(name: str, values: dict[str, Quantity]) -> Json:
-    """Return quantities of a body or a contact in the form of a record, name.key → {"value", "unit"}."""
-    return {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}

@@ -1,6 +1,5 @@
 """`gudgeon report` of a scene of bodies: errors of a sweep against a reference, and the time of each run."""
 
-import difflib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,7 +16,7 @@ from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_st
 from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
-from gudgeon.pipeline.report.reference import Reference, errors_against, external_reference, reference_run, values_of
+from gudgeon.pipeline.report.reference import Reference, check_names, external_reference, reference_run, values_of
 from gudgeon.pipeline.report.slaps import reproducible
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
@@ -71,8 +70,9 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
             raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
         reference = _finest(job, points) if external is None or external.empty else external
-        _check_names(job, points, reference)
         found = quantities(points, reference, nodal, job)
+        known = set().union(*(values_of(one.trajectory) for one in points if one.ran))
+        check_names(job, reference, known, [one.name for one in found])
         counting = {one.name for one in found if one.counts}
         runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
         document = replace(
@@ -168,26 +168,6 @@ def _finished(job: Job, settings: Sequence[Setting]) -> tuple[tuple[str, float, 
     variants = [(setting.name, variant(job, setting.changes)) for setting in settings]
     runs = [(name, changed, kept_trajectory(changed)) for name, changed in variants]
     return tuple((n, fineness(changed, run), run) for n, changed, run in runs if run and run.result == "FINISHED")
-
-
-def _check_names(job: Job, points: Sequence[Point], reference: Reference) -> None:
-    """Refuse names that no run has: their values would be taken for zero, or never count.
-
-    Raises:
-        InputError: a name of `report.quantities` or `report.interest` is unknown.
-    """
-    ran = [one for one in points if one.ran]
-    told = set().union(*(values_of(one.trajectory) for one in ran))
-    compared = set().union(*(errors_against(one.job, one.trajectory, reference) for one in ran))
-    wrong = [("quantities", name, told) for name in reference.expected if name not in told]
-    wrong += [("interest", name, compared | told) for name in job.scene.report.interest if name not in compared]
-    lines = []
-    for key, name, known in wrong:
-        near = difflib.get_close_matches(name, known, 1)
-        hint = f"did you mean '{near[0]}'? " if near else ""
-        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {hint}known are {', '.join(sorted(known))}")
-    if lines:
-        raise InputError("\n".join(lines))
 
 
 def _finest(job: Job, points: Sequence[Point]) -> Reference:

@@ -1,6 +1,10 @@
 """Impacts, peaks, deflections and rebound velocities as quantities: pure functions of histories of any integrator."""
 
+from collections.abc import Mapping
+
 import numpy as np
+
+from gudgeon.modaldb.records.types import Json
 
 Quantity = tuple[float, str]
 """Value and unit."""
@@ -13,6 +17,11 @@ SHOWN = 10
 """Number of impacts that are quantities."""
 NOTICED = 1e-12
 """Share of the largest component of a motion below which another is round-off."""
+
+
+def named(owner: str, values: Mapping[str, Quantity]) -> Json:
+    """Return the quantities of a contact, force or body in the form of a record, owner.key → {"value", "unit"}."""
+    return {f"{owner}.{name}": {"value": value, "unit": unit} for name, (value, unit) in values.items()}
 
 
 def impact_quantities(impacts: np.ndarray) -> dict[str, Quantity]:

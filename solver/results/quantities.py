@@ -1,7 +1,5 @@
 """Quantities of a run: impulses, forces, times and velocities of its contacts and bodies."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
@@ -14,6 +12,7 @@ from gudgeon.solver.results.contact_events import (
     departure,
     impact_quantities,
     merged,
+    named,
     rebound,
     sampled_impacts,
     smoothed_peak,
@@ -54,7 +53,7 @@ def quantities(system: System, plan: Plan, end: Outcome, forces: np.ndarray, mul
         if contact.areas is not None and multipliers.size:
             pressure = multipliers[:, contact.rows] / contact.areas
             values["pressure_peak"] = (float(pressure.max()), "Pa")
-        found |= _named(contact.name, values)
+        found |= named(contact.name, values)
     return found | (_leaving(system, end) if plan.integrator.counts_impacts else {})
 
 
@@ -70,13 +69,8 @@ def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
     moved = frames @ driving.rows.T + loads @ driving.residual
     for load, at in driving.given_rows():
         if load.travels:
-            found |= _named(load.name, deflection(times, loads[:, at], moved[:, at]))
+            found |= named(load.name, deflection(times, loads[:, at], moved[:, at]))
     return found
-
-
-def _named(owner: str, values: Mapping[str, Quantity]) -> Json:
-    """Return the quantities of a contact, force or body in the form of a record."""
-    return {f"{owner}.{name}": {"value": value, "unit": unit} for name, (value, unit) in values.items()}
 
 
 def _leaving(system: System, end: Outcome) -> Json:
@@ -87,7 +81,7 @@ def _leaving(system: System, end: Outcome) -> Json:
             continue
         own = body.rigid
         rates = [end.v[own], end.q[own] - system.position[own], system.velocity[own]]
-        found |= _named(name, departure(*body.centre_motion(np.array(rates))))
+        found |= named(name, departure(*body.centre_motion(np.array(rates))))
     return found
 
 
