@@ -72,6 +72,8 @@ STEPS = (9e-6, 4.5e-6, 2.25e-6, 1.125e-6)
 PEAK, END = "load.deflection_peak", "load.deflection_end"
 TIME_ERROR = 2e-4
 """Of the midpoint rule at a step of 4.5 µs."""
+TOLERANCE = 5e-4
+"""Vectors with R meet it, normal modes alone do not: which run is the fastest is the machine's choice."""
 
 
 def silent(stage: str, share: float) -> None:
@@ -134,7 +136,7 @@ def test_energy_of_full_fe_is_the_work_of_the_force(folder: Path) -> None:
 def test_report_against_full_fe(folder: Path) -> None:
     """Few vectors with R are as good as the steps; without it their deflection lacks the other modes'."""
     job = open_job(folder, db=folder / "db", out=folder / "out")
-    document = report_scene(job, Effort(repeat=1), silent)
+    document = report_scene(job, Effort(repeat=1, tolerance=TOLERANCE), silent)
     assert document.reference == {"kind": "nodal", "source": "full FE at 4.5 µs"}
     errors = {run.name: run.errors for run in document.runs if run.kind == "reduced"}
     assert len(errors) == 9
@@ -150,8 +152,17 @@ def test_report_against_full_fe(folder: Path) -> None:
 
 
 def test_tolerance_chooses_vectors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    report_scene(open_job(folder, db=folder / "db", out=folder / "out"), Effort(repeat=1), silent)
-    arguments = ["run", str(folder), "--tolerance", "1%", "--db", str(folder / "db"), "--out", str(folder / "other")]
+    report_scene(open_job(folder, db=folder / "db", out=folder / "out"), Effort(repeat=1, tolerance=TOLERANCE), silent)
+    arguments = [
+        "run",
+        str(folder),
+        "--tolerance",
+        str(TOLERANCE),
+        "--db",
+        str(folder / "db"),
+        "--out",
+        str(folder / "other"),
+    ]
     assert main(arguments) == 0
     assert ", R, " in capsys.readouterr().err
 
