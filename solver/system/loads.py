@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import LoadModes, TractionModes
-from gudgeon.modaldb.traction import inside, spline_weights
+from gudgeon.modaldb.records.modes import LoadModes
+from gudgeon.modaldb.traction import inside, spread
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
@@ -82,23 +82,6 @@ class Driving:
             last = first + len(load.resultant)
             yield load, slice(first, last)
             first = last
-
-    def deflections(self, time: np.ndarray, frames: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the displacement under each moving force, along it [m], (t,), where the force is never zero.
-
-        Args:
-            time: Times [s], (t,).
-            frames: All coordinates at these times, (t, m).
-        """
-        loads = self.loads(time, 0.0)
-        moved = frames @ self.rows.T + loads @ self.residual
-        found = {}
-        for load, at in self.given_rows():
-            # Splines add up to one, so that their forces add up to the total force.
-            size = np.abs(loads[:, at].sum(axis=1))
-            if load.travels and (size > 0).all():
-                found[load.name] = np.einsum("tk,tk->t", loads[:, at], moved[:, at]) / size
-        return found
 
     def crank(self, time: np.ndarray) -> np.ndarray:
         """Return the crank pin of each joint at given times, (t, j, 4)."""
@@ -232,19 +215,11 @@ def _travelling(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad,
             f"{where}: it moves from {ends[0].tolist()} to {ends[1].tolist()} m across and along by run.duration, its"
             f" traction space reaches from {space.start.tolist()} to {end.tolist()}; change `at` or run.duration"
         )
-    return GivenLoad(name, body.name, force.interface, space.resultant, _spread(force, space), True), space.rows
-
-
-def _spread(force: MovingForce, space: TractionModes) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the forces on the functions over time, positive outward."""
 
     def amounts(time: np.ndarray) -> np.ndarray:
-        numbers, values = spline_weights(space, force.places(time))
-        found = np.zeros((len(time), len(space.resultant)))
-        np.put_along_axis(found, numbers, -force.amounts(time)[:, None] * values, axis=1)
-        return found
+        return spread(space, force.places(time), -force.amounts(time))
 
-    return amounts
+    return GivenLoad(name, body.name, force.interface, space.resultant, amounts, True), space.rows
 
 
 def _load(body: FlexibleBody, interface: str, where: str) -> LoadModes:
