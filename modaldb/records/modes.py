@@ -92,7 +92,7 @@ class GaugeModes:
 
 @dataclass(frozen=True)
 class StaticResponses:
-    """Static displacement of a solid under k smooth pressures on an interface of contact, balanced by inertia if the
+    """Static displacement of a solid under k smooth pressures on its interfaces of contact, balanced by inertia if the
     body is free: what a design change with unchanged modes is judged by."""
 
     shapes: Array
@@ -101,6 +101,8 @@ class StaticResponses:
     """fᵀ G f, displacement conjugate to each pressure per unit of each, (k, k)."""
     resultant: Array
     """Force and moment about the component's origin of each pressure, (k, 6)."""
+    columns: Json
+    """First and last + 1 pressure of each interface."""
 
 
 @dataclass(frozen=True)
@@ -160,8 +162,8 @@ class ModalRecord:
     participation: Array | None = None
     """Tᵀ M Φ with T the unit translations [kg^½], (3, m): the load of gravity on each coordinate; None without
     supports, since free modes take no part in translations."""
-    static_responses: dict[str, StaticResponses] = field(default_factory=dict)
-    """By interface of contact; none for rigid bodies and for elements other than tet10."""
+    static_responses: StaticResponses | None = None
+    """None for rigid bodies, for those without an interface of contact and for elements other than tet10."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ of that.
 which are too large, since kept shapes do not adapt: on the wall of a liner 8 % thinner they turn the sign.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,7 +58,8 @@ def estimated_change(moved: FEModel, modal: ModalRecord) -> Estimate:
     count = modal.normal_count
     Phi = modal.shapes[:, :, :count].reshape(len(moved.held), count)
     frequencies = _frequency_changes(moved, Phi, modal.angular_frequencies[:count])
-    return Estimate(frequencies, _compliance_changes(moved, modal.static_responses))
+    responses = modal.static_responses
+    return Estimate(frequencies, {} if responses is None else _compliance_changes(moved, responses))
 
 
 def _frequency_changes(moved: FEModel, Phi: np.ndarray, omega: np.ndarray) -> np.ndarray:
@@ -80,18 +80,16 @@ def _frequency_changes(moved: FEModel, Phi: np.ndarray, omega: np.ndarray) -> np
     return changes
 
 
-def _compliance_changes(moved: FEModel, responses: Mapping[str, StaticResponses]) -> dict[str, float]:
-    rigid, twists = moved.rigid_modes, moved.rigid_twists
-    M_rigid, changes = moved.M @ rigid, {}
-    for name, one in responses.items():
-        force, moment = one.resultant[:, :3], one.resultant[:, 3:]
-        moment = moment - np.cross(moved.properties.centre, force)
-        pushed = twists @ np.column_stack([force, moment]).T
-        Y = one.shapes.reshape(len(rigid), -1)
-        balanced = one.compliance - (Y.T @ M_rigid) @ pushed
-        change = balanced + balanced.T - Y.T @ (moved.K @ Y) - one.compliance
-        changes[name] = _largest(change / SHARE, one.compliance)
-    return changes
+def _compliance_changes(moved: FEModel, responses: StaticResponses) -> dict[str, float]:
+    """Return the largest relative change of compliance under the pressures of each interface."""
+    compliance, rigid = responses.compliance, moved.rigid_modes
+    Y = responses.shapes.reshape(len(rigid), -1)
+    force, moment = responses.resultant[:, :3], responses.resultant[:, 3:]
+    wrench = np.column_stack([force, moment - np.cross(moved.properties.centre, force)])
+    balanced = compliance - (Y.T @ (moved.M @ rigid)) @ (moved.rigid_twists @ wrench.T)
+    change = (balanced + balanced.T - Y.T @ (moved.K @ Y) - compliance) / SHARE
+    spans = {name: slice(*ends) for name, ends in responses.columns.items()}
+    return {name: _largest(change[own, own], compliance[own, own]) for name, own in spans.items()}
 
 
 def _largest(change: np.ndarray, compliance: np.ndarray) -> float:

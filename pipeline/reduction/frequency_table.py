@@ -71,7 +71,7 @@ def coarse_notes(records: Mapping[str, ModalRecord], files: Collection[str] = ()
             key, remedy = "mesh.size", "refine the mesh by a smaller size"
             if name in files:
                 key, remedy = "geometry.path", "refine the mesh in its file"
-            notes.append(f"component.{name}.{key}: {found}; {remedy}")
+            notes.append(f"component.{name}.{key}: {found} {remedy}")
     return notes
 
 
@@ -81,7 +81,7 @@ def _coarse_contact(errors: Mapping[str, float]) -> str | None:
         return None
     return (
         f"the mesh error of the contact's flexibility is about {errors[name]:.1%} at interface '{name}', above"
-        f" {COARSE_CONTACT:.0%} (estimated from recovered stress under smooth pressures)"
+        f" {COARSE_CONTACT:.0%} (estimated from recovered stress under smooth pressures);"
     )
 
 
@@ -93,5 +93,5 @@ def _coarse_modes(record: ModalRecord) -> str | None:
     return (
         f"the estimated frequency error of {len(coarse)} of {record.normal_count} modes is above {COARSE:.0%}; the"
         f" largest is {errors[worst]:.1%}, at mode {worst + 1} ({record.angular_frequencies[worst] / (2 * np.pi):.4g}"
-        " Hz); keep fewer modes or"
+        " Hz); keep fewer modes, or"
     )

@@ -24,7 +24,7 @@ from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
 from gudgeon.pipeline.reduction.gauges import gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
-from gudgeon.pipeline.reduction.responses import SMOOTH, by_interface, compliance_errors, kept_responses
+from gudgeon.pipeline.reduction.responses import SMOOTH, compliance_errors, static_responses
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface
 
@@ -75,8 +75,8 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     refuse_large(gauges, contact.B.shape[0], where)
     own = _reduced(tied, contact, component, where)
     reduction = replace(own, Phi=spread @ own.Phi)
-    responses = None if own.responses is None else spread @ own.responses
-    static = by_interface({key: one.forces for key, one in acting.items()}, responses)
+    responses = np.empty((len(model.held), 0)) if own.responses is None else spread @ own.responses
+    static = static_responses(model, {key: one.forces for key, one in acting.items()}, responses)
     modes = {key: one.at.modes(one.rows @ reduction.Phi) for key, one in acting.items()}
     errors = frequency_errors(tied, own, model, spread, component)
     refuse_locking(
@@ -100,11 +100,14 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         inertia_couplings=_couplings(model, reduction),
         participation=_participation(model, reduction) if model.held.any() else None,
         quality=reduction.quality
-        | {"rigid_motions": len(model.rigid_twists), "compliance_errors": compliance_errors(model, component, static)},
+        | {
+            "rigid_motions": len(model.rigid_twists),
+            "compliance_errors": compliance_errors(model, component, responses, static),
+        },
         tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
         gauges=gauge_modes(component, gauges, tied, contact.B, own),
-        static_responses=kept_responses(model, static),
+        static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
         **vars(errors),
     )
 

@@ -6,7 +6,6 @@ modes that only R contains count as well (Zienkiewicz & Zhu 1987, as in `modes.e
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,62 +18,42 @@ SMOOTH = 4
 """Smooth pressures on an interface: 1, x, y and x y in its coordinates."""
 
 
-@dataclass(frozen=True)
-class Response:
-    """Nodal forces of smooth pressures on an interface, and the body's static response to them."""
-
-    forces: np.ndarray
-    """f = Bᵀ p, (dofs, k)."""
-    shapes: np.ndarray
-    """Y = G f, (dofs, k)."""
-
-    @property
-    def compliance(self) -> np.ndarray:
-        """fᵀ G f, (k, k)."""
-        product = self.forces.T @ self.shapes
-        return 0.5 * (product + product.T)
-
-
-def by_interface(forces: Mapping[str, np.ndarray], shapes: np.ndarray | None) -> dict[str, Response]:
-    """Return the response of each interface with smooth pressures; none of a rigid body.
+def static_responses(model: FEModel, forces: Mapping[str, np.ndarray], shapes: np.ndarray) -> StaticResponses:
+    """Return the responses of a body as a record keeps them.
 
     Args:
         forces: Nodal forces of each interface's pressures, (dofs, k) each.
-        shapes: Responses to all of them, interface after interface, (dofs, sum of k); None for a rigid body.
+        shapes: Responses to all of them, interface after interface, (dofs, sum of k); (dofs, 0) of a rigid body.
     """
-    if shapes is None:
-        return {}
-    ends = np.cumsum([one.shape[1] for one in forces.values()])[:-1]
-    parts = zip(forces.items(), np.split(shapes, ends, axis=1), strict=True)
-    return {name: Response(load, part) for (name, load), part in parts if load.shape[1]}
+    columns, first = {}, 0
+    for name, load in forces.items():
+        if load.shape[1] and shapes.shape[1]:
+            columns[name] = [first, first := first + load.shape[1]]
+    loads = np.column_stack([np.empty((len(shapes), 0)), *(forces[name] for name in columns)])
+    compliance, nodal = loads.T @ shapes, model.nodal(loads)
+    moments = np.cross(model.nodes[:, :, None], nodal, axis=1)
+    resultant = np.concatenate([nodal.sum(axis=0), moments.sum(axis=0)]).T
+    return StaticResponses(model.nodal(shapes), 0.5 * (compliance + compliance.T), resultant, columns)
 
 
-def compliance_errors(model: FEModel, component: Component, responses: Mapping[str, Response]) -> dict[str, float]:
+def compliance_errors(
+    model: FEModel, component: Component, shapes: np.ndarray, responses: StaticResponses
+) -> dict[str, float]:
     """Return the estimated mesh error of each interface's static compliance over the compliance itself.
 
     Empty if the elements have no estimate. The pressures of an interface count together, by the trace of fᵀ G f.
+
+    Args:
+        shapes: Those of the responses over the dofs, (dofs, k).
     """
-    whole = {name: float(np.trace(one.compliance)) for name, one in responses.items()}
-    names = [name for name, compliance in whole.items() if compliance > 0]
-    if not names or component.material is None:
+    if component.material is None or not responses.columns:
         return {}
-    columns = np.column_stack([responses[name].shapes for name in names])
-    energies = error_energies(model, component.material, component.geometry, columns)
+    energies = error_energies(model, component.material, component.geometry, shapes)
     if energies is None:
         return {}
-    ends = np.cumsum([responses[name].shapes.shape[1] for name in names])[:-1]
-    parts = np.split(energies, ends)
-    return {name: float(part.sum()) / whole[name] for name, part in zip(names, parts, strict=True)}
-
-
-def kept_responses(model: FEModel, responses: Mapping[str, Response]) -> dict[str, StaticResponses]:
-    """Return what a record keeps of the responses of a solid; nothing of other bodies, whose modes are never reused."""
-    if model.mesh.cell_type != "tetra10":
-        return {}
-    kept = {}
-    for name, one in responses.items():
-        forces = model.nodal(one.forces)
-        moments = np.cross(model.nodes[:, :, None], forces, axis=1)
-        resultant = np.concatenate([forces.sum(axis=0), moments.sum(axis=0)]).T
-        kept[name] = StaticResponses(model.nodal(one.shapes), one.compliance, resultant)
-    return kept
+    whole = {name: responses.compliance.diagonal()[slice(*ends)].sum() for name, ends in responses.columns.items()}
+    return {
+        name: float(energies[slice(*responses.columns[name])].sum() / compliance)
+        for name, compliance in whole.items()
+        if compliance > 0
+    }

@@ -13,6 +13,7 @@ from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refus
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
+    from gudgeon.pipeline.scenes.component import Component
 
 
 POINTS = ("points", "patch")
@@ -84,6 +85,12 @@ def _counted_twice(scene: "SceneFile") -> list[str]:
                     " the local compliance twice; use method 'penalty' or remove the law"
                 )
     return lines
+
+
+def unit_notes(components: "Mapping[str, Component]") -> list[str]:
+    """Return a line for each material whose wave speed makes a mistaken unit likely."""
+    found = {name: one.material.unit_note() for name, one in components.items() if one.material is not None}
+    return [f"component.{name}.material: {text}" for name, text in found.items() if text is not None]
 
 
 def law_notes(scene: "SceneFile") -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.scenes.checks import checked
+from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import merged, named
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.products import STAGES, Product, component_products, plot_inputs, product
@@ -31,15 +32,15 @@ class Job(SceneJob):
         """Folder of the scene file."""
         return self.path.parent
 
+    def used(self) -> dict[str, Component]:
+        """Return the components that a body uses."""
+        names = {self.scene.component_of(body) for body in self.scene.body}
+        return {name: component for name, component in self.scene.component.items() if name in names}
+
     def components(self) -> dict[str, dict[str, Product]]:
         """Return the products of every component that a body uses."""
-        used = {self.scene.component_of(body) for body in self.scene.body}
         with named(self.path, InputError):
-            return {
-                name: component_products(name, component, self.folder)
-                for name, component in self.scene.component.items()
-                if name in used
-            }
+            return {name: component_products(name, component, self.folder) for name, component in self.used().items()}
 
     def morphs(self) -> dict[str, str]:
         """Return the keys of the records that the solver reads, by component."""

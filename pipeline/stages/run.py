@@ -13,7 +13,7 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file
-from gudgeon.pipeline.scenes.checks import law_notes
+from gudgeon.pipeline.scenes.checks import law_notes, unit_notes
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
@@ -148,23 +148,25 @@ def _references(job: Job) -> dict[str, float]:
 
 def _finish(job: Job, until: str) -> RunReport:
     """Write summary and trajectory unless they are up to date, and return the report."""
-    frequencies, coarse = _frequencies(job)
-    if until in ("mesh", "modes"):
-        rows = frequencies if until == "modes" else {}
-        return RunReport(job.name, None, out=str(job.out), notes=coarse, frequencies=rows)
-    reused = change_notes(job)
+    frequencies, notes = _frequencies(job)
+    notes = unit_notes(job.used()) + notes
+    if until == "mesh":
+        return RunReport(job.name, None, out=str(job.out), notes=notes, parts=_parts(job))
+    if until == "modes":
+        return RunReport(job.name, None, out=str(job.out), notes=notes, frequencies=frequencies)
+    notes = change_notes(job) + notes
     if until == "morph":
-        return RunReport(job.name, None, out=str(job.out), notes=reused + coarse, changes=change_estimates(job))
+        return RunReport(job.name, None, out=str(job.out), notes=notes, changes=change_estimates(job))
     key, expected = job.trajectory().key, _references(job)
     summary = read_summary(job.out, key, "trajectory.h5", expected)
     if summary is None:
         copy_file(job.store.path(key), job.out / "trajectory.h5")
         summary = write_summary(job.out, key, expected, job.store.get(key, "trajectory", only=["times"]))
-    notes = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
+    own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
-        momentum_residual=summary["momentum_residual"], out=str(job.out), notes=notes + reused + coarse,
+        momentum_residual=summary["momentum_residual"], out=str(job.out), notes=own + notes,
         changes=change_estimates(job), reason=None if outcome.ok else outcome.value,
     )  # fmt: skip
 
@@ -189,6 +191,17 @@ def _frequencies(job: Job) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     records = kept_modes(job.store, {name: steps["modes"].key for name, steps in job.components().items()})
     files = [name for name in records if job.scene.component[name].from_file]
     return {name: frequency_rows(record) for name, record in records.items()}, coarse_notes(records, files)
+
+
+def _parts(job: Job) -> dict[str, dict[str, Any]]:
+    """Return size and inertia of every component in use, on the mesh of its modes."""
+    from gudgeon.pipeline.stages.parts import part_row
+
+    used = job.used()
+    return {
+        name: part_row(job.store.get(steps["mesh"].key, "mesh"), used[name], name)
+        for name, steps in job.components().items()
+    }
 
 
 def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:

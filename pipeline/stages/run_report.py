@@ -34,6 +34,8 @@ class RunReport:
     pictures: list[str] = field(default_factory=list)
     frequencies: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     """Modes of each component with their errors, if the run ends with the stage `modes`; see `frequency_table`."""
+    parts: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Size and inertia of each component, if the run ends with the stage `mesh`; see `stages.parts`."""
     changes: dict[str, dict[str, Any]] = field(default_factory=dict)
     """Estimated changes of each component that reuses modes after a design change, and its tolerance."""
     notes: list[str] = field(default_factory=list)

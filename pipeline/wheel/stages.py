@@ -10,7 +10,9 @@ import numpy as np
 
 from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.scenes.checks import unit_notes
 from gudgeon.pipeline.stages.make import Task, run_stages
+from gudgeon.pipeline.stages.parts import part_row
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary
 from gudgeon.pipeline.wheel.job import WheelJob
@@ -73,9 +75,13 @@ def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
 
 def _finish(job: WheelJob, until: str) -> RunReport:
     """Write summary and response unless they are up to date, and return the report."""
-    if until in ("mesh", "modes"):
-        frequencies = _frequencies(job) if until == "modes" else {}
-        return RunReport(job.name, None, out=str(job.out), frequencies=frequencies)
+    name = job.wheel.component
+    notes = unit_notes({name: job.component})
+    if until == "mesh":
+        parts = {name: part_row(job.store.get(job.mesh().key, "mesh"), job.component, name)}
+        return RunReport(job.name, None, out=str(job.out), notes=notes, parts=parts)
+    if until == "modes":
+        return RunReport(job.name, None, out=str(job.out), notes=notes, frequencies=_frequencies(job))
     key = job.response(job.wheel.interface).key
     summary = read_summary(job.out, key, RESPONSE)
     if summary is None:
@@ -84,7 +90,9 @@ def _finish(job: WheelJob, until: str) -> RunReport:
         summary = {"key": key, "quantities": quantities, "counts": record.counts}
         write_text(job.out / RESPONSE, _response_table(record))
         write_text(job.out / SUMMARY, json.dumps(summary, indent=1))
-    return RunReport(job.name, "FINISHED", {}, summary["quantities"], out=str(job.out), files=(SUMMARY, RESPONSE))
+    return RunReport(
+        job.name, "FINISHED", {}, summary["quantities"], out=str(job.out), files=(SUMMARY, RESPONSE), notes=notes
+    )
 
 
 def _draw(job: WheelJob, tell: Progress) -> tuple[list[Path], list[str]]:

@@ -373,14 +373,45 @@ def test_table_and_warning() -> None:
     assert [line.split()[0] for line in longer[-5:]] == ["20", "…", "58", "59", "60"]
     assert longer[-4].split()[1] == "37"
     made = np.array([1e-4, 0.004, 0.02, 0.013, *np.full(COUNT - 4, 1e-3), *np.full(4, np.nan)])
-    (note,) = coarse_notes({"block": replace(found, discretisation_errors=made)})
+    free = replace(found, discretisation_errors=made, quality={})
+    (note,) = coarse_notes({"block": free})
     where = "component.block.mesh.size: the estimated frequency error of"
     assert note.startswith(f"{where} 2 of {COUNT} modes is above 1%; the largest is 2.0%, at mode 3 (")
-    assert coarse_notes({"block": replace(found, discretisation_errors=np.where(made > 0.01, 0.0099, made))}) == []
+    assert note.endswith("keep fewer modes, or refine the mesh by a smaller size")
+    assert coarse_notes({"block": replace(free, discretisation_errors=np.where(made > 0.01, 0.0099, made))}) == []
+
+
+def test_a_body_that_is_touched_is_judged_by_its_flexibility() -> None:
+    """High modes that are wrong are no news there; a mesh file cannot be refined by a key."""
+    wrong = np.full(COUNT + 4, 0.05)
+    fine = replace(record(), discretisation_errors=wrong, quality={"compliance_errors": {"a": 0.019, "b": 1e-3}})
+    assert coarse_notes({"block": fine}) == []
+    coarse = replace(fine, quality={"compliance_errors": {"a": 0.019, "b": 0.034}})
+    (note,) = coarse_notes({"block": coarse})
+    assert note.startswith("component.block.mesh.size: the mesh error of the contact's flexibility is about 3.4% at")
+    assert "interface 'b', above 2% (" in note
+    assert note.endswith("refine the mesh by a smaller size")
+    (note,) = coarse_notes({"block": coarse}, ["block"])
+    assert note.startswith("component.block.geometry.path: the mesh error of ")
+    assert note.endswith("refine the mesh in its file")
+
+
+def test_compliance_error_is_what_a_finer_mesh_adds() -> None:
+    """A clamped block under pressure on its end face, whose static compliance converges with the mesh."""
+    held = {"supports": ["left"], "interface": {"face": {"surface": "top"}}}
+    found = [record(**held, mesh={"size": size}) for size in (0.02, 0.005)]
+    errors = [one.quality["compliance_errors"]["face"] for one in found]
+    traces = []
+    for one in found:
+        assert one.static_responses is not None
+        # Pressures of unit size: per area, which the sum over nodes of both meshes has.
+        traces.append(float(one.static_responses.compliance[0, 0]))
+    assert errors[1] < 0.5 * errors[0]
+    assert 0.4 < (errors[0] - errors[1]) / (traces[1] / traces[0] - 1) < 2.5
 
 
 def test_records_of_older_versions_have_no_errors() -> None:
-    old = replace(record(), residuals=None, algebraic_errors=None, discretisation_errors=None)
+    old = replace(record(), residuals=None, algebraic_errors=None, discretisation_errors=None, quality={})
     assert frequency_rows(old)[0]["estimated_error"] is None
     assert frequency_text({"block": frequency_rows(old)}).splitlines()[3].split()[2:] == ["–", "–"]
     assert coarse_notes({"block": old}) == []
