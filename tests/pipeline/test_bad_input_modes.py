@@ -224,4 +224,4 @@ def test_extraction_that_does_not_reach_its_residual(modes_of: Command, monkeypa
     code, line = modes_of()
     assert code == 1
     assert line.startswith(f"{BLOCK}: modes: residual ")
-    assert ", allowed: 1e-08; orthogonality " in line
+    assert line.endswith(" of mode 1, allowed: 1e-08")
