@@ -1,7 +1,7 @@
 """The step of a run from its own results: runs with finer steps are compared until what a user reads has converged.
 
-The error of the finer of two runs is their difference over rᵖ − 1, with r the ratio of their steps and p the order of
-convergence: the one that the last three runs show, between 1 and the integrator's, or 1 where there are only two.
+The error of the finer of two runs is estimated as their difference where the step was halved once, and as half of that
+for each further halving. Convergence of impacts is irregular, so that no higher order is assumed.
 """
 
 import math
@@ -50,34 +50,24 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
     """
     settings = system.scene.run
     accuracy = settings.accuracy or ACCURACY
-    found, halvings, jump = run(plan), 0, 1
-    apart: list[float] = []
-    jumps: list[int] = []
+    found, halvings, jump, first = run(plan), 0, 1, 0.0
     while True:
         before, halvings = found, halvings + jump
         found = run(plan.finer(halvings, settings.samples))
         if found.result not in (Result.FINISHED.name, Result.ENERGY.name):
             return found
         differences = difference(before, found, system.resolution)
-        apart.append(max(differences))
-        jumps.append(jump)
-        divisor = 2 ** (jump * _order(apart, jumps, plan.integrator.order)) - 1
-        errors = {f"step.{name}": value / divisor for name, value in differences._asdict().items() if value}
+        errors = {f"step.{name}": value / 2 ** (jump - 1) for name, value in differences._asdict().items() if value}
         found = replace(found, estimates=found.estimates | errors)
-        worst = max(apart[-1] / divisor, 0.0 if plan.integrator.conserves_energy else found.energy_drift)
+        error = max(errors.values(), default=0.0)
+        worst = max(error, 0.0 if plan.integrator.conserves_energy else found.energy_drift)
+        first = first or error
         if worst <= accuracy:
             return found
-        if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and apart[-1] > 0.5 * apart[0]):
+        if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and error > 0.5 * first):
             return replace(found, result=Result.INACCURATE.name)
         needed = math.ceil(math.log2(worst / accuracy) / EXPECTED_ORDER)
         jump = min(max(1, needed), LARGEST_JUMP, MOST_HALVINGS - halvings)
-
-
-def _order(apart: list[float], jumps: list[int], highest: float) -> float:
-    """Return the order of convergence that successive differences show, between 1 and the highest one."""
-    if len(apart) < 2 or not apart[-1] or not apart[-2]:
-        return 1.0
-    return float(np.clip(math.log2(apart[-2] / apart[-1]) / jumps[-2], 1.0, highest))
 
 
 def difference(one: Trajectory, other: Trajectory, window: float) -> Difference:
