@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import TractionModes
+from gudgeon.modaldb.records.modes import SplineGrid
 
 SUPPORT = 16
 """Functions that are non-zero at a point."""
@@ -41,21 +41,38 @@ def along_direction(chart: dict[str, Any]) -> np.ndarray:
     return np.asarray(chart["axis" if chart["kind"] == "cylinder" else "along"], float)
 
 
-def spline_weights(space: TractionModes, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def spline_weights(space: SplineGrid, coordinates: np.ndarray, *, tails: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Return numbers (p, 16) and values (p, 16) of the functions that are not zero at p points.
 
     Args:
         coordinates: Across and along [m], (p, 2), inside the space.
+        tails: Points may lie beyond the space, where the functions next to its edges fade out.
     """
     numbers, values = [], []
     for axis in range(2):
         place = (coordinates[:, axis] - space.start[axis]) / space.spacing[axis]
-        first = np.clip(np.floor(place).astype(int), 0, int(space.counts[axis]) - 4)
-        numbers.append(first[:, None] + np.arange(4))
-        values.append(cubic_weights(place - first))
+        first, last = np.floor(place).astype(int), int(space.counts[axis]) - 1
+        if not tails:
+            first = np.clip(first, 0, last - 3)
+        number = first[:, None] + np.arange(4)
+        numbers.append(np.clip(number, 0, last))
+        values.append(cubic_weights(place - first) * (number == numbers[-1]))
     joined = numbers[0][:, :, None] * int(space.counts[1]) + numbers[1][:, None, :]
     product = values[0][:, :, None] * values[1][:, None, :]
     return joined.reshape(-1, SUPPORT), product.reshape(-1, SUPPORT)
+
+
+def spread(space: SplineGrid, coordinates: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    """Return the shares of all functions in the forces at p points, (p, F).
+
+    Args:
+        coordinates: As in `spline_weights`.
+        forces: (p,)
+    """
+    numbers, values = spline_weights(space, coordinates)
+    found = np.zeros((len(forces), int(np.prod(space.counts))))
+    np.put_along_axis(found, numbers, forces[:, None] * values, axis=1)
+    return found
 
 
 def cubic_weights(t: np.ndarray) -> np.ndarray:
@@ -64,7 +81,7 @@ def cubic_weights(t: np.ndarray) -> np.ndarray:
     return np.column_stack([s**3, 3 * t**3 - 6 * t**2 + 4, 3 * s**3 - 6 * s**2 + 4, t**3]) / 6
 
 
-def inside(space: TractionModes, coordinates: np.ndarray) -> np.ndarray:
+def inside(space: SplineGrid, coordinates: np.ndarray) -> np.ndarray:
     """Return which points (p, 2) lie on the space, (p,)."""
     end = space.start + space.spacing * (space.counts - 3)
     return np.all((coordinates >= space.start) & (coordinates <= end), axis=1)

@@ -85,21 +85,6 @@ def render_report(findings: list[Finding]) -> str:
     return "\n".join([*lines, "", f"{failed} of {total} checks failed" if failed else f"all {total} checks passed"])
 
 
-def rendering_works(probe: str = RENDERING_PROBE, *, timeout: float = PROBE_TIMEOUT) -> tuple[bool, str]:
-    """Return whether pictures can be drawn off-screen, and the error if not.
-
-    A missing system library kills the process that draws, so a child process is tried first.
-
-    `probe` is Python code that draws into the file named by its first argument, `timeout` the limit for it [s].
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        picture = Path(folder, "probe.png")
-        failure = _failure(probe, str(picture), timeout=timeout)
-        if not failure and not (picture.is_file() and picture.stat().st_size):
-            failure = "no picture was written"
-    return not failure, failure
-
-
 def python_finding(found: tuple[int, int] = sys.version_info[:2]) -> Finding:
     """Check the version of Python."""
     if found >= PYTHON_NEEDED:
@@ -146,12 +131,19 @@ def loading_finding(probe: str = GMSH_PROBE) -> Finding:
     return Finding("gmsh loads", "broken", failure, APT_COMMAND)
 
 
-def rendering_finding(probe: str = RENDERING_PROBE) -> Finding:
-    """Check whether pictures can be drawn off-screen; see `rendering_works`."""
-    works, failure = rendering_works(probe)
-    if works:
-        return Finding("off-screen drawing", "ok", "a sphere was drawn")
-    return Finding("off-screen drawing", "broken", failure, APT_COMMAND)
+def rendering_finding(probe: str = RENDERING_PROBE, *, timeout: float = PROBE_TIMEOUT) -> Finding:
+    """Check whether pictures can be drawn off-screen; a missing system library kills the process that draws.
+
+    `probe` is Python code that draws into the file named by its first argument, `timeout` the limit for it [s].
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        picture = Path(folder, "probe.png")
+        failure = _failure(probe, str(picture), timeout=timeout)
+        if not failure and not (picture.is_file() and picture.stat().st_size):
+            failure = "no picture was written"
+    if failure:
+        return Finding("off-screen drawing", "broken", failure, APT_COMMAND)
+    return Finding("off-screen drawing", "ok", "a sphere was drawn")
 
 
 def backend_finding() -> Finding:

@@ -24,11 +24,10 @@ class InterfaceModes:
 
 
 @dataclass(frozen=True)
-class TractionModes:
-    """A smooth traction space on a surface that many points slide over: tensor products of uniform cubic B-splines.
+class SplineGrid:
+    """Chart and knots of tensor products of uniform cubic B-splines on a surface, see `modaldb.traction`.
 
-    Function a = i·counts[1] + j is the product of the i-th spline across and the j-th along, N_a; its traction is
-    N_a / ∫ N_a dA, of unit resultant. See `modaldb.traction` for chart and splines.
+    Function a = i·counts[1] + j is the product of the i-th spline across and the j-th along, N_a.
     """
 
     chart: Json
@@ -40,6 +39,18 @@ class TractionModes:
     """Knot spacing across and along [m], (2,)."""
     counts: Array
     """Number of splines across and along, f = their product, (2,)."""
+
+    @property
+    def size(self) -> int:
+        """Number of functions."""
+        return int(self.counts.prod())
+
+
+@dataclass(frozen=True)
+class TractionModes(SplineGrid):
+    """A smooth traction space on a surface that many points slide over; a traction is N_a / ∫ N_a dA, of unit
+    resultant."""
+
     rows: Array
     """B Φ: mean outward normal displacement under each traction per unit of each elastic coordinate [kg^-½], (f, m)."""
     resultant: Array

@@ -12,23 +12,9 @@ tuned amplitude, is at most (1 + √N)/2 where each sector has one mode.
 import numpy as np
 from scipy import sparse
 
-from gudgeon.pipeline.cyclic.hermitian import Pairs
-from gudgeon.pipeline.cyclic.sector import Sector
-from gudgeon.pipeline.cyclic.synthesis import SectorParts, Synthesis
-from gudgeon.pipeline.cyclic.whole_wheel import wheel_motion
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.problem import Problem
-
-
-def blades_of_wheel(sector: Sector, pairs: Pairs, row: np.ndarray) -> np.ndarray:
-    """Return the motion [kg^-½] of blades along a row of the sector's dofs in the modes of the full wheel, (N, m)."""
-    return wheel_motion(sector, row[None]) @ pairs.vectors
-
-
-def blades_of_synthesis(parts: SectorParts, synthesis: Synthesis, row: np.ndarray) -> np.ndarray:
-    """Return the same for the modes of the reduced wheel, (N, m)."""
-    return np.einsum("c,ncm->nm", row @ parts.basis, synthesis.motion)
 
 
 def engine_order_response(
@@ -66,8 +52,3 @@ def direct_response(problem: Problem, load: np.ndarray, loss_factor: float, at: 
     answer = factor.solve(np.concatenate([np.real(load), -np.imag(load)]))
     factor.free()
     return answer[: len(load)] + 1j * answer[len(load) :]
-
-
-def magnification(mistuned: np.ndarray, tuned: np.ndarray) -> float:
-    """Return the largest amplitude of any blade at any frequency over that of the tuned wheel."""
-    return float(np.abs(mistuned).max() / np.abs(tuned).max())

@@ -7,13 +7,13 @@ shape: a pair of the wheel.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic
-from gudgeon.pipeline.cyclic.hermitian import Inertia, lowest_pairs, orthonormal
+from gudgeon.pipeline.cyclic.hermitian import lowest_pairs, orthonormal
 from gudgeon.pipeline.cyclic.sector import Sector
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.modes.problem import Problem, null_motions
@@ -22,26 +22,7 @@ FITS = 1e-9
 """Relative error up to which rigid motions of the sector fulfil the condition of a harmonic."""
 
 
-@dataclass(frozen=True)
-class HarmonicModes:
-    """Elastic modes of one harmonic."""
-
-    harmonic: int
-    multiplicity: int
-    angular_frequencies: np.ndarray
-    """[rad/s], (count,), ascending."""
-    shapes: np.ndarray
-    """On the sector's dofs, (dofs, count); complex for pairs, whose real and imaginary parts are the two shapes."""
-    rigid: int
-    """Number of rigid motions of this harmonic; the wheel has each `multiplicity` times."""
-    residuals: np.ndarray
-    """‖Kv − ω²Mv‖ / ‖Kv‖ of each, (count,)."""
-    orthogonality: float
-    inertia: Inertia
-    """Proof that no mode of the harmonic is missed."""
-
-
-def harmonic_modes(sector: Sector, harmonic: int, count: int) -> HarmonicModes:
+def harmonic_modes(sector: Sector, harmonic: int, count: int) -> CyclicHarmonic:
     """Return the lowest `count` elastic modes of one harmonic.
 
     Raises:
@@ -53,22 +34,27 @@ def harmonic_modes(sector: Sector, harmonic: int, count: int) -> HarmonicModes:
         most = symmetry.sectors // 2
         raise InputError(f"cyclic.harmonic: {harmonic} given, {symmetry.sectors} sectors have 0 to {most}")
     phase = phase_of(harmonic * symmetry.angle)
-    K, M = (_at_phase(sector, matrix, phase) for matrix in (sector.model.K, sector.model.M))
+    K, M = (
+        sparse.csr_matrix(at_phase(sector.own, sector.next, matrix, phase))
+        for matrix in (sector.model.K, sector.model.M)
+    )
     rigid = orthonormal(rigid_motions(sector, harmonic), M)
     pairs = lowest_pairs(Problem(K, M, rigid), count)
-    return HarmonicModes(
+    shapes = ((sector.own + phase * sector.next) @ pairs.vectors).reshape(len(sector.model.nodes), -1, count)
+    multiplicity = symmetry.multiplicity(harmonic)
+    return CyclicHarmonic(
         harmonic=harmonic,
-        multiplicity=symmetry.multiplicity(harmonic),
-        angular_frequencies=np.sqrt(pairs.values),
-        shapes=(sector.own + phase * sector.next) @ pairs.vectors,
+        multiplicity=multiplicity,
         rigid=rigid.shape[1],
+        angular_frequencies=np.sqrt(pairs.values),
         residuals=pairs.residuals,
-        orthogonality=pairs.orthogonality,
-        inertia=pairs.inertia,
+        real=np.ascontiguousarray(np.real(shapes)),
+        imaginary=np.ascontiguousarray(np.imag(shapes)) if multiplicity == 2 else None,
+        quality=pairs.quality,
     )
 
 
-def tuned_frequencies(modes: Sequence[HarmonicModes | CyclicHarmonic]) -> np.ndarray:
+def tuned_frequencies(modes: Sequence[CyclicHarmonic]) -> np.ndarray:
     """Return the wheel's lowest frequencies [rad/s], pairs twice, up to the least of the harmonics' highest, (f,)."""
     complete = min(one.angular_frequencies[-1] for one in modes)
     every = np.sort(np.concatenate([np.repeat(one.angular_frequencies, one.multiplicity) for one in modes]))
@@ -82,13 +68,12 @@ def phase_of(theta: float) -> complex | float:
     return np.exp(1j * theta)
 
 
-def _at_phase(sector: Sector, matrix: sparse.csr_matrix, phase: complex | float) -> sparse.csr_matrix:
-    """Return a sector's matrix on its own dofs with v_{j+1} = e^{iθ} v_j, Hermitian, (m, m)."""
-    own, following = sector.own, sector.next
+def at_phase(own: sparse.csr_matrix, following: sparse.csr_matrix, matrix: Any, phase: complex | float) -> Any:
+    """Return a matrix of a sector, dense or sparse, over u_j = C₀ v_j + C₁ v_{j+1}, on v_j, Hermitian, (m, m)."""
     diagonal = own.T @ matrix @ own + following.T @ matrix @ following
     across = phase * (own.T @ matrix @ following)
-    whole = sparse.csr_matrix(diagonal + across + across.conj().T)
-    return sparse.csr_matrix(0.5 * (whole + whole.conj().T))
+    whole = diagonal + across + across.conj().T
+    return 0.5 * (whole + whole.conj().T)
 
 
 def rigid_motions(sector: Sector, harmonic: int) -> np.ndarray:

@@ -22,18 +22,6 @@ SPARE = 3
 
 
 @dataclass(frozen=True)
-class Inertia:
-    """Sylvester's count: K − σM has as many negative eigenvalues as there are eigenvalues below σ."""
-
-    shift: float
-    """σ, in a gap above the wanted ones [rad²/s²]."""
-    found: int
-    """Elastic eigenvalues below it, by the signs of the factor's pivots."""
-    expected: int
-    """Elastic eigenvalues below it among those extracted."""
-
-
-@dataclass(frozen=True)
 class Pairs:
     """Elastic eigenpairs."""
 
@@ -43,9 +31,9 @@ class Pairs:
     """M-orthonormal, (m, count)."""
     residuals: np.ndarray
     """‖Kv − λMv‖ / ‖Kv‖ of each, (count,)."""
-    orthogonality: float
-    """Largest entry of VᴴMV − I."""
-    inertia: Inertia
+    quality: dict[str, float]
+    """As in `CyclicHarmonic`: largest entry of VᴴMV − I, and Sylvester's count: K − σM has as many negative
+    eigenvalues, by the signs of its factor's pivots, as there are eigenvalues below σ, in a gap above the wanted."""
 
 
 class HermitianFactor:
@@ -99,12 +87,15 @@ def lowest_pairs(problem: Problem, count: int) -> Pairs:
     extracted = min(count + SPARE, most)
     vectors = _dense(problem, extracted) if size <= max(DENSE, 2 * extracted) else _lanczos(problem, extracted)
     values, vectors, residuals, orthogonality = _verified(problem, vectors, extracted)
-    inertia = _counted(problem, values, count, extracted == most)
-    if inertia.found != inertia.expected:
-        raise StageError(
-            f"modes: the inertia count finds {inertia.found} elastic modes, {inertia.expected} were extracted"
-        )
-    return Pairs(values[:count], vectors[:, :count], residuals[:count], orthogonality, inertia)
+    # Below the first gap after the last wanted one.
+    shift, expected = count_shift(values, count, complete=extracted == most)
+    factor = HermitianFactor(sparse.csr_matrix(problem.K - shift * problem.M))
+    found = factor.negative_pivots() - problem.rigid.shape[1]
+    factor.free()
+    if found != expected:
+        raise StageError(f"modes: the inertia count finds {found} elastic modes, {expected} were extracted")
+    quality = {"orthogonality": orthogonality, "shift": shift, "found": found, "expected": expected}
+    return Pairs(values[:count], vectors[:, :count], residuals[:count], quality)
 
 
 def _dense(problem: Problem, count: int) -> np.ndarray:
@@ -119,15 +110,6 @@ def _lanczos(problem: Problem, count: int) -> np.ndarray:
     shift = -static_estimate(problem, HermitianFactor) if problem.rigid.shape[1] else 0.0
     factor = HermitianFactor(sparse.csr_matrix(problem.K - shift * problem.M))
     return inverse_lanczos(problem, shift, count, factor)[1]
-
-
-def _counted(problem: Problem, values: np.ndarray, count: int, complete: bool) -> Inertia:
-    """Count the elastic eigenvalues below the first gap after the last wanted one, see `count_shift`."""
-    sigma, expected = count_shift(values, count, complete=complete)
-    factor = HermitianFactor(sparse.csr_matrix(problem.K - sigma * problem.M))
-    found = factor.negative_pivots() - problem.rigid.shape[1]
-    factor.free()
-    return Inertia(sigma, found, expected)
 
 
 def _verified(problem: Problem, vectors: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:

@@ -69,12 +69,11 @@ def cyclic_sector(model: FEModel, symmetry: CyclicSymmetry, where: str = "cyclic
     keep = ~model.held
     keep[high_dofs] = False
     places = np.flatnonzero(keep)
-    own = sparse.csr_matrix((np.ones(len(places)), (places, np.arange(len(places)))), shape=(size, len(places)))
+    own = sparse.csr_matrix(sparse.eye(size, format="csr")[:, places])
     face_dofs, high_free = low_dofs[~held_low], high_dofs[~held_high]
     face = np.searchsorted(places, face_dofs)
     block = sparse.coo_matrix(tie[~held_high][:, ~held_low])
-    shape = (size, len(places))
-    following = sparse.csr_matrix((block.data, (high_free[block.row], face[block.col])), shape=shape)
+    following = sparse.csr_matrix((block.data, (high_free[block.row], face[block.col])), shape=own.shape)
     return Sector(
         model=model, symmetry=symmetry, own=own, next=following, face=face, face_dofs=face_dofs, high_dofs=high_free,
     )  # fmt: skip

@@ -19,10 +19,10 @@ from time import process_time
 import numpy as np
 from scipy import linalg, sparse
 
-from gudgeon.pipeline.cyclic.harmonic import phase_of, rigid_motions
+from gudgeon.pipeline.cyclic.harmonic import at_phase, phase_of, rigid_motions
 from gudgeon.pipeline.cyclic.hermitian import lowest_pairs, orthonormal
 from gudgeon.pipeline.cyclic.sector import Sector
-from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, changes, shift, wheel_rigid
+from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, changes, tied, wheel_matrices, wheel_rigid
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.modes.problem import Problem, dense_pairs
 from gudgeon.pipeline.reduction.methods.craig_bampton import condensed
@@ -51,7 +51,10 @@ class SectorParts:
     sector: Sector
     basis: np.ndarray
     """Ψ_low, Ψ_high, Φ_f, (dofs, 2k + f)."""
-    fixed_count: int
+    own: sparse.csr_matrix
+    """C₀ of x_j over (y_j, q_j), as in `Sector`, (2k + f, k + f)."""
+    next: sparse.csr_matrix
+    """C₁, (2k + f, k + f)."""
     K: np.ndarray
     """(2k + f, 2k + f)"""
     M: np.ndarray
@@ -86,8 +89,7 @@ class _Tuned:
     X: np.ndarray
     """Complex motion of sector 0, (2k + f, s); for a pair, column after column Re(e^{iθj} X) are its real modes."""
     size: int
-    columns: int
-    """Number of coordinates of the faces among them."""
+    """Number of coordinates."""
 
 
 def sector_parts(sector: Sector, fixed_count: int, where: str = "cyclic") -> SectorParts:
@@ -116,7 +118,11 @@ def sector_parts(sector: Sector, fixed_count: int, where: str = "cyclic") -> Sec
     # The high face moves as the next sector's low one, turned.
     basis[:, k : 2 * k] = basis[:, k : 2 * k] @ sector.next[sector.high_dofs][:, sector.face].toarray()
     K, M = (basis.T @ (matrix @ basis) for matrix in (model.K, model.M))
-    return SectorParts(sector, basis, fixed_count, 0.5 * (K + K.T), 0.5 * (M + M.T), process_time() - start)
+    one = sparse.eye(2 * k + fixed_count, format="csr")
+    own, following = one[:, np.r_[:k, 2 * k : one.shape[1]]], one[:, k : 2 * k] @ sparse.eye(k, k + fixed_count)
+    K, M = 0.5 * (K + K.T), 0.5 * (M + M.T)
+    seconds = process_time() - start
+    return SectorParts(sector, basis, own, sparse.csr_matrix(following), K=K, M=M, cpu_seconds=seconds)
 
 
 def synthesise(
@@ -146,7 +152,7 @@ def synthesise(
             f"{where}.interface_count: {choice.interface_count} given, a face has {most} dofs beside those kept"
         )
     tuned = {n: _tuned(parts, choice, n) for n in parts.sector.symmetry.harmonics()}
-    size, columns = sum(one.size for one in tuned.values()), sum(one.columns for one in tuned.values())
+    size = sum(one.size for one in tuned.values())
     if size > LARGEST_SIZE:
         raise InputError(
             f"{where}: {size} coordinates, at most {LARGEST_SIZE}; keep fewer of a face's {k} dofs or use fewer"
@@ -155,32 +161,26 @@ def synthesise(
     if count > (most := sum(len(one.values) for one in tuned.values())):
         raise InputError(f"{where}.count: {count} given, the reduced wheel has {most} elastic coordinates")
     values, motion = _coupled(parts, tuned, count, blade, delta)
-    return Synthesis(np.sqrt(values), motion, size, kept, columns - sectors * kept, process_time() - start)
+    interface_modes = size - sectors * (kept + parts.own.shape[1] - k)
+    return Synthesis(np.sqrt(values), motion, size, kept, interface_modes, process_time() - start)
 
 
 def _assembled(
     parts: SectorParts, count: int, blade: np.ndarray, delta: np.ndarray, where: str
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Return eigenvalues, motion and size of the wheel assembled with every dof of its faces."""
-    sectors, k, f = len(delta), len(parts.sector.face), parts.fixed_count
-    low, high, own = (np.eye(2 * k + f)[:, a:b] for a, b in ((0, k), (k, 2 * k), (2 * k, None)))
-    one = sparse.eye(sectors)
-    faces = sparse.kron(one, low) + sparse.kron(shift(sectors), high)
-    spread = sparse.csr_matrix(sparse.hstack([faces, sparse.kron(one, own)]))
-    size = spread.shape[1]
-    K, M = (
-        sparse.csr_matrix(spread.T @ sparse.block_diag(blocks, format="csr") @ spread)
-        for blocks in ([parts.K + change * blade for change in delta], [parts.M] * sectors)
-    )
-    m = parts.sector.own.shape[1]
-    rigid = wheel_rigid(parts.sector)[(np.arange(sectors)[:, None] * m + parts.sector.face).ravel()]
-    rigid = np.concatenate([rigid, np.zeros((sectors * f, rigid.shape[1]))])
+    sectors, k = len(delta), len(parts.sector.face)
+    tie = tied(parts.own, parts.next, sectors)
+    K, M = wheel_matrices(tie, parts.K, parts.M, blade, delta)
+    size, rigid = tie.shape[1], wheel_rigid(parts.sector)
+    faces = rigid.reshape(sectors, parts.sector.own.shape[1], rigid.shape[1])[:, parts.sector.face]
+    rigid = np.pad(faces, ((0, 0), (0, parts.own.shape[1] - k), (0, 0))).reshape(size, rigid.shape[1])
     if count > size - rigid.shape[1]:
         raise InputError(
             f"{where}.count: {count} given, the reduced wheel has {size - rigid.shape[1]} elastic coordinates"
         )
     pairs = lowest_pairs(Problem(K, M, orthonormal(rigid, M)), count)
-    return pairs.values, (spread @ pairs.vectors).reshape(sectors, -1, count), size
+    return pairs.values, (tie @ pairs.vectors).reshape(sectors, -1, count), size
 
 
 def _tuned(parts: SectorParts, choice: InterfaceChoice, harmonic: int) -> _Tuned:
@@ -189,7 +189,10 @@ def _tuned(parts: SectorParts, choice: InterfaceChoice, harmonic: int) -> _Tuned
     twice = symmetry.multiplicity(harmonic)
     phase = phase_of(harmonic * symmetry.angle)
     rigid = _real(rigid_motions(parts.sector, harmonic)[parts.sector.face], twice)
-    (K, K_yq, K_qq), (M, M_yq, M_qq) = (_at_phase(matrix, k, phase, twice) for matrix in (parts.K, parts.M))
+    whole = (at_phase(parts.own, parts.next, matrix, phase) for matrix in (parts.K, parts.M))
+    (K, K_yq, K_qq), (M, M_yq, M_qq) = (
+        [_real(block, twice) for block in (A[:k, :k], A[:k, k:], A[k:, k:])] for A in whole
+    )
     every = None if choice.interface_count is None else twice * choice.interface_count
     W = interface_basis(K, M, np.tile(choice.kept, twice), rigid, every)
     K, M = (np.block([[W.T @ yy @ W, W.T @ yq], [yq.T @ W, qq]]) for yy, yq, qq in ((K, K_yq, K_qq), (M, M_yq, M_qq)))
@@ -197,18 +200,7 @@ def _tuned(parts: SectorParts, choice: InterfaceChoice, harmonic: int) -> _Tuned
     y, q = W @ vectors[: W.shape[1]], vectors[W.shape[1] :]
     if twice == 2:
         y, q = (half[: len(half) // 2] + 1j * half[len(half) // 2 :] for half in (y, q))
-    return _Tuned(values, np.concatenate([y, phase * y, q]), len(M), W.shape[1])
-
-
-def _at_phase(
-    matrix: np.ndarray, k: int, phase: complex | float, twice: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a sector's matrix with y_{j+1} = e^{iθ} y_j: over y, between y and q, over q, in real form."""
-    low, high, own = slice(0, k), slice(k, 2 * k), slice(2 * k, None)
-    across = phase * matrix[low, high]
-    faces = matrix[low, low] + matrix[high, high] + across + across.conj().T
-    mixed = matrix[low, own] + np.conj(phase) * matrix[high, own]
-    return _real(faces, twice), _real(mixed, twice), _real(matrix[own, own], twice)
+    return _Tuned(values, (parts.own + phase * parts.next) @ np.concatenate([y, q]), len(M))
 
 
 def _real(matrix: np.ndarray, twice: int) -> np.ndarray:

@@ -5,6 +5,7 @@ of the sectors. It has N times the dofs of a sector: a reference for small meshe
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -40,22 +41,24 @@ def part_stiffness(model: FEModel, material: Material, cells: np.ndarray) -> spa
     return sparse.csr_matrix((K.data, (dofs[K.row], dofs[K.col])), shape=model.K.shape)
 
 
-def shift(sectors: int) -> sparse.csr_matrix:
-    """Return P with P[j, j + 1] = 1, the last sector followed by the first, (N, N)."""
-    rows = np.arange(sectors)
-    return sparse.csr_matrix((np.ones(sectors), (rows, (rows + 1) % sectors)), shape=(sectors, sectors))
-
-
 def wheel_problem(sector: Sector, mistuning: Mistuning | None = None) -> Problem:
     """Return the eigenproblem of the wheel, sector after sector, (N m); errors as of `changes`."""
-    sectors, T = sector.symmetry.sectors, _tied(sector)
-    K = sparse.kron(sparse.eye(sectors), sector.model.K)
+    sectors, model = sector.symmetry.sectors, sector.model
+    part, delta = sparse.csr_matrix(model.K.shape), np.zeros(sectors)
     if mistuning is not None:
-        K = K + sparse.kron(sparse.diags(changes(mistuning, sectors)), mistuning.part)
-    M = sparse.csr_matrix(T.T @ sparse.kron(sparse.eye(sectors), sector.model.M, format="csr") @ T)
-    K = sparse.csr_matrix(T.T @ sparse.csr_matrix(K) @ T)
-    rigid = orthonormal(wheel_rigid(sector), M)
-    return Problem(sparse.csr_matrix(0.5 * (K + K.T)), sparse.csr_matrix(0.5 * (M + M.T)), rigid)
+        part, delta = mistuning.part, changes(mistuning, sectors)
+    K, M = wheel_matrices(tied(sector.own, sector.next, sectors), model.K, model.M, part, delta)
+    return Problem(K, M, orthonormal(wheel_rigid(sector), M))
+
+
+def wheel_matrices(
+    tie: sparse.csr_matrix, K: Any, M: Any, part: Any, delta: np.ndarray
+) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """Return Tᵀ (I ⊗ K + diag(δ) ⊗ K_part) T and Tᵀ (I ⊗ M) T, (N m, N m), of dense or sparse K, M, K_part."""
+    one = sparse.eye(len(delta))
+    free = (sparse.kron(one, K) + sparse.kron(sparse.diags(delta), part), sparse.kron(one, M))
+    K_wheel, M_wheel = (sparse.csr_matrix(tie.T @ sparse.csr_matrix(A) @ tie) for A in free)
+    return sparse.csr_matrix(0.5 * (K_wheel + K_wheel.T)), sparse.csr_matrix(0.5 * (M_wheel + M_wheel.T))
 
 
 def changes(mistuning: Mistuning, sectors: int) -> np.ndarray:
@@ -75,13 +78,13 @@ def changes(mistuning: Mistuning, sectors: int) -> np.ndarray:
 def wheel_motion(sector: Sector, rows: np.ndarray) -> sparse.csr_matrix:
     """Return rows over a sector's dofs (c, dofs) as rows over the wheel's, sector after sector, (N c, N m)."""
     blocks = sparse.kron(sparse.eye(sector.symmetry.sectors), sparse.csr_matrix(rows), format="csr")
-    return sparse.csr_matrix(blocks @ _tied(sector))
+    return sparse.csr_matrix(blocks @ tied(sector.own, sector.next, sector.symmetry.sectors))
 
 
-def _tied(sector: Sector) -> sparse.csr_matrix:
-    """Return T, which couples the sectors, (N dofs, N m)."""
-    sectors = sector.symmetry.sectors
-    return sparse.csr_matrix(sparse.kron(sparse.eye(sectors), sector.own) + sparse.kron(shift(sectors), sector.next))
+def tied(own: sparse.csr_matrix, following: sparse.csr_matrix, sectors: int) -> sparse.csr_matrix:
+    """Return T = I ⊗ C₀ + P ⊗ C₁, which couples the sectors, (N dofs, N m)."""
+    shift = np.roll(np.eye(sectors), 1, axis=1)
+    return sparse.csr_matrix(sparse.kron(sparse.eye(sectors), own) + sparse.kron(shift, following))
 
 
 def wheel_rigid(sector: Sector) -> np.ndarray:

@@ -15,7 +15,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.solid import mass_properties, nodal_jacobians, solid_twists
-from gudgeon.pipeline.geometry.profile import ProfileTable, UniformProfile
+from gudgeon.pipeline.geometry.profile import ProfileTable
 from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions
 
 NEIGHBOURS = 4
@@ -29,8 +29,8 @@ class Movement:
     """A profile on a named surface of a mesh."""
 
     surface: str
-    deviation: ProfileTable | UniformProfile
-    """Radial deviation [m] at heights [m] and angles [rad]."""
+    deviation: ProfileTable | float
+    """Radial deviation [m] at heights [m] and angles [rad], or everywhere."""
     where: str
     """The profile's key in the scene, for messages."""
 
@@ -46,7 +46,9 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
     Raises:
         InputError: the surface is no cylinder, the table does not cover it, or an element would be inverted.
     """
-    surface = _cylinder(mesh, movement)
+    surface = find_surface(mesh, movement.surface, f"{movement.where}.surface")
+    if surface.shape.get("kind") != "cylinder":
+        raise InputError(f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one")
     on_surface = np.unique(surface.facets)
     shift = np.zeros_like(mesh.nodes)
     shift[on_surface] = _radial_shift(mesh.nodes[on_surface], surface, movement)
@@ -130,17 +132,12 @@ def moved_mesh(mesh: MeshRecord, movement: Movement) -> MeshRecord:
     return replace(mesh, nodes=nodes, surfaces=mesh.surfaces | {movement.surface: surface})
 
 
-def _cylinder(mesh: MeshRecord, movement: Movement) -> Surface:
-    surface = find_surface(mesh, movement.surface, f"{movement.where}.surface")
-    if surface.shape.get("kind") != "cylinder":
-        raise InputError(f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one")
-    return surface
-
-
 def _radial_shift(points: np.ndarray, surface: Surface, movement: Movement) -> np.ndarray:
     """Return how far points of a cylinder (k, 3) move [m], (k, 3)."""
     _, angle, height = cylindrical(points, surface.shape)
-    return radial_directions(points, surface.shape) * movement.deviation(height, angle)[:, None]
+    deviation = movement.deviation
+    shift = deviation(height, angle)[:, None] if isinstance(deviation, ProfileTable) else deviation
+    return radial_directions(points, surface.shape) * shift
 
 
 def _refuse_inverted(mesh: MeshRecord, movement: Movement) -> None:

@@ -13,8 +13,8 @@ from gudgeon.pipeline.exporters.vtu import BodyRecords
 class Exporter(Protocol):
     """The functions of an exporter; an error leaves no incomplete file."""
 
-    def write_modes(self, path: Path, mesh: MeshRecord, modal: ModalRecord, count: int | None) -> None:
-        """Write the mesh with its first `count` mode shapes, all for None."""
+    def write_modes(self, path: Path, mesh: MeshRecord, modal: ModalRecord) -> None:
+        """Write the mesh with its mode shapes."""
         ...
 
     def write_trajectory(

@@ -18,7 +18,7 @@ def export(job: Job, what: str, every: int) -> list[Path]:
         mesh, modal = (job.store.get(steps[kind].key, kind) for kind in ("mesh", "modes"))
         if what == "modes":
             files.append(job.out / "vtu" / f"{body}-modes.vtu")
-            exporter.write_modes(files[-1], mesh, modal, None)
+            exporter.write_modes(files[-1], mesh, modal)
         else:
             # Rigid motions that the scene fixes have no coordinates in the trajectory.
             morph = replace(job.store.get(steps["morph"].key, "morph"), rigid_twists=free_twists(job, body))

@@ -16,18 +16,16 @@ LINES = {"beam2": "line", "beam3": "line3"}
 """Names of meshio for the cells of beams; the other cell types have the same name there."""
 
 
-def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord, count: int | None) -> None:
-    """Write the mesh with its first `count` mode shapes, all for None, as point vectors `mode_001_1234.5Hz`.
+def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord) -> None:
+    """Write the mesh with its mode shapes as point vectors `mode_001_1234.5Hz`.
 
     Raises:
-        InputError: `count` is not positive, or the file cannot be written.
+        InputError: the file cannot be written.
         StageError: the modal record holds no shapes.
     """
-    if count is not None and count < 1:
-        raise InputError(f"{path}: count = {count} given; allowed: 1 or more")
     if modal.shapes is None:
         raise StageError(f"{path}: the modal record has no nodal shapes")
-    hertz = modal.angular_frequencies[:count] / (2 * np.pi)
+    hertz = modal.angular_frequencies / (2 * np.pi)
     shapes = {f"mode_{k + 1:03d}_{f:.1f}Hz": modal.shapes[:, :, k] for k, f in enumerate(hertz)}
     _write_grid(path, mesh, mesh.nodes, shapes)
 

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import EDGES, FACES, GMSH_ORDER, MIRRORED_TETRA, compacted, side_counts
-from gudgeon.pipeline.geometry.numbers import STRICT, Length, Point, UnitVector
+from gudgeon.pipeline.geometry.numbers import Length, Point, Strict, UnitVector
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surface
 
@@ -45,20 +45,18 @@ ABAQUS_TYPES = [
 """Solids and triangles of a deck by the name in meshio; other elements (springs, beams) are omitted."""
 
 
-class CylinderShape(BaseModel):
+class CylinderShape(Strict):
     """A circular cylinder."""
 
-    model_config = STRICT
     kind: Literal["cylinder"]
     radius: Length
     axis: UnitVector
     origin: Point = Field(description="A point of the axis [m]")
 
 
-class PlaneShape(BaseModel):
+class PlaneShape(Strict):
     """A plane."""
 
-    model_config = STRICT
     kind: Literal["plane"]
     normal: UnitVector
     origin: Point = Field(description="A point of the plane [m]")
@@ -67,10 +65,9 @@ class PlaneShape(BaseModel):
 SurfaceShape = Annotated[CylinderShape | PlaneShape, Field(discriminator="kind")]
 
 
-class MeshFile(BaseModel):
+class MeshFile(Strict):
     """A tetrahedral mesh in a file; linear tetrahedra become tet10."""
 
-    model_config = STRICT
     kind: Literal["file"]
     path: str
     unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
@@ -153,7 +150,7 @@ def _tetrahedra(mesh: Any, path: str) -> np.ndarray:
 def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
     """Return the cells in meshio's order, of positive volume, each once (gmsh 2.2 writes one per physical group)."""
     corners = points[cells[:, :4]]
-    ends = corners[:, EDGES]
+    ends = corners[:, EDGES[3]]
     length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
     if cells.shape[1] == 10:
         centres = ends.mean(axis=2)
@@ -193,7 +190,7 @@ def _skin(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _with_mid_nodes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Turn linear tetrahedra (e, 4) into straight tet10 (e, 10); new nodes are last."""
-    edges, numbers = np.unique(np.sort(cells[:, EDGES].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
+    edges, numbers = np.unique(np.sort(cells[:, EDGES[3]].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
     middle = len(nodes) + numbers.reshape(-1, 6)
     return np.concatenate([nodes, nodes[edges].mean(axis=1)]), np.hstack([cells, middle])
 

@@ -3,15 +3,14 @@
 from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, Field
 
-STRICT = ConfigDict(extra="forbid", frozen=True)
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"unit": "m"})]
-Coordinate = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"unit": "m"})]
+from gudgeon.solver.numbers import Length, Positive, Strict
+from gudgeon.solver.vectors import Coordinate, Finite
+from gudgeon.solver.vectors import Place as Point
+
+__all__ = ["Coordinate", "Direction", "Finite", "Length", "NonZero", "Point", "Positive", "Strict", "UnitVector"]
 Dimensionless = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"unit": "1"})]
-Point = tuple[Coordinate, Coordinate, Coordinate]
 Direction = tuple[Dimensionless, Dimensionless, Dimensionless]
 """Of any length, zero included."""
 

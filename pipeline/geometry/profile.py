@@ -72,17 +72,6 @@ class ProfileTable:
         return angles, np.column_stack([d[:, -1 - width : -1], d, d[:, 1 : 1 + width]])
 
 
-@dataclass(frozen=True)
-class UniformProfile:
-    """The same deviation [m] everywhere."""
-
-    deviation: float
-
-    def __call__(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Return the deviation at heights and angles, (k,) each."""
-        return np.full(np.broadcast(height, angle).shape, self.deviation)
-
-
 def _cell(grid: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the upper end of the interval of an ascending grid that contains each x, and the share of x in it."""
     upper = np.clip(np.searchsorted(grid, x), 1, len(grid) - 1)
@@ -103,8 +92,8 @@ def read_profile(path: Path, scale: float = 1.0, offset: float = 0.0) -> Profile
             raise InputError(
                 f"{path}: row {number} has {len(row)} cells, the first row has {len(rows[0])}; is it cut off?"
             )
-    angles = np.radians([_number(cell, path, 1) for cell in rows[0][1:]])
-    values = np.array([[_number(cell, path, n) for cell in row] for n, row in enumerate(rows[1:], 2)])
+    angles = np.radians([finite(cell, path, 1) for cell in rows[0][1:]])
+    values = np.array([[finite(cell, path, n) for cell in row] for n, row in enumerate(rows[1:], 2)])
     table = ProfileTable(values[:, 0], angles, scale * values[:, 1:] + offset, str(path))
     _check_grid(table)
     return table
@@ -135,7 +124,8 @@ def _check_grid(table: ProfileTable) -> None:
             raise InputError(f"{table.source}: the first and last angle are the same direction but differ in deviation")
 
 
-def _number(cell: str, path: Path, row: int) -> float:
+def finite(cell: str, path: Path, row: int) -> float:
+    """Return the number in a cell of a CSV file; raises InputError naming file and row if it is no finite number."""
     try:
         value = float(cell)
     except ValueError:

@@ -8,18 +8,17 @@ Mechanics of Materials, form factor for shear): 5/6 for a rectangle, 9/10 for a 
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT, Length, Positive
+from gudgeon.pipeline.geometry.numbers import Length, Positive, Strict
 
 Coefficient = Annotated[float, Field(gt=0, le=1, json_schema_extra={"unit": "1"})]
 SHEAR = Field(default=None, description="Shear coefficient κ; by the energy of the shear stress by default")
 
 
-class Rectangle(BaseModel):
+class Rectangle(Strict):
     """Solid rectangle."""
 
-    model_config = STRICT
     shear_form: ClassVar[float] = 5 / 6
     """κ by the energy of the shear stress."""
     kind: Literal["rectangle"]
@@ -38,10 +37,9 @@ class Rectangle(BaseModel):
         return self.width * self.height**3 / 12
 
 
-class Circle(BaseModel):
+class Circle(Strict):
     """Solid circle."""
 
-    model_config = STRICT
     shear_form: ClassVar[float] = 9 / 10
     """κ by the energy of the shear stress."""
     kind: Literal["circle"]
@@ -64,10 +62,9 @@ class Circle(BaseModel):
         return np.pi * self.radius**4 / 4
 
 
-class IBeam(BaseModel):
+class IBeam(Strict):
     """Two equal flanges and a web between them, without fillets."""
 
-    model_config = STRICT
     kind: Literal["i-beam"]
     height: Length = Field(description="Overall height [m]")
     width: Length = Field(description="Width of the flanges [m]")
@@ -118,10 +115,9 @@ class IBeam(BaseModel):
         return float(self.second_moment**2 / (self.area * 2 * energy))
 
 
-class General(BaseModel):
+class General(Strict):
     """Any section with given area and second moment, and its outer fibres at ± height / 2."""
 
-    model_config = STRICT
     shear_form: ClassVar[None] = None
     kind: Literal["general"]
     area: Positive = Field(json_schema_extra={"unit": "m^2"})

@@ -1,15 +1,14 @@
 """Cyclic symmetry of a wheel: number of sectors, the two faces of a sector, the axis."""
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from gudgeon.pipeline.geometry.numbers import STRICT, NonZero, Point
+from gudgeon.pipeline.geometry.numbers import NonZero, Point, Strict
 
 
-class CyclicSymmetry(BaseModel):
+class CyclicSymmetry(Strict):
     """Cyclic symmetry of a wheel of equal sectors."""
 
-    model_config = STRICT
     sectors: int = Field(ge=2, description="Number of equal sectors of the wheel")
     low: str = Field(default="low", description="Face of the sector towards the previous sector")
     high: str = Field(default="high", description="Face low, rotated about the axis by one sector")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.modes import LoadModes
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.points import facet_points, surface_weights
@@ -29,13 +29,18 @@ class LoadRows:
     """Mean of the surface [m], (3,)."""
     unit: str
 
+    def modes(self, rows: np.ndarray) -> LoadModes:
+        """Return the record with the displacements per coordinate, (k, m)."""
+        return LoadModes(rows, self.resultant, self.point, self.unit)
 
-def load_rows(mesh: MeshRecord, model: FEModel, interface: Interface, where: str) -> LoadRows:
+
+def load_rows(model: FEModel, interface: Interface, where: str) -> LoadRows:
     """Return the rows of an interface of kind `mean` or `pressure`; `where` is its key in the scene, for messages.
 
     Raises:
         InputError: the mesh has no such surface.
     """
+    mesh = model.mesh
     surface = find_surface(mesh, interface.surface, f"{where}.surface")
     nodes, areas, vectors = surface_weights(mesh, surface)
     point = areas @ mesh.nodes[nodes] / areas.sum()

@@ -46,12 +46,17 @@ def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPo
     return ContactPoints(nearest, centroid[None], normal[None], np.array([area]), np.zeros(1, bool))
 
 
-def patch_row(mesh: MeshRecord, model: FEModel, interface: Interface, where: str) -> sparse.csr_matrix:
-    """Return the mean outward normal displacement of a flat surface as a row over the dofs, (1, dofs).
+def normal_rows(model: FEModel, interface: Interface, at: ContactPoints) -> sparse.csr_matrix:
+    """Return the outward normal displacement of contact points as rows over the dofs, (c, dofs); of a patch its mean.
 
-    Raises:
-        InputError: the mesh has no such surface, or it is not flat.
+    Args:
+        at: The points of the interface, as found by `POINT_FINDERS`.
     """
-    normal = patch_point(mesh, interface, where).normals[0]
-    nodes, areas, _ = surface_weights(mesh, mesh.surfaces[interface.surface])
-    return model.weighted(nodes, ((areas / areas.sum())[:, None] * normal)[None])
+    if interface.kind == "points":
+        return model.rows(at.nodes, at.normals)
+    nodes, areas, _ = surface_weights(model.mesh, model.mesh.surfaces[interface.surface])
+    return model.weighted(nodes, ((areas / areas.sum())[:, None] * at.normals[0])[None])
+
+
+POINT_FINDERS = {"points": contact_points, "patch": patch_point}
+"""Contact points of an interface by its kind."""

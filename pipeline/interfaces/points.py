@@ -10,13 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.modes import InterfaceModes
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.reference import reference, rule, shape_functions
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylindrical, find_surface, true_surface
 from gudgeon.pipeline.scenes.interface import Interface
 
 ON_A_LINE = 1e-6
-"""Extent of points across a line over the extent along it; below, one coordinate is enough."""
+"""Extent of points across a line over the extent along it; below, one coordinate is enough,
+and the rotation about the line is undetermined."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,10 @@ class ContactPoints:
     normals: np.ndarray
     areas: np.ndarray
     edge: np.ndarray
+
+    def modes(self, rows: np.ndarray) -> InterfaceModes:
+        """Return the record with the points' displacement rows per coordinate, (c, m)."""
+        return InterfaceModes(self.nodes, self.points, self.normals, self.areas, self.edge, rows)
 
 
 def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> ContactPoints:
@@ -42,7 +48,9 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
         normal, area = np.array([shape["normal"]]), np.array([shape["area"]])
         return ContactPoints(surface.facets.ravel(), np.array([shape["origin"]]), normal, area, np.zeros(1, bool))
     nodes, areas, vectors = surface_weights(mesh, surface)
-    weighted = np.isin(nodes, surface.facets[:, _first_weighted(surface.facets) :])
+    # On quadratic triangles the mid-side nodes have the weights; on edges, all nodes.
+    bearing = surface.facets[:, 3:] if surface.facets.shape[1] == 6 else surface.facets
+    weighted = np.isin(nodes, bearing)
     nodes, areas, vectors = nodes[weighted], areas[weighted], vectors[weighted]
     normals = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     points = mesh.nodes[nodes]
@@ -51,7 +59,7 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
     keep = _inside(points, interface, surface.shape, where)
     if not keep.any():
         raise InputError(f"{where}: no contact point of surface '{interface.surface}' lies in its sector and height")
-    edge = np.isin(nodes[keep], _neighbours(surface.facets, nodes[~keep]))
+    edge = np.isin(nodes[keep], bearing[np.isin(bearing, nodes[~keep]).any(axis=1)])
     return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge)
 
 
@@ -111,17 +119,6 @@ def surface_weights(mesh: MeshRecord, surface: Surface) -> tuple[np.ndarray, np.
     vectors = np.einsum("aq,fqi->fai", N, elements).reshape(-1, 3)
     summed = [np.bincount(slot.ravel(), values, len(nodes)) for values in (areas.ravel(), *vectors.T)]
     return nodes, summed[0], np.column_stack(summed[1:])
-
-
-def _first_weighted(facets: np.ndarray) -> int:
-    """Return the first column of a facet's nodes with a weight: the mid-side nodes; on edges, all nodes."""
-    return 3 if facets.shape[1] == 6 else 0
-
-
-def _neighbours(facets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Return all nodes with a weight of the facets that contain one of `nodes`, a subset of them."""
-    own = facets[:, _first_weighted(facets) :]
-    return np.unique(own[np.isin(own, nodes).any(axis=1)])
 
 
 def _inside(points: np.ndarray, interface: Interface, shape: SurfaceRule, where: str) -> np.ndarray:

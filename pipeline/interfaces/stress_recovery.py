@@ -13,7 +13,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.fem.elements.reference import DIMENSIONS, extrapolation, reference, shape_functions
+from gudgeon.pipeline.fem.elements.reference import DIMENSIONS, extrapolation, quadrature, shape_functions
 from gudgeon.pipeline.scenes.material import Material
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
@@ -52,15 +52,13 @@ def nodal_gradient(mesh: MeshRecord, nodes: np.ndarray) -> list[sparse.csr_matri
     place = np.full(len(mesh.nodes), -1)
     place[nodes] = np.arange(len(nodes))
     around = np.flatnonzero((place[mesh.cells] >= 0).any(axis=1))
-    _, dN, W = reference(mesh.cell_type, ORDER)
     E = extrapolation(mesh.cell_type, ORDER)
     shape = (len(nodes), len(mesh.nodes))
     total, volumes = [sparse.csr_matrix(shape) for _ in range(dimension)], np.zeros(len(nodes))
     for start in range(0, len(around), BATCH):
-        cells = mesh.cells[around[start : start + BATCH]]
-        J = np.einsum("eai,akq->eqik", mesh.nodes[cells][:, :, :dimension], dN)
-        volume = np.linalg.det(J) @ W
-        gradient = np.einsum("akq,eqki->eaiq", dN, np.linalg.inv(J), optimize=True)
+        batch = around[start : start + BATCH]
+        cells, (_, gradient, dx) = mesh.cells[batch], quadrature(mesh, ORDER, batch)
+        volume = dx.sum(axis=1)
         at_nodes = np.einsum("cq,eaiq,e->ieca", E, gradient, volume, optimize=True)
         rows = np.broadcast_to(place[cells][:, :, None], at_nodes.shape[1:])
         columns = np.broadcast_to(cells[:, None], at_nodes.shape[1:])

@@ -22,11 +22,9 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.loads import LoadRows
-from gudgeon.pipeline.interfaces.points import facet_points
+from gudgeon.pipeline.interfaces.points import ON_A_LINE, facet_points
 from gudgeon.pipeline.scenes.interface import Interface
 
-ON_A_LINE = 1e-6
-"""Least spread of a surface's nodes across a line over that along it; below, the rotation about it is undetermined."""
 TWISTS = {6: range(6), 3: (0, 1, 5)}
 """Motions of a reference point by nodes of a facet: all on a solid, those in the plane on a plane part."""
 

@@ -13,8 +13,9 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.modes import SplineGrid, TractionModes
 from gudgeon.modaldb.records.types import Json
-from gudgeon.modaldb.traction import chart_coordinates, cubic_weights
+from gudgeon.modaldb.traction import SUPPORT, chart_coordinates, spline_weights
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
@@ -36,22 +37,7 @@ BATCH = 40_000
 
 
 @dataclass(frozen=True)
-class Grid:
-    """Chart and knots of a traction space; see TractionModes for chart, start, spacing and counts."""
-
-    chart: Json
-    start: np.ndarray
-    spacing: np.ndarray
-    counts: np.ndarray
-
-    @property
-    def size(self) -> int:
-        """Number of functions."""
-        return int(self.counts.prod())
-
-
-@dataclass(frozen=True)
-class TractionSpace(Grid):
+class TractionSpace(SplineGrid):
     """A traction space on a mesh."""
 
     areas: np.ndarray
@@ -64,6 +50,10 @@ class TractionSpace(Grid):
     def rows(self, model: FEModel) -> sparse.csr_matrix:
         """B: mean normal displacement under each unit traction as a matrix on the dofs, (f, dofs)."""
         return model.on_dofs(self.weights)
+
+    def modes(self, rows: np.ndarray) -> TractionModes:
+        """Return the record with the functions' displacement per coordinate, (f, m)."""
+        return TractionModes(self.chart, self.start, self.spacing, self.counts, rows, self.resultant)
 
     @property
     def centres(self) -> np.ndarray:
@@ -124,7 +114,7 @@ def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
             )
 
 
-def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> Grid:
+def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> SplineGrid:
     if mesh.cell_type != "tetra10" or surface.shape.get("kind") not in ("cylinder", "plane"):
         raise InputError(f"{where}: a traction space needs a cylinder or a plane, '{interface.surface}' is none")
     kind = surface.shape["kind"]
@@ -136,7 +126,7 @@ def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) 
     assert interface.spacing is not None
     # Round-off must not add an interval where the spacing divides the length.
     intervals = np.maximum(np.ceil((high - low) / np.array(interface.spacing) - 1e-9), 1).astype(int)
-    grid = Grid(chart, low, (high - low) / intervals, intervals + 3)
+    grid = SplineGrid(chart, low, (high - low) / intervals, intervals + 3)
     if grid.size > MOST_FUNCTIONS:
         fits = _coarsening([grid]) * grid.spacing
         raise InputError(
@@ -146,7 +136,7 @@ def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) 
     return grid
 
 
-def _coarsening(grids: Iterable[Grid]) -> float:
+def _coarsening(grids: Iterable[SplineGrid]) -> float:
     """Return the factor on the spacings of grids with which they have few enough functions."""
 
     def size(factor: float) -> int:
@@ -209,7 +199,9 @@ def _plane(mesh: MeshRecord, surface: Surface, interface: Interface, where: str)
     return chart, coordinates.min(axis=0), coordinates.max(axis=0)
 
 
-def _integrals(mesh: MeshRecord, surface: Surface, grid: Grid) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
+def _integrals(
+    mesh: MeshRecord, surface: Surface, grid: SplineGrid
+) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
     """Integrate over the facets: ∫ N_a dA (f,), ∫ N_a n N_b dA (f, 3n), and force and moment of N_a n (f, 6)."""
     corners = mesh.nodes[surface.facets[:, :3]]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
@@ -221,7 +213,8 @@ def _integrals(mesh: MeshRecord, surface: Surface, grid: Grid) -> tuple[np.ndarr
     for begin in range(0, len(facets), at_once):
         some = facets[begin : begin + at_once]
         N, points, elements = facet_points(mesh.nodes, replace(surface, facets=some), pieces)
-        splines = _splines(grid, points.reshape(-1, 3))
+        splines = spline_matrix(grid, chart_coordinates(grid.chart, points.reshape(-1, 3)), tails=True)
+        splines.eliminate_zeros()
         elements = elements.reshape(-1, 3)
         areas += splines.T @ np.linalg.norm(elements, axis=1)
         moments = np.cross(points.reshape(-1, 3), elements)
@@ -230,7 +223,7 @@ def _integrals(mesh: MeshRecord, surface: Surface, grid: Grid) -> tuple[np.ndarr
     return areas, total, resultants
 
 
-def _near(nodes: np.ndarray, grid: Grid, edge: float) -> np.ndarray:
+def _near(nodes: np.ndarray, grid: SplineGrid, edge: float) -> np.ndarray:
     """Return which nodes may belong to a facet on which some function is not zero, (n,)."""
     coordinates, margin = chart_coordinates(grid.chart, nodes), 3 * grid.spacing + edge
     end = grid.start + grid.spacing * (grid.counts - 3)
@@ -246,18 +239,8 @@ def _displacements(N: np.ndarray, facets: np.ndarray, elements: np.ndarray, size
     return sparse.csr_matrix((values.ravel(), columns.ravel(), starts), shape=(len(elements), size))
 
 
-def _splines(grid: Grid, points: np.ndarray) -> sparse.csr_matrix:
-    """Return all functions at points (p, 3), tails beyond the space included, (p, f)."""
-    place = (chart_coordinates(grid.chart, points) - grid.start) / grid.spacing
-    first = np.floor(place).astype(int)
-    numbers = first[:, :, None] + np.arange(4)
-    values = np.stack([cubic_weights(place[:, k] - first[:, k]) for k in range(2)], axis=1)
-    values *= (numbers >= 0) & (numbers < grid.counts[:, None])
-    numbers = np.clip(numbers, 0, grid.counts[:, None] - 1)
-    joined = numbers[:, 0, :, None] * int(grid.counts[1]) + numbers[:, 1, None, :]
-    product = values[:, 0, :, None] * values[:, 1, None, :]
-    matrix = sparse.csr_matrix(
-        (product.ravel(), joined.ravel(), 16 * np.arange(len(points) + 1)), shape=(len(points), grid.size)
-    )
-    matrix.eliminate_zeros()
-    return matrix
+def spline_matrix(grid: SplineGrid, coordinates: np.ndarray, *, tails: bool = False) -> sparse.csr_matrix:
+    """Return all functions at points (p, 2), see `spline_weights`, as a matrix, (p, f)."""
+    numbers, values = spline_weights(grid, coordinates, tails=tails)
+    starts = SUPPORT * np.arange(len(coordinates) + 1)
+    return sparse.csr_matrix((values.ravel(), numbers.ravel(), starts), shape=(len(coordinates), grid.size))

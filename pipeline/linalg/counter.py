@@ -1,13 +1,6 @@
-"""Number of factorisations that this process has made: a measure of cost beside CPU time."""
+"""Counts of what this process has done: a measure of cost beside CPU time."""
 
-from dataclasses import dataclass
+from collections import Counter
 
-
-@dataclass
-class Counts:
-    """Incremented by every backend."""
-
-    factorisations: int = 0
-
-
-COUNTS = Counts()
+COUNTS: Counter[str] = Counter()
+"""`factorisations`, incremented by every backend."""

@@ -56,7 +56,7 @@ class PardisoFactor:
         self._iparm[SINGLE_PRECISION] = single
         self._iparm[BLOCK_SIZE] = self._block if self._block > 1 else 0
         self._held, self._narrowed = True, False
-        COUNTS.factorisations += 1
+        COUNTS["factorisations"] += 1
         self._call(ANALYSE_AND_FACTORISE)
 
     def refactorise(self, matrix: sparse.csr_matrix) -> None:
@@ -68,7 +68,7 @@ class PardisoFactor:
         Raises:
             StageError: PARDISO refused the matrix.
         """
-        COUNTS.factorisations += 1
+        COUNTS["factorisations"] += 1
         values, starts, columns = self._upper(matrix)
         same = np.array_equal(starts, self._starts) and np.array_equal(columns, self._columns)
         if same and not self._narrowed:
@@ -98,17 +98,12 @@ class PardisoFactor:
 
     def _upper(self, matrix: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return values, row starts and columns of the upper triangle, in blocks or single entries."""
-        if self._block == 1:
-            upper = sparse.csr_matrix(sparse.triu(matrix))
-            upper.sort_indices()
-            values, starts, columns = upper.data, upper.indptr, upper.indices
-        else:
-            whole = (matrix if matrix.has_sorted_indices else matrix.sorted_indices()).tobsr((self._block, self._block))
-            count = len(whole.indptr) - 1
-            rows = np.repeat(np.arange(count, dtype=np.int32), np.diff(whole.indptr))
-            kept = whole.indices >= rows
-            values, columns = whole.data[kept].ravel(), whole.indices[kept]
-            starts = np.concatenate([[0], np.cumsum(np.bincount(rows[kept], minlength=count))])
+        whole = (matrix if matrix.has_sorted_indices else matrix.sorted_indices()).tobsr((self._block, self._block))
+        count = len(whole.indptr) - 1
+        rows = np.repeat(np.arange(count, dtype=np.int32), np.diff(whole.indptr))
+        kept = whole.indices >= rows
+        values, columns = whole.data[kept].ravel(), whole.indices[kept]
+        starts = np.concatenate([[0], np.cumsum(np.bincount(rows[kept], minlength=count))])
         return np.ascontiguousarray(values, self.precision), starts.astype(np.int32), columns.astype(np.int32)
 
     def _call(self, phase: int, loads: np.ndarray | None = None) -> np.ndarray:

@@ -24,7 +24,7 @@ class SuperLUFactor:
 
     def refactorise(self, matrix: sparse.csr_matrix) -> None:
         """Factorise another matrix, with a new ordering."""
-        COUNTS.factorisations += 1
+        COUNTS["factorisations"] += 1
         try:
             self._lu = splu(
                 sparse.csc_matrix(matrix),

@@ -5,21 +5,16 @@ import re
 import resource
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 STATUS = Path("/proc/self/status")
 RESET = Path("/proc/self/clear_refs")
 
 
-class Peak:
-    """Holds the result after the block."""
-
-    mib = 0.0
-
-
 @contextlib.contextmanager
-def peak_memory() -> Iterator[Peak]:
-    """Measure the largest resident memory within the block [MiB]; of the whole process where Linux cannot reset it."""
-    peak = Peak()
+def peak_memory() -> Iterator[SimpleNamespace]:
+    """Measure the largest resident memory within the block, `mib` after it; of the process where it cannot be reset."""
+    peak = SimpleNamespace(mib=0.0)
     with contextlib.suppress(OSError):
         RESET.write_text("5")
     yield peak

@@ -5,8 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
-from gudgeon.pipeline.nodal.problem import PointContact
-from gudgeon.solver.results.contact_events import Quantity, departure, impact_quantities, merged, rebound, smoothed_peak
+from gudgeon.pipeline.nodal.problem import NodalLoad, PointContact
+from gudgeon.solver.results.contact_events import (
+    Quantity,
+    deflection,
+    departure,
+    impact_quantities,
+    merged,
+    named,
+    rebound,
+    smoothed_peak,
+)
 
 
 @dataclass(frozen=True)
@@ -117,11 +126,22 @@ def resultant_quantities(times: np.ndarray, forces: np.ndarray) -> dict[str, Qua
     }
 
 
+def energy_drift(energies: np.ndarray, exchanged: float) -> float:
+    """Return the largest error of T + U + V + D − W over the energy that contacts exchange [J]; 0 where they do not.
+
+    Args:
+        energies: Kinetic T, strain U, contact V, dissipated D and work given W at the start and the ends of the steps
+            [J], (s + 1, 5).
+    """
+    balance = energies[:, :4].sum(axis=1) - energies[:, 4]
+    return float(np.abs(balance - balance[0]).max()) / exchanged if exchanged else 0.0
+
+
 def body_quantities(name: str, motion: np.ndarray) -> Json:
     """Return final velocity and displacement of a body from its `NodalBody.centre_motion`."""
     return named(name, departure(*motion))
 
 
-def named(name: str, values: dict[str, Quantity]) -> Json:
-    """Return quantities of a body or a contact in the form of a record, name.key → {"value", "unit"}."""
-    return {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}
+def force_quantities(load: NodalLoad, times: np.ndarray, moved: np.ndarray) -> Json:
+    """Return the deflection under a moving force from displacements conjugate to its parts [m], (t, k), over times."""
+    return named(load.travels, deflection(times, load.amounts(times), moved))

@@ -10,9 +10,6 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.nodal.problem import NodalBody, NodalLoad, NodalProblem, NodalRod
 
-LENGTH_STEPS = 4
-"""Newton steps that bring the rod to its length; the first error is about a micrometre."""
-
 
 def _rigid_split(model: FEModel, twists: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the rigid motions of mass-normalised twists (r, 6), (dofs, r), and all others that supports leave."""
@@ -54,12 +51,12 @@ def supported_body(
         suppressed=None if others is None else others[free], twists=twists, loads=loads,
     )  # fmt: skip
     if loads and model.held.any():
-        body = replace(body, displacement=_deformation(body, loads[0].row))
+        body = replace(body, displacement=_deformation(body, loads[0].rows[0]))
     return body, sparse.csr_matrix(sparse.eye(len(model.held), format="csr")[:, free])
 
 
 def _steady(row: np.ndarray) -> NodalLoad:
-    return NodalLoad(row, lambda times: np.ones(len(times) - 1))
+    return NodalLoad(row[None], lambda times: np.ones((len(times), 1)))
 
 
 def static_start(problem: NodalProblem, step: float) -> NodalProblem:
@@ -125,11 +122,11 @@ def _fit_rod(
     wanted = np.concatenate([rod.directions[1], np.zeros(3)])
     along = body.rigid @ np.linalg.lstsq(body.twists.T, wanted)[0]
     way, pin = rod.rows @ along, rod.crank(np.zeros(1))[0]
-    shift = 0.0
-    arm = start = rod.point + rod.rows @ displacement - pin[:2]
-    for _ in range(LENGTH_STEPS):
-        length = np.hypot(*arm)
-        shift -= (length - rod.length) * length / (arm @ way)
-        arm = start + shift * way
+    arm = rod.point + rod.rows @ displacement - pin[:2]
+    # The root nearest to zero of |arm + shift way|² = L².
+    length, slope = np.hypot(*arm), arm @ way
+    excess = (length - rod.length) * (length + rod.length)
+    shift = -excess / (slope + np.copysign(np.sqrt(slope**2 - way @ way * excess), slope))
+    arm = arm + shift * way
     speed = arm @ (rod.rows @ velocity - pin[2:]) / (arm @ way)
     return displacement + shift * along, velocity - speed * along

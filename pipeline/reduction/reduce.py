@@ -1,6 +1,7 @@
 """The modes stage: mesh and component in, ModalRecord out."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy import linalg, sparse
@@ -13,8 +14,8 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.interfaces.gauges import gauge_rows, refuse_large
 from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
-from gudgeon.pipeline.interfaces.patch import patch_point, patch_row
-from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points, surface_coordinates
+from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
+from gudgeon.pipeline.interfaces.points import ContactPoints, surface_coordinates
 from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
 from gudgeon.pipeline.modes.normal import largest_count
@@ -24,30 +25,21 @@ from gudgeon.pipeline.reduction.gauges import gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
 from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.interface import Interface
+
+PLACE_FINDERS = POINT_FINDERS | {"traction": traction_space, "tie": tie_of}
+"""What is found on the mesh before matrices are assembled, by the kind of an interface; other kinds are loads."""
 
 
 @dataclass(frozen=True)
-class _Touched:
-    """Interfaces of a component on its mesh."""
+class _Acting:
+    """An interface of a component on its mesh."""
 
-    points: dict[str, ContactPoints]
-    tractions: dict[str, TractionSpace]
-    loads: dict[str, LoadRows]
-    rows: dict[str, sparse.csr_matrix]
-    """Rows of B by interface, in the order of the names."""
-    fields: dict[str, np.ndarray]
-    """Forces of the pressure fields that get a static shape, by interface, (rows, k)."""
-    ties: dict[str, Tie]
-
-    def all_rows(self, dofs: int) -> ContactRows:
-        """Return all rows as one matrix."""
-        B = sparse.vstack([sparse.csr_matrix((0, dofs)), *self.rows.values()], format="csr")
-        return ContactRows(B, linalg.block_diag(np.empty((0, 0)), *self.fields.values()), self.spans())
-
-    def spans(self) -> dict[str, list[int]]:
-        """Return first and last + 1 row of each interface."""
-        ends = np.cumsum([0, *(rows.shape[0] for rows in self.rows.values())])
-        return {name: [int(a), int(b)] for name, a, b in zip(self.rows, ends, ends[1:], strict=False)}
+    at: ContactPoints | TractionSpace | LoadRows
+    rows: sparse.csr_matrix
+    """Its rows of B, (r, dofs)."""
+    fields: np.ndarray
+    """Forces of the pressure fields that get a static shape, (r, k)."""
 
 
 def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name: str) -> ModalRecord:
@@ -61,21 +53,24 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         StageError: the reduction failed its own checks.
     """
     where = f"component.{name}"
-    touched = _contacts(mesh, component, where)
+    places = _places(mesh, component, f"{where}.interface")
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
-    _gather(touched, mesh, component, model, where)
-    rigid = {key: tie for key, tie in touched.ties.items() if component.interface[key].tie == "rbe2"}
+    acting = {
+        key: _acting(places.get(key), interface, model, component.modes.static_count, f"{where}.interface.{key}")
+        for key, interface in sorted(component.interface.items())
+    }
+    rigid = {key: tie for key, tie in places.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
     tied, spread = made_rigid(model, rigid, f"{where}.interface")
-    contact = touched.all_rows(model.K.shape[0])
+    contact = _stacked(acting, model.K.shape[0])
     contact = replace(contact, B=sparse.csr_matrix(contact.B @ spread))
     gauges = {key: sparse.csr_matrix(S @ spread) for key, S in gauge_rows(model, component, where).items()}
     refuse_large(gauges, contact.B.shape[0], where)
     own = _reduced(tied, contact, component, where)
     reduction = replace(own, Phi=spread @ own.Phi)
-    at_rows = {key: rows @ reduction.Phi for key, rows in touched.rows.items()}
+    modes = {key: one.at.modes(one.rows @ reduction.Phi) for key, one in acting.items()}
     errors = frequency_errors(tied, own, model, spread, component)
     refuse_locking(
-        errors.discretisation, own.angular_frequencies, component, where,
+        errors.discretisation_errors, own.angular_frequencies, component, where,
         lambda other: reduce_component(mesh, mesh_key, other, name).discretisation_errors,
     )  # fmt: skip
     return ModalRecord(
@@ -88,27 +83,17 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         centre=model.properties.centre,
         inertia=model.properties.inertia,
         rigid_twists=model.rigid_twists,
-        interfaces={
-            key: InterfaceModes(p.nodes, p.points, p.normals, p.areas, p.edge, at_rows[key])
-            for key, p in touched.points.items()
-        },
-        interface_rows=touched.spans(),
+        interfaces={key: one for key, one in modes.items() if isinstance(one, InterfaceModes)},
+        interface_rows=dict(contact.spans),
         residual_flexibility=reduction.residual_flexibility,
         shapes=model.nodal(reduction.Phi),
         inertia_couplings=_couplings(model, reduction),
         participation=_participation(model, reduction) if model.held.any() else None,
         quality=reduction.quality | {"rigid_motions": len(model.rigid_twists)},
-        tractions={
-            key: TractionModes(s.chart, s.start, s.spacing, s.counts, at_rows[key], s.resultant)
-            for key, s in touched.tractions.items()
-        },
-        loads={
-            key: LoadModes(at_rows[key], load.resultant, load.point, load.unit) for key, load in touched.loads.items()
-        },
+        tractions={key: one for key, one in modes.items() if isinstance(one, TractionModes)},
+        loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
         gauges=gauge_modes(component, gauges, tied, contact.B, own),
-        residuals=errors.residuals,
-        algebraic_errors=errors.algebraic,
-        discretisation_errors=errors.discretisation,
+        **vars(errors),
     )
 
 
@@ -135,49 +120,44 @@ def _reduced(model: FEModel, contact: ContactRows, component: Component, where: 
     return replace(reduction, quality=reduction.quality | {"reference_reaction": share})
 
 
-def _contacts(mesh: MeshRecord, component: Component, where: str) -> _Touched:
+def _places(mesh: MeshRecord, component: Component, where: str) -> dict[str, ContactPoints | TractionSpace | Tie]:
     """Find the interfaces on the mesh, so that incorrect ones are refused before matrices are assembled."""
-    points, tractions, ties = {}, {}, {}
-    for key, interface in sorted(component.interface.items()):
-        here = f"{where}.interface.{key}"
-        if interface.kind == "points":
-            points[key] = contact_points(mesh, interface, here)
-        elif interface.kind == "traction":
-            tractions[key] = traction_space(mesh, interface, here)
-        elif interface.kind == "patch":
-            points[key] = patch_point(mesh, interface, here)
-        elif interface.kind == "tie":
-            ties[key] = tie_of(mesh, interface, here)
-    refuse_too_many(tractions, f"{where}.interface")
-    refuse_unresolved(tractions, f"{where}.interface")
-    return _Touched(points, tractions, {}, {}, {}, ties)
+    found = {
+        key: PLACE_FINDERS[interface.kind](mesh, interface, f"{where}.{key}")
+        for key, interface in sorted(component.interface.items())
+        if interface.kind in PLACE_FINDERS
+    }
+    tractions = {key: place for key, place in found.items() if isinstance(place, TractionSpace)}
+    refuse_too_many(tractions, where)
+    refuse_unresolved(tractions, where)
+    return found
 
 
-def _gather(touched: _Touched, mesh: MeshRecord, component: Component, model: FEModel, where: str) -> None:
-    """Add loads, rows of B and pressure fields."""
-    points, tractions, count = touched.points, touched.tractions, component.modes.static_count
-    for key, interface in sorted(component.interface.items()):
-        if key in points:
-            at = points[key]
-            patch = interface.kind == "patch"
-            rows = patch_row(mesh, model, interface, where) if patch else model.rows(at.nodes, at.normals)
-            if model.rotations.any() and not np.abs(rows.data).max(initial=0.0) > 0:
-                raise InputError(
-                    f"{where}.interface.{key}.surface: '{interface.surface}' given, the beam does not move along its"
-                    f" normal; use {interface.surface}-top or {interface.surface}-bottom"
-                )
-            touched.rows[key] = rows
-            coordinates = surface_coordinates(at.points, mesh.surfaces[interface.surface].shape)
-            touched.fields[key] = pressure_fields(coordinates, at.areas, count)
-        elif key in tractions:
-            touched.rows[key] = tractions[key].rows(model)
-            touched.fields[key] = pressure_fields(tractions[key].centres, tractions[key].areas, count)
-        else:
-            tie = touched.ties.get(key)
-            load = tie_rows(model, tie) if tie else load_rows(mesh, model, interface, f"{where}.interface.{key}")
-            touched.loads[key] = load
-            touched.rows[key] = load.B
-            touched.fields[key] = np.empty((load.B.shape[0], 0))
+def _acting(
+    place: ContactPoints | TractionSpace | Tie | None, interface: Interface, model: FEModel, count: int, where: str
+) -> _Acting:
+    """Return the rows of B of an interface, and `count` pressure fields where it is a surface of contact."""
+    if isinstance(place, ContactPoints):
+        rows = normal_rows(model, interface, place)
+        if model.rotations.any() and not np.abs(rows.data).max(initial=0.0) > 0:
+            raise InputError(
+                f"{where}.surface: '{interface.surface}' given, the beam does not move along its normal; use"
+                f" {interface.surface}-top or {interface.surface}-bottom"
+            )
+        coordinates = surface_coordinates(place.points, model.mesh.surfaces[interface.surface].shape)
+        return _Acting(place, rows, pressure_fields(coordinates, place.areas, count))
+    if isinstance(place, TractionSpace):
+        return _Acting(place, place.rows(model), pressure_fields(place.centres, place.areas, count))
+    load = tie_rows(model, place) if place else load_rows(model, interface, where)
+    return _Acting(load, load.B, np.empty((load.B.shape[0], 0)))
+
+
+def _stacked(acting: dict[str, _Acting], dofs: int) -> ContactRows:
+    """Return the rows of all interfaces as one matrix."""
+    B = sparse.vstack([sparse.csr_matrix((0, dofs)), *(one.rows for one in acting.values())], format="csr")
+    ends = np.cumsum([0, *(one.rows.shape[0] for one in acting.values())])
+    spans = {name: [int(a), int(b)] for name, (a, b) in zip(acting, pairwise(ends), strict=True)}
+    return ContactRows(B, linalg.block_diag(np.empty((0, 0)), *(one.fields for one in acting.values())), spans)
 
 
 def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:

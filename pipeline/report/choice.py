@@ -14,7 +14,7 @@ from gudgeon.pipeline.report.page.words import seconds_text, size_text, tick_tex
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.job import Job, variant
-from gudgeon.pipeline.stages.products import Product, report_product
+from gudgeon.pipeline.stages.products import Product, product
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
@@ -57,15 +57,15 @@ def kept_reports(job: Job) -> Iterator[Product]:
 
     Records are never changed, and measured times differ from report to report.
     """
-    stages = {place: product.inputs for place, product in job.products(job.stages[:-1]).items()}
+    stages = {place: step.inputs for place, step in job.products(job.stages[:-1]).items()}
     settings = job.scene.report.model_dump(mode="json")
     if job.scene.report.reference is not None:
         path = find_file(job.scene.report.reference, job.folder, f"{job.path}: report.reference")
         settings["reference"] = file_digest(path)
     for number in itertools.count():
-        product = report_product(job.name, stages, settings, number)
-        yield product
-        if not job.store.has(product.key):
+        one = product("report", job.name, {"stages": stages, "settings": settings, "number": number})
+        yield one
+        if not job.store.has(one.key):
             return
 
 
@@ -89,9 +89,9 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
     Raises:
         InputError: the scene is of another kind or has no report in the database, or no setting meets the tolerance.
     """
-    if not isinstance(job, Job) or job.scene.report.vectors is not None:
+    if not isinstance(job, Job):
         raise InputError(
-            f"{job.path}: --tolerance: not available for reports of wheels and vectors; enter the setting in the scene"
+            f"{job.path}: --tolerance: not available for reports of wheels; enter the setting in the scene"
         )
     document = newest_report(job)
     if document is None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.reading import merge
+from gudgeon.pipeline.scenes.reading import merged, nested
 from gudgeon.pipeline.stages.job import Job, variant
 
 FACTORS = (0.25, 0.5, 1.0, 2.0)
@@ -67,9 +67,9 @@ def settings_of(job: Job) -> list[Setting]:
     axes = [[(path, value) for value in values] for path, values in report.sweep.items()]
     found = []
     for (name, changes), point in itertools.product(models.items(), itertools.product(*axes)):
-        tables: dict[str, Any] = copy.deepcopy(changes)
+        tables: dict[str, Any] = changes
         for path, value in point:
-            merge(tables, _nested(job, path, value))
+            tables = merged(tables, _nested(job, path, value))
         words = [name, *(word_of(path, value) for path, value in point)]
         found.append(Setting(", ".join(filter(None, words)), tables, named=not point))
     return found
@@ -92,9 +92,7 @@ def finer(job: Job, setting: Setting, step: float) -> list[Setting]:
         parts = [(f"step / {parts}", {"step": step / parts}) for parts in REFINED]
     found = []
     for word, run in parts:
-        changes = copy.deepcopy(setting.changes)
-        merge(changes, {"run": run})
-        found.append(Setting(f"{setting.name}, {word}", changes))
+        found.append(Setting(f"{setting.name}, {word}", merged(setting.changes, {"run": run})))
     return found
 
 
@@ -135,10 +133,7 @@ def _nested(job: Job, path: str, value: Any) -> dict[str, Any]:
     """Return the nested tables that set a value at every place of a path with stars."""
     found: dict[str, Any] = {}
     for parts in _places(job.tables, path.split("."), []):
-        tables: Any = value
-        for part in reversed(parts):
-            tables = {part: tables}
-        merge(found, tables)
+        found = merged(found, nested(parts, value))
     if not found:
         raise InputError(f"{job.path}: report.sweep: no key '{path}' in this scene")
     return found

@@ -27,11 +27,10 @@ from gudgeon.pipeline.measuring.memory import peak_memory
 from gudgeon.pipeline.report.document import StageSeconds
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.job import Job, variant
-from gudgeon.pipeline.stages.products import STAGES, combined, measurement_product
-from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.products import STAGES, combined, product
+from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.simulate import simulate
-from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
 WARM_UP = 5.0
@@ -72,8 +71,7 @@ def compiled(job: Job) -> System:
     """
     with named(job.path, InputError, SceneError):
         run_job(job, "morph")
-        morphs = {name: steps["morph"].key for name, steps in job.components().items()}
-        return compile_system(job.store, job.scene, morphs)
+        return system_of(job)
 
 
 def kept_trajectory(job: Job) -> Trajectory | None:
@@ -92,14 +90,15 @@ def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
     Raises:
         StageError: the run exceeded the limit.
     """
-    product = job.trajectory()
-    measured = measurement_product(job.name, product.key, {"machine": machine(), "code": _code(), "repeat": repeat})
+    solved = job.trajectory()
+    how = {"machine": machine(), "code": _code(), "repeat": repeat}
+    measured = product("measurement", job.name, {"of": solved.key, "how": how})
     before = prepared(job)
-    if not (job.store.has(measured.key) and job.store.has(product.key)):
+    if not (job.store.has(measured.key) and job.store.has(solved.key)):
         trajectory, record = _measure(job, repeat, limit)
-        job.store.put(product.key, product.kind, trajectory, product.inputs)
+        job.store.put(solved.key, solved.kind, trajectory, solved.inputs)
         job.store.put(measured.key, measured.kind, record, measured.inputs)
-    trajectory, record = job.store.get(product.key, "trajectory"), job.store.get(measured.key, "measurement")
+    trajectory, record = job.store.get(solved.key, "trajectory"), job.store.get(measured.key, "measurement")
     least, first, again = (record.seconds[name] for name in ("integration", "cold", "warm"))
     stages = before.stages | {"solve": StageSeconds(Seconds(**first), Seconds(**again))}
     return Timed(
@@ -131,9 +130,9 @@ def spread(
 
 def _make(job: Job, changes: dict[str, Any], limit: float) -> None:
     changed = variant(job, changes)
-    product = changed.trajectory()
+    solved = changed.trajectory()
     with contextlib.suppress(InputError, StageError, SceneError, SolverError):
-        job.store.put(product.key, product.kind, simulate(compiled(changed), _guard(limit)), product.inputs)
+        job.store.put(solved.key, solved.kind, simulate(compiled(changed), _guard(limit)), solved.inputs)
 
 
 def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, MeasurementRecord]:
@@ -186,10 +185,10 @@ def prepared(job: Job, repeat: int = 1) -> Prepared:
     """
     keys = [step.key for steps in job.components().values() for step in steps.values()]
     how = {"machine": machine()} | ({"repeat": repeat} if repeat > 1 else {})
-    product = measurement_product(job.name, combined(sorted(set(keys))), how)
-    if not job.store.has(product.key):
-        job.store.put(product.key, product.kind, _prepare(job, repeat), product.inputs)
-    found = job.store.get(product.key, "measurement")
+    measured = product("measurement", job.name, {"of": combined(sorted(set(keys))), "how": how})
+    if not job.store.has(measured.key):
+        job.store.put(measured.key, measured.kind, _prepare(job, repeat), measured.inputs)
+    found = job.store.get(measured.key, "measurement")
     stages = {
         stage: StageSeconds(Seconds(**found.seconds[f"{stage} cold"]), Seconds(**found.seconds[f"{stage} warm"]))
         for stage in STAGES[:3]
@@ -206,14 +205,14 @@ def _prepare(job: Job, repeat: int) -> MeasurementRecord:
             seconds: Parts = {}
             with tempfile.TemporaryDirectory() as folder:
                 empty = replace(job, store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
-                before = COUNTS.factorisations
+                before = COUNTS["factorisations"]
                 for state in ("cold", "warm"):
                     for stage in STAGES[:3]:
                         clock = Clock()
                         with named(job.path, InputError):
                             run_job(empty, stage)
                         seconds[f"{stage} {state}"] = clock.read()
-                counts = {"factorisations": COUNTS.factorisations - before}
+                counts = {"factorisations": COUNTS["factorisations"] - before}
                 if number == 0:
                     _keep(empty, job)
             found.append(seconds)

@@ -2,20 +2,19 @@
 
 from pathlib import Path
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.numbers import STRICT
+from gudgeon.pipeline.geometry.numbers import Strict
 from gudgeon.pipeline.scenes.reading import check_scene, read_tables
 from gudgeon.pipeline.scenes.robustness import Case, Robustness
 
 SHIPPED = Path(__file__).with_name("cases.toml")
 
 
-class CaseFile(BaseModel):
+class CaseFile(Strict):
     """A file of cases."""
 
-    model_config = STRICT
     case: dict[str, Case] = Field(min_length=1)
 
 

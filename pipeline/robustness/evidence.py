@@ -82,7 +82,7 @@ class Evidence:
     step: float = 0.0
     """[s]"""
     seconds: float = 0.0
-    """Wall time of modes and solver [s]."""
+    """Wall time of the run [s]."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Refusal
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.trial import Trial, approach, stepped, suggested_step
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
-from gudgeon.pipeline.scenes.change import table_path
+from gudgeon.pipeline.scenes.change import moved_surface
 
 AGREES = 0.01
 """Allowed relative difference of an impulse with a step above the limit, which is divided."""
@@ -84,26 +84,28 @@ class Subject:
 
 def _in_units(subject: Subject, units: Units) -> Trial:
     """Return the trial of the scene in other units, on the same meshes."""
-    scene = rescaled(subject.scene, units)
-    components = dict(scene.component)
+    tables = {}
     for name in subject.meshes:
-        profile = components[name].change.profile
-        source = table_path(profile, subject.job.path.parent, name)
-        if source is not None:
+        moved = moved_surface(subject.scene.component[name], subject.job.path.parent, name)
+        if moved is not None and moved[1] is not None:
             target = subject.folder / f"{name}-{units.length:g}.csv"
-            rescaled_profile(source, target, units)
-            profile = profile.model_copy(update={"table": str(target.resolve())})
-            change = components[name].change.model_copy(update={"profile": profile})
-            components[name] = components[name].model_copy(update={"change": change})
-    job = replace(subject.job, scene=scene.model_copy(update={"component": components}))
+            rescaled_profile(moved[1], target, units)
+            tables[name] = {"change": {"profile": {"table": str(target.resolve())}}}
+    job = replace(subject.job, scene=_updated(rescaled(subject.scene, units), {"component": tables}))
     meshes = {name: rescaled_mesh(mesh, units) for name, mesh in subject.meshes.items()}
     return Trial(job, meshes, units=units, stretch=dict.fromkeys(subject.meshes, 1 / units.time))
 
 
-def _with_components(subject: Subject, components: Mapping[str, Any]) -> Any:
-    """Return the job with other components, unchecked: values may exceed the limits of input."""
-    scene = subject.scene.model_copy(update={"component": subject.scene.component | dict(components)})
-    return replace(subject.job, scene=scene)
+def _updated(old: Any, changes: Mapping[str, Any]) -> Any:
+    """Return a model, or models by name, with nested changes, unchecked: values may exceed the limits of input."""
+    table = old if isinstance(old, Mapping) else vars(old)
+    new = {key: _updated(table[key], one) if isinstance(one, Mapping) else one for key, one in changes.items()}
+    return {**old, **new} if isinstance(old, Mapping) else old.model_copy(update=new)
+
+
+def _job_with(subject: Subject, changes: Mapping[str, Any]) -> Any:
+    """Return the job with nested changes of its scene, see `_updated`."""
+    return replace(subject.job, scene=_updated(subject.scene, changes))
 
 
 def contact_stiffness(subject: Subject, operation: Any) -> Trial:
@@ -150,19 +152,16 @@ def mass(subject: Subject, operation: Any) -> Trial:
     name = scene.component_of(body)
     component, shared = scene.component[name], [b for b in scene.body if scene.component_of(b) == name]
     if component.material is None:
-        geometry = component.geometry
-        inertia = tuple(factor * one for one in geometry.inertia)
-        changed = {"geometry": geometry.model_copy(update={"mass": factor * geometry.mass, "inertia": inertia})}
+        inertia = tuple(factor * one for one in component.geometry.inertia)
+        changed = {"geometry": {"mass": factor * component.geometry.mass, "inertia": inertia}}
     else:
-        changed = {"material": component.material.model_copy(update={"rho": factor * component.material.rho})}
+        changed = {"material": {"rho": factor * component.material.rho}}
     own = name if len(shared) == 1 else f"{name} of {body}"
-    job = _with_components(subject, {own: component.model_copy(update=changed)})
-    bodies = scene.body | {body: scene.body[body].model_copy(update={"component": own})}
-    job = replace(job, scene=job.scene.model_copy(update={"body": bodies}))
+    changes = {"component": {own: _updated(component, changed)}, "body": {body: {"component": own}}}
     stretch = dict.fromkeys(subject.meshes, 1.0)
     if own == name:
         stretch[name] = factor**-0.5
-    return Trial(job, stretch=stretch)
+    return Trial(_job_with(subject, changes), stretch=stretch)
 
 
 def step(subject: Subject, operation: Any) -> Trial:
@@ -220,10 +219,8 @@ def grazing(subject: Subject, operation: Any) -> Trial:
     falls, rigid = bool(gravity.any()), not subject.elastic()
     changes: dict[str, Any] = {"body": {}, "contact": {}, "run": {}}
     for name, body in scene.body.items():
-        path = np.array(body.velocity) * first.start
-        # With gravity the time of fall scales with the speed.
-        path = path + 0.5 * gravity * first.start**2 if falls else path
-        left = (factor**2 if falls else factor) * path
+        path = np.array(body.velocity) * first.start + 0.5 * gravity * first.start**2
+        left = (factor**2 if falls else factor) * path  # With gravity the time of fall scales with the speed.
         changes["body"][name] = {"position": ((np.array(body.position) + path) - left).tolist()}
     units, single = None, len(scene.contact) == 1 and not scene.springs()
     law = next(iter(scene.contact.values())).law
@@ -268,7 +265,8 @@ def poisson(subject: Subject, operation: Any) -> Trial:
     names = [name for name in subject.elastic() if _has_shear(subject.scene.component[name].geometry)]
     if not names:
         raise DoesNotApply("Poisson's ratio affects none of its bodies")
-    return Trial(_with_components(subject, {n: _material(subject, n, nu=operation.nu) for n in names}))
+    changes = {name: {"material": {"nu": operation.nu}} for name in names}
+    return Trial(_job_with(subject, {"component": changes}))
 
 
 def _has_shear(geometry: Any) -> bool:
@@ -287,13 +285,8 @@ def material(subject: Subject, operation: Any) -> Trial:
     changed = {}
     for name in names:
         own = subject.scene.component[name].material
-        changed[name] = _material(subject, name, E=own.E * operation.modulus, rho=own.rho * operation.density)
-    return Trial(_with_components(subject, changed), stretch=dict.fromkeys(names, faster))
-
-
-def _material(subject: Subject, name: str, **values: float) -> Any:
-    component = subject.scene.component[name]
-    return component.model_copy(update={"material": component.material.model_copy(update=values)})
+        changed[name] = {"material": {"E": own.E * operation.modulus, "rho": own.rho * operation.density}}
+    return Trial(_job_with(subject, {"component": changed}), stretch=dict.fromkeys(names, faster))
 
 
 def slivers(subject: Subject, operation: Any) -> Trial:
@@ -328,24 +321,11 @@ def collinear(subject: Subject, operation: Any) -> Trial:
     return Trial(subject.changed({"component": twice} | rest), like=like, agreement=SAME_SPACE)
 
 
-def other_units(subject: Subject, operation: Any) -> Trial:
-    """Write every number in other units."""
-    return _in_units(subject, Units(operation.mass, operation.length, operation.time))
-
-
-def size(subject: Subject, operation: Any) -> Trial:
-    """Scale all lengths at the same material."""
-    factor = operation.factor
-    return _in_units(subject, Units(mass=factor**3, length=factor, time=factor))
-
-
-def set_values(subject: Subject, operation: Any) -> Trial:
-    """Change any keys of the scene."""
-    return Trial(subject.changed(operation.values))
-
-
 OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "contact-stiffness": contact_stiffness, "mass": mass, "step": step, "restitution": restitution,
     "grazing": grazing, "penetration": penetration, "poisson": poisson, "slivers": slivers, "collinear": collinear,
-    "units": other_units, "size": size, "material": material, "set": set_values,
+    "units": lambda subject, to: _in_units(subject, Units(to.mass, to.length, to.time)),
+    "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
+    "material": material,
+    "set": lambda subject, to: Trial(subject.changed(to.values)),
 }  # fmt: skip

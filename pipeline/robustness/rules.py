@@ -5,8 +5,9 @@ follow from the promised drift of the integrators or from round-off; none is fit
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -32,16 +33,21 @@ SCALED = ("s", "m", "N", "N s")
 """Units of the readings that are compared."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Compared:
-    """The run that a case is compared with, and how both must differ; see `trial.Trial`."""
+    """The run that a run is compared with, and how both must differ."""
 
-    base: Evidence
+    base: Evidence = field(default_factory=Evidence)
     units: Units | None = None
-    stretch: dict[str, float] | None = None
+    """Units, if it is the same scene in other units: its contact must be the same but for these."""
+    stretch: Mapping[str, float] | None = None
+    """Factor on each component's frequencies, if it is known."""
     agreement: float | None = None
+    """Allowed relative difference of the first contact's impulse, if both must agree."""
     factor: float | None = None
+    """Factor on the stiffness of contacts."""
     measured: bool = False
+    """Whether the units were taken from the gaps of the solver, so that round-off of positions has no effect."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +107,8 @@ def frequencies(found: Evidence, compared: Compared) -> Finding | None:
         return None
     worst = 0.0
     for name, before in compared.base.frequencies.items():
-        after = found.frequencies.get(name, np.empty(0)) / compared.stretch[name]
+        stretch = compared.stretch[name.partition(",")[0]]  # Harmonics of a wheel follow their sector.
+        after = found.frequencies.get(name, np.empty(0)) / stretch
         if len(after) != len(before):
             return Finding("frequencies", np.inf, SAME, "as many frequencies as before")
         worst = max(worst, float(np.abs(after / before - 1).max()))
@@ -150,70 +157,32 @@ def agreement(found: Evidence, compared: Compared) -> Finding | None:
 
 def nested(found: Evidence, compared: Compared) -> Finding | None:
     """A mesh whose space contains that of another has slightly lower frequencies (Rayleigh)."""
-    rises, falls = [], []
-    for name, before in compared.base.frequencies.items():
-        after = found.frequencies.get(name)
-        if after is None or len(after) != len(before):
-            continue
-        rises.append(float((after / before - 1).max()))
-        falls.append(float((1 - after / before).max()))
-    if not rises:
+    pairs = _alike(found, compared)
+    if not pairs:
         return None
-    if max(falls) > SETTLED:
-        return Finding("nested", max(falls), SETTLED, "split elements change frequencies by little")
-    return Finding("nested", max(rises), SAME, "split elements lower frequencies (Rayleigh)")
+    falls = max(float((1 - after / before).max()) for before, after in pairs.values())
+    if falls > SETTLED:
+        return Finding("nested", falls, SETTLED, "split elements change frequencies by little")
+    rises = max(float((after / before - 1).max()) for before, after in pairs.values())
+    return Finding("nested", rises, SAME, "split elements lower frequencies (Rayleigh)")
 
 
 def shear(found: Evidence, compared: Compared) -> Finding | None:
     """ω²/G never decreases with rising Poisson's ratio (Rayleigh)."""
     falls = []
-    for name, before in compared.base.frequencies.items():
-        after = found.frequencies.get(name)
-        if after is not None and len(after) == len(before) and found.shear[name] <= compared.base.shear[name]:
+    for name, (before, after) in _alike(found, compared).items():
+        if found.shear[name] <= compared.base.shear[name]:
             ratio = (after / before) ** 2 * compared.base.shear[name] / found.shear[name]
             falls.append(float((1 - ratio).max()))
     return Finding("shear", max(falls), SAME, "ω²/G rises with ν (Rayleigh)") if falls else None
 
 
-def resolved(found: Evidence, compared: Compared) -> Finding | None:
-    """The estimated error of the elements stays small, or as it was: they do not lock."""
-    if found.estimated is None:
-        return None
-    bound = max(ACCEPTED, LOCKING_RATIO * (compared.base.estimated or 0.0))
-    return Finding("resolved", found.estimated, bound, "estimated error of frequencies")
-
-
-def momentum(found: Evidence, compared: Compared) -> Finding | None:
-    """The change of momentum of free bodies equals the impulses on them."""
-    if found.momentum_residual is None:
-        return None
-    bound = BALANCED + ROUND_OFFS * found.momentum_round_off
-    return Finding("momentum", found.momentum_residual, bound, "momentum balance")
-
-
-def energy(found: Evidence, compared: Compared) -> Finding | None:
-    """The energy balance is constant, relative to the energy exchanged."""
-    if found.energy_drift is None or not found.exchanged > 0:
-        return None
-    return Finding("energy", found.energy_drift, _kept(found, compared), "energy balance")
-
-
-def creation(found: Evidence, compared: Compared) -> Finding | None:
-    """The mechanical energy minus the work of the loads never increases; dissipated energy is not included."""
-    if found.rise is None:
-        return None
-    return Finding("creation", found.rise, _kept(found, compared), "mechanical energy does not increase")
-
-
-def penetration(found: Evidence, compared: Compared) -> Finding | None:
-    """Surfaces overlap by no more than the energy of the run allows."""
-    if found.penetration is None or found.penetration_bound is None:
-        return None
-    if found.contact is None and found.penetration <= found.penetration_bound:
-        return None  # Without contact the overlap is no proof.
-    return Finding(
-        "penetration", found.penetration, found.penetration_bound, "overlap within what the energy allows [m]"
-    )
+def _alike(found: Evidence, compared: Compared) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the frequencies before and after of the components that have as many as before."""
+    pairs = {n: (before, found.frequencies.get(n)) for n, before in compared.base.frequencies.items()}
+    return {
+        n: (before, after) for n, (before, after) in pairs.items() if after is not None and len(after) == len(before)
+    }
 
 
 def monotone(found: Evidence, compared: Compared) -> Finding | None:
@@ -227,27 +196,24 @@ def monotone(found: Evidence, compared: Compared) -> Finding | None:
     return Finding("monotone", value, bound * (1 + SAME), "stiffer surfaces overlap less [m]")
 
 
-def orthogonality(found: Evidence, compared: Compared) -> Finding | None:
-    """ΦᵀMΦ = I."""
-    if found.orthogonality is None:
-        return None
-    return Finding("orthogonality", found.orthogonality, ORTHONORMAL, "modes are orthonormal")
+def _estimated(found: Evidence, compared: Compared) -> float:
+    """Return the allowed error of elements that do not lock: small, or as it was."""
+    return max(ACCEPTED, LOCKING_RATIO * (compared.base.estimated or 0.0))
 
 
-RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
-    "similarity": similarity, "frequencies": frequencies, "collision": collision, "loss": loss,
-    "agreement": agreement, "nested": nested, "shear": shear, "resolved": resolved, "momentum": momentum,
-    "energy": energy, "creation": creation, "penetration": penetration, "monotone": monotone,
-    "orthogonality": orthogonality,
-}  # fmt: skip
+def _balanced(found: Evidence, compared: Compared) -> float:
+    """Return the allowed difference of the change of momentum of free bodies and the impulses on them."""
+    return BALANCED + ROUND_OFFS * found.momentum_round_off
 
 
-def _kept(found: Evidence, compared: Compared) -> float:
-    """Return the allowed energy drift.
+def _kept(found: Evidence, compared: Compared) -> float | None:
+    """Return the allowed energy drift, relative to the energy exchanged; None if there is none.
 
     An integrator promises it at the step of the unchanged scene. With a larger step the drift may grow by the order of
     the integrator, unless it conserves energy: faster growth means that it does not converge.
     """
+    if not found.exchanged > 0:
+        return None
     integrator, base = INTEGRATORS[found.integrator], compared.base
     promised, drifts = integrator.promised_drift, not (integrator.own_steps or integrator.conserves_energy)
     stretched = compared.agreement is not None and base.integrator == found.integrator and drifts
@@ -259,3 +225,38 @@ def _kept(found: Evidence, compared: Compared) -> float:
 def _apart(one: float, other: float) -> float:
     """Return the relative difference of two numbers; 0 where both are 0."""
     return 0.0 if one == other else abs(one - other) / max(abs(one), abs(other))
+
+
+def _pressed(found: Evidence, compared: Compared) -> float | None:
+    """Return the overlap that the energy of the run allows [m]; None without contact, where less is no proof."""
+    depth, bound = found.penetration, found.penetration_bound
+    if found.contact is None and depth is not None and bound is not None and depth <= bound:
+        return None
+    return bound
+
+
+BOUNDED: dict[str, tuple[str, Callable[[Evidence, Compared], float | None], str]] = {
+    "resolved": ("estimated", _estimated, "estimated error of frequencies"),
+    "momentum": ("momentum_residual", _balanced, "momentum balance"),
+    "energy": ("energy_drift", _kept, "energy balance"),
+    "creation": ("rise", _kept, "mechanical energy does not increase"),
+    "penetration": ("penetration", _pressed, "overlap within what the energy allows [m]"),
+    "orthogonality": ("orthogonality", lambda found, compared: ORTHONORMAL, "modes are orthonormal"),
+}
+"""Rules that a value of the evidence stays within a bound: the value, its bound and the invariant."""
+
+
+def _bounded(rule: str, found: Evidence, compared: Compared) -> Finding | None:
+    """Apply a rule of `BOUNDED`."""
+    key, bound_of, rests_on = BOUNDED[rule]
+    value = getattr(found, key)
+    if value is None or (bound := bound_of(found, compared)) is None:
+        return None
+    return Finding(rule, value, bound, rests_on)
+
+
+RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
+    "similarity": similarity, "frequencies": frequencies, "collision": collision, "loss": loss,
+    "agreement": agreement, "nested": nested, "shear": shear, "monotone": monotone,
+    **{rule: partial(_bounded, rule) for rule in BOUNDED},
+}  # fmt: skip

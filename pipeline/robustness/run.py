@@ -13,7 +13,6 @@ from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.operations import OPERATIONS, DoesNotApply, Subject
-from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.robustness.trial import REFUSALS, Trial, run_trial, sizes
 from gudgeon.pipeline.robustness.verdict import Verdict, judge
 from gudgeon.pipeline.scenes.robustness import Case, Robustness
@@ -105,15 +104,11 @@ def _row(name: str, case: Case, subject: Subject) -> dict[str, Any]:
         return _written(name, case, Verdict("does not apply", str(reason)), None)
     except REFUSALS as error:
         found, trial, base = Refusal(str(error).replace("\n", "; ")), Trial(subject.job), subject.base
-    known, stretch = trial.stretch, None
-    if known is not None:  # The frequencies of a wheel's harmonics scale with those of its sector.
-        stretch = {key: known[key.partition(",")[0]] for key in base.frequencies}
     if trial.units is not None and isinstance(found, Evidence) and found.penetration is not None:
         metre = trial.units.of("m")
         bound = found.penetration_bound
         found = replace(found, penetration=found.penetration / metre, penetration_bound=bound and bound / metre)
-    compared = Compared(base, trial.units, stretch, trial.agreement, trial.factor, trial.measured)
-    return _written(name, case, judge(case, found, compared), found)
+    return _written(name, case, judge(case, found, replace(trial, base=base)), found)
 
 
 def _written(name: str, case: Case, verdict: Verdict, found: Evidence | Refusal | None) -> dict[str, Any]:

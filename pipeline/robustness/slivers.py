@@ -9,21 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.geometry.cells import EDGES
 
-EDGES = {
-    "tetra10": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
-    "triangle6": ((0, 1), (1, 2), (2, 0)),
-    "line3": ((0, 1),),
-    "beam2": (),
-    "beam3": ((0, 1),),
-}
-"""Corners of each mid-side node, in the order of the records."""
 CORNERS = {"tetra10": 4, "triangle6": 3, "line3": 2, "beam2": 2, "beam3": 2}
 
 
 def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
     """Return a mesh with `count` elements, evenly spread, split at a point at 1/`aspect` of the height over a face."""
-    corners, edges = CORNERS[mesh.cell_type], EDGES[mesh.cell_type]
+    corners, edges = _layout(mesh)
     chosen = np.unique(np.linspace(0, len(mesh.cells) - 1, min(count, len(mesh.cells))).astype(int))
     nodes, cells = list(mesh.nodes), [cell for i, cell in enumerate(mesh.cells) if i not in set(chosen)]
     height = 1.0 / aspect
@@ -53,9 +46,15 @@ def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
     return replace(mesh, nodes=np.array(nodes), cells=np.array(cells, dtype=mesh.cells.dtype))
 
 
+def _layout(mesh: MeshRecord) -> tuple[int, list[list[int]]]:
+    """Return the number of an element's corners, and the corners of each mid-side node."""
+    corners = CORNERS[mesh.cell_type]
+    return corners, EDGES[corners - 1].tolist() if mesh.cells.shape[1] > corners else []
+
+
 def _mapped(mesh: MeshRecord, number: int, share: np.ndarray) -> np.ndarray:
     """Return the point of an element at barycentric coordinates [m], (3,)."""
-    cell, corners, edges = mesh.cells[number], CORNERS[mesh.cell_type], EDGES[mesh.cell_type]
+    cell, (corners, edges) = mesh.cells[number], _layout(mesh)
     if not edges:
         return share @ mesh.nodes[cell]
     values = [*(share * (2 * share - 1)), *(4 * share[a] * share[b] for a, b in edges)]

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +14,17 @@ from gudgeon import modaldb
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.pipeline.errors import InputError, PipelineError
+from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal
-from gudgeon.pipeline.robustness.units import Units
+from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.products import component_products
+from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
-from gudgeon.solver.results.contact_events import merged
+from gudgeon.solver.results.contact_events import merged, sampled_impacts, smoothed_peak
 from gudgeon.solver.simulate import simulate, suggested
-from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
 ROUND_OFF = 1e-9
@@ -34,49 +35,48 @@ WHOLE = ("macneal", "normal+static", "rubin")
 
 
 @dataclass(frozen=True)
-class Trial:
-    """A changed scene to run, and how its result must differ from that of the run that it is compared with."""
+class Trial(Compared):
+    """A changed scene to run; `base` is known once the run that it is compared with has ended."""
 
     job: Any
     meshes: Mapping[str, MeshRecord] = field(default_factory=dict)
     """Meshes of components in place of their own; the records are then not kept."""
     like: "Trial | None" = None
     """The run that it is compared with; None: the unchanged scene."""
-    units: Units | None = None
-    """Units, if it is the same scene in other units: its contact must be the same but for these."""
-    stretch: Mapping[str, float] | None = None
-    """Factor on each component's frequencies, if it is known."""
-    agreement: float | None = None
-    """Allowed relative difference of the first contact's impulse, if both must agree."""
-    factor: float | None = None
-    """Factor on the stiffness of contacts."""
-    measured: bool = False
-    """Whether the units were taken from the gaps of the solver, so that round-off of positions has no effect."""
 
 
-def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -> Evidence | Refusal:
-    """Run a trial with temporary files in `scratch`; errors and failed runs give a Refusal."""
-    job: Job = replace(trial.job, out=scratch)
-    start = time.perf_counter()
+def attempt(trial: Trial, scratch: Path, evidence_of: Callable[[Any], Evidence]) -> Evidence | Refusal:
+    """Run the job of a trial with temporary files in `scratch`; errors of `evidence_of` give a Refusal."""
+    job, start = replace(trial.job, out=scratch), time.perf_counter()
     try:
         if trial.meshes:
             job = replace(job, store=modaldb.open(scratch / "db"))
-            for name, steps in job.components().items():
-                product = steps["base-mesh"]
-                job.store.put(product.key, product.kind, trial.meshes[name], product.inputs)
-        run_job(job, "morph", tell)
-        system, product = _compiled(job), job.trajectory()
-        if not job.store.has(product.key):
-            found = simulate(system, lambda share: tell("solve", share))
-            job.store.put(product.key, product.kind, found, product.inputs)
-        trajectory: Trajectory = job.store.get(product.key, "trajectory")
+            for name, mesh in trial.meshes.items():
+                product = component_products(name, job.scene.component[name], job.path.parent)["base-mesh"]
+                job.store.put(product.key, product.kind, mesh, product.inputs)
+        found = evidence_of(job)
     except REFUSALS as error:
         return Refusal(str(error).replace("\n", "; "), time.perf_counter() - start)
-    outcome = Result[trajectory.result]
-    if not outcome.ok:
-        return Refusal(outcome.value, time.perf_counter() - start)
+    return replace(found, seconds=time.perf_counter() - start)
+
+
+def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -> Evidence | Refusal:
+    """Run a trial of a scene of bodies with temporary files in `scratch`; a run that fails gives a Refusal."""
+    return attempt(trial, scratch, partial(_solved, tell=tell))
+
+
+def _solved(job: Job, tell: Callable[[str, float], None]) -> Evidence:
+    """Return the evidence of a job; a StageError if its run fails physically."""
+    run_job(job, "morph", tell)
+    system, product = system_of(job), job.trajectory()
+    if not job.store.has(product.key):
+        found = simulate(system, lambda share: tell("solve", share))
+        job.store.put(product.key, product.kind, found, product.inputs)
+    trajectory: Trajectory = job.store.get(product.key, "trajectory")
+    if not (outcome := Result[trajectory.result]).ok:
+        raise StageError(outcome.value)
     modes = {name: job.store.get(steps["modes"].key, "modes") for name, steps in job.components().items()}
-    return _read(job, system, trajectory, modes, time.perf_counter() - start)
+    return _read(job, system, trajectory, modes)
 
 
 def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | None:
@@ -84,37 +84,19 @@ def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | N
 
     The resolution is the period of the highest kept frequency.
     """
-    found = []
+    found, interval = [], float(trajectory.times[0])
     for name, history in trajectory.contacts.items():
-        impacts = trajectory.impacts.get(name)
-        if impacts is not None:
-            if len(impacts):
-                one = merged(impacts, resolution)[0]
-                force = float(one[3])
-                if resolution > 0:
-                    force = _smoothed(history.force, trajectory.times, one, resolution)
-                found.append(FirstContact(float(one[0]), float(one[2]), float(one[1] - one[0]), force))
-            continue
-        size, interval = np.linalg.norm(history.force, axis=1), float(trajectory.times[0])
-        touching = np.flatnonzero(size)
-        if not len(touching):
-            continue
-        gaps = np.flatnonzero(np.diff(touching) > max(1.0, resolution / interval))
-        own = touching[: gaps[0] + 1] if len(gaps) else touching
-        pressed = size[own[0] : own[-1] + 1]
-        found.append(
-            FirstContact(float(own[0] * interval), float(interval * pressed.sum()), float(len(pressed) * interval),
-                         float(pressed.max()))
-        )  # fmt: skip
+        size, impacts = np.linalg.norm(history.force, axis=1), trajectory.impacts.get(name)
+        if impacts is None:  # Samples know a separation to within an interval.
+            first = merged(sampled_impacts(size, interval), resolution - interval)[:1]
+        else:
+            first = merged(impacts, resolution)[:1]
+        for start, end, impulse, force in first[:, :4].tolist():
+            if impacts is not None and resolution > 0:
+                until = size[: int(np.searchsorted(trajectory.times, end)) + 1]
+                force = smoothed_peak(until, interval, min(resolution, len(until) * interval))["force_peak"][0]
+            found.append(FirstContact(start, impulse, end - start, force))
     return min(found, key=lambda one: one.start, default=None)
-
-
-def _smoothed(force: np.ndarray, times: np.ndarray, impact: np.ndarray, resolution: float) -> float:
-    """Return the largest force [N] of an impact, averaged over one period of the highest kept frequency."""
-    interval = float(times[0])
-    size = np.linalg.norm(force[: int(np.searchsorted(times, impact[1])) + 1], axis=1)
-    width = min(max(1, round(resolution / interval)), max(1, len(size)))
-    return float(np.convolve(size, np.full(width, 1.0 / width), mode="valid").max(initial=0.0))
 
 
 def stepped(job: Job) -> list[str]:
@@ -129,19 +111,19 @@ def suggested_step(job: Job) -> float:
         InputError: the scene cannot be run with it.
     """
     try:
-        return suggested(_compiled(job))
+        return suggested(system_of(job))
     except SolverError as error:
         raise InputError(str(error)) from error
 
 
 def sizes(job: Job) -> dict[str, int]:
     """Return the numbers of contact points and of coordinates of a scene."""
-    return dict(zip(("points", "coordinates"), _compiled(job).rows.shape, strict=True))
+    return dict(zip(("points", "coordinates"), system_of(job).rows.shape, strict=True))
 
 
 def approach(job: Job) -> tuple[np.ndarray, float, float]:
     """Return the direction of the first contact's force on its body (3,), its least gap and the body's size [m]."""
-    system = _compiled(job)
+    system = system_of(job)
     contact = system.contacts[0]
     row = int(system.gap[contact.rows].argmin())
     arms = contact.points - system.bodies[contact.body].morph.centre
@@ -149,13 +131,7 @@ def approach(job: Job) -> tuple[np.ndarray, float, float]:
     return contact.directions[row], float(system.gap[contact.rows][row]), reach
 
 
-def _compiled(job: Job) -> System:
-    """Return the compiled system of a job whose morphs are in the database."""
-    morphs = {name: steps["morph"].key for name, steps in job.components().items()}
-    return compile_system(job.store, job.scene, morphs)
-
-
-def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord], seconds: float) -> Evidence:
+def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord]) -> Evidence:
     """Return the evidence of a run."""
     eps = float(np.finfo(float).eps)
     elastic = {name: record for name, record in modes.items() if len(record.angular_frequencies)}
@@ -200,7 +176,6 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         steps=int(found.counts["steps"]),
         substeps=int(found.counts["substeps"]),
         step=float(found.counts["step"]),
-        seconds=seconds,
     )
 
 
@@ -224,14 +199,20 @@ def _ringing(system: System, found: Trajectory, contact: FirstContact | None) ->
     phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.resolution) ** 2 / (2 * np.pi)
     elastic, worst = system.stiffness > 0, 0.0
     yields = np.diag(system.residual) + system.layer
-    for one in system.contacts:
-        pressed = found.contacts[one.name].multipliers
-        for number, row in enumerate(range(one.rows.start, one.rows.stop)):
-            closed, most = pressed[:, number] > 0, float(pressed[:, number].max(initial=0.0))
-            if yields[row] > 0 and most > 0:
-                paths = np.abs(found.frames[closed][:, elastic]) @ np.abs(system.rows[row, elastic])
-                worst = max(worst, float(paths.max()) / (yields[row] * most))
+    pressed = _multipliers(system, found)
+    most = pressed.max(axis=0, initial=0.0)
+    for row in np.flatnonzero((yields > 0) & (most > 0)):
+        paths = np.abs(found.frames[pressed[:, row] > 0][:, elastic]) @ np.abs(system.rows[row, elastic])
+        worst = max(worst, float(paths.max()) / float(yields[row] * most[row]))
     return phase * worst
+
+
+def _multipliers(system: System, found: Trajectory) -> np.ndarray:
+    """Return the contact force of every row at each frame [N], (f, c)."""
+    forces = np.zeros((len(found.frames), len(system.gap)))
+    for contact in system.contacts:
+        forces[:, contact.rows] = found.contacts[contact.name].multipliers
+    return forces
 
 
 def _blur(system: System) -> float:
@@ -247,10 +228,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     if not plain or not len(found.frames):
         return None, None
     paths = found.frames @ system.rows.T
-    pressed = np.zeros(paths.shape)
-    for contact in system.contacts:
-        pressed[:, contact.rows] = found.contacts[contact.name].multipliers
-    depth = -(system.gap + paths + pressed @ system.residual)
+    depth = -(system.gap + paths + _multipliers(system, found) @ system.residual)
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
     energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))
     speeds = np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T)
@@ -258,17 +236,15 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     slack = ROUND_OFF * float(np.abs(paths).max() + system.gap.max(initial=0.0) + speed * found.times[-1])
     # The explicit integrator ends a frame half a step after its contact forces.
     slack += found.counts["step"] * speed if INTEGRATORS[found.counts["integrator"]].staggered else 0.0
-    worst, allowed = -np.inf, 0.0
-    for contact in plain:
-        for row in range(contact.rows.start, contact.rows.stop):
-            stiffness, exponent = system.law[row, :2]
-            yields = np.sqrt(2 * energy * system.layer[row])
-            if stiffness > 0 and system.layer[row] == 0:
-                yields = ((exponent + 1) * energy / stiffness) ** (1 / (exponent + 1))
-            over = float(depth[:, row].max())
-            if over - (yields + slack) > worst - allowed or not np.isfinite(worst):
-                worst, allowed = over, float(yields + slack)
-    return max(worst, 0.0), allowed
+    rows = np.concatenate([np.arange(contact.rows.start, contact.rows.stop) for contact in plain])
+    stiffness, exponent = system.law[rows, 0], system.law[rows, 1]
+    yields = np.sqrt(2 * energy * system.layer[rows])
+    lawful = (stiffness > 0) & (system.layer[rows] == 0)
+    power = exponent[lawful] + 1
+    yields[lawful] = (power * energy / stiffness[lawful]) ** (1 / power)
+    over = depth[:, rows].max(axis=0)
+    worst = int(np.argmax(over - yields))
+    return max(float(over[worst]), 0.0), float(yields[worst] + slack)
 
 
 def _condition(system: System) -> float | None:

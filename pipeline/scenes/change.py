@@ -3,36 +3,47 @@
 from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.component import Component, Profile
+from gudgeon.pipeline.geometry.profile import ProfileTable, read_profile
+from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import find_file
 
 
-def table_path(profile: Profile, folder: Path, name: str) -> Path | None:
-    """Return the path of a profile's table, in the scene's folder or the current one; None if it has none.
+def moved_surface(component: Component, folder: Path, name: str) -> tuple[str, Path | None] | None:
+    """Return the surface that a component's profile moves, and its table if any; None without table and offset.
 
     Raises:
-        InputError: it is in neither folder.
+        InputError: the table is neither in the scene's folder nor in the current one; or no surface is named and the
+            component has no interface; or the surface carries a traction space.
     """
-    return None if profile.table is None else find_file(profile.table, folder, f"component.{name}.change.profile.table")
-
-
-def profile_surface(component: Component, name: str) -> str:
-    """Return the surface that a component's profile moves.
-
-    Raises:
-        InputError: none is named and the component has no interface, or the surface carries a traction space.
-    """
-    where, surface = f"component.{name}.change.profile.surface", component.change.profile.surface
+    profile, where = component.change.profile, f"component.{name}.change.profile"
+    path = None if profile.table is None else find_file(profile.table, folder, f"{where}.table")
+    if path is None and profile.offset == 0:
+        return None
+    surface = profile.surface
     if surface is None:
         if not component.interface:
             raise InputError(
-                f"{where}: is missing; its default is the surface of the first interface, and there is none"
+                f"{where}.surface: is missing; its default is the surface of the first interface, and there is none"
             )
         surface = next(iter(component.interface.values())).surface
     for key, interface in component.interface.items():
         if interface.kind == "traction" and interface.surface == surface:
             raise InputError(
-                f"{where}: '{surface}' carries the traction space interface.{key}, so a profile must not move it; give"
-                " the profile to the body that slides over it"
+                f"{where}.surface: '{surface}' carries the traction space interface.{key}, so a profile must not move"
+                " it; give the profile to the body that slides over it"
             )
-    return surface
+    return surface, path
+
+
+def deviation_of(component: Component, folder: Path, name: str) -> tuple[str, ProfileTable | float] | None:
+    """Return the surface that a component's profile moves, and its deviation [m]; None without table and offset.
+
+    Raises:
+        InputError: see `moved_surface` and `read_profile`.
+    """
+    if (moved := moved_surface(component, folder, name)) is None:
+        return None
+    (surface, path), profile = moved, component.change.profile
+    if path is None:
+        return surface, profile.offset
+    return surface, read_profile(path, profile.scale, profile.offset)

@@ -2,10 +2,10 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry import Geometry
-from gudgeon.pipeline.geometry.numbers import STRICT, Coordinate, Finite, Length
+from gudgeon.pipeline.geometry.numbers import Coordinate, Finite, Length, Strict
 from gudgeon.pipeline.scenes.gauge import Gauge
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
@@ -13,19 +13,17 @@ from gudgeon.pipeline.scenes.modes import ModesSettings
 from gudgeon.pipeline.scenes.supports import SupportEntry
 
 
-class MeshSettings(BaseModel):
+class MeshSettings(Strict):
     """Element size."""
 
-    model_config = STRICT
     size: Length | None = Field(
         default=None, description="Edge length of the elements [m]; not used for mesh files and rigid bodies"
     )
 
 
-class Profile(BaseModel):
+class Profile(Strict):
     """Radial deviation of a cylindrical surface: a table over height and angle, an offset everywhere, or both."""
 
-    model_config = STRICT
     table: str | None = Field(
         default=None,
         description="CSV file: angles [deg] in the first row, heights [m] in the first column, deviations [m]",
@@ -37,20 +35,18 @@ class Profile(BaseModel):
     offset: Coordinate = Field(default=0.0, description="Uniform outward deviation, added to that of the table [m]")
 
 
-class Change(BaseModel):
+class Change(Strict):
     """A design change, and whether the modes are computed again."""
 
-    model_config = STRICT
     update: Literal["reuse", "recompute"] = Field(
         default="reuse", description="reuse: nodes move, modes are kept; recompute: modes of the moved mesh"
     )
     profile: Profile = Profile()
 
 
-class Component(BaseModel):
+class Component(Strict):
     """One part of a machine."""
 
-    model_config = STRICT
     geometry: Geometry
     material: Material | None = Field(
         default=None, validate_default=True, description="Needed, except for rigid bodies"
@@ -60,7 +56,7 @@ class Component(BaseModel):
         default=(),
         description="Surfaces whose nodes are held: names (all directions) or tables; none for a free body",
     )
-    interface: dict[str, Interface] = {}
+    interface: dict[str, Interface] = Field(default={})
     gauge: dict[str, Gauge] = Field(
         default={}, validate_default=True, description="Places where stress or strain is recorded"
     )

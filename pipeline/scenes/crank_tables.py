@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.profile import read_rows
+from gudgeon.pipeline.geometry.profile import finite, read_rows
 
 SPANS = (360.0, 720.0)
 CLOSED = 1e-3
@@ -25,13 +25,7 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
     for number, row in enumerate(rows[1:], 2):
         if len(row) != 2:
             raise InputError(f"{path}: row {number} has {len(row)} cells, angle [deg] and value are needed")
-        try:
-            angle, value = map(float, row)
-        except ValueError:
-            raise InputError(f"{path}: row {number} holds '{', '.join(row)}', two numbers are needed") from None
-        if not np.isfinite((angle, value)).all():
-            raise InputError(f"{path}: row {number} holds '{', '.join(row)}', finite numbers are needed")
-        values.append((angle, value))
+        values.append((finite(row[0], path, number), finite(row[1], path, number)))
     check_closed(str(path), np.array(values), 2)
     return tuple(values)
 

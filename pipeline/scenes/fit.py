@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gudgeon.pipeline.geometry.profile import ProfileTable, read_profile
-from gudgeon.pipeline.scenes.change import profile_surface, table_path
+from gudgeon.pipeline.geometry.profile import ProfileTable
+from gudgeon.pipeline.scenes.change import deviation_of
 from gudgeon.pipeline.scenes.interface import Interface
 
 if TYPE_CHECKING:
@@ -67,12 +67,12 @@ def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, maste
     radius, bore = float(slave[1]["radius"]), float(master[1]["radius"])
     low, high = item.sector_deg or (-180.0, 180.0)
     angles = np.radians(np.linspace(low, high, ANGLES))
-    table, offset = _profile_of(scene, folder, component, item)
-    bottom, top = item.height or ((table.heights[0], table.heights[-1]) if table else (0.0, 0.0))
+    moved = deviation_of(scene.component[component], folder, component)
+    profile = moved[1] if moved is not None and moved[0] == item.surface else 0.0
+    table = profile if isinstance(profile, ProfileTable) else None
+    bottom, top = item.height or (table.heights[[0, -1]] if table else (0.0, 0.0))
     z, theta = np.meshgrid(np.linspace(bottom, top, HEIGHTS), angles, indexing="ij")
-    deviation = np.full(z.size, offset)
-    if table is not None:
-        deviation += table.linear(z.ravel(), theta.ravel())
+    deviation = table.linear(z.ravel(), theta.ravel()) if table else np.full(z.size, profile)
     aside = np.asarray(scene.body[contact.body].position) - scene.body[scene.masters()[name].body].position
     out = aside[0] * np.cos(theta.ravel()) + aside[1] * np.sin(theta.ravel())
     clearance = bore - radius - deviation - out
@@ -87,16 +87,6 @@ def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, maste
         f" {np.degrees(theta.ravel()[worst]):.0f} degrees, all along the stroke; the bore's radius is {bore} m, the"
         f" radius there {radius + deviation[worst]:.7g} m{nearer}"
     ]
-
-
-def _profile_of(scene: "SceneFile", folder: Path, component: str, item: Interface) -> tuple[ProfileTable | None, float]:
-    """Return table and offset [m] of the profile of an interface's surface; None and 0 if it moves another surface."""
-    part = scene.component[component]
-    profile = part.change.profile
-    path = table_path(profile, folder, component)
-    if (path is None and profile.offset == 0) or profile_surface(part, component) != item.surface:
-        return None, 0.0
-    return None if path is None else read_profile(path, profile.scale), profile.offset
 
 
 def _travel(scene: "SceneFile", name: str, slave: Shaped, master: Shaped) -> list[str]:

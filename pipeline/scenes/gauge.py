@@ -2,40 +2,25 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import model_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT
-from gudgeon.pipeline.scenes.modes import is_absent
+from gudgeon.pipeline.geometry.numbers import Point, Strict
+from gudgeon.pipeline.scenes.modes import optional
 
 
-class Gauge(BaseModel):
+class Gauge(Strict):
     """A place where stress or strain is recorded: a fibre of a beam, a point, or a surface."""
 
-    model_config = STRICT
-    station: str | None = Field(
-        default=None,
-        exclude_if=is_absent,
-        description="Station of the beam, or its end left or right, where the bending stress is recorded, positive in"
-        " tension",
+    station: str | None = optional(
+        "Station of the beam, or its end left or right, where the bending stress is recorded, positive in tension"
     )
-    fibre: Literal["top", "bottom"] | None = Field(
-        default=None, exclude_if=is_absent, description="Outermost fibre of the beam at the station"
+    fibre: Literal["top", "bottom"] | None = optional("Outermost fibre of the beam at the station")
+    point: Point | None = optional("Point of a solid or plane part [m] where six components are recorded")
+    surface: str | None = optional(
+        "Surface of a solid or plane part, or 'skin', its whole boundary: six components at each node, for pictures; a"
+        " body must not name it in gauges"
     )
-    point: tuple[float, float, float] | None = Field(
-        default=None,
-        exclude_if=is_absent,
-        description="Point of a solid or plane part [m] where six components are recorded",
-        json_schema_extra={"unit": "m"},
-    )
-    surface: str | None = Field(
-        default=None,
-        exclude_if=is_absent,
-        description="Surface of a solid or plane part, or 'skin', its whole boundary: six components at each node, for"
-        " pictures; a body must not name it in gauges",
-    )
-    quantity: Literal["stress", "strain"] | None = Field(
-        default=None, exclude_if=is_absent, description="Quantity at a point or on a surface; default: stress"
-    )
+    quantity: Literal["stress", "strain"] | None = optional("Quantity at a point or on a surface; default: stress")
 
     @model_validator(mode="after")
     def _is_one_of_them(self) -> "Gauge":
@@ -48,8 +33,6 @@ class Gauge(BaseModel):
             raise ValueError("fibre, 'top' or 'bottom', must be given with a station, and only then")
         if self.quantity is not None and self.station is not None:
             raise ValueError("quantity applies to a point or a surface; a station of a beam always gives stress")
-        if self.point is not None and not all(abs(x) < float("inf") for x in self.point):
-            raise ValueError(f"point {list(self.point)} given, three finite coordinates are needed")
         return self
 
     @property

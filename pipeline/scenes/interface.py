@@ -2,10 +2,10 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT, Coordinate, Direction, Finite, Length, Point
-from gudgeon.pipeline.scenes.modes import is_absent
+from gudgeon.pipeline.geometry.numbers import Coordinate, Direction, Finite, Length, Point, Strict
+from gudgeon.pipeline.scenes.modes import optional
 
 Span = tuple[Coordinate, Coordinate]
 OWN_KEYS = {
@@ -19,10 +19,9 @@ def _pair(value: Any) -> Any:
     return (value, value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
-class Interface(BaseModel):
+class Interface(Strict):
     """A place of a component where contacts, joints or loads act."""
 
-    model_config = STRICT
     surface: str = Field(description="Name of a surface of the mesh")
     kind: Literal["points", "traction", "mean", "pressure", "patch", "tie"] = Field(
         default="points",
@@ -49,17 +48,11 @@ class Interface(BaseModel):
         description="Least and largest coordinate of a traction space on a plane, across and along, from the plane's"
         " origin [m]; default: the whole surface",
     )
-    tie: Literal["rbe2", "rbe3"] | None = Field(
-        default=None,
-        exclude_if=is_absent,
-        description="How the surface is coupled to the reference point. rbe2: it moves as a rigid body with the point;"
+    tie: Literal["rbe2", "rbe3"] | None = optional(
+        "How the surface is coupled to the reference point. rbe2: it moves as a rigid body with the point;"
         " rbe3: the point has the mean motion of the surface, which stays flexible",
     )
-    point: Point | None = Field(
-        default=None,
-        exclude_if=is_absent,
-        description="Reference point of a tie [m]; default: the centroid of the surface",
-    )
+    point: Point | None = optional("Reference point of a tie [m]; default: the centroid of the surface")
 
     @model_validator(mode="after")
     def _consistent(self) -> "Interface":

@@ -1,17 +1,16 @@
 """The `material` table of a component."""
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT, Positive
+from gudgeon.pipeline.geometry.numbers import Positive, Strict
 
 WAVE_SPEEDS = (0.5, 1e6)
 """Limits of √(E/ρ) [m/s]: soft gels have 1, diamond has 2e4; a modulus in GPa or a density in t/mm³ is outside."""
 
 
-class Material(BaseModel):
+class Material(Strict):
     """Isotropic linear elasticity."""
 
-    model_config = STRICT
     E: Positive = Field(description="Young's modulus [Pa]", json_schema_extra={"unit": "Pa"})
     nu: float = Field(gt=-1, lt=0.5, description="Poisson's ratio", json_schema_extra={"unit": "1"})
     rho: Positive = Field(description="Density [kg/m^3]", json_schema_extra={"unit": "kg/m^3"})

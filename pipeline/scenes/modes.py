@@ -1,10 +1,10 @@
 """The `modes` table of a component: its reduction and the number of coordinates."""
 
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT
+from gudgeon.pipeline.geometry.numbers import Strict
 
 Reduction = Literal[
     "macneal", "normal+static", "craig-bampton", "fixed-reference", "ritz", "rubin", "attachment", "interface",
@@ -14,15 +14,14 @@ ALL_FOR_ZERO = ("craig-bampton", "interface", "partial-interface", "attachment")
 """Reductions for which a normal_count of 0 means all modes."""
 
 
-def is_absent(value: object) -> bool:
-    """Return whether a key was not given: it is then no part of a record's key."""
-    return value is None or value == ()
+def optional(description: str, default: Any = None, **limits: Any) -> Any:
+    """Return a field that is no part of a record's key where it has its default."""
+    return Field(default=default, exclude_if=lambda value: value == default, description=description, **limits)
 
 
-class ModesSettings(BaseModel):
+class ModesSettings(Strict):
     """Reduction of a component."""
 
-    model_config = STRICT
     reduction: Reduction = Field(
         default="macneal",
         description="macneal: normal modes and static correction modes, with the flexibility of the other modes as"
@@ -55,23 +54,18 @@ class ModesSettings(BaseModel):
         description="Fixed-interface modes of each substructure; for reductions 'craig-bampton', 'interface' and"
         " 'partial-interface'",
     )
-    boundary: tuple[str, ...] = Field(
-        default=(),
-        exclude_if=is_absent,
-        description="Surfaces with boundary dofs, in addition to those of interfaces and cuts; for reductions"
-        " 'craig-bampton', 'interface' and 'partial-interface'",
-    )
-    kept: tuple[str, ...] = Field(
-        default=(),
-        exclude_if=is_absent,
-        description="Surfaces and interfaces whose boundary dofs are kept; for reduction 'partial-interface'",
-    )
-    interface_count: int | None = Field(
-        default=None,
-        exclude_if=is_absent,
-        ge=0,
-        description="Elastic interface modes of the boundary dofs that are not kept; default: all; for reductions"
+    boundary: tuple[str, ...] = optional(
+        "Surfaces with boundary dofs, in addition to those of interfaces and cuts; for reductions 'craig-bampton',"
         " 'interface' and 'partial-interface'",
+        default=(),
+    )
+    kept: tuple[str, ...] = optional(
+        "Surfaces and interfaces whose boundary dofs are kept; for reduction 'partial-interface'", default=()
+    )
+    interface_count: int | None = optional(
+        "Elastic interface modes of the boundary dofs that are not kept; default: all; for reductions 'interface' and"
+        " 'partial-interface'",
+        ge=0,
     )
     reference: str | None = Field(
         default=None,

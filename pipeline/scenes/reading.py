@@ -48,7 +48,7 @@ def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """
     tables = _tables(path, ())
     for text in overrides:
-        merge(tables, parse_override(text))
+        tables = merged(tables, parse_override(text))
     return tables
 
 
@@ -66,9 +66,7 @@ def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
         raise InputError(f"{path}: base: no file {base!r} beside it")
     if (path.parent / base).resolve() in (*above, path.resolve()):
         raise InputError(f"{path}: base: '{base}' is based on this file itself")
-    found = _tables(path.parent / base, (*above, path.resolve()))
-    merge(found, tables)
-    return found
+    return merged(_tables(path.parent / base, (*above, path.resolve())), tables)
 
 
 @contextlib.contextmanager
@@ -116,23 +114,28 @@ def parse_override(text: str) -> dict[str, Any]:
         leaf = tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         leaf = value.strip()
-    tables: dict[str, Any] = {parts[-1]: leaf}
-    for part in reversed(parts[:-1]):
-        tables = {part: tables}
-    return tables
+    return nested(parts, leaf)
 
 
-def merge(tables: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Apply `changes` to nested `tables`, in place; the value `"unset"` removes a key."""
+def nested(path: Sequence[str], value: Any) -> Any:
+    """Return a value within nested tables, one for each key of its path."""
+    for key in reversed(path):
+        value = {key: value}
+    return value
+
+
+def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return nested tables with `changes` applied; the value `"unset"` removes a key."""
+    found = dict(tables)
     for name, value in changes.items():
         if value == UNSET:
-            tables.pop(name, None)
+            found.pop(name, None)
         elif isinstance(value, Mapping):
-            below = tables.get(name)
-            tables[name] = below if isinstance(below, dict) else {}
-            merge(tables[name], value)
+            below = found.get(name)
+            found[name] = merged(below if isinstance(below, dict) else {}, value)
         else:
-            tables[name] = value
+            found[name] = value
+    return found
 
 
 def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:

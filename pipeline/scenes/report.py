@@ -1,17 +1,15 @@
 """Tables `[report]` and `[plot]` of a scene: reference, sweep and compared curves."""
 
-import itertools
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
-STRICT = ConfigDict(extra="forbid", frozen=True)
+from gudgeon.pipeline.geometry.numbers import Strict
 
 
-class FullFE(BaseModel):
+class FullFE(Strict):
     """Full-FE runs; the finest one is the reference if no file is given."""
 
-    model_config = STRICT
     steps: tuple[float, ...] = Field(
         default=(2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Time steps, coarse to fine [s]"
     )
@@ -24,46 +22,16 @@ class FullFE(BaseModel):
         return value
 
 
-class Pulse(BaseModel):
+class Pulse(Strict):
     """An exact force history: constant from first contact on."""
 
-    model_config = STRICT
     height: str = Field(description="Name under `expected` in the reference [N]")
     duration: str = Field(description="Name under `expected` in the reference [s]")
 
 
-class Vectors(BaseModel):
-    """Error against the number of vectors under a moving force, and the CPU time of vectors for another place."""
-
-    model_config = STRICT
-    force: str = Field(description="Name of the force, of kind 'moving'")
-    counts: tuple[int, ...] = Field(
-        default=(2, 4, 8, 16, 32), min_length=1, description="Numbers of vectors, ascending"
-    )
-    places: int = Field(default=16, ge=2, description="Number of equal parts of the path, each with its own vectors")
-    steps: int = Field(default=1600, ge=100, description="Time steps of a run, rounded up to a multiple of 20 places")
-    root: float = Field(gt=0, description="Stress is compared within this distance of the supports [m]")
-    meshes: tuple[float, ...] = Field(default=(), description="Further edge lengths for the CPU time of vectors [m]")
-
-    @field_validator("counts")
-    @classmethod
-    def _ascending(cls, value: tuple[int, ...]) -> tuple[int, ...]:
-        if value[0] < 1 or any(a >= b for a, b in itertools.pairwise(value)):
-            raise ValueError(f"{list(value)} given, they must ascend from 1 or more")
-        return value
-
-    @field_validator("meshes")
-    @classmethod
-    def _sizes(cls, value: tuple[float, ...]) -> tuple[float, ...]:
-        if any(not 0 < size < float("inf") for size in value):
-            raise ValueError(f"{list(value)} given, edge lengths must be positive")
-        return value
-
-
-class Report(BaseModel):
+class Report(Strict):
     """Reference values and compared models."""
 
-    model_config = STRICT
     reference: str | None = Field(default=None, description="JSON file with reference values, relative to the scene")
     quantities: dict[str, str] = Field(
         default={}, description="Quantity of the run → name under `expected` in the reference"
@@ -76,9 +44,6 @@ class Report(BaseModel):
         default=None, gt=0, description="Compare up to this time [s]; after chatter no motion is reproducible"
     )
     full_fe: FullFE | None = Field(default=None, description="Compare with full-FE runs on the same mesh")
-    vectors: Vectors | None = Field(
-        default=None, description="Compare kinds and numbers of vectors under a moving force, instead of models"
-    )
     models: dict[str, dict[str, Any]] = Field(default={}, description="Name → changes of the scene, as nested tables")
     sweep: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
         default={},
@@ -95,10 +60,9 @@ class Report(BaseModel):
     )
 
 
-class Plot(BaseModel):
+class Plot(Strict):
     """Further curves of the pictures."""
 
-    model_config = STRICT
     label: str = Field(default="this run", description="Name of the run itself in the legend")
     compare: dict[str, dict[str, Any]] = Field(
         default={}, description="Name → changes of the scene, as nested tables; cycle.png shows their curves"

@@ -2,67 +2,47 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, field_validator
+from pydantic import Field, field_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT, Positive
+from gudgeon.pipeline.geometry.numbers import Positive, Strict
 
 Factor = Annotated[float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"unit": "1"})]
 
 
-class _Strict(BaseModel):
-    model_config = STRICT
+class Scaled(Strict):
+    """Scale one quantity of the scene."""
 
-
-class _Scaled(_Strict):
+    kind: Literal["contact-stiffness", "mass", "step", "grazing", "size"] = Field(
+        description="contact-stiffness: surface layers, laws and springs, or the moduli of the bodies if the scene has"
+        " none of these; mass: that of the body that the first contact names, or of the first body; step: a multiple of"
+        " the one that the integrator chooses by itself; grazing: the speed of approach, and the distance with it;"
+        " size: all lengths at the same material, so that times scale with the factor, masses with its cube"
+    )
     factor: Factor
 
 
-class ContactStiffness(_Scaled):
-    """Scale surface layers, laws and springs; the moduli of the bodies if the scene has none of these."""
-
-    kind: Literal["contact-stiffness"]
-
-
-class FirstMass(_Scaled):
-    """Scale the mass of the body that the first contact names, or of the first body."""
-
-    kind: Literal["mass"]
-
-
-class Step(_Scaled):
-    """Give a step: a multiple of the one that the integrator chooses by itself."""
-
-    kind: Literal["step"]
-
-
-class Restitution(_Strict):
+class Restitution(Strict):
     """Use rigid contact of method 'impact'; laws that have a restitution keep their method."""
 
     kind: Literal["restitution"]
     value: float = Field(ge=0, le=1, json_schema_extra={"unit": "1"})
 
 
-class Grazing(_Scaled):
-    """Scale the speed of approach, and the distance with it."""
-
-    kind: Literal["grazing"]
-
-
-class Penetration(_Strict):
+class Penetration(Strict):
     """Move the body of the first contact into the other surface."""
 
     kind: Literal["penetration"]
     share: Factor = Field(description="Depth over the size of the body")
 
 
-class Poisson(_Strict):
+class Poisson(Strict):
     """Set Poisson's ratio of every elastic component."""
 
     kind: Literal["poisson"]
     nu: float = Field(gt=-1, lt=0.5, json_schema_extra={"unit": "1"})
 
 
-class Slivers(_Strict):
+class Slivers(Strict):
     """Split elements into slivers; the new mesh contains the shapes of the old one."""
 
     kind: Literal["slivers"]
@@ -70,13 +50,13 @@ class Slivers(_Strict):
     count: int = Field(default=10, ge=1, description="Elements that are split, of each component")
 
 
-class Collinear(_Strict):
+class Collinear(Strict):
     """Add all static correction modes of every interface, and those of an identical second interface."""
 
     kind: Literal["collinear"]
 
 
-class OtherUnits(_Strict):
+class OtherUnits(Strict):
     """Write the same numbers in other units of mass, length and time; 1/1000 is a unit a thousand times as large."""
 
     kind: Literal["units"]
@@ -85,13 +65,7 @@ class OtherUnits(_Strict):
     time: Factor = 1.0
 
 
-class Size(_Scaled):
-    """Scale all lengths at the same material: times scale with the factor, masses with its cube."""
-
-    kind: Literal["size"]
-
-
-class Elasticity(_Strict):
+class Elasticity(Strict):
     """Scale modulus and density of every elastic component."""
 
     kind: Literal["material"]
@@ -99,7 +73,7 @@ class Elasticity(_Strict):
     density: Factor = 1.0
 
 
-class Set(_Strict):
+class Set(Strict):
     """Change any keys of the scene."""
 
     kind: Literal["set"]
@@ -107,8 +81,7 @@ class Set(_Strict):
 
 
 Operation = Annotated[
-    ContactStiffness | FirstMass | Step | Restitution | Grazing | Penetration | Poisson | Slivers | Collinear
-    | OtherUnits | Size | Elasticity | Set,
+    Scaled | Restitution | Penetration | Poisson | Slivers | Collinear | OtherUnits | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[
@@ -117,7 +90,7 @@ RuleName = Literal[
 ]  # fmt: skip
 
 
-class Case(_Strict):
+class Case(Strict):
     """One robustness case."""
 
     group: str = Field(default="own", description="Group of the case in table and picture, and for --only")
@@ -135,7 +108,7 @@ class Case(_Strict):
         return value
 
 
-class Robustness(_Strict):
+class Robustness(Strict):
     """Settings of `gudgeon robustness`, and cases in addition to the shipped ones."""
 
     duration: Positive | None = Field(

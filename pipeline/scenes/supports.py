@@ -2,15 +2,14 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, Field, field_validator
+from pydantic import BeforeValidator, Field, field_validator
 
-from gudgeon.pipeline.geometry.numbers import STRICT
+from gudgeon.pipeline.geometry.numbers import Strict
 
 
-class Support(BaseModel):
+class Support(Strict):
     """A surface whose nodes are held."""
 
-    model_config = STRICT
     surface: str = Field(description="Name of a surface of the mesh")
     hold: tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...] | None = Field(
         default=None, description="Directions and rotations that are held; default: all"

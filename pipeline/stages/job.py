@@ -1,6 +1,5 @@
 """The job of a scene of bodies: its checked scene and its products."""
 
-import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.scenes.checks import checked
-from gudgeon.pipeline.scenes.reading import merge, named
+from gudgeon.pipeline.scenes.reading import merged, named
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.products import STAGES, Product, component_products, plot_inputs, product
 from gudgeon.solver.scene.scene import Scene
@@ -42,6 +41,10 @@ class Job(SceneJob):
                 if name in used
             }
 
+    def morphs(self) -> dict[str, str]:
+        """Return the keys of the records that the solver reads, by component."""
+        return {name: steps["morph"].key for name, steps in self.components().items()}
+
     def compared(self) -> dict[str, "Job"]:
         """Return the runs that the pictures compare this one with."""
         return {name: variant(self, changes) for name, changes in self.scene.plot.compare.items()}
@@ -56,8 +59,7 @@ class Job(SceneJob):
 
     def trajectory(self) -> Product:
         """Return the product of the solve stage."""
-        morphs = {name: steps["morph"].key for name, steps in self.components().items()}
-        return product("solve", self.name, {"scene": self.dynamics(), "morphs": morphs})
+        return product("solve", self.name, {"scene": self.dynamics(), "morphs": self.morphs()})
 
     def products(self, stages: Sequence[str]) -> dict[str, Product]:
         found = {
@@ -76,8 +78,7 @@ def contact_job(place: Place) -> Job:
 
 def variant(job: Job, changes: Mapping[str, Any]) -> Job:
     """Return the job of the scene changed by nested tables; raises InputError as `contact_job` does."""
-    tables = copy.deepcopy(job.tables)
-    merge(tables, changes)
+    tables = merged(job.tables, changes)
     return replace(job, tables=tables, scene=checked(job.path, tables, SceneFile))
 
 

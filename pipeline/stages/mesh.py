@@ -5,8 +5,7 @@ from pathlib import Path
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.design_change.morph import Movement
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.geometry.profile import UniformProfile, read_profile
-from gudgeon.pipeline.scenes.change import profile_surface, table_path
+from gudgeon.pipeline.scenes.change import deviation_of
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import find_file
 
@@ -34,9 +33,5 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
 
 def movement_of(component: Component, folder: Path, name: str) -> Movement | None:
     """Return the movement of a component's surface [m]; None if the scene has neither table nor offset."""
-    profile = component.change.profile
-    path = table_path(profile, folder, name)
-    if path is None and profile.offset == 0:
-        return None
-    deviation = UniformProfile(profile.offset) if path is None else read_profile(path, profile.scale, profile.offset)
-    return Movement(profile_surface(component, name), deviation, f"component.{name}.change.profile")
+    moved = deviation_of(component, folder, name)
+    return None if moved is None else Movement(*moved, f"component.{name}.change.profile")

@@ -14,7 +14,7 @@ from typing import Any
 
 from gudgeon.modaldb.keys import content_key, file_digest
 from gudgeon.modaldb.records import SCHEMA_VERSION
-from gudgeon.pipeline.scenes.change import profile_surface, table_path
+from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import find_file
 
@@ -94,19 +94,6 @@ def nodal_product(
     return product("nodal", name, {"scene": dict(dynamics) | {"run": run}, "bodies": shapes, "step": step})
 
 
-def measurement_product(name: str, of: str, how: Mapping[str, Any]) -> Product:
-    """Return the run times of the product with the key `of`; `how` is machine, timed code and repeats, as JSON."""
-    return product("measurement", name, {"of": of, "how": dict(how)})
-
-
-def report_product(name: str, stages: Mapping[str, Any], settings: Mapping[str, Any], number: int) -> Product:
-    """Return the report of a scene, from inputs of its stages by place and its `report` table, as JSON.
-
-    `number` counts earlier reports with the same inputs, perhaps of another machine.
-    """
-    return product("report", name, {"stages": dict(stages), "settings": dict(settings), "number": number})
-
-
 def plot_inputs(trajectory_key: str, compared: Mapping[str, str]) -> dict[str, Any]:
     """Return everything that the pictures depend on; `compared` has the keys of other trajectories that they show."""
     inputs = {"trajectory": trajectory_key, "code": CODE_VERSIONS["plot"], "libraries": _versions("plot")}
@@ -139,12 +126,11 @@ def _geometry(component: Component, folder: Path, name: str) -> dict[str, Any]:
 
 
 def _profile(component: Component, folder: Path, name: str) -> dict[str, Any]:
-    profile = component.change.profile
-    path = table_path(profile, folder, name)
-    if path is None and profile.offset == 0:
+    if (moved := moved_surface(component, folder, name)) is None:
         return {}
-    inputs = {"surface": profile_surface(component, name), "offset": profile.offset}
-    return inputs if path is None else inputs | {"table": file_digest(path), "scale": profile.scale}
+    (surface, table), profile = moved, component.change.profile
+    inputs = {"surface": surface, "offset": profile.offset}
+    return inputs if table is None else inputs | {"table": file_digest(table), "scale": profile.scale}
 
 
 def _versions(stage: str) -> dict[str, str]:

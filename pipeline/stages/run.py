@@ -5,7 +5,7 @@ import subprocess
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
@@ -20,6 +20,9 @@ from gudgeon.pipeline.stages.summary import read_summary, reference_values, writ
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
 from gudgeon.solver.kernel_cache import compile_beside, is_compiled
 from gudgeon.solver.result import Result
+
+if TYPE_CHECKING:
+    from gudgeon.solver.system.system import System
 
 Compilation = subprocess.Popen[bytes] | None
 COMPONENT_STAGES = STAGES[:3]
@@ -105,10 +108,15 @@ def _solve(job: Job, tell: Progress, compilation: Compilation) -> Trajectory:
     if compilation is not None:
         compilation.wait()
     from gudgeon.solver.simulate import simulate
+
+    return simulate(system_of(job), lambda share: tell("solve", share))
+
+
+def system_of(job: Job) -> "System":
+    """Return the compiled system of a job whose morphs are in the database; see `compile_system` for errors."""
     from gudgeon.solver.system.compile import compile_system
 
-    morphs = {name: steps["morph"].key for name, steps in job.components().items()}
-    return simulate(compile_system(job.store, job.scene, morphs), lambda share: tell("solve", share))
+    return compile_system(job.store, job.scene, job.morphs())
 
 
 def _references(job: Job) -> dict[str, float]:

@@ -5,6 +5,7 @@ from typing import Any
 
 from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.report.document import Errors
+from gudgeon.pipeline.wheel.scene import Wheel
 
 FULL = "full wheel"
 FREQUENCY, TUNED, MAGNIFICATION, RESPONSE = "frequencies", "frequencies, tuned", "magnification", "response"
@@ -20,10 +21,8 @@ class InterfaceRow:
     errors: Errors
     """Against the full wheel: largest relative error of the compared frequencies, mistuned and tuned; of the
     magnification, signed; relative L2 error of all blades' complex amplitudes over the band."""
-    cpu_sector: float
-    """CPU time of the sector's own reduction, once for all choices [s]."""
     wall_sector: float
-    """Wall time of the same [s]."""
+    """Wall time of the sector's own reduction, once for all choices [s]."""
     wall: float
     """Wall time of modes and response, without that reduction [s]."""
 
@@ -45,7 +44,7 @@ class InterfaceRow:
     @property
     def cpu(self) -> float:
         """CPU time from the sector's matrices to the response [s]."""
-        return self.cpu_sector + self.record.counts["cpu_modes"] + self.record.counts["cpu_response"]
+        return sum(self.record.counts[part] for part in ("cpu_sector", "cpu_modes", "cpu_response"))
 
 
 @dataclass(frozen=True)
@@ -53,13 +52,9 @@ class Comparison:
     """The full wheel, as the first row, and every choice."""
 
     scene: str
-    sectors: int
-    compared: int
-    """Number of lowest frequencies that are compared."""
-    fixed_count: int
+    wheel: Wheel
     sector: dict[str, Any]
     """Dofs of a sector, of its face and of the wheel, by name."""
-    engine_order: int
     harmonics_against_full: float
     """Largest relative difference of the tuned wheel's frequencies by harmonics from those of all its dofs."""
     truncation_error: float

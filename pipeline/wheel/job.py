@@ -1,6 +1,5 @@
 """The job of a scene of a wheel: its checked scene and its products."""
 
-import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -9,7 +8,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.component import Component
-from gudgeon.pipeline.scenes.reading import check_scene, merge, named
+from gudgeon.pipeline.scenes.reading import check_scene, merged, named, refuse
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.products import Product, component_products, plot_inputs, product
 from gudgeon.pipeline.wheel.scene import KeptInterface, Wheel, WheelFile, reduction, wrong_names
@@ -91,8 +90,7 @@ class WheelJob(SceneJob):
 
     def changed(self, changes: Mapping[str, Any]) -> "WheelJob":
         """Return the job of the scene changed by nested tables; raises InputError as `wheel_job` does."""
-        tables = copy.deepcopy(self.tables)
-        merge(tables, changes)
+        tables = merged(self.tables, changes)
         return wheel_job(Place(self.name, self.path, tables, self.store, self.out))
 
     def _sector(self) -> dict[str, Product]:
@@ -102,8 +100,7 @@ class WheelJob(SceneJob):
 def wheel_job(place: Place) -> WheelJob:
     """Return the job of a scene of a wheel; raises InputError with every mistake of one kind listed."""
     scene = check_scene(place.path, place.tables, WheelFile)
-    if lines := wrong_names(scene):
-        raise InputError("\n".join(f"{place.path}: {line}" for line in lines))
+    refuse(place.path, wrong_names(scene))
     name, wheel = scene.only
     with named(place.path, InputError):
         changes = wheel.mistuning.changes(wheel.sectors, place.path.parent, f"wheel.{name}.mistuning")

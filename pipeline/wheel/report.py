@@ -1,7 +1,6 @@
 """`gudgeon report` of a wheel: error, size and run time of every choice of kept interface, against the full wheel."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -85,20 +84,22 @@ def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
             kept_dofs(case.sector, one, f"report.choices.{key}")
         full = _full(job, case, progress)
         none = dict.fromkeys(MEASURES, 0.0)
-        rows = [InterfaceRow(FULL, "full FE", full, none, 0.0, 0.0, wall=full.counts["wall"])]
+        rows = [InterfaceRow(FULL, "full FE", full, none, 0.0, wall=full.counts["wall"])]
         parts, once = fastest(lambda: sector_parts(case.sector, wheel.fixed_count, f"wheel.{name}"), how.repeat)
         for number, (key, choice) in enumerate(choices.items()):
             progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
             record, seconds = _solved(job, case, parts, (key, choice), how.repeat)
-            cost = (parts.cpu_seconds, once.wall)
-            rows.append(InterfaceRow(key, scheme_of(choice), record, _errors(record, full), *cost, wall=seconds))
+            errors = _errors(record, full)
+            rows.append(InterfaceRow(key, scheme_of(choice), record, errors, once.wall, wall=seconds))
     tuned = job.store.get(job.modes().key, "cyclic")
     return Comparison(
-        scene=job.name, sectors=wheel.sectors, compared=wheel.count, fixed_count=wheel.fixed_count,
-        sector=tuned.quality, engine_order=wheel.response.engine_order,
+        scene=job.name,
+        wheel=wheel,
+        sector=tuned.quality,
         harmonics_against_full=reduction_error(tuned, full.tuned_frequencies),
-        truncation_error=full.quantities["truncation_error"]["value"], rows=rows,
-    )  # fmt: skip
+        truncation_error=full.quantities["truncation_error"]["value"],
+        rows=rows,
+    )
 
 
 def scheme_of(choice: KeptInterface) -> str:
@@ -179,7 +180,7 @@ def _runs(job: WheelJob, found: Comparison) -> list[Run]:
     largest = {row.name: rows[-1] for rows in _series(found) for row in rows}
     runs = []
     for row in found.rows:
-        whole, counts = row.name == FULL, row.record.counts
+        whole = row.name == FULL
         best = None if whole or largest[row.name] is row else largest[row.name]
         worst = max(row.errors, key=lambda name: abs(row.errors[name]))
         interface = None if whole else (job.scene.report.choices.get(row.name) or job.wheel.interface)
@@ -193,27 +194,27 @@ def _runs(job: WheelJob, found: Comparison) -> list[Run]:
                 truncation=None if best is None else _errors(row.record, best.record),
                 truncation_against="all dofs" if whole else best.name if best else "the largest basis of its scheme",
                 time_against="modes have no time step", cpu_seconds=row.cpu,
-                wall_seconds=row.wall_sector + row.wall, stages=_stages(counts, row), peak_mib=counts["peak_mib"],
+                wall_seconds=row.wall_sector + row.wall, stages=_stages(row), peak_mib=row.record.counts["peak_mib"],
             )
         )  # fmt: skip
     return runs
 
 
-def _stages(counts: dict[str, Any], row: InterfaceRow) -> dict[str, StageSeconds]:
+def _stages(row: InterfaceRow) -> dict[str, StageSeconds]:
     """Return the run time of the whole computation, and that without the sector's own reduction."""
-    warm = counts["cpu_modes"] + counts["cpu_response"]
+    warm = row.record.counts["cpu_modes"] + row.record.counts["cpu_response"]
     return {"solve": StageSeconds(Seconds(row.wall_sector + row.wall, row.cpu), Seconds(row.wall, warm))}
 
 
 def _table(found: Comparison) -> Table:
-    size = found.sector
+    size, wheel = found.sector, found.wheel
     note = (
-        f"{found.sectors} sectors of {size['sector_dofs']:,} dofs, {size['face_dofs']} on a face, {found.fixed_count}"
-        f" fixed-interface modes of each; the lowest {found.compared} frequencies are compared, engine order"
-        f" {found.engine_order}. Tuned wheel: frequencies of the harmonics and of the full wheel differ by at most"
-        f" {found.harmonics_against_full:.1e}. Full wheel: the largest amplitude by these modes has an error of"
+        f"{wheel.sectors} sectors of {size['sector_dofs']:,} dofs, {size['face_dofs']} on a face, {wheel.fixed_count}"
+        f" fixed-interface modes of each; the lowest {wheel.count} frequencies are compared, engine order"
+        f" {wheel.response.engine_order}. Tuned wheel: frequencies of the harmonics and of the full wheel differ by at"
+        f" most {found.harmonics_against_full:.1e}. Full wheel: the largest amplitude by these modes has an error of"
         f" {found.truncation_error:.1e} against a direct solution. The sector's own reduction takes"
-        f" {found.rows[-1].cpu_sector:.2f} s of CPU time, once for all choices."
+        f" {found.rows[-1].record.counts['cpu_sector']:.2f} s of CPU time, once for all choices."
     )
     columns = [
         "kept interface", "dofs kept per face", "interface modes", "coordinates", "frequency error", "magnification",

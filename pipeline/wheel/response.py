@@ -6,15 +6,9 @@ from time import process_time
 import numpy as np
 from scipy import sparse
 
-from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.cyclic.forced import (
-    blades_of_synthesis,
-    blades_of_wheel,
-    direct_response,
-    engine_order_response,
-    magnification,
-)
+from gudgeon.pipeline.cyclic.forced import direct_response, engine_order_response
 from gudgeon.pipeline.cyclic.harmonic import harmonic_modes, tuned_frequencies
 from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
 from gudgeon.pipeline.cyclic.sector import Sector, cyclic_sector
@@ -27,6 +21,7 @@ from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.scene import KeptInterface, Wheel, blade_radius, reduction
+from gudgeon.solver.vectors import length_across, unit
 
 
 @dataclass(frozen=True)
@@ -51,17 +46,14 @@ class Case:
 
 @dataclass(frozen=True)
 class Modes:
-    """Lowest elastic modes of a whole wheel, full or reduced, and the CPU time for them [s]."""
+    """Lowest elastic modes of a whole wheel, full or reduced."""
 
     angular_frequencies: np.ndarray
     """[rad/s], (count,)"""
     blades: np.ndarray
     """Motion of each blade in each mode [kg^-½], (N, count)."""
-    coordinates: int
-    kept: int
-    """Number of physical dofs of a face."""
-    interface_modes: int
-    cpu_seconds: float
+    counts: dict[str, float]
+    """Coordinates, physical dofs kept on a face, interface modes, and the CPU time for these modes [s]."""
 
 
 def sector_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str) -> Sector:
@@ -85,9 +77,8 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
         InputError: see `sector_of`; or no cell or every cell is a blade's, or the surface of the force does not exist.
     """
     sector, where = sector_of(mesh, component, wheel, name), f"wheel.{name}"
-    axis = np.array(wheel.axis) / np.linalg.norm(wheel.axis)
     arms = mesh.nodes[mesh.cells[:, :4]].mean(axis=1) - np.array(wheel.origin)
-    radii = np.linalg.norm(arms - np.outer(arms @ axis, axis), axis=1)
+    radii = length_across(arms, unit(wheel.axis))
     limit = blade_radius(wheel, component)
     assert limit is not None
     assert component.material is not None
@@ -100,7 +91,7 @@ def case_of(mesh: MeshRecord, component: Component, wheel: Wheel, name: str, cha
     if surface not in mesh.surfaces:
         raise InputError(f"{where}.response.surface: the mesh has no surface '{surface}'; it has {_names(mesh)}")
     nodes, shares, _ = surface_weights(mesh, mesh.surfaces[surface])
-    along = np.array(wheel.response.direction) / np.linalg.norm(wheel.response.direction)
+    along = unit(wheel.response.direction)
     weights = np.zeros((1, 3 * len(mesh.nodes)))
     weights[0, (3 * nodes[:, None] + np.arange(3)).ravel()] = np.outer(shares / shares.sum(), along).ravel()
     row = sector.model.on_dofs(sparse.csr_matrix(weights)).toarray().ravel()
@@ -122,24 +113,12 @@ def cyclic_record(sector: Sector, mesh_key: str, wheel: Wheel, name: str, tell: 
     for harmonic in harmonics:
         tell("modes", harmonic / len(harmonics))
         try:
-            modes = harmonic_modes(sector, harmonic, wheel.mode_count)
+            found[str(harmonic)] = harmonic_modes(sector, harmonic, wheel.mode_count)
         except StageError as error:
             raise StageError(f"wheel.{name}: harmonic {harmonic}: {error}") from error
-        shapes = modes.shapes.reshape(len(sector.model.nodes), 3, -1)
-        found[str(harmonic)] = CyclicHarmonic(
-            harmonic=harmonic,
-            multiplicity=modes.multiplicity,
-            rigid=modes.rigid,
-            angular_frequencies=modes.angular_frequencies,
-            residuals=modes.residuals,
-            real=np.ascontiguousarray(np.real(shapes)),
-            imaginary=np.ascontiguousarray(np.imag(shapes)) if modes.multiplicity == 2 else None,
-            quality={"orthogonality": modes.orthogonality, **vars(modes.inertia)},
-        )
-    axis = np.array(wheel.axis) / np.linalg.norm(wheel.axis)
     own, face = sector.own.shape[1], len(sector.face)
     quality = {"sector_dofs": own, "face_dofs": face, "wheel_dofs": wheel.sectors * own}
-    return CyclicRecord(mesh_key, wheel.sectors, axis, np.array(wheel.origin), found, quality)
+    return CyclicRecord(mesh_key, wheel.sectors, unit(wheel.axis), np.array(wheel.origin), found, quality)
 
 
 def kept_dofs(sector: Sector, choice: KeptInterface, where: str) -> InterfaceChoice:
@@ -176,8 +155,11 @@ def full_modes(case: Case, mistuned: bool) -> Modes:
     start = process_time()
     problem = wheel_problem(case.sector, case.mistuning(mistuned))
     pairs = lowest_pairs(problem, case.wheel.count)
-    seconds, size, faces = process_time() - start, problem.K.shape[0], len(case.sector.face)
-    return Modes(np.sqrt(pairs.values), blades_of_wheel(case.sector, pairs, case.row), size, faces, 0, seconds)
+    counts = {
+        "coordinates": problem.K.shape[0], "kept": len(case.sector.face), "interface_modes": 0,
+        "cpu_modes": process_time() - start,
+    }  # fmt: skip
+    return Modes(np.sqrt(pairs.values), wheel_motion(case.sector, case.row[None]) @ pairs.vectors, counts)
 
 
 def reduced_modes(case: Case, parts: SectorParts, choice: InterfaceChoice, mistuned: bool) -> Modes:
@@ -187,8 +169,11 @@ def reduced_modes(case: Case, parts: SectorParts, choice: InterfaceChoice, mistu
         InputError, StageError: see `synthesise`.
     """
     one = synthesise(parts, choice, case.wheel.count, case.mistuning(mistuned), f"wheel.{case.name}")
-    motion = blades_of_synthesis(parts, one, case.row)
-    return Modes(one.angular_frequencies, motion, one.size, one.kept, one.interface_modes, one.cpu_seconds)
+    blades = np.einsum("c,ncm->nm", case.row @ parts.basis, one.motion)
+    counts = {
+        "coordinates": one.size, "kept": one.kept, "interface_modes": one.interface_modes, "cpu_modes": one.cpu_seconds,
+    }  # fmt: skip
+    return Modes(one.angular_frequencies, blades, counts)
 
 
 def reduction_error(tuned: CyclicRecord, frequencies: np.ndarray) -> float:
@@ -218,10 +203,11 @@ def wheel_record(
         )
     (tuned, _), (mistuned, seconds) = (_respond(case, one) for one in pair)
     at, blade = np.unravel_index(int(np.abs(mistuned).argmax()), mistuned.shape)
+    low, high = (float(np.abs(one).max()) for one in (tuned, mistuned))
     quantities = {
-        "magnification": (magnification(mistuned, tuned), "1"),
-        "amplitude.tuned": (float(np.abs(tuned).max()), "m/N"),
-        "amplitude.mistuned": (float(np.abs(mistuned[at, blade])), "m/N"),
+        "magnification": (high / low, "1"),
+        "amplitude.tuned": (low, "m/N"),
+        "amplitude.mistuned": (high, "m/N"),
         "amplitude.mistuned.at": (float(response.excitation[at] / (2 * np.pi)), "Hz"),
         "amplitude.mistuned.blade": (float(blade), "1"),
     }
@@ -238,11 +224,8 @@ def wheel_record(
         tuned=_parts(tuned),
         mistuned=_parts(mistuned),
         quantities={key: {"value": value, "unit": unit} for key, (value, unit) in quantities.items()},
-        counts={
-            "coordinates": last.coordinates, "kept": last.kept, "interface_modes": last.interface_modes,
-            "cpu_sector": cpu_sector, "cpu_modes": last.cpu_seconds, "cpu_response": seconds,
-        },
-    )  # fmt: skip
+        counts=last.counts | {"cpu_sector": cpu_sector, "cpu_response": seconds},
+    )
 
 
 def truncation_error(case: Case, record: WheelRecord) -> float:

@@ -1,18 +1,15 @@
 """Robustness cases of a wheel: its modes by cyclic symmetry under other units, materials and slivers."""
 
-import time
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from gudgeon import modaldb
 from gudgeon.modaldb.records.cyclic import CyclicRecord
-from gudgeon.pipeline.errors import PipelineError
 from gudgeon.pipeline.robustness.cases import chosen_cases
-from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
+from gudgeon.pipeline.robustness.evidence import Evidence
 from gudgeon.pipeline.robustness.operations import Subject
 from gudgeon.pipeline.robustness.run import robustness_cases
-from gudgeon.pipeline.robustness.trial import Trial
+from gudgeon.pipeline.robustness.trial import attempt
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.job import WheelJob
 from gudgeon.pipeline.wheel.stages import run_wheel
@@ -25,21 +22,14 @@ def robustness_wheel(
     chosen = chosen_cases(job.scene.robustness, cases, only, job.path)
     run_wheel(job, "mesh", progress)
     meshes = {job.wheel.component: job.store.get(job.mesh().key, "mesh")}
-    subject = Subject(job, meshes, lambda trial, folder: _run(trial, folder, progress), job.changed)
+    evidence = partial(_evidence, progress=progress)
+    subject = Subject(job, meshes, lambda trial, folder: attempt(trial, folder, evidence), job.changed)
     return robustness_cases(subject, chosen, progress)
 
 
-def _run(trial: Trial, scratch: Path, progress: Progress) -> Evidence | Refusal:
-    start, job = time.perf_counter(), replace(trial.job, out=scratch)
-    try:
-        if trial.meshes:
-            job = replace(job, store=modaldb.open(scratch / "db"))
-            product = job.mesh()
-            job.store.put(product.key, product.kind, trial.meshes[job.wheel.component], product.inputs)
-        run_wheel(job, "modes", progress)
-        record: CyclicRecord = job.store.get(job.modes().key, "cyclic", only=["harmonics"])
-    except (PipelineError, modaldb.ModalDBError) as error:
-        return Refusal(str(error).replace("\n", "; "), time.perf_counter() - start)
+def _evidence(job: WheelJob, progress: Progress) -> Evidence:
+    run_wheel(job, "modes", progress)
+    record: CyclicRecord = job.store.get(job.modes().key, "cyclic", only=["harmonics"])
     material = job.component.material
     assert material is not None
     names = {f"{job.wheel.component}, harmonic {one.harmonic}": one for one in record.harmonics.values()}
@@ -50,5 +40,4 @@ def _run(trial: Trial, scratch: Path, progress: Progress) -> Evidence | Refusal:
         shear={name: material.lame[1] for name in names},
         orthogonality=max(float(one.quality["orthogonality"]) for one in names.values()),
         condition=(highest / lowest) ** 2,
-        seconds=time.perf_counter() - start,
     )

@@ -4,16 +4,15 @@ from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import STRICT
+from gudgeon.solver.numbers import Strict
 from gudgeon.solver.vectors import Finite
 
 
-class GasPressure(BaseModel):
+class GasPressure(Strict):
     """Pressure above ambient on an interface of kind 'pressure', as a function of a joint's crank angle."""
 
-    model_config = STRICT
     kind: Literal["gas"]
     body: str
     interface: str = Field(description="Interface of kind 'pressure'")

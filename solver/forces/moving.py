@@ -3,28 +3,23 @@
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from gudgeon.solver.numbers import STRICT
+from gudgeon.solver.numbers import NotNegative, Strict
 from gudgeon.solver.vectors import Coordinate, Finite
 
 
-class MovingForce(BaseModel):
+class MovingForce(Strict):
     """Force against the outward normal of a traction space, on a body that is undeformed at the start."""
 
-    model_config = STRICT
     kind: Literal["moving"]
     body: str
     interface: str = Field(description="Interface of kind 'traction'; its knot spacing is the size of the footprint")
     force: Finite = Field(description="Force, positive inwards [N]", json_schema_extra={"unit": "N"})
     at: tuple[Coordinate, Coordinate] = Field(description="Coordinates across and along at the start [m]")
     speed: Finite = Field(default=0.0, description="Speed along [m/s]; 0: at rest", json_schema_extra={"unit": "m/s"})
-    rise: float = Field(
-        default=0.0,
-        ge=0,
-        allow_inf_nan=False,
-        description="Rise time, as half a cosine [s]; 0: a step",
-        json_schema_extra={"unit": "s"},
+    rise: NotNegative = Field(
+        default=0.0, description="Rise time, as half a cosine [s]; 0: a step", json_schema_extra={"unit": "s"}
     )
 
     def places(self, time: np.ndarray) -> np.ndarray:

@@ -73,9 +73,10 @@ def plan_run(system: System, coarser: float = 1.0) -> Plan:
     if not integrator.own_steps:
         return Plan(name, critical, plan_steps(run, integrator, critical / coarser, touches=len(system.gap) > 0))
     # A given step that steps over impacts is left to the accuracy.
-    schedule = sample_plan(run)
     parts = 1 if run.step is None else parts_of(run.step, system.critical_frequency(), integrator.largest)
-    return Plan(name, 0.0, replace(schedule, substeps=parts), run.step if parts == 1 else None)
+    per_frame = max(1, math.ceil(run.samples / run.frames))
+    schedule = Schedule(run.duration / (run.frames * per_frame), parts, 1, per_frame, run.frames)
+    return Plan(name, 0.0, schedule, run.step if parts == 1 else None)
 
 
 def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touches: bool = True) -> Schedule:
@@ -105,12 +106,6 @@ def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touch
 def parts_of(step: float, critical: float, most: float) -> int:
     """Return how many equal parts of a given step [s] stay at or below most/ω_c."""
     return max(1, math.ceil(step * critical / most * (1 - 1e-12)))
-
-
-def sample_plan(run: Run) -> Schedule:
-    """Return the sample intervals of a run whose integrator chooses its own steps."""
-    per_frame = max(1, math.ceil(run.samples / run.frames))
-    return Schedule(run.duration / (run.frames * per_frame), 1, 1, per_frame, run.frames)
 
 
 def own_step(run: Run, integrator: type[Integrator], critical: float) -> float:

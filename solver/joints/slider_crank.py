@@ -3,16 +3,15 @@
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import STRICT, Length, Positive
+from gudgeon.solver.numbers import Length, Positive, Strict
 from gudgeon.solver.vectors import Direction, Finite, Place, unit
 
 
-class SliderCrank(BaseModel):
+class SliderCrank(Strict):
     """The crank pin is at centre + radius (cos θ along + sin θ lateral), θ = start + speed t."""
 
-    model_config = STRICT
     kind: Literal["slider-crank"]
     body: str
     interface: str = Field(description="Interface of kind 'mean' that the rod holds")

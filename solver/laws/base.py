@@ -3,9 +3,9 @@
 from math import sqrt
 from typing import Literal, NamedTuple
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import STRICT, Length, Positive
+from gudgeon.solver.numbers import Length, Positive, Strict
 
 
 class Coefficients(NamedTuple):
@@ -21,13 +21,20 @@ class Coefficients(NamedTuple):
     """c [N s/m]."""
 
 
-class HertzContact(BaseModel):
+class ContactLaw(Strict):
+    """What every law has beside `coefficients`."""
+
+    def warning(self) -> str | None:
+        """Return one line where the law is used outside its range of validity."""
+        return None
+
+
+class HertzContact(ContactLaw):
     """K and n of two smooth surfaces in contact: given, or K = 4/3 E* √R of two spheres.
 
     H. Hertz, J. Reine Angew. Math. 92 (1882) 156-171; K. L. Johnson, Contact Mechanics (1985), chapter 4.
     """
 
-    model_config = STRICT
     stiffness: Positive | None = Field(
         default=None, description="K [N/m^n]; or give radius and modulus", json_schema_extra={"unit": "N/m^exponent"}
     )
@@ -54,10 +61,6 @@ class HertzContact(BaseModel):
             return Coefficients(4 / 3 * self.modulus * sqrt(self.radius), self.exponent, 0.0, 0.0)
         assert self.stiffness is not None
         return Coefficients(self.stiffness, self.exponent, 0.0, 0.0)
-
-    def warning(self) -> str | None:
-        """Return one line where the law is used outside its range of validity."""
-        return None
 
 
 class Hertz(HertzContact):

@@ -2,13 +2,13 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from gudgeon.solver.laws.base import Coefficients
-from gudgeon.solver.numbers import STRICT, Positive
+from gudgeon.solver.laws.base import Coefficients, ContactLaw
+from gudgeon.solver.numbers import NotNegative, Positive
 
 
-class Linear(BaseModel):
+class Linear(ContactLaw):
     """F = K d + c ḋ: Kelvin-Voigt. With a dashpot the force jumps to c v⁻ as contact begins.
 
     Contact ends where the force vanishes, at d > 0. The restitution decreases with the damping ratio c/(2 √(K m)), so
@@ -17,17 +17,10 @@ class Linear(BaseModel):
     W. Goldsmith, Impact (1960); K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440-445 on its flaws.
     """
 
-    model_config = STRICT
     kind: Literal["linear"]
     stiffness: Positive = Field(description="K [N/m]", json_schema_extra={"unit": "N/m"})
-    damping: float = Field(
-        default=0.0, ge=0, allow_inf_nan=False, description="c [N s/m]", json_schema_extra={"unit": "N s/m"}
-    )
+    damping: NotNegative = Field(default=0.0, description="c [N s/m]", json_schema_extra={"unit": "N s/m"})
 
     def coefficients(self) -> Coefficients:
         """Return K, n = 1 and c."""
         return Coefficients(self.stiffness, 1.0, 0.0, self.damping)
-
-    def warning(self) -> str | None:
-        """Return None: a spring is valid at any indentation."""
-        return None

@@ -3,16 +3,15 @@
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from gudgeon.solver.numbers import STRICT, Length
+from gudgeon.solver.numbers import Length, Strict
 from gudgeon.solver.vectors import Direction, Place, unit
 
 
-class Bore(BaseModel):
+class Bore(Strict):
     """The inside of a circular cylinder."""
 
-    model_config = STRICT
     shape: Literal["bore"]
     radius: Length
     axis: Direction = (0.0, 0.0, 1.0)

@@ -6,7 +6,6 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.records.types import Json
-from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, Outcome, Samples
 from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
@@ -71,7 +70,8 @@ def trajectory_of(
             multipliers=found.multipliers[:, contact.rows],
             areas=contact.areas,
             points=contact.points,
-            master=_recorded(found, contact),
+            # In the order of the record.
+            master=found.masters[:, contact.functions][:, np.argsort(over.order)] if (over := contact.master) else None,
         )
         for number, contact in enumerate(system.contacts)
     }
@@ -112,12 +112,6 @@ def _counts(system: System, plan: Plan, end: Outcome) -> Json:
         "contact_rows": len(system.gap),
         "functions": len(system.functions),
     } | end.work
-
-
-def _recorded(found: Histories, contact: ContactRows) -> np.ndarray | None:
-    """Return the displacements of a contact's traction space in the order of the record [m], (f, F)."""
-    over = contact.master
-    return None if over is None else found.masters[:, contact.functions][:, np.argsort(over.order)]
 
 
 def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, JointHistory]:

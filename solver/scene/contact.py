@@ -2,42 +2,36 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from gudgeon.solver.laws import Law
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import STRICT, Positive
+from gudgeon.solver.numbers import NotNegative, Positive, Strict
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.vectors import Direction
 
 
-class MasterSurface(BaseModel):
+class MasterSurface(Strict):
     """The traction space of another body on which the contact points slide."""
 
-    model_config = STRICT
     shape: Literal["surface"]
     body: str
     interface: str = Field(description="Interface of kind 'traction'")
 
 
-class OtherBody(BaseModel):
+class OtherBody(Strict):
     """An interface of another body, paired point by point."""
 
-    model_config = STRICT
     shape: Literal["body"]
     body: str
     interface: str = Field(description="Interface of kind 'points' or 'patch' with the same number of points")
 
 
-class Friction(BaseModel):
+class Friction(Strict):
     """Coulomb friction along one line."""
 
-    model_config = STRICT
-    static: Annotated[
-        float,
-        Field(ge=0, allow_inf_nan=False, description="Coefficient of static friction", json_schema_extra={"unit": "1"}),
-    ]
-    kinetic: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
+    static: NotNegative = Field(description="Coefficient of static friction", json_schema_extra={"unit": "1"})
+    kinetic: NotNegative | None = Field(
         default=None,
         description="Coefficient of kinetic friction; default: the static coefficient",
         json_schema_extra={"unit": "1"},
@@ -56,10 +50,9 @@ class Friction(BaseModel):
         return self
 
 
-class Contact(BaseModel):
+class Contact(Strict):
     """An interface of a body against a rigid obstacle or against another body."""
 
-    model_config = STRICT
     body: str
     interface: str
     against: Annotated[Bore | Plane | MasterSurface | OtherBody, Field(discriminator="shape")]
@@ -98,8 +91,25 @@ class Contact(BaseModel):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Contact":
-        if (wrong := METHODS[self.method].refuses(self)) is not None:
-            raise ValueError(wrong)
+        method, layer, law = METHODS[self.method], self.surface_stiffness is not None, self.law is not None
+        dashpot, rubs = self.dashpot != "none", self.friction is not None
+        for wrong, message in (
+            (method.flexible and layer and law,
+             "surface_stiffness and law both describe the surface; give only one of them"),
+            (method.flexible and law and dashpot,
+             "dashpot 'wave-guide' cannot be combined with a law; give only one of them"),
+            (not method.flexible and not method.rigid and layer == law,
+             f"method '{self.method}' needs either surface_stiffness [N/m^3] or a law"),
+            (method.rigid and (layer or law),
+             f"method '{self.method}' is rigid; remove surface_stiffness and law"),
+            (not method.flexible and dashpot,
+             "dashpot 'wave-guide' acts in parallel to R; it needs method 'residual'"),
+            (method.bounces != (self.restitution is not None),
+             "restitution is required by method 'impact' and not allowed with other methods"),
+            (rubs and not method.rigid, "friction needs method 'constraint' or 'impact'"),
+        ):  # fmt: skip
+            if wrong:
+                raise ValueError(message)
         return self
 
     @property

@@ -3,10 +3,10 @@
 from math import isfinite
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gudgeon.solver.capabilities import INTEGRATORS
-from gudgeon.solver.numbers import STRICT, Positive
+from gudgeon.solver.numbers import Positive, Strict
 from gudgeon.solver.vectors import Vector
 
 STEPPING = {name: one for name, one in INTEGRATORS.items() if not one.own_steps}
@@ -15,10 +15,9 @@ DEFAULTS = ", ".join(f"{one.step_factor:g}/ω_c ({name})" for name, one in STEPP
 LIMITS = ", ".join(f"{one.largest:g}/ω_c ({name})" for name, one in INTEGRATORS.items() if isfinite(one.largest))
 
 
-class Run(BaseModel):
+class Run(Strict):
     """Duration, steps and integrator of a run, and its gravity."""
 
-    model_config = STRICT
     duration: Positive = Field(description="Duration of the run [s]", json_schema_extra={"unit": "s"})
     step: Positive | None = Field(
         default=None,

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force
@@ -12,20 +12,19 @@ from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints import Joint
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import STRICT
+from gudgeon.solver.numbers import Strict
 from gudgeon.solver.scene.body import Body
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.run import Run
 
 
-class Scene(BaseModel):
+class Scene(Strict):
     """Everything that the solver needs besides the records."""
 
-    model_config = STRICT
     body: dict[str, Body] = Field(min_length=1)
-    contact: dict[str, Contact] = {}
-    joint: dict[str, Joint] = {}
-    force: dict[str, Force] = {}
+    contact: dict[str, Contact] = Field(default={})
+    joint: dict[str, Joint] = Field(default={})
+    force: dict[str, Force] = Field(default={})
     run: Run
 
     @model_validator(mode="after")

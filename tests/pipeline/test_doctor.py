@@ -83,11 +83,11 @@ def test_segfault_becomes_a_message(crash: str) -> None:
 def test_rendering_failures() -> None:
     """A picture must be written, in time, by a child that ends well."""
     draw = "import sys; open(sys.argv[1], 'wb').write(b'picture')"
-    assert doctor.rendering_works(draw) == (True, "")
-    assert doctor.rendering_works("pass") == (False, "no picture was written")
-    assert doctor.rendering_works("raise SystemExit('blank')") == (False, "blank")
-    assert doctor.rendering_works("raise SystemExit(3)") == (False, "exit code 3")
-    assert doctor.rendering_works("import time; time.sleep(60)", timeout=0.5) == (False, "no answer within 0.5 s")
+    assert doctor.rendering_finding(draw).state == "ok"
+    assert doctor.rendering_finding("pass").detail == "no picture was written"
+    assert doctor.rendering_finding("raise SystemExit('blank')").detail == "blank"
+    assert doctor.rendering_finding("raise SystemExit(3)").detail == "exit code 3"
+    assert doctor.rendering_finding("import time; time.sleep(60)", timeout=0.5).detail == "no answer within 0.5 s"
 
 
 def test_backend_states(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
+from gudgeon.modaldb.records.cyclic import CyclicHarmonic
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.cyclic.harmonic import HarmonicModes, harmonic_modes
+from gudgeon.pipeline.cyclic.harmonic import harmonic_modes
 from gudgeon.pipeline.cyclic.hermitian import lowest_pairs
 from gudgeon.pipeline.cyclic.sector import Sector, cyclic_sector
 from gudgeon.pipeline.cyclic.whole_wheel import Mistuning, wheel_problem
@@ -38,7 +39,7 @@ def chain() -> tuple[Sector, Mistuning]:
     return sector, Mistuning(sparse.csr_matrix(part), factors)
 
 
-def tuned_modes(sector: Sector, count: int) -> list[HarmonicModes]:
+def tuned_modes(sector: Sector, count: int) -> list[CyclicHarmonic]:
     """Return the lowest `count` elastic modes of every harmonic 0…N/2."""
     return [harmonic_modes(sector, harmonic, count) for harmonic in sector.symmetry.harmonics()]
 

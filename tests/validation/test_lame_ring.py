@@ -58,7 +58,7 @@ def errors(tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
         )
         mesh = build_mesh(component, folder, "ring")
         model = build_model(mesh, component.material, geometry=component.geometry)
-        pressure = load_rows(mesh, model, Interface(surface="bore", kind="pressure"), "bore")
+        pressure = load_rows(model, Interface(surface="bore", kind="pressure"), "bore")
         u = Flexibility(model).solve(pressure.B.T.toarray())
         widening = A / E * ((A**2 + B**2) / (B**2 - A**2) + NU)
         found["widening"].append((pressure.B @ u).item() / (2 * np.pi * A * T * widening) - 1)

@@ -3,17 +3,16 @@
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.numbers import STRICT, Length, Positive
+from gudgeon.pipeline.geometry.numbers import Length, Positive, Strict
 from gudgeon.pipeline.geometry.surfaces import point_surface
 
 
-class Bar(BaseModel):
+class Bar(Strict):
     """Bar of constant section from x = 0 (`left`) to x = `length` (`right`)."""
 
-    model_config = STRICT
     kind: Literal["bar"]
     length: Length
     area: Positive = Field(description="Cross-section [m^2]", json_schema_extra={"unit": "m^2"})

@@ -4,10 +4,10 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.numbers import STRICT, Length
+from gudgeon.pipeline.geometry.numbers import Length, Strict
 from gudgeon.pipeline.geometry.section import General, Section
 from gudgeon.pipeline.geometry.surfaces import point_surface
 
@@ -18,10 +18,9 @@ SIDES = {"top": 1.0, "bottom": -1.0}
 """Outward normal along z of each side of the beam."""
 
 
-class Beam(BaseModel):
+class Beam(Strict):
     """Beam of constant section from the origin (`left`) to `length` (`right`) along its axis."""
 
-    model_config = STRICT
     kind: Literal["beam"]
     length: Length
     section: Section

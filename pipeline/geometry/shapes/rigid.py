@@ -3,19 +3,18 @@
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.numbers import STRICT, NonZero, Point, Positive
+from gudgeon.pipeline.geometry.numbers import NonZero, Point, Positive, Strict
 from gudgeon.pipeline.geometry.surfaces import point_surface
 
 Moment = Annotated[float, Field(ge=0, allow_inf_nan=False, json_schema_extra={"unit": "kg m^2"})]
 
 
-class RigidPoint(BaseModel):
+class RigidPoint(Strict):
     """A point on the surface of the body."""
 
-    model_config = STRICT
     at: Point = Field(description="Position from the centre of mass [m]")
     normal: NonZero = Field(description="Outward normal, of any length")
     area: Positive = Field(
@@ -25,10 +24,9 @@ class RigidPoint(BaseModel):
     )
 
 
-class Rigid(BaseModel):
+class Rigid(Strict):
     """Rigid body with its centre of mass at the origin."""
 
-    model_config = STRICT
     kind: Literal["rigid"]
     mass: Positive = Field(json_schema_extra={"unit": "kg"})
     inertia: tuple[Moment, Moment, Moment] = Field(

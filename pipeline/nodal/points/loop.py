@@ -18,7 +18,7 @@ from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.banded import is_narrow, march, new_band
 from gudgeon.pipeline.nodal.points.contact import Press, new_press, press
 from gudgeon.pipeline.nodal.problem import PointProblem
-from gudgeon.pipeline.nodal.quantities import History, body_quantities, contact_quantities, named
+from gudgeon.pipeline.nodal.quantities import History, body_quantities, contact_quantities, energy_drift, named
 
 PARTS = 100
 """Parts of a run after which its progress is reported."""
@@ -47,11 +47,11 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
         step * np.arange(count + 1), np.zeros((count, points)), np.zeros((count + 1, points)), loop.rates()
     )
     history.gaps[0] = gap
-    energies, begun = np.zeros((count, 5)), loop.energies(now)
+    energies = np.vstack([loop.energies(now), np.zeros((count, 5))])
     part = max(1, count // PARTS)
     for first in range(0, count, part):
         chosen = slice(first, min(first + part, count))
-        out = history.forces[chosen], history.gaps[1:][chosen], energies[chosen]
+        out = history.forces[chosen], history.gaps[1:][chosen], energies[1:][chosen]
         if (made := loop.advance(now, rest, gap, out)) < len(out[0]):
             raise StageError(f"full FE: no contact force was found in step {first + made + 1} of {step:g} s")
         if progress is not None:
@@ -64,13 +64,11 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
     }
     taken = clock.read()
     loop.free()
-    balance = energies[:, :4].sum(axis=1) - energies[:, 4]
-    converted = energies[:, 1] - begun[1] + energies[:, 2] + energies[:, 3]
-    error, exchanged = float(np.abs(balance - (begun[:4].sum() - begun[4])).max()), float(np.abs(converted).max())
+    converted = energies[1:, 1] - energies[0, 1] + energies[1:, 2] + energies[1:, 3]
     forces = {name: history.forces[:, rows[name]] @ contact.directions for name, contact in problem.contacts.items()}
     return NodalRecord(
         step=float(history.times[1]), times=history.times[1:], force=np.sum(list(forces.values()), axis=0),
-        energies=energies[:, :3].copy(), energy_drift=error / exchanged if exchanged else 0.0,
+        energies=energies[1:, :3].copy(), energy_drift=energy_drift(energies, float(np.abs(converted).max())),
         coordinates=sum(body.K.shape[0] for body in problem.bodies), newton_iterations=int(now.balance[2]),
         wall_seconds=taken.wall, cpu_seconds=taken.cpu, forces=forces, quantities=quantities,
     )  # fmt: skip

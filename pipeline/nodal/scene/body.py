@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.design_change.morph import moved_mesh
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.interfaces.patch import patch_point, patch_row
-from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points
+from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
+from gudgeon.pipeline.interfaces.points import ContactPoints
 from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.nodal.problem import NodalBody
 from gudgeon.pipeline.nodal.start import supported_body
@@ -19,15 +18,12 @@ from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.job import Job, free_twists
 from gudgeon.pipeline.stages.mesh import movement_of
 
-CONTACT_KINDS = ("points", "patch")
-
 
 @dataclass(frozen=True)
 class Part:
-    """One body of the scene with its mesh, that of the changed design where there is one."""
+    """One body of the scene on its mesh, that of the changed design where there is one."""
 
     name: str
-    mesh: MeshRecord
     model: FEModel
     component: Component
     body: NodalBody
@@ -49,17 +45,12 @@ class Part:
             have = ", ".join(self.component.interface) or "none"
             raise InputError(f"{where}: body '{self.name}' has no '{name}', it has {have}")
         interface = self.component.interface[name]
-        if interface.kind not in CONTACT_KINDS:
+        if interface.kind not in POINT_FINDERS:
             raise InputError(
                 f"{where}: '{name}' is of kind '{interface.kind}', report.full_fe allows 'points', 'patch'"
             )
-        if interface.kind == "patch":
-            points = patch_point(self.mesh, interface, where)
-            rows = patch_row(self.mesh, self.model, interface, where)
-        else:
-            points = contact_points(self.mesh, interface, where)
-            rows = self.model.rows(points.nodes, points.normals)
-        return points, sparse.csr_matrix(rows @ self.reduction)
+        points = POINT_FINDERS[interface.kind](self.model.mesh, interface, where)
+        return points, sparse.csr_matrix(normal_rows(self.model, interface, points) @ self.reduction)
 
 
 def load_part(job: Job, name: str, field: np.ndarray) -> Part:
@@ -85,4 +76,4 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     damping = settings.damping.stiffness_factor if settings.damping else 0.0
     twists = free_twists(job, name)
     body, reduction = supported_body(name, model, twists, momentum, damping=damping, field=field)
-    return Part(name, mesh, model, component, body, reduction, position=np.asarray(settings.position, float))
+    return Part(name, model, component, body, reduction, position=np.asarray(settings.position, float))

@@ -17,7 +17,7 @@ from scipy import sparse
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.problem import NodalProblem
 from gudgeon.pipeline.nodal.sliding.contact import close_gaps, contact_energy
-from gudgeon.pipeline.nodal.sliding.rod import RodStep, prepare_rod
+from gudgeon.pipeline.nodal.sliding.rod import prepare_rod
 from gudgeon.pipeline.nodal.sliding.weights import Surfaces, Touch
 
 FAR = 1.0
@@ -38,8 +38,6 @@ class StepForces:
     """Force on each function of the master, inward [N], (F,)."""
     multipliers: np.ndarray
     """λ̄ [N], (c,)."""
-    rod: float
-    """x, positive when it pushes the slave away from the crank pin [N]."""
     edge: float
     """Contact energy of points that entered a surface, less that of points that left one [J]."""
     iterations: int
@@ -48,12 +46,10 @@ class StepForces:
 def slave_ports(problem: NodalProblem) -> sparse.csr_matrix:
     """Stack G of all contacts, J of the rod and the rows of sliding."""
     contacts = problem.contacts.values()
-    rows = [contact.G for contact in contacts]
+    rows = [sparse.csr_matrix((0, problem.slave.K.shape[0])), *(contact.G for contact in contacts)]
     if problem.rod is not None:
         rows.append(sparse.csr_matrix(problem.rod.rows))
     rows += [sparse.csr_matrix(c.surface.slide[None]) for c in contacts if c.surface is not None]
-    if not rows:
-        return sparse.csr_matrix((0, problem.slave.K.shape[0]))
     return sparse.csr_matrix(sparse.vstack(rows))
 
 
@@ -102,8 +98,9 @@ class Coupling:
         touch = self.surfaces.touch(sigma) if len(sigma) else self._touch
         work = _Step(self, places, inward, touch, sigma)
         if self.rod is not None:
-            rates = np.array([self._slave.rate(c), self._slave.rate(c + 1)])
-            work.hold(prepare_rod(self.rod, self._places[c : c + 2], rates, predicted[:2], pins, self._slave.step))
+            point = slice(c, c + 2)
+            rates = self._slave.rates(point)
+            work.hold(*prepare_rod(self.rod, self._places[point], rates, predicted[:2], pins, self._slave.step))
         found = work.run()
         self._sigma, self._touch, self._aux = sigma, touch, found.ports[c:]
         return found
@@ -116,7 +113,7 @@ class Coupling:
     def _gaps(self, places: np.ndarray, inward: np.ndarray, touch: Touch) -> np.ndarray:
         gap = self.gap_at_rest + places[: self.surfaces.count]
         if self.surfaces.size:
-            gap += touch.sample(inward)
+            gap += touch.N @ inward
             gap[~touch.present] = FAR
         return gap
 
@@ -129,23 +126,23 @@ class _Step:
         self.c = home.surfaces.count
         self.free = home._gaps(places, inward, touch)
         self.usable = touch.present & home._touch.present
-        self.rod: RodStep | None = None
+        self.rod_direction: np.ndarray | None = None
         # x = rod_free − rod_per_row·λ̄ − rod_per_drag·d
         self.rod_free, self.rod_per_row, self.push = 0.0, np.zeros(self.c), np.zeros(self.c)
         self.rod_per_drag = np.zeros(len(sigma))
         self.drag = np.zeros(len(sigma))
 
-    def hold(self, rod: RodStep) -> None:
-        """Add the rod, whose force follows from all others."""
+    def hold(self, direction: np.ndarray, end: np.ndarray, error: float) -> None:
+        """Add the rod, whose force follows from all others; see `prepare_rod`."""
         W, c = self.home._W, self.c
         two, slides = slice(c, c + 2), self.home._slides
-        give = 2 * float(rod.end @ W[two, two] @ rod.middle)
-        ahead = rod.error - 2 * float(rod.end @ (W[two, c:] @ self.home._aux))
-        self.rod = rod
+        give = 2 * float(end @ W[two, two] @ direction)
+        ahead = error - 2 * float(end @ (W[two, c:] @ self.home._aux))
+        self.rod_direction = direction
         self.rod_free = -ahead / give
-        self.rod_per_row = (2 / give) * (rod.end @ W[two, :c])
-        self.rod_per_drag = (2 / give) * (rod.end @ W[two, slides])
-        self.push = rod.middle @ W[two, :c]
+        self.rod_per_row = (2 / give) * (end @ W[two, :c])
+        self.rod_per_drag = (2 / give) * (end @ W[two, slides])
+        self.push = direction @ W[two, :c]
         self.free = np.where(self.touch.present, self.free + self.push * self.rod_free, FAR)
 
     def run(self) -> StepForces:
@@ -173,21 +170,21 @@ class _Step:
             kappa = home.stiffness[crossing]
             edge = contact_energy(kappa, new[crossing]) - contact_energy(kappa, old[crossing])
         home.gap = new
-        force = self._rod_force(multipliers)
-        ports = np.concatenate([multipliers, self._aux_forces(force)])
-        return StepForces(ports, functions, multipliers, force, edge, iterations)
+        ports = np.concatenate([multipliers, self._aux_forces(multipliers)])
+        return StepForces(ports, functions, multipliers, edge, iterations)
 
-    def _rod_force(self, multipliers: np.ndarray) -> float:
-        return float(self.rod_free - self.rod_per_row @ multipliers - self.rod_per_drag @ self.drag)
-
-    def _aux_forces(self, force: float) -> np.ndarray:
-        return self.drag if self.rod is None else np.concatenate([force * self.rod.middle, self.drag])
+    def _aux_forces(self, multipliers: np.ndarray) -> np.ndarray:
+        """Return the forces of the rod and of the drag under given multipliers."""
+        if self.rod_direction is None:
+            return self.drag
+        force = self.rod_free - self.rod_per_row @ multipliers - self.rod_per_drag @ self.drag
+        return np.concatenate([force * self.rod_direction, self.drag])
 
     def _close(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
         """Close the gaps of the rows near contact."""
         home = self.home
         W = home._W[np.ix_(rows, rows)]
-        if self.rod is not None:
+        if self.rod_direction is not None:
             W -= np.outer(self.push[rows], self.rod_per_row[rows])
         scale = float(np.abs(self.free[self.usable]).max())
         if not home.surfaces.size:
@@ -206,17 +203,12 @@ class _Step:
 
     def _local(self, rows: np.ndarray) -> None:
         """Restrict N and the master's response to the functions that these rows touch."""
-        home = self.home
-        mark = np.zeros(home.surfaces.size, np.int64)
-        mark[self.touch.numbers[rows]] = 1
-        mark[home._touch.numbers[rows]] = 1
-        self.used = np.flatnonzero(mark)
-        mark[self.used] = np.arange(len(self.used))
-        self.R = home._R[np.ix_(self.used, self.used)]
-        self.N_new = self.touch.dense(rows, mark, len(self.used))
-        N_old = home._touch.dense(rows, mark, len(self.used))
+        N_old, N_new = self.home._touch.N[rows], self.touch.N[rows]
+        used = np.unique(np.concatenate([N_old.indices, N_new.indices]))
+        N_old, self.N_new = N_old[:, used].toarray(), N_new[:, used].toarray()
         self.N_mean, self.N_change = 0.5 * (N_old + self.N_new), self.N_new - N_old
-        self.mean_free = 0.5 * (home.inward[self.used] + self.inward[self.used])
+        self.R = self.home._R[np.ix_(used, used)]
+        self.mean_free = 0.5 * (self.home.inward[used] + self.inward[used])
 
     def _find_drag(self, rows: np.ndarray, multipliers: np.ndarray) -> None:
         """d = λ̄ᵀ ΔN ē / Δσ of every sliding contact."""
@@ -226,7 +218,7 @@ class _Step:
         every = np.zeros(c)
         every[rows] = multipliers
         slides = home._slides
-        aux = self._aux_forces(self._rod_force(every))
+        aux = self._aux_forces(every)
         start = home._places[slides]
         true = self.places[slides] + home._W[slides, rows] @ multipliers + home._W[slides, c:] @ aux - start
         guess = self.sigma - home._sigma
@@ -248,9 +240,8 @@ class _Step:
         functions = np.zeros(home.surfaces.size)
         if home.surfaces.size:
             gaps += home._W[:c, home._slides] @ self.drag
-            for touch in (home._touch, self.touch):
-                functions += 0.5 * touch.spread(force, acting, home.surfaces.size)
+            functions = 0.5 * (home._touch.N.T @ multipliers + self.touch.N.T @ multipliers)
             loaded = np.flatnonzero(functions)
-            gaps += self.touch.sample(functions[loaded] @ home._R[loaded])
+            gaps += self.touch.N @ (functions[loaded] @ home._R[loaded])
             gaps[~self.touch.present] = FAR
         return gaps, functions

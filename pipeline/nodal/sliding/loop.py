@@ -1,4 +1,9 @@
-"""Time loop of the full FE where points slide or press a layer, and its energy balance."""
+"""Time loop of the full FE where points slide or press a layer, and its energy balance.
+
+Work is given by loads and the rod, and as contact energy by points that enter a surface or leave it pressed; the drag
+is internal. Contacts exchange ½ (Σ |w_k| + |w_e| + V), with w_k the work of the contact forces so far on each rigid
+motion of the slave, w_e that on its deformation and V the contact energy, so that a driven stroke is excluded.
+"""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +18,13 @@ from gudgeon.pipeline.measuring.clock import Clock, Seconds
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.loop import simulate_points
 from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
-from gudgeon.pipeline.nodal.quantities import body_quantities, named, resultant_quantities
+from gudgeon.pipeline.nodal.quantities import (
+    body_quantities,
+    energy_drift,
+    force_quantities,
+    named,
+    resultant_quantities,
+)
 from gudgeon.pipeline.nodal.sliding.contact import contact_energy
 from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
 
@@ -41,8 +52,6 @@ def simulate_nodal(
         count = max(1, round(problem.duration / step))
         run = _Run(problem, step, count)
         stack.callback(run.free)
-        # Solves release the interpreter's lock: the master's runs in parallel to the slave's.
-        run.pool = stack.enter_context(ThreadPoolExecutor(1)) if run.master is not None else None
         for n in range(count):
             run.advance(n)
             if progress is not None and n % PROGRESS_STRIDE == 0:
@@ -59,25 +68,27 @@ class _Run:
         if problem.master is not None and self.master is not None:
             self.bodies.append((problem.master, self.master))
         self.coupling = Coupling(problem, self.slave, self.master)
-        self._account = _Account(self)
-        self.pool: ThreadPoolExecutor | None = None
+        # Solves release the interpreter's lock: the master's runs in parallel to the slave's.
+        self._pool = ThreadPoolExecutor(1)
         self._loads = [body.load_means(self.times) for body, _ in self.bodies]
         self._pins = np.zeros((count + 1, 0)) if problem.rod is None else np.asarray(problem.rod.crank(self.times))
-        self._energies, self._iterations = np.zeros((count, 3)), 0
+        self._energies, self._iterations = np.zeros((count + 1, 5)), 0
+        self._given, self._exchanged = 0.0, 0.0
+        self._on_rigid, self._on_all = np.zeros(self.slave.rigid_count), 0.0
+        self._energies[0] = self._balance()
         self._contact_forces = {name: np.zeros((count, 3)) for name in problem.contacts}
         self._rod_force = np.zeros((count, 2))
         self._motion = {body.name: np.zeros((count, 12)) for body, _ in self.bodies if body.twists is not None}
         shares = np.arange(1, problem.frames + 1) / max(1, problem.frames)
-        self._frames = np.unique(np.round(count * shares).astype(int))
+        self._frames = np.unique(np.maximum(np.round(count * shares), 1).astype(int))
         self._surfaces: list[np.ndarray] = []
+        self._under = {load.travels: (load, []) for load in problem.slave.loads if load.travels}
         self._start = [moving.q.copy() for _, moving in self.bodies]
 
     def advance(self, n: int) -> None:
         """Make step n."""
         slave, master = self.slave, self.master
-        waiting = None
-        if self.pool is not None and master is not None:
-            waiting = self.pool.submit(master.predict, self._loads[1][n])
+        waiting = None if master is None else self._pool.submit(master.predict, self._loads[1][n])
         places = slave.predict(self._loads[0][n])
         inward = np.zeros(0) if waiting is None else waiting.result()
         found = self.coupling.solve(places, inward, self._pins[n : n + 2])
@@ -86,10 +97,11 @@ class _Run:
             master.advance(found.functions)
         way = self.coupling.finish(inward if master is None else master.places())
         self._keep(n, found)
-        self._energies[n] = self._account.add(found, way, growth)
+        self._account(n, found, way, growth)
 
     def free(self) -> None:
-        """Release the factors' memory."""
+        """Release the factors' memory and the thread."""
+        self._pool.shutdown()
         for _, moving in self.bodies:
             moving.free()
 
@@ -106,11 +118,12 @@ class _Run:
             if k in surfaces.sliding and self._surfaces
         }
         return NodalRecord(
-            step=self.step, times=self.times[1:], force=total, energies=self._energies,
-            energy_drift=self._account.drift, coordinates=sum(len(moving.u) for _, moving in self.bodies),
+            step=self.step, times=self.times[1:], force=total, energies=self._energies[1:, :3].copy(),
+            energy_drift=energy_drift(self._energies, self._exchanged),
+            coordinates=sum(len(moving.u) for _, moving in self.bodies),
             newton_iterations=self._iterations, wall_seconds=taken.wall, cpu_seconds=taken.cpu, forces=forces,
-            motion=self._motion,
-            frame_times=self.times[self._frames] if self.problem.frames else None, masters=masters,
+            motion=self._motion, masters=masters,
+            frame_times=self.times[self._frames] if self.problem.frames else None,
             quantities=self._quantities(),
         )  # fmt: skip
 
@@ -121,6 +134,8 @@ class _Run:
             found |= named(name, resultant_quantities(self.times[1:], forces))
         for body, moving in self.bodies:
             found |= body_quantities(body.name, body.centre_motion(moving.motion()))
+        for load, moved in self._under.values():
+            found |= force_quantities(load, self.times[self._frames], np.array(moved))
         return found
 
     def _keep(self, n: int, found: StepForces) -> None:
@@ -136,55 +151,34 @@ class _Run:
                 self._motion[body.name][n, 6:] = moving.p @ body.twists
         if n + 1 in self._frames:
             self._surfaces.append(self.coupling.inward.copy())
+            for load, moved in self._under.values():
+                moved.append(load.rows @ self.slave.motion()[0])
 
-
-class _Account:
-    """Energy balance E − E₀ − W + D, against the energy exchanged at contacts.
-
-    W is the work of loads and of the rod, and the contact energy of points that enter a surface or leave it pressed;
-    the drag is internal. Contacts exchange ½ (Σ |w_k| + |w_e| + V), with w_k the work of the contact forces so far on
-    each rigid motion of the slave and w_e that on its deformation, so that a driven stroke is excluded.
-    """
-
-    def __init__(self, run: _Run) -> None:
-        self._run = run
-        self._on_rigid, self._on_all = np.zeros(run.slave.rigid_count), 0.0
-        self._given = 0.0
-        self._worst, self._exchanged = 0.0, 0.0
-        self._first = self._balance()[1]
-
-    @property
-    def drift(self) -> float:
-        """Largest error of the balance over the largest exchange; 0 where contact exchanges nothing."""
-        return self._worst / self._exchanged if self._exchanged else 0.0
-
-    def add(self, found: StepForces, way: np.ndarray, growth: np.ndarray) -> tuple[float, float, float]:
-        """Add a step; returns kinetic, strain and contact energy [J].
+    def _account(self, n: int, found: StepForces, way: np.ndarray, growth: np.ndarray) -> None:
+        """Add a step to the energies and to what contacts exchange.
 
         Args:
             way: Change of the slave's ports [m].
             growth: Change of its rigid coordinates.
         """
-        run, c = self._run, len(found.multipliers)
-        if run.problem.rod is not None:
+        c = len(found.multipliers)
+        if self.problem.rod is not None:
             self._given += float(found.ports[c : c + 2] @ way[c : c + 2])
         self._given += found.edge
         acting = np.flatnonzero(found.multipliers)
         if len(acting):
             force = found.multipliers[acting]
-            self._on_rigid += (force @ run.slave.ports_rigid[acting]) * growth
+            self._on_rigid += (force @ self.slave.ports_rigid[acting]) * growth
             self._on_all += float(force @ way[acting])
-        energies, total = self._balance()
-        self._worst = max(self._worst, abs(total - self._first))
+        self._energies[n + 1] = self._balance()
         rest = self._on_all - float(self._on_rigid.sum())
-        exchanged = float(np.abs(self._on_rigid).sum()) + abs(rest) + energies[2]
-        self._exchanged = max(self._exchanged, 0.5 * exchanged)
-        return energies
+        exchanged = np.abs(self._on_rigid).sum() + abs(rest) + self._energies[n + 1, 2]
+        self._exchanged = max(self._exchanged, 0.5 * float(exchanged))
 
-    def _balance(self) -> tuple[tuple[float, float, float], float]:
-        moving = [moving for _, moving in self._run.bodies]
+    def _balance(self) -> tuple[float, float, float, float, float]:
+        """Return kinetic, strain, contact, dissipated energy and work given now [J]."""
+        moving = [moving for _, moving in self.bodies]
         kinetic, strain = sum(body.kinetic for body in moving), sum(body.strain for body in moving)
-        contact = contact_energy(self._run.coupling.stiffness, self._run.coupling.gap)
+        contact = contact_energy(self.coupling.stiffness, self.coupling.gap)
         lost = sum(body.dissipated for body in moving)
-        given = self._given + sum(body.work for body in moving)
-        return (kinetic, strain, contact), kinetic + strain + contact + lost - given
+        return kinetic, strain, contact, lost, self._given + sum(body.work for body in moving)

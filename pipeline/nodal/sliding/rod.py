@@ -6,28 +6,14 @@ within two steps, half of it in each; a condition on the length alone would osci
 drift.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from gudgeon.pipeline.nodal.problem import NodalRod
 
 
-@dataclass(frozen=True)
-class RodStep:
-    """The linear condition error + 2 n·(P⁺ − predicted) = 0, and the direction of the force."""
-
-    middle: np.ndarray
-    """Direction of the force, (2,)."""
-    end: np.ndarray
-    """n at the end of the step, (2,)."""
-    error: float
-    """Of the condition where P⁺ is as predicted [m]."""
-
-
 def prepare_rod(
     rod: NodalRod, place: np.ndarray, rate: np.ndarray, predicted: np.ndarray, pins: np.ndarray, step: float
-) -> RodStep:
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Linearise the rod's condition about a prediction.
 
     Args:
@@ -36,10 +22,14 @@ def prepare_rod(
         predicted: Its displacement at the end of the step [m], (2,).
         pins: The crank pin at the start and the end of the step: lateral, along, rates, (2, 4).
         step: h [s].
+
+    Returns:
+        Direction of the force (2,); n at the end of the step (2,); error of the condition where P⁺ is as predicted [m],
+        so that the condition is error + 2 n·(P⁺ − predicted) = 0.
     """
     before = rod.point + place - pins[0, :2]
     after = rod.point + predicted - pins[1, :2]
     length = float(np.hypot(*after))
     end, middle = after / length, before + after
     error = length - rod.length + end @ (predicted - place) - step / 2 * (end @ (rate + pins[1, 2:]))
-    return RodStep(middle / np.hypot(*middle), end, float(error))
+    return middle / np.hypot(*middle), end, float(error)

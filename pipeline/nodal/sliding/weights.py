@@ -1,70 +1,51 @@
-"""Weights N of the master's surface functions at the contact points: one table for all contacts, and its products."""
+"""Weights N of the master's surface functions at the contact points: one sparse matrix for all contacts."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy import sparse
 
-from gudgeon.modaldb.records.modes import TractionModes
-from gudgeon.modaldb.traction import SUPPORT, cubic_weights, inside, spline_weights
+from gudgeon.modaldb.records.modes import SplineGrid
+from gudgeon.modaldb.traction import SUPPORT, inside
+from gudgeon.pipeline.interfaces.traction_space import spline_matrix
 from gudgeon.pipeline.nodal.problem import NodalContact
 
 
-class SplineWeights:
-    """Splines of a traction space at points that slide along it.
+def sliding_weights(
+    space: SplineGrid, coordinates: np.ndarray
+) -> Callable[[float], tuple[sparse.csr_matrix, np.ndarray]]:
+    """Return the splines at points that slide along a traction space, see `SlidingSurface.weights`.
 
     Args:
         coordinates: Of the points at σ = 0, across and along [m], (c, 2).
     """
 
-    def __init__(self, space: TractionModes, coordinates: np.ndarray) -> None:
-        self._start, self._spacing = float(space.start[1]), float(space.spacing[1])
-        self._along, self._count = coordinates[:, 1], int(space.counts[1])
-        # The weights across are constant; they are those of a point in the middle of the range along.
-        middle = np.full(len(coordinates), self._start + 0.5 * self._spacing * (self._count - 3))
-        fixed = np.column_stack([coordinates[:, 0], middle])
-        self._on = inside(space, fixed)
-        numbers, values = spline_weights(space, fixed)
-        self._across = values.reshape(-1, 4, 4).sum(axis=2)[:, :, None]
-        self._columns = (numbers.reshape(-1, 4, 4)[:, :, 0] // self._count * self._count)[:, :, None]
+    def weights(sigma: float) -> tuple[sparse.csr_matrix, np.ndarray]:
+        places = coordinates + np.array([0.0, sigma])
+        N, on = spline_matrix(space, places), inside(space, places)
+        N.data.reshape(-1, SUPPORT)[~on] = 0.0
+        return N, on
 
-    def __call__(self, sigma: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return N(σ), see `SlidingSurface.weights`."""
-        place = (self._along + (sigma - self._start)) / self._spacing
-        last = self._count - 3
-        on = self._on & (place >= 0) & (place <= last)
-        first = np.clip(np.floor(place), 0, last - 1)
-        numbers = self._columns + (first.astype(np.int64)[:, None] + np.arange(4))[:, None]
-        numbers[~on] = -1
-        values = self._across * cubic_weights(place - first)[:, None]
-        return numbers.reshape(-1, SUPPORT), values.reshape(-1, SUPPORT)
+    return weights
 
 
+@dataclass(frozen=True)
 class Touch:
-    """N at one time: numbers of functions, counted over all surfaces, and values, (c, s); zero where there is none."""
+    """The points on the surfaces at one time."""
 
-    def __init__(self, numbers: np.ndarray, values: np.ndarray, present: np.ndarray) -> None:
-        self.numbers, self.values, self.present = numbers, values, present
-        """`present`: whether each point faces a surface, rigid or not, (c,)."""
-
-    def sample(self, field: np.ndarray, points: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """N field at some points, (a,)."""
-        return np.einsum("cs,cs->c", self.values[points], field[self.numbers[points]])
-
-    def spread(self, forces: np.ndarray, points: np.ndarray, size: int) -> np.ndarray:
-        """Nᵀ forces of some points (a,), (F,)."""
-        amounts = self.values[points] * forces[:, None]
-        return np.bincount(self.numbers[points].ravel(), amounts.ravel(), minlength=size)
-
-    def dense(self, points: np.ndarray, column: np.ndarray, width: int) -> np.ndarray:
-        """N of some points and functions as a matrix, (a, width); `column` (F,) is the column of each function."""
-        flat = column[self.numbers[points]] + width * np.arange(len(points))[:, None]
-        return np.bincount(flat.ravel(), self.values[points].ravel(), minlength=len(points) * width).reshape(-1, width)
+    N: sparse.csr_matrix
+    """Weights of the functions of all surfaces; zero of points that face none, (c, F)."""
+    present: np.ndarray
+    """Whether each point faces a surface, rigid or not, (c,)."""
 
 
 class Surfaces:
     """The surfaces of all contacts: contact k has the points `points[k]` and the functions `functions[k]`."""
 
     def __init__(self, contacts: list[NodalContact]) -> None:
+        self._contacts = contacts
         ends = np.cumsum([0, *(len(contact.gap) for contact in contacts)])
         sizes = [0 if contact.surface is None else contact.surface.rows.shape[0] for contact in contacts]
         bases = np.cumsum([0, *sizes])
@@ -73,17 +54,14 @@ class Surfaces:
         self.count, self.size = int(ends[-1]), int(bases[-1])
         self.sliding = [k for k, contact in enumerate(contacts) if contact.surface is not None]
         """Contacts that slide, in the order of σ."""
-        self._weights = [surface.weights for c in contacts if (surface := c.surface) is not None]
 
     def touch(self, sigmas: np.ndarray) -> Touch:
         """Return N after the sliding distances [m] of the sliding contacts."""
-        found = [weights(float(sigma)) for weights, sigma in zip(self._weights, sigmas, strict=True)]
-        width = max([values.shape[1] for _, values in found], default=1)
-        numbers, values = np.zeros((self.count, width), np.int64), np.zeros((self.count, width))
-        present = np.ones(self.count, bool)
-        for k, (one, value) in zip(self.sliding, found, strict=True):
-            points, on = self.points[k], one[:, 0] >= 0
-            present[points] = on
-            numbers[points, : one.shape[1]] = np.where(on[:, None], one + self.functions[k].start, 0)
-            values[points, : one.shape[1]] = np.where(on[:, None], value, 0.0)
-        return Touch(numbers, values, present)
+        present, way = np.ones(self.count, bool), iter(sigmas)
+        blocks = [sparse.csr_matrix((0, 0))]
+        for contact, points in zip(self._contacts, self.points, strict=True):
+            block = sparse.csr_matrix((len(contact.gap), 0))
+            if contact.surface is not None:
+                block, present[points] = contact.surface.weights(float(next(way)))
+            blocks.append(block)
+        return Touch(sparse.csr_matrix(sparse.block_diag(blocks, format="csr")), present)

@@ -6,6 +6,7 @@ the bodies are rendered: rendering takes most of the time.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import imageio
@@ -33,9 +34,8 @@ HEAD, HALF, THICK = 20, 9, 3
 
 @dataclass(frozen=True)
 class Stage:
-    """The moving parts: an aimed scene, its place in the movie, and the curves with a time mark."""
+    """The moving parts: a scene, empty at first, its place in the movie, and the curves with a time mark."""
 
-    plotter: pv.Plotter
     box: tuple[int, int, int, int]
     """Left, upper, right, lower border of the scene in the movie [px]."""
     curves: Sequence[Axes]
@@ -45,6 +45,13 @@ class Stage:
     def size(self) -> tuple[int, int]:
         """Width and height of the scene [px]."""
         return self.box[2] - self.box[0], self.box[3] - self.box[1]
+
+    @cached_property
+    def plotter(self) -> pv.Plotter:
+        """The scene."""
+        plotter = view.new_plotter(self.size, FINER)
+        plotter.disable_anti_aliasing()
+        return plotter
 
 
 @dataclass(frozen=True)
@@ -56,13 +63,6 @@ class Shot:
     text: str
     arrows: Sequence[tuple[np.ndarray, np.ndarray, str]] = field(default=())
     """Tail and tip [m], horizontal on the screen, and text."""
-
-
-def new_plotter(box: tuple[int, int, int, int]) -> pv.Plotter:
-    """Return an empty scene for a box of the movie."""
-    plotter = view.new_plotter((box[2] - box[0], box[3] - box[1]), FINER)
-    plotter.disable_anti_aliasing()
-    return plotter
 
 
 def shoot(path: Path, figure: Figure, stage: Stage, frames: np.ndarray, turn_to: Callable[[int], Shot]) -> None:

@@ -16,6 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from PIL.Image import Image
 
+from gudgeon.pipeline.files import whole_file
+
 WIDTH, HEIGHT, DPI = 1600, 1200, 200
 """Size of a picture [px] and its resolution [px/in]."""
 INK, FAINT, GRID, GROUND = "#1f2933", "#66727f", "#e3e8ed", "#f1f3f5"
@@ -30,6 +32,8 @@ SIGNED = colormaps["RdBu_r"]
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 """Scale factors are one of these times a power of ten."""
 
+IMAGE, BAR = (1340, 1000), (0.862, 0.17, 0.018, 0.6)
+"""Size of a rendered picture [px], and place of the colour bar beside it."""
 Box = tuple[float, float, float, float]
 """Left, bottom, width, height in a figure."""
 SIDES = (0.1, 0.965)
@@ -72,11 +76,9 @@ def new_figure(title: str, subtitle: str, *, height: int = HEIGHT, width: int = 
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG of its full size, in one step."""
-    scratch = path.with_name(f".{path.name}.part")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(scratch, dpi=DPI, facecolor="white", format="png")
-    scratch.replace(path)
+    """Write a figure as PNG of its full size, in one step; see `whole_file`."""
+    with whole_file(path) as scratch:
+        figure.savefig(scratch, dpi=DPI, facecolor="white", format="png")
 
 
 def draw(file: AbstractContextManager[Path], make: Callable[..., Figure], *arguments: Any) -> None:
@@ -220,12 +222,6 @@ def nice_scale(shown: float, largest: float) -> float:
 def time_unit(span: float) -> tuple[float, str]:
     """Return factor and unit for a time span [s]: µs below 2 ms, ms below 2 s."""
     return (1e6, "µs") if span < 2e-3 else (1e3, "ms") if span < 2 else (1.0, "s")
-
-
-def moment(time: float, end: float, force: float) -> str:
-    """Return a time within a run that ends at `end` [s], and the contact force then [N], as text."""
-    factor, unit = time_unit(end)
-    return f"t = {digits(time * factor)} {unit}  ·  contact force {quantity(force, 'N')}"
 
 
 def contact_span(times: np.ndarray, force: np.ndarray, margin: float) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.base.surface import Skin
 from gudgeon.solver.obstacles import Obstacle, basic_surface, obstacle_of
+from gudgeon.solver.vectors import unit
 
 FINER = 2.0
 """Factor by which a picture is rendered larger before it is averaged."""
@@ -34,12 +35,10 @@ class View:
 def axis_of(surface: Surface | None, outward: np.ndarray) -> np.ndarray:
     """Return the direction drawn upwards: the cylinder's axis, or the one across `outward` closest to z (or y)."""
     if surface is not None and surface.shape.get("kind") == "cylinder":
-        axis = np.asarray(surface.shape["axis"], float)
-        axis = axis / np.linalg.norm(axis)
+        axis = unit(surface.shape["axis"])
         return axis if axis[np.argmax(np.abs(axis))] > 0 else -axis
     axis = np.array([0.0, 0.0, 1.0]) if abs(outward[2]) < 0.7 else np.array([0.0, 1.0, 0.0])
-    across = axis - outward * (outward @ axis)
-    return across / np.linalg.norm(across)
+    return unit(axis - outward * (outward @ axis))
 
 
 def looking(outward: np.ndarray, up: np.ndarray, azimuth: float, elevation: float) -> View:
@@ -101,8 +100,7 @@ def photograph(plotter: pv.Plotter, size: tuple[int, int], *, last: bool = False
 def aim(plotter: pv.Plotter, view: View, bounds_points: np.ndarray, *, fill: float = 0.94) -> None:
     """Point the camera and fit it so that the points fill the given share of the picture."""
     width, height = plotter.window_size
-    right = np.cross(view.up, view.towards)
-    right /= np.linalg.norm(right)
+    right = unit(np.cross(view.up, view.towards))
     upright = np.cross(view.towards, right)
     across, above = bounds_points @ right, bounds_points @ upright
     middle = bounds_points.mean(axis=0)
@@ -121,9 +119,8 @@ def aim(plotter: pv.Plotter, view: View, bounds_points: np.ndarray, *, fill: flo
 def pixel(plotter: pv.Plotter, size: tuple[int, int], point: np.ndarray) -> np.ndarray:
     """Return the pixel of a point in a picture of some size [px], from the upper left corner, (2,)."""
     camera, (width, height) = plotter.camera, size
-    towards = np.array(camera.position) - camera.focal_point
     up = np.array(camera.up)
-    right = np.cross(up, towards / np.linalg.norm(towards))
+    right = np.cross(up, unit(np.array(camera.position) - camera.focal_point))
     away = (point - camera.focal_point) * height / 2 / camera.parallel_scale
     return np.array([width / 2 + away @ right, height / 2 - away @ up])
 

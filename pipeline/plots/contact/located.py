@@ -9,6 +9,7 @@ from gudgeon.modaldb.records.modes import InterfaceModes
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.solver.obstacles import obstacle_of
+from gudgeon.solver.vectors import length_across
 
 BRIEF = 5.0
 """Sample intervals: of a shorter impact samples resolve only the impulse, not the force."""
@@ -146,31 +147,32 @@ def touch_of(drawing: Drawing, name: str) -> Touch | None:
         direction, gap = obstacle.direction(placed)[number], float(obstacle.gap(placed)[number])
         return Touch(name, drawing.trajectory, side, None, direction, gap)
     direction = -drawing.body(contact.body).modal.interfaces[contact.interface].normals[number]
-    there = _points(drawing, against["body"], against["interface"]) + drawing.position(against["body"])
-    far = placed[number] - there
-    aside = np.linalg.norm(far - np.outer(far @ direction, direction), axis=1)
-    other = Side(against["body"], against["interface"], int(aside.argmin()))
+    far = placed[number] - _placed(drawing, against["body"], against["interface"])
+    other = Side(against["body"], against["interface"], int(length_across(far, direction).argmin()))
     return Touch(name, drawing.trajectory, side, other, direction, float(far[other.point] @ direction))
 
 
-def course(drawing: Drawing, side: Side, direction: np.ndarray, pressed: np.ndarray | None = None) -> Course:
+def course(
+    drawing: Drawing, side: Side, direction: np.ndarray, pressed: np.ndarray | None, *, start: float = 0.0
+) -> Course:
     """Return the motion of a point along a direction, at samples for a rigid body and at frames for an elastic one.
 
     Args:
         pressed: Outward forces on the interface's residual flexibility at each frame [N], (f, c).
+        start: Position at the start [m].
     """
     body, trajectory = drawing.body(side.body), drawing.trajectory
     if not len(body.modal.angular_frequencies):
-        return _from_start(side.label, trajectory.times, rigid_course(drawing, side, direction)[0])
-    wrench = _wrench(drawing, side, direction)
-    interface = body.modal.interfaces[side.interface]
-    count = len(body.morph.rigid_twists)
-    rigid = body.coordinates[:, :count] @ (body.morph.rigid_twists @ wrench)
-    outward = body.coordinates[:, count:] @ interface.rows[side.point]
-    if pressed is not None:
-        outward = outward + pressed @ _residual(drawing, body, side, interface)
-    place = rigid + outward * (interface.normals[side.point] @ direction)
-    return _from_start(side.label, trajectory.frame_times, place)
+        times, place = trajectory.times, rigid_course(drawing, side, direction)[0]
+    else:
+        interface = body.modal.interfaces[side.interface]
+        count = len(body.morph.rigid_twists)
+        rigid = body.coordinates[:, :count] @ (body.morph.rigid_twists @ _wrench(drawing, side, direction))
+        outward = body.coordinates[:, count:] @ interface.rows[side.point]
+        if pressed is not None:
+            outward = outward + pressed @ _residual(drawing, body, side, interface)
+        times, place = trajectory.frame_times, rigid + outward * (interface.normals[side.point] @ direction)
+    return Course(side.label, np.append(0.0, times), np.append(0.0, place) + start)
 
 
 def rigid_course(drawing: Drawing, side: Side, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -190,23 +192,15 @@ def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
     """Return the motion of both points along the contact's direction, relative to the start of the other point."""
     flexible = drawing.scene["contact"][touch.name].get("method") == "residual"
     pressed = -touch.contact.multipliers if flexible else None
-    own = course(drawing, touch.side, touch.direction, pressed)
-    own = Course(own.label, own.times, own.place + touch.gap)
+    own = course(drawing, touch.side, touch.direction, pressed, start=touch.gap)
     if touch.other is None:
         return [own]
     if pressed is not None:
-        pressed = pressed[:, _facing(drawing, touch)]
+        # Of the point of the body opposite each point of the other.
+        mine = touch.contact.points + drawing.position(touch.side.body)
+        far = _placed(drawing, touch.other.body, touch.other.interface)[:, None] - mine[None]
+        pressed = pressed[:, length_across(far, touch.direction).argmin(axis=1)]
     return [own, course(drawing, touch.other, touch.direction, pressed)]
-
-
-def _facing(drawing: Drawing, touch: Touch) -> np.ndarray:
-    """Return the point of the body opposite each point of the other, (c,)."""
-    assert touch.other is not None
-    mine = touch.contact.points + drawing.position(touch.side.body)
-    there = _points(drawing, touch.other.body, touch.other.interface) + drawing.position(touch.other.body)
-    far = there[:, None] - mine[None]
-    aside = far - (far @ touch.direction)[..., None] * touch.direction
-    return np.linalg.norm(aside, axis=2).argmin(axis=1)
 
 
 def _residual(drawing: Drawing, body: BodyMotion, side: Side, interface: InterfaceModes) -> np.ndarray:
@@ -218,9 +212,7 @@ def _residual(drawing: Drawing, body: BodyMotion, side: Side, interface: Interfa
     return modal.residual_flexibility[first + side.point, first:last]
 
 
-def _from_start(label: str, times: np.ndarray, place: np.ndarray) -> Course:
-    return Course(label, np.append(0.0, times), np.append(0.0, place))
-
-
-def _points(drawing: Drawing, body: str, interface: str) -> np.ndarray:
-    return drawing.store.get(drawing.trajectory.bodies[body], "morph", only=["points"]).points[interface]
+def _placed(drawing: Drawing, body: str, interface: str) -> np.ndarray:
+    """Return the positions of an interface's points at the start [m], (c, 3)."""
+    morph = drawing.store.get(drawing.trajectory.bodies[body], "morph", only=["points"])
+    return morph.points[interface] + drawing.position(body)

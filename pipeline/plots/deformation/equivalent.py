@@ -7,6 +7,7 @@ import numpy as np
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.interfaces.stress_recovery import COMPONENTS, von_mises
+from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 
 DISPLACEMENT = ("Elastic deformation", "elastic displacement", "m")
@@ -14,13 +15,8 @@ STRESS = ("Von Mises stress, deformation", "von Mises stress", "Pa")
 """Title, name and unit of the values that colour a deformed body."""
 
 
-def reads_stress(drawing: Drawing, body: BodyMotion) -> bool:
-    """Return whether a body has a gauge of stress on a surface."""
-    return bool(_surface_gauges(drawing, body))
-
-
-def _surface_gauges(drawing: Drawing, body: BodyMotion) -> list[str]:
-    """Return the gauges of stress on surfaces, without reading large arrays."""
+def stress_gauges(drawing: Drawing, body: BodyMotion) -> list[str]:
+    """Return the gauges of stress on surfaces of a body, without reading large arrays."""
     paths = [path for path in drawing.store.sizes(body.morph.modes_key) if fnmatch(path, "gauges/*/nodes")]
     gauges = drawing.store.get(body.morph.modes_key, "modes", only=paths).gauges if paths else {}
     return [name for name, gauge in gauges.items() if gauge.unit == "Pa"]
@@ -32,7 +28,7 @@ def equivalent_stress(drawing: Drawing, body: BodyMotion, frame: int) -> np.ndar
     Raises:
         StageError: see `row_forces`.
     """
-    names = [f"gauges/{name}" for name in _surface_gauges(drawing, body)]
+    names = [f"gauges/{name}" for name in stress_gauges(drawing, body)]
     modal = drawing.store.get(body.morph.modes_key, "modes", only=[*names, "interface_rows"])
     q = body.coordinates[frame, len(body.morph.rigid_twists) :]
     forces = row_forces(drawing, body, modal, frame)
@@ -65,3 +61,12 @@ def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord, frame: in
             raise StageError(f"the points of contact {name} press on several rows of '{interface}' in another order")
         forces[rows] -= pressed
     return forces
+
+
+def strongest_text(drawing: Drawing, body: str, force: float) -> str:
+    """Return the subtitle of a body at its largest contact force [N]."""
+    trajectory = drawing.trajectory
+    factor, unit = style.time_unit(float(trajectory.times[-1]))
+    time = f"t = {style.digits(trajectory.frame_times[drawing.strongest_frame(body)] * factor)} {unit}"
+    force_text = f"contact force {style.quantity(force, 'N')}"
+    return f"{drawing.scene_name}  ·  body {body}, largest contact force, {time}  ·  {force_text}"

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.contact.force_axes import smoothed
+from gudgeon.solver.vectors import unit
 
 LARGE = 1e-2
 """Strain from which the unit is percent."""
@@ -38,51 +39,35 @@ def draw_waves(drawing: Drawing) -> None:
         style.draw(drawing.file("deformation.png", body.name, drawing.deformed_count()), _diagram, drawing, body, found)
 
 
-def strain(body: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions along the bar [m], (n,), and axial strain at each frame [1], (f, n)."""
-    position, order, direction = _axis(body)
-    return position, np.gradient(_elastic(body)[:, order] @ direction, position, axis=1)
-
-
-def deflection(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return positions along the beam [m], (n,), elastic deflection at each frame [m], (f, n), and its axis, 0 to 2."""
-    position, order, direction = _axis(body)
-    across = _elastic(body)[:, order]
-    across = across - (across @ direction)[..., None] * direction
-    axis = int(np.abs(across).max(axis=(0, 1)).argmax())
-    return position, across[..., axis], axis
-
-
-def _axis(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ascending positions [m], the order of their nodes, and the unit vector along the line."""
+def _motion(body: BodyMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ascending positions [m], (n,), elastic displacements there at all frames [m], (f, n, 3), and the axis."""
     ends = body.nodes[body.mesh.cells[:, :2]]
-    direction = (ends[:, 1] - ends[:, 0]).sum(axis=0)
-    direction = direction / np.linalg.norm(direction)
+    direction = unit((ends[:, 1] - ends[:, 0]).sum(axis=0))
     position = (body.nodes - body.nodes[0]) @ direction
     order = np.argsort(position)
-    return position[order] - position[order[0]], order, direction
-
-
-def _elastic(body: BodyMotion) -> np.ndarray:
-    """Return elastic displacements at all frames [m], (f, n, 3)."""
-    return np.stack([body.elastic(frame) for frame in range(len(body.coordinates))])
+    elastic = np.stack([body.elastic(frame) for frame in range(len(body.coordinates))])
+    return position[order] - position[order[0]], elastic[:, order], direction
 
 
 def _strain_map(body: BodyMotion) -> LineMap:
-    position, strains = strain(body)
+    position, elastic, direction = _motion(body)
+    strains = np.gradient(elastic @ direction, position, axis=1)
     # The strain of truncated modes overshoots at the wave front; the 99 % quantile sets the colours.
     top = 1.25 * float(np.percentile(np.abs(strains), 99)) or 1e-12
-    factor, unit = (1e6, "µm/m") if top < LARGE else (1e2, "%")
-    label = f"strain [{unit}], tension positive"
+    factor, name = (1e6, "µm/m") if top < LARGE else (1e2, "%")
+    label = f"strain [{name}], tension positive"
     return LineMap("Waves in the bar", "axial strain", position, strains, top, factor, label=label)
 
 
 def _deflection_map(body: BodyMotion) -> LineMap:
-    position, values, axis = deflection(body)
+    position, elastic, direction = _motion(body)
+    across = elastic - (elastic @ direction)[..., None] * direction
+    axis = int(np.abs(across).max(axis=(0, 1)).argmax())
+    values = across[..., axis]
     top = float(np.abs(values).max()) or 1e-12
-    factor, unit = style.prefixed(top, "m")
+    factor, name = style.prefixed(top, "m")
     what = "elastic deflection" if len(body.morph.rigid_twists) else "deflection"
-    label = f"{what} along {'xyz'[axis]} [{unit}]"
+    label = f"{what} along {'xyz'[axis]} [{name}]"
     return LineMap("Bending of the beam", what, position, values, top, factor, label=label)
 
 
@@ -121,11 +106,11 @@ def _force_beside(axes: Axes, drawing: Drawing, body: BodyMotion, shown: float) 
         total += (1.0 if contact.body == body.name else -1.0) * (window[0] if window else contact.force)
         windows.add(window[1] if window else "")
     force = np.linalg.norm(total, axis=1)
-    scale, unit = style.prefixed(float(force.max()), "N")
+    scale, name = style.prefixed(float(force.max()), "N")
     axes.fill_betweenx(trajectory.times * shown, force * scale, color=style.BLUE, alpha=0.15, lw=0)
     axes.plot(force * scale, trajectory.times * shown, color=style.BLUE, lw=1.8)
     axes.tick_params(labelleft=False)
-    axes.set(xlabel=f"contact force [{unit}]")
+    axes.set(xlabel=f"contact force [{name}]")
     axes.set_xlim(0, 1.1 * float(force.max()) * scale or 1.0)
     if len(windows) == 1:
         axes.set_title(windows.pop(), loc="left", fontsize=9, color=style.FAINT)

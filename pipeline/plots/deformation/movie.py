@@ -52,7 +52,7 @@ def draw_movie(drawing: Drawing) -> None:
         script = _script(drawing, strongest_moment(drawing, body, TRIANGLES))
         with style.styled(), drawing.file("impact.mp4", body.name, len(names)) as path:
             figure, axes = _ground(drawing, script)
-            stage = film.Stage(film.new_plotter(BOX), BOX, [axes])
+            stage = film.Stage(BOX, [axes])
             _set_up(stage, script, _wall(drawing, body, script.scale) if script.travels else None)
             film.shoot(path, figure, stage, script.frames, _mover(drawing, script))
 

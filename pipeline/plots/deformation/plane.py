@@ -10,7 +10,7 @@ from matplotlib.tri import Triangulation
 from gudgeon.pipeline.geometry.shapes.plane import boundary_edges
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, reads_stress
+from gudgeon.pipeline.plots.deformation import equivalent
 
 PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Flat triangles that make up one of six nodes."""
@@ -27,11 +27,11 @@ def draw_sheets(drawing: Drawing) -> None:
         frame = drawing.strongest_frame(body.name)
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
         file = drawing.file("deformation.png", body.name, count)
-        style.draw(file, _picture, drawing, body, magnitude, DISPLACEMENT)
-        if reads_stress(drawing, body):
-            stress = equivalent_stress(drawing, body, frame)
+        style.draw(file, _picture, drawing, body, magnitude, equivalent.DISPLACEMENT)
+        if equivalent.stress_gauges(drawing, body):
+            stress = equivalent.equivalent_stress(drawing, body, frame)
             file = drawing.file("stress.png", body.name, len(names))
-            style.draw(file, _picture, drawing, body, stress, STRESS)
+            style.draw(file, _picture, drawing, body, stress, equivalent.STRESS)
 
 
 def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
@@ -40,9 +40,7 @@ def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: tuple
     elastic, size = body.elastic(frame)[:, :2], body.size
     scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     place = body.nodes[:, :2] + scale * elastic
-    force = float(drawing.frame_force(body.name)[frame])
-    time, end = drawing.trajectory.frame_times[frame], drawing.trajectory.times[-1]
-    subtitle = f"{drawing.scene_name}  ·  body {body.name}, largest contact force, {style.moment(time, end, force)}"
+    subtitle = equivalent.strongest_text(drawing, body.name, float(drawing.frame_force(body.name)[frame]))
     reach = np.ptp(place, axis=0) + 2 * ARROW * size
     height = int(np.clip(0.8 * style.WIDTH * reach[1] / reach[0] + 300, 700, style.HEIGHT))
     figure = style.new_figure(f"{title} × {scale:g}", subtitle, height=height)

@@ -14,12 +14,8 @@ from PIL.Image import Image
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
-from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, STRESS, equivalent_stress, reads_stress
+from gudgeon.pipeline.plots.deformation import equivalent
 
-IMAGE = (1340, 1000)
-"""Size of the rendered part of the picture [px]."""
-BAR = (0.862, 0.17, 0.018, 0.6)
-"""Place of the colour bar."""
 TRIANGLES = 100_000
 """Target number of flat triangles."""
 SHOWN = 0.06
@@ -57,18 +53,20 @@ def draw_deformation(drawing: Drawing) -> None:
         moment = strongest_moment(drawing, body, TRIANGLES)
         magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
         file = drawing.file("deformation.png", body.name, drawing.deformed_count())
-        style.draw(file, _picture, drawing, moment, magnitude, DISPLACEMENT)
+        style.draw(file, _picture, drawing, moment, magnitude, equivalent.DISPLACEMENT)
 
 
 def draw_stress(drawing: Drawing) -> None:
     """Draw one picture for each solid body with contact and a gauge of stress on a surface."""
-    found = [body for body in drawing.shaped(drawing.touched("tetra10")) if reads_stress(drawing, body)]
+    found = [body for body in drawing.shaped(drawing.touched("tetra10")) if equivalent.stress_gauges(drawing, body)]
     for body in found:
-        stress = equivalent_stress(drawing, body, drawing.strongest_frame(body.name))
+        stress = equivalent.equivalent_stress(drawing, body, drawing.strongest_frame(body.name))
         fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
         moment = strongest_moment(drawing, body, TRIANGLES, fields)
         values = values_where_known(moment.skin)
-        style.draw(drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, values, STRESS)
+        style.draw(
+            drawing.file("stress.png", body.name, len(found)), _picture, drawing, moment, values, equivalent.STRESS
+        )
 
 
 def values_where_known(skin: Skin) -> np.ndarray:
@@ -109,21 +107,17 @@ def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: tuple[s
     size, elastic = moment.body.size, moment.body.elastic(moment.frame)
     scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     image = _render(moment, elastic, scale, values / (largest or 1.0))
-    time, end = drawing.trajectory.frame_times[moment.frame], drawing.trajectory.times[-1]
-    figure = style.new_figure(
-        f"{title} × {scale:g}",
-        f"{drawing.scene_name}  ·  body {moment.body.name}, largest contact force,"
-        f" {style.moment(time, end, float(np.linalg.norm(moment.force)))}",
-    )
+    subtitle = equivalent.strongest_text(drawing, moment.body.name, float(np.linalg.norm(moment.force)))
+    figure = style.new_figure(f"{title} × {scale:g}", subtitle)
     style.show_image(figure, image, (0.02, 0.06))
-    style.magnitude_bar(figure, largest, name, unit, BAR)
+    style.magnitude_bar(figure, largest, name, unit, style.BAR)
     style.legend_below(figure, (style.RED, 3, "contact force on the body"), (style.GREY, 1.6, "undeformed edges"))
     return figure
 
 
 def _render(moment: Moment, elastic: np.ndarray, scale: float, values: np.ndarray) -> Image:
     body, skin = moment.body, moment.skin
-    plotter = view.new_plotter(IMAGE)
+    plotter = view.new_plotter(style.IMAGE)
     undeformed = skin.edges.copy()
     skin.move(body.nodes + scale * elastic)
     skin.colour(values)
@@ -134,7 +128,7 @@ def _render(moment: Moment, elastic: np.ndarray, scale: float, values: np.ndarra
     view.add_arrow(plotter, tail, tip)
     angle = elevation(body.nodes, moment.up, np.linalg.norm(elastic, axis=1))
     view.aim(plotter, view.looking(moment.outward, moment.up, 38.0, angle), np.vstack([skin.points, tail]))
-    return view.photograph(plotter, IMAGE, last=True)
+    return view.photograph(plotter, style.IMAGE, last=True)
 
 
 def elevation(nodes: np.ndarray, up: np.ndarray, magnitude: np.ndarray) -> float:

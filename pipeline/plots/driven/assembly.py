@@ -16,6 +16,7 @@ from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Cut, Skin, make_skin, skin_of
 from gudgeon.pipeline.plots.driven.drive import Drive, drive_of, frame_degrees, own_cycle, shown_angle
+from gudgeon.solver.vectors import length_across
 
 IMAGE = (1180, 1020)
 """Size of the rendered part of the picture [px]."""
@@ -121,11 +122,6 @@ def _part(drawing: Drawing, drive: Drive, body: BodyMotion, triangles: int) -> P
     body, skin = skin_of(body, triangles, cut=cut)
     colours = style.MAGNITUDE if driven else style.AROUND
     return Part(body, skin, colours, body.nodes + drawing.position(body.name))
-
-
-def length_across(displacement: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Return the length of displacements (p, 3) across a direction [m], (p,)."""
-    return np.linalg.norm(displacement - (displacement @ along)[:, None] * along, axis=1)
 
 
 def gap_shift(drawing: Drawing, body: BodyMotion, scale: float, near: float) -> np.ndarray:

@@ -13,6 +13,7 @@ from gudgeon.pipeline.measuring.force_window import hann_filter
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
+from gudgeon.solver.vectors import unit
 
 TICK = 90.0
 """Step of labelled crank angles [deg], or a multiple of it."""
@@ -98,8 +99,8 @@ def drive_of(drawing: Drawing) -> Drive:
     """Return the first joint of a driven scene, as its scene describes it."""
     name, history = next(iter(drawing.trajectory.joints.items()))
     joint = drawing.scene.get("joint", {}).get(name, {})
-    along = _unit(joint.get("along", (0.0, 0.0, 1.0)))
-    right = -_unit(joint.get("lateral", (1.0, 0.0, 0.0)))
+    along = unit(joint.get("along", (0.0, 0.0, 1.0)))
+    right = -unit(joint.get("lateral", (1.0, 0.0, 0.0)))
     spans = [np.ptp([row[0] for row in force["values"]]) for force in _gas(drawing, name)]
     return Drive(name, history.body, along, right, max([TURN, *(float(span) for span in spans)]))
 
@@ -161,8 +162,3 @@ def shown_angle(drive: Drive, degrees: float, decimals: int, *, whole: bool = Fa
 def _gas(drawing: Drawing, joint: str) -> list[dict]:
     forces = drawing.scene.get("force", {}).values()
     return [force for force in forces if force.get("joint") == joint and len(force.get("values", ())) > 1]
-
-
-def _unit(vector: object) -> np.ndarray:
-    found = np.asarray(vector, float)
-    return found / np.linalg.norm(found)

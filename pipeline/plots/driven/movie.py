@@ -43,7 +43,7 @@ def draw_cycle_movie(drawing: Drawing) -> None:
     }
     with style.styled(), drawing.file("cycle.mp4") as path:
         figure, curves = _ground(drawing, assembly, run, tops)
-        stage = film.Stage(film.new_plotter(BOX), BOX, curves)
+        stage = film.Stage(BOX, curves)
         _set_up(stage, assembly, frames, tops)
         film.shoot(path, figure, stage, frames, _mover(drawing, assembly, run))
 

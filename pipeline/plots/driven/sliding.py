@@ -8,6 +8,7 @@ from matplotlib.patches import Patch
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.located import Touch, rigid_course
+from gudgeon.solver.vectors import unit
 
 STICKS = 1e-7
 """Sliding speed, relative to the largest speed, up to which a point sticks: round-off."""
@@ -25,8 +26,7 @@ def slides(drawing: Drawing, touch: Touch) -> bool:
 def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     """Draw position, speed and force along the direction of friction."""
     trajectory, settings = touch.trajectory, drawing.scene["contact"][touch.name]
-    line = np.asarray(settings["friction"]["direction"], float)
-    line = line / np.linalg.norm(line)
+    line = unit(settings["friction"]["direction"])
     belt = float(line @ np.asarray(settings["against"].get("velocity", (0.0, 0.0, 0.0))))
     place, speed = rigid_course(drawing, touch.side, line)
     if touch.other is not None:
@@ -35,11 +35,12 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
         ground, ground_speed = belt * trajectory.times, np.full(len(trajectory.times), belt)
     largest = max(float(np.abs(speed).max()), float(np.abs(ground_speed).max()))
     sliding = np.abs(speed - ground_speed) > STICKS * largest
+    runs = _runs(sliding, trajectory.times)
     end = float(trajectory.times[-1])
     abscissa, (shown, _) = style.over_time(trajectory.times, (0.0, end)), style.time_unit(end)
     times = abscissa.values
-    subtitle = f"{drawing.scene_name}  ·  contact {touch.name} along the direction of friction  ·  {_changes(sliding)}"
-    figure = style.new_figure("Sliding and sticking", subtitle)
+    subtitle = f"{drawing.scene_name}  ·  contact {touch.name} along the direction of friction"
+    figure = style.new_figure("Sliding and sticking", f"{subtitle}  ·  {_changes(sliding, len(runs))}")
     panels = [
         figure.add_axes((0.1, bottom, 0.865, height)) for bottom, height in ((0.57, 0.26), (0.365, 0.165), (0.1, 0.18))
     ]
@@ -48,7 +49,7 @@ def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     _speed_axes(panels[1], times, speed, ground_speed)
     _force_axes(panels[2], times, touch, line, settings["friction"])
     for axes in panels:
-        for first, last in _runs(sliding, trajectory.times):
+        for first, last in runs:
             axes.axvspan(first * shown, last * shown, color=style.ORANGE, alpha=0.13, lw=0, zorder=0.3)
     abscissa.finish(panels)
     return figure
@@ -58,7 +59,7 @@ def _place_axes(axes: Axes, times: np.ndarray, place: np.ndarray, ground: np.nda
     low, high = min(0.0, float(place.min())), max(0.0, float(place.max()))
     size = high - low or 1.0
     low, high = low - 0.06 * size, high + 0.06 * size
-    scale, unit = style.prefixed(max(abs(low), abs(high)), "m")
+    scale, name = style.prefixed(max(abs(low), abs(high)), "m")
     moved = np.ptp(ground) > 0
     offsets = (high - low) / MARKS * 4 * np.arange(-200, 201) if moved else np.zeros(1)
     reach = [o for o in offsets if ground.min() + o < high and ground.max() + o > low]
@@ -67,25 +68,25 @@ def _place_axes(axes: Axes, times: np.ndarray, place: np.ndarray, ground: np.nda
         axes.plot(times, (ground + offset) * scale, color=style.GREY, lw=0.8, alpha=0.7, label=label)
     axes.plot(times, place * scale, color=style.BLUE, lw=1.8, label=names[0])
     axes.set_ylim(low * scale, high * scale)
-    axes.set_ylabel(f"position [{unit}]")
+    axes.set_ylabel(f"position [{name}]")
     style.legend(axes, (Patch(color=style.ORANGE, alpha=0.25, lw=0), "sliding"))
 
 
 def _speed_axes(axes: Axes, times: np.ndarray, speed: np.ndarray, ground: np.ndarray) -> None:
-    scale, unit = style.prefixed(max(float(np.abs(speed).max()), float(np.abs(ground).max())), "m/s")
+    scale, name = style.prefixed(max(float(np.abs(speed).max()), float(np.abs(ground).max())), "m/s")
     axes.plot(times, ground * scale, color=style.GREY, lw=1.2)
     axes.plot(times, speed * scale, color=style.BLUE, lw=1.6)
-    axes.set_ylabel(f"speed [{unit}]")
+    axes.set_ylabel(f"speed [{name}]")
 
 
 def _force_axes(axes: Axes, times: np.ndarray, touch: Touch, line: np.ndarray, friction: dict) -> None:
     normal, drag = touch.contact.force @ touch.direction, touch.contact.force @ line
-    scale, unit = style.prefixed(float(np.abs(normal).max()) * friction["static"], "N")
+    scale, name = style.prefixed(float(np.abs(normal).max()) * friction["static"], "N")
     hold = friction["static"] * normal * scale
     for bound, label in ((hold, "limit of static friction"), (-hold, None)):
         axes.plot(times, bound, color=style.FAINT, lw=1.0, ls=(0, (5, 3)), label=label)
     axes.plot(times, drag * scale, color=style.RED, lw=1.6, label="friction force on the body")
-    axes.set_ylabel(f"force [{unit}]")
+    axes.set_ylabel(f"force [{name}]")
     axes.set_ylim(-1.12 * float(hold.max()) or -1.0, 1.12 * float(hold.max()) or 1.0)
     style.legend(axes)
 
@@ -97,10 +98,9 @@ def _runs(sliding: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
     return [(float(starts[a]), float(starts[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _changes(sliding: np.ndarray) -> str:
+def _changes(sliding: np.ndarray, begun: int) -> str:
     if sliding.all():
         return "slides throughout"
-    begun = int((np.diff(sliding.astype(int)) == 1).sum()) + int(sliding[0])
     if not begun:
         return "never slides"
     stuck = "sticks at the end" if not sliding[-1] else "slides at the end"

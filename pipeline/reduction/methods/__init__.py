@@ -1,7 +1,8 @@
 """Reductions: each turns an FE model and its contact rows into elastic coordinates.
 
-A new one is a file and a line here. Bodies may be free or held. A reduction raises an `InputError`, whose key begins
-with `modes`, if the settings do not suit the body, and a `StageError` if its shapes do not pass their own checks.
+A new one is a file, or a function beside the one that it varies, and a line here. Bodies may be free or held. A
+reduction raises an `InputError`, whose key begins with `modes`, if the settings do not suit the body, and a
+`StageError` if its shapes do not pass their own checks.
 """
 
 from collections.abc import Callable
@@ -10,14 +11,11 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.reduction.methods.attachment import attachment
 from gudgeon.pipeline.reduction.methods.craig_bampton import craig_bampton
 from gudgeon.pipeline.reduction.methods.fixed_reference import fixed_reference
-from gudgeon.pipeline.reduction.methods.interface import interface
-from gudgeon.pipeline.reduction.methods.macneal import macneal
-from gudgeon.pipeline.reduction.methods.normal_static import normal_static
-from gudgeon.pipeline.reduction.methods.partial_interface import partial_interface
+from gudgeon.pipeline.reduction.methods.macneal import macneal, normal_static, rubin
+from gudgeon.pipeline.reduction.methods.partial_interface import interface, partial_interface
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.rigid import rigid
 from gudgeon.pipeline.reduction.methods.ritz import ritz
-from gudgeon.pipeline.reduction.methods.rubin import rubin
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 REDUCTIONS: dict[str, Callable[[FEModel, ContactRows, ModesSettings], Reduction]] = {

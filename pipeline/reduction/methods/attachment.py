@@ -6,8 +6,8 @@ import numpy as np
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.static import BLOCK, Flexibility
+from gudgeon.pipeline.reduction.methods.macneal import row_count
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
-from gudgeon.pipeline.reduction.methods.rubin import row_count
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 

@@ -127,10 +127,8 @@ def substructures(model: FEModel, count: int) -> np.ndarray:
 
 def _boundary(model: FEModel, rows: ContactRows, part: np.ndarray, surfaces: Sequence[str]) -> tuple[np.ndarray, int]:
     """Return the boundary dofs in order, and the number of them that only hold rigid motions."""
-    B = sparse.csr_matrix(rows.B, copy=True)
-    B.eliminate_zeros()
     chosen = part == -1
-    chosen[np.unique(B.indices)] = True
+    chosen[rows.dofs()] = True
     for name in surfaces:
         chosen[surface_dofs(model, name, "modes.boundary")] = True
     chosen &= ~model.held

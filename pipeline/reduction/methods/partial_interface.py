@@ -13,7 +13,7 @@ themselves, and K_rr + s M_rr Z Zᵀ M_rr is inverted in place of K_rr, with any
 from dataclasses import replace
 
 import numpy as np
-from scipy import linalg, sparse
+from scipy import linalg
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
@@ -33,6 +33,11 @@ def partial_interface(model: FEModel, rows: ContactRows, settings: ModesSettings
     reduction = synthesised(model, rows, settings, parts, W)
     count = {"kept_dofs": int(kept.sum()), "boundary_columns": W.shape[1]}
     return replace(reduction, quality=reduction.quality | count)
+
+
+def interface(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
+    """Reduce a body to characteristic interface modes and fixed-interface modes; `kept` has no effect."""
+    return partial_interface(model, rows, settings.model_copy(update={"kept": ()}))
 
 
 def interface_basis(K: np.ndarray, M: np.ndarray, kept: np.ndarray, rigid: np.ndarray, count: int | None) -> np.ndarray:
@@ -86,9 +91,7 @@ def _kept(model: FEModel, rows: ContactRows, names: tuple[str, ...], boundary: n
     for name in names:
         own = []
         if name in rows.spans:
-            B = sparse.csr_matrix(rows.B[slice(*rows.spans[name])], copy=True)
-            B.eliminate_zeros()
-            own.append(np.unique(B.indices))
+            own.append(rows.dofs(name))
         if name in model.mesh.surfaces:
             own.append(surface_dofs(model, name, "modes.kept"))
         if not own:

@@ -10,7 +10,7 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-from gudgeon.pipeline.report.document import Chain, Document, Quantity, Table
+from gudgeon.pipeline.report.document import Chain, Document, Quantity
 from gudgeon.pipeline.report.page.picture import ERROR, LEAST, Look, chain_chart, error_chart, looks
 from gudgeon.pipeline.report.page.tables import errors_table, kind_table, quantities_table, runs_table
 from gudgeon.pipeline.report.page.words import (
@@ -92,11 +92,11 @@ def _sections(document: Document, picture: bytes | None) -> list[str]:
         _section("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if document.quantities else "",
         _section("Quantities", quantities_table(document)) if document.quantities else "",
         _convergence(document),
-        *(_kind_section(table) for table in tables_of(document)),
+        *(_section(one.title, _paragraph(one.note) + kind_table(one)) for one in tables_of(document)),
         _picture(document, picture),
         _listed("Omitted settings", [f"{one['name']}: {one['why']}" for one in document.left_out]),
         _listed("Notes", document.notes),
-        _section("How times were measured", f"<p>{escape(document.timing)}</p>") if document.timing else "",
+        _section("How times were measured", _paragraph(document.timing)) if document.timing else "",
     ]
 
 
@@ -113,6 +113,10 @@ _ERRORS_NOTE = (
 
 def _section(title: str, body: str) -> str:
     return f"<section>\n<h2>{escape(title)}</h2>\n{body}\n</section>"
+
+
+def _paragraph(text: str) -> str:
+    return f"<p>{escape(text)}</p>" if text else ""
 
 
 def _chart(document: Document) -> str:
@@ -198,11 +202,6 @@ def _orders(chains: Sequence[Chain]) -> list[float]:
     """Return the least and the greatest order of some chains, a single one if they agree."""
     found = [chain.order for chain in chains if chain.order is not None]
     return sorted({round(min(found), 1), round(max(found), 1)}) if found else []
-
-
-def _kind_section(table: Table) -> str:
-    note = f"<p>{escape(table.note)}</p>" if table.note else ""
-    return _section(table.title, note + kind_table(table))
 
 
 def _picture(document: Document, picture: bytes | None) -> str:

@@ -136,10 +136,7 @@ def draw(document: Document, path: Path) -> None:
             _line(figure, (0.035, 0.045), text, 125, fontsize=8, color=RED)
         if document.choice is not None:
             _line(figure, (0.035, 0.02), verdict(document), 125, fontsize=8, color=FAINT)
-        scratch = path.with_name(f".{path.name}.part")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save(figure, scratch)
-        scratch.replace(path)
+        save(figure, path)
 
 
 def error_chart(document: Document, quantity: str = "") -> str:

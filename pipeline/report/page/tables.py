@@ -14,7 +14,6 @@ from gudgeon.pipeline.report.page.words import (
     seconds_text,
     setting_texts,
     size_text,
-    small_text,
     step_text,
 )
 
@@ -54,8 +53,8 @@ def run_columns(document: Document) -> list[Column]:
         _numbers("steps", [run.steps for run in runs], count_text),
         _numbers("factorisations", [run.factorisations for run in runs], count_text),
         _numbers("iterations", [run.iterations for run in runs], count_text),
-        _numbers("energy drift", [run.energy_drift for run in runs], small_text),
-        _numbers("momentum residual", [run.momentum_residual for run in runs], small_text),
+        _numbers("energy drift", [run.energy_drift for run in runs], "{:.0e}".format),
+        _numbers("momentum residual", [run.momentum_residual for run in runs], "{:.0e}".format),
         _numbers("memory [MiB]", [run.peak_mib for run in runs], count_text),
     ]
     if conservative == [run.largest_error for run in runs]:
@@ -210,8 +209,8 @@ def _stage(stage: str, runs: Sequence[Run]) -> Column:
     return Column(f"{stage}\ncold / warm", texts, keys)
 
 
-def _numbers(title: str, values: Sequence[float | None], text: Callable[[float | None], str]) -> Column:
-    return Column(title, [text(value) for value in values], values)
+def _numbers(title: str, values: Sequence[float | None], text: Callable[[float], str]) -> Column:
+    return Column(title, [NOTHING if value is None else text(value) for value in values], values)
 
 
 def _size(value: float | None) -> float | None:

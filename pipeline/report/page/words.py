@@ -47,19 +47,14 @@ def seconds_text(value: float | None) -> str:
     return f"{value / size:.3g} {unit}"
 
 
-def step_text(value: float | None) -> str:
+def step_text(value: float) -> str:
     """Return a time step in µs."""
-    return NOTHING if value is None else f"{value * 1e6:.4g} µs"
+    return f"{value * 1e6:.4g} µs"
 
 
-def count_text(value: float | None) -> str:
+def count_text(value: float) -> str:
     """Return a whole number with commas between thousands."""
-    return NOTHING if value is None else f"{value:,.0f}"
-
-
-def small_text(value: float | None) -> str:
-    """Return a drift or a residual with one digit."""
-    return NOTHING if value is None else f"{value:.0e}"
+    return f"{value:,.0f}"
 
 
 def tick_text(value: float) -> str:
@@ -156,10 +151,8 @@ def _paths(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_toml(entry) for entry in value) + "]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else str(value)

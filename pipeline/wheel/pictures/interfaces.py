@@ -32,8 +32,8 @@ def draw(found: Comparison, path: Path) -> None:
     with styled():
         figure = new_figure(
             f"{found.scene}: choices of kept interface",
-            f"{found.sectors} mistuned sectors; lowest {found.compared} frequencies; engine order"
-            f" {found.engine_order}; tuned harmonics = full wheel to {found.harmonics_against_full:.0e}",
+            f"{found.wheel.sectors} mistuned sectors; lowest {found.wheel.count} frequencies; engine order"
+            f" {found.wheel.response.engine_order}; tuned harmonics = full wheel to {found.harmonics_against_full:.0e}",
         )
         for number, (value, label, written) in enumerate(PANELS):
             axes = figure.add_axes((LEFT + (WIDTH + GAP) * number, 0.13, WIDTH, 0.73))

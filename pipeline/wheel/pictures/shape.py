@@ -14,8 +14,6 @@ from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.base.surface import make_skin
 from gudgeon.pipeline.wheel.pictures.curves import harmonic_of
 
-IMAGE = (1340, 1000)
-"""Size of the rendered part of the picture [px]."""
 TRIANGLES = 250_000
 """Target number of flat triangles."""
 SHOWN = 0.07
@@ -23,8 +21,6 @@ SHOWN = 0.07
 MERGE = 0.7390851e-6
 """Nodes closer than this times the wheel's diameter are merged; no round number, so that no coordinate lies between two
 cells of the rounding."""
-BAR = (0.862, 0.17, 0.018, 0.6)
-"""Place of the colour bar."""
 
 
 def draw_wheel(drawing: Drawing) -> None:
@@ -74,7 +70,7 @@ def _picture(scene: str, mesh: MeshRecord, cyclic: CyclicRecord, harmonic: Cycli
     )
     style.show_image(figure, image, (0.02, 0.06))
     colours = ScalarMappable(Normalize(-1.0, 1.0), style.SIGNED)
-    style.colour_bar(figure, colours, "axial displacement / largest displacement", BAR)
+    style.colour_bar(figure, colours, "axial displacement / largest displacement", style.BAR)
     return figure
 
 
@@ -82,7 +78,7 @@ def _render(nodes: np.ndarray, cells: np.ndarray, shown: np.ndarray, axial: np.n
     skin = make_skin(nodes, cells, TRIANGLES, {"shown": shown, "axial": axial})
     skin.move(skin.points + skin.take("shown"))
     skin.colour(skin.take("axial"))
-    plotter = view.new_plotter(IMAGE)
+    plotter = view.new_plotter(style.IMAGE)
     view.add_skin(plotter, skin, style.SIGNED, (-1.0, 1.0), 2.0)
     view.aim(plotter, view.looking(axis, axis, 0.0, 38.0), skin.points)
-    return view.photograph(plotter, IMAGE, last=True)
+    return view.photograph(plotter, style.IMAGE, last=True)

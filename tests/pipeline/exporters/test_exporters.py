@@ -162,16 +162,14 @@ def test_displacement_needs_shapes_that_fit(mesh: MeshRecord, modal: ModalRecord
 
 def test_modes_come_back(mesh: MeshRecord, modal: ModalRecord, tmp_path: Path) -> None:
     path = tmp_path / "made" / "modes.vtu"
-    vtu.write_modes(path, mesh, modal, 2)
+    vtu.write_modes(path, mesh, modal)
     back = meshio.read(path)
     np.testing.assert_array_equal(back.points, mesh.nodes)
     written = vtu.LINES.get(mesh.cell_type, mesh.cell_type)
     assert [(block.type, block.data.tolist()) for block in back.cells] == [(written, mesh.cells.tolist())]
-    assert list(back.point_data) == ["mode_001_100.0Hz", "mode_002_1234.5Hz"]
+    assert list(back.point_data) == ["mode_001_100.0Hz", "mode_002_1234.5Hz", "mode_003_98765.4Hz"]
     assert modal.shapes is not None
     np.testing.assert_array_equal(back.point_data["mode_002_1234.5Hz"], modal.shapes[:, :, 1])
-    vtu.write_modes(path, mesh, modal, None)
-    assert len(meshio.read(path).point_data) == MODES
     assert os.listdir(path.parent) == ["modes.vtu"]
 
 
@@ -216,9 +214,8 @@ def test_every_exporter_refuses_in_one_line(
     records = BodyRecords(mesh, modal, morph)
     (tmp_path / "file").write_text("kept")
     cases = [
-        (lambda: exporter.write_modes(tmp_path / "x", mesh, modal, 0), "count = 0 given; allowed: 1 or more"),
-        (lambda: exporter.write_modes(tmp_path / "file" / "x", mesh, modal, 1), "cannot be written"),
-        (lambda: exporter.write_modes(tmp_path, mesh, modal, 1), "cannot be written"),
+        (lambda: exporter.write_modes(tmp_path / "file" / "x", mesh, modal), "cannot be written"),
+        (lambda: exporter.write_modes(tmp_path, mesh, modal), "cannot be written"),
         (lambda: exporter.write_trajectory(tmp_path / "file", records, trajectory, "b", 1), "cannot be written"),
         (lambda: exporter.write_trajectory(tmp_path, records, trajectory, "c", 1), "no body 'c', it has a, b"),
         (
@@ -231,7 +228,7 @@ def test_every_exporter_refuses_in_one_line(
             call()
         assert "\n" not in str(caught.value)
     with pytest.raises(StageError, match="has no nodal shapes"):
-        exporter.write_modes(tmp_path / "x", mesh, replace(modal, shapes=None), None)
+        exporter.write_modes(tmp_path / "x", mesh, replace(modal, shapes=None))
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
     assert (tmp_path / "file").read_text() == "kept"
 
@@ -240,7 +237,7 @@ def test_a_writer_that_breaks_leaves_what_was_there(
     mesh: MeshRecord, modal: ModalRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "modes.vtu"
-    vtu.write_modes(path, mesh, modal, 1)
+    vtu.write_modes(path, mesh, modal)
     before = path.read_bytes()
 
     def break_down(scratch: Path, *_: object, **__: object) -> None:
@@ -249,6 +246,6 @@ def test_a_writer_that_breaks_leaves_what_was_there(
 
     monkeypatch.setattr(meshio, "write", break_down)
     with pytest.raises(InputError, match="No space left on device"):
-        vtu.write_modes(path, mesh, modal, 2)
+        vtu.write_modes(path, mesh, modal)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == ["modes.vtu"]

@@ -205,7 +205,7 @@ def test_surfaces_stand_at_stations(theory: str) -> None:
 
 def test_mean_of_an_end_moves_as_the_beam() -> None:
     model = model_of(beam(), 8)
-    load = load_rows(model.mesh, model, Interface(surface="right", kind="mean"), "here")
+    load = load_rows(model, Interface(surface="right", kind="mean"), "here")
     np.testing.assert_allclose(load.B @ model.rigid_modes, load.resultant @ _at_origin(model).T, atol=1e-12)
 
 

@@ -19,7 +19,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.gauges import gauge_rows
 from gudgeon.pipeline.interfaces.loads import load_rows
-from gudgeon.pipeline.interfaces.patch import patch_point, patch_row
+from gudgeon.pipeline.interfaces.patch import normal_rows, patch_point
 from gudgeon.pipeline.interfaces.points import contact_points, surface_coordinates
 from gudgeon.pipeline.interfaces.tie import made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.kinds import open_job
@@ -104,10 +104,10 @@ def test_patch_pressure_and_mean_of_an_edge() -> None:
     np.testing.assert_allclose(point.points, [[0.15, 0, 0]], atol=1e-15)
     assert point.areas[0] == pytest.approx(0.2 * T, rel=1e-12)
     stretch = (mesh.nodes * [1e-3, 0, 0])[:, :2].ravel()
-    assert (patch_row(mesh, model, right, "i") @ stretch).item() == pytest.approx(0.15e-3)
-    pressure = load_rows(mesh, model, Interface(surface="right", kind="pressure"), "i")
+    assert (normal_rows(model, right, patch_point(mesh, right, "i")) @ stretch).item() == pytest.approx(0.15e-3)
+    pressure = load_rows(model, Interface(surface="right", kind="pressure"), "i")
     np.testing.assert_allclose(pressure.resultant, [[-0.2 * T, 0, 0, 0, 0, 0]], atol=1e-15)
-    mean = load_rows(mesh, model, Interface(surface="right", kind="mean"), "i")
+    mean = load_rows(model, Interface(surface="right", kind="mean"), "i")
     np.testing.assert_allclose((mean.B @ stretch).ravel(), [0.15e-3, 0, 0], atol=1e-15)
 
 
@@ -134,7 +134,7 @@ def test_gauges_know_the_stress_across(state: str) -> None:
     gauge = {"s": {"point": [0.03, 0.02, 0.0]}, "e": {"point": [0.03, 0.02, 0.0], "quantity": "strain"}}
     component = sheet(0.3, 0.1, state, gauge=gauge | {"all": {"surface": "skin"}})
     model = modelled(component, 0.05)
-    ends = [load_rows(model.mesh, model, Interface(surface=s, kind="mean"), "i").B[0] for s in ("left", "right")]
+    ends = [load_rows(model, Interface(surface=s, kind="mean"), "i").B[0] for s in ("left", "right")]
     u = Flexibility(model).solve((ends[1] - ends[0]).T.toarray())
     rows = gauge_rows(model, component, "component.sheet")
     sigma = 1 / (0.1 * T)
@@ -214,7 +214,7 @@ def test_a_disc_from_a_file_keeps_its_round_edge(tmp_path: Path, ending: str) ->
     assert points.areas.sum() == pytest.approx(2 * np.pi * 0.05 * T, rel=1e-4)
     model = build_model(mesh, component.material, geometry=component.geometry)
     assert model.properties.mass == pytest.approx(RHO * T * np.pi * 0.05**2, rel=1e-4)
-    squeeze = load_rows(mesh, model, Interface(surface="rim", kind="pressure"), "i")
+    squeeze = load_rows(model, Interface(surface="rim", kind="pressure"), "i")
     component = component.model_copy(update={"gauge": sheet(1, 1, gauge={"g": {"surface": "skin"}}).gauge})
     stress = gauge_rows(model, component, "d")["g"] @ Flexibility(model).solve(squeeze.B.T.toarray())
     exact = np.tile([-1.0, -1.0, 0, 0, 0, 0], (len(mesh.nodes), 1))

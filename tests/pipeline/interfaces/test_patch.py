@@ -9,7 +9,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.geometry.shapes.box import Box
-from gudgeon.pipeline.interfaces.patch import patch_point, patch_row
+from gudgeon.pipeline.interfaces.patch import normal_rows, patch_point
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface
@@ -31,7 +31,7 @@ def model(mesh: MeshRecord) -> FEModel:
 
 
 def test_forces_add_up_to_one_and_unit_translation_to_one(mesh: MeshRecord, model: FEModel) -> None:
-    row = patch_row(mesh, model, TOP, "here").toarray()[0].reshape(-1, 3)
+    row = normal_rows(model, TOP, patch_point(mesh, TOP, "here")).toarray()[0].reshape(-1, 3)
     np.testing.assert_allclose(row.sum(axis=0), [0, 0, 1], atol=1e-14)
     moment = np.cross(mesh.nodes, row).sum(axis=0)
     np.testing.assert_allclose(moment, np.cross([0, 0, BOX["lz"]], [0, 0, 1.0]), atol=1e-14)
@@ -39,7 +39,7 @@ def test_forces_add_up_to_one_and_unit_translation_to_one(mesh: MeshRecord, mode
 
 def test_weights_are_consistent(mesh: MeshRecord, model: FEModel) -> None:
     """The mean of x² over the face is lx²/12: exact on quadratic facets; their corners carry nothing."""
-    row = patch_row(mesh, model, TOP, "here").toarray()[0].reshape(-1, 3)[:, 2]
+    row = normal_rows(model, TOP, patch_point(mesh, TOP, "here")).toarray()[0].reshape(-1, 3)[:, 2]
     assert row @ mesh.nodes[:, 0] ** 2 == pytest.approx(BOX["lx"] ** 2 / 12, rel=1e-10)
     assert row @ (mesh.nodes[:, 0] * mesh.nodes[:, 1]) == pytest.approx(0.0, abs=1e-14)
     corners = np.unique(mesh.surfaces["top"].facets[:, :3])
@@ -88,7 +88,7 @@ def test_end_of_a_bar_is_a_patch() -> None:
     right = Interface(surface="right", kind="patch")
     point = patch_point(bar, right, "here")
     np.testing.assert_array_equal(point.points, [[1.0, 0, 0]])
-    row = patch_row(bar, model, right, "here").toarray()[0]
+    row = normal_rows(model, right, patch_point(bar, right, "here")).toarray()[0]
     np.testing.assert_array_equal(np.flatnonzero(row), point.nodes)
     assert row.sum() == 1.0
 
@@ -96,7 +96,7 @@ def test_end_of_a_bar_is_a_patch() -> None:
 def test_curved_surface_is_refused(skirt_mesh: MeshRecord, skirt_model: FEModel) -> None:
     curved = Interface(surface="skirt", kind="patch")
     with pytest.raises(InputError, match=r"here\.surface: 'skirt' given, kind 'patch' needs a flat surface"):
-        patch_row(skirt_mesh, skirt_model, curved, "here")
+        normal_rows(skirt_model, curved, patch_point(skirt_mesh, curved, "here"))
 
 
 def test_two_planes_are_refused(mesh: MeshRecord) -> None:

@@ -109,9 +109,7 @@ def test_a_sphere_under_pressure_is_under_its_pressure_everywhere() -> None:
     """Curved elements carry a uniform state exactly: a pressure's consistent forces are those of p on the facets."""
     mesh = Sphere(kind="sphere", radius=0.05).build(0.02)
     model = build_model(mesh, Material(**STEEL))
-    u = Flexibility(model).solve(
-        load_rows(mesh, model, Interface(surface="surface", kind="pressure"), "p").B.T.toarray()
-    )
+    u = Flexibility(model).solve(load_rows(model, Interface(surface="surface", kind="pressure"), "p").B.T.toarray())
     ball = Component.model_validate(
         {
             "geometry": {"kind": "sphere", "radius": 0.05},
@@ -212,7 +210,7 @@ def test_places_that_the_part_lacks_are_refused(mesh: MeshRecord, gauge: dict[st
         ({"point": [0, 0, 0], "fibre": "top"}, "fibre, 'top' or 'bottom', must be given with a station, and only then"),
         ({"station": "mid"}, "must be given with a station"),
         ({"station": "mid", "fibre": "top", "quantity": "strain"}, "quantity applies to a point or a surface"),
-        ({"point": [0, 0, float("nan")]}, "three finite coordinates are needed"),
+        ({"point": [0, 0, float("nan")]}, r"(?s)point\.2.*should be a finite number"),
     ],
 )
 def test_keys_that_do_not_fit_are_refused(gauge: dict[str, Any], message: str) -> None:

@@ -13,7 +13,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.box import Box
-from gudgeon.pipeline.interfaces.patch import patch_row
+from gudgeon.pipeline.interfaces.patch import normal_rows, patch_point
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
@@ -32,7 +32,8 @@ def block(supports: tuple[str, ...] = FREE) -> tuple[FEModel, ContactRows]:
     """A block with a patch on its top as the only row."""
     mesh = BOX.build(0.03)
     model = build_model(mesh, STEEL, supports)
-    B = patch_row(mesh, model, Interface(surface="top", kind="patch"), "here")
+    top = Interface(surface="top", kind="patch")
+    B = normal_rows(model, top, patch_point(mesh, top, "here"))
     B.data[np.abs(B.data) < 1e-12] = 0.0  # The normal is that of z but for round-off.
     return model, ContactRows(B, np.empty((1, 0)), {"lid": [0, 1]})
 
@@ -196,7 +197,7 @@ def test_a_component_keeps_the_dofs_of_its_interface() -> None:
 
 
 def test_shapes_of_rows_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(import_module("gudgeon.pipeline.reduction.methods.rubin"), "LARGEST_BOUNDARY", 0)
+    monkeypatch.setattr(import_module("gudgeon.pipeline.reduction.methods.macneal"), "LARGEST_BOUNDARY", 0)
     for reduction in ("rubin", "attachment"):
         with pytest.raises(InputError, match=f"modes.reduction: '{reduction}' given, it makes one shape for each of"):
             reduced(reduction, block(), normal_count=3)

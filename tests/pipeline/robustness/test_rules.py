@@ -60,8 +60,8 @@ def test_a_rule_holds_of_a_sound_run_and_not_of_a_wrong_one(rule: str) -> None:
 
 @pytest.mark.parametrize("rule", RULES)
 def test_a_rule_is_silent_where_it_has_nothing_to_say_and_silence_is_not_right(rule: str) -> None:
-    assert RULES[rule](NOTHING, Compared(NOTHING)) is None
-    verdict = judge(case(rule), NOTHING, Compared(NOTHING))
+    assert RULES[rule](NOTHING, Compared(base=NOTHING)) is None
+    verdict = judge(case(rule), NOTHING, Compared(base=NOTHING))
     assert verdict.verdict == "wrong"
     assert f"none of the rules {rule} applies" in verdict.reason
 
@@ -162,4 +162,4 @@ def test_units_are_taken_off_before_results_are_compared() -> None:
     assert judge(case("similarity"), other, LIKE).verdict == "wrong"
     readings = replace(NOTHING, readings={"load.deflection_peak": (2.0, "m")})
     scaled = replace(NOTHING, readings={"load.deflection_peak": (2.0e3, "m")})
-    assert judge(case("similarity"), scaled, Compared(readings, units=units)).verdict == "right"
+    assert judge(case("similarity"), scaled, Compared(base=readings, units=units)).verdict == "right"

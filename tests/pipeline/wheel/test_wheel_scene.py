@@ -250,7 +250,7 @@ WRONG: list[tuple[list[str], str]] = [
     (["wheel.disk.response.engine_order=-1"], "greater than or equal to 0"),
     (["wheel.disk.response.band=[700, 600]"], "wheel.disk.response.band: [700.0, 600.0] given; the first must be"),
     (["wheel.disk.response.loss_factor=0"], "wheel.disk.response.loss_factor: 0 given; input should be greater than 0"),
-    (["wheel.disk.response.direction=[0, 0, 0]"], "[0.0, 0.0, 0.0] given; its length must be above 0"),
+    (["wheel.disk.response.direction=[0, 0, 0]"], "[0.0, 0.0, 0.0] given, a length above zero is needed"),
     (["wheel.disk.response.surface=top"], "wheel.disk.response.surface: the geometry has no surface 'top'"),
     ([*BARE, "wheel.disk.mistuning.values=[0.01, 0.02]"], "mistuning.values: 2 given; the wheel has 24 blades"),
     (BARE, "none given; one of values, table and deviation is needed"),
