@@ -75,3 +75,5 @@ class Trajectory:
     speed at the first time and opening speed at the last [m/s], (b, 7); empty where it locates no impacts."""
     gauges: dict[str, Array] = field(default_factory=dict)
     """`body.gauge` → value at the end of each sample interval, (s, k)."""
+    estimates: Json = field(default_factory=dict)
+    """Estimated relative errors of the run by name, such as `step.impulse`; empty where none was made."""

@@ -29,6 +29,7 @@ def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: T
         "quantities": quantities,
         "energy_drift": trajectory.energy_drift,
         "momentum_residual": trajectory.momentum_residual,
+        "estimates": trajectory.estimates,
         "counts": trajectory.counts,
     }
     write_text(out / SUMMARY, json.dumps(summary, indent=1))
@@ -42,7 +43,12 @@ def read_summary(out: Path, key: str, beside: str, expected: dict[str, float] | 
     """
     try:
         summary = json.loads((out / SUMMARY).read_text())
-        fresh = summary["key"] == key and summary.get("expected") == expected and (out / beside).is_file()
+        fresh = (
+            summary["key"] == key
+            and summary.get("expected") == expected
+            and "estimates" in summary
+            and (out / beside).is_file()
+        )
         return summary if fresh else None
     except (OSError, ValueError, KeyError):
         return None

@@ -31,9 +31,12 @@ class Schedule:
         """Sample interval [s]."""
         return self.dt * self.stride
 
-    def finer(self, halvings: int) -> "Schedule":
-        """Return the schedule with steps halved so often, samples and frames as before."""
-        return replace(self, stride=self.stride * 2**halvings, dt=self.dt / 2**halvings)
+    def finer(self, halvings: int, samples: int) -> "Schedule":
+        """Return the schedule with steps halved so often, frames as before, and as many samples as are asked for."""
+        stride, per_frame = self.stride * 2**halvings, self.samples_per_frame
+        while stride % 2 == 0 and 2 * per_frame * self.frames <= samples:
+            stride, per_frame = stride // 2, 2 * per_frame
+        return replace(self, stride=stride, samples_per_frame=per_frame, dt=self.dt / 2**halvings)
 
 
 @dataclass(frozen=True)
@@ -51,9 +54,16 @@ class Plan:
     def integrator(self) -> type[Integrator]:
         return INTEGRATORS[self.name]
 
+    def finer(self, halvings: int, samples: int) -> "Plan":
+        """Return the plan with finer steps, see `Schedule.finer`."""
+        return replace(self, schedule=self.schedule.finer(halvings, samples))
 
-def plan_run(system: System) -> Plan:
+
+def plan_run(system: System, coarser: float = 1.0) -> Plan:
     """Choose the integrator and the steps of a run.
+
+    Args:
+        coarser: Factor of a step that is left out.
 
     Raises:
         SolverError: the contact's compliance is singular.
@@ -61,7 +71,7 @@ def plan_run(system: System) -> Plan:
     name, critical = choose(system)
     run, integrator = system.scene.run, INTEGRATORS[name]
     if not integrator.own_steps:
-        return Plan(name, critical, plan_steps(run, integrator, critical, touches=len(system.gap) > 0))
+        return Plan(name, critical, plan_steps(run, integrator, critical / coarser, touches=len(system.gap) > 0))
     # A given step that steps over impacts is left to the accuracy.
     parts = 1 if run.step is None else parts_of(run.step, system.critical_frequency(), integrator.largest)
     per_frame = max(1, math.ceil(run.samples / run.frames))
