@@ -11,12 +11,13 @@ import numpy as np
 
 from gudgeon.solver.contact.rows import ASIDE, ContactRows
 from gudgeon.solver.integrators.outcome import Samples
+from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.friction import ACROSS, lines
 from gudgeon.solver.system.system import System
 
 ROUND_OFF = 1e-9
-"""Offset relative to the size of the bodies that is round-off of their motion."""
+"""Offset relative to the displacement of a point that is round-off."""
 
 
 class Exit(NamedTuple):
@@ -32,7 +33,7 @@ class Aside(NamedTuple):
     name: str
     number: int
     rows: np.ndarray
-    """Relative displacement along two directions in which the surfaces curve or pair, (2, c, r)."""
+    """Relative displacement along two directions in which the surfaces curve or pair, then the normal, (3, c, r)."""
     limit: float
     """[m]"""
     cause: str
@@ -91,9 +92,11 @@ class Limits:
 
     def _moved_aside(self, times: np.ndarray, places: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
         for one in self._contacts:
-            offsets = np.sqrt(((places @ np.swapaxes(one.rows, 1, 2)) ** 2).sum(axis=0)).max(axis=1)
+            rows = np.swapaxes(one.rows, 1, 2)
+            offsets = np.sqrt(((places @ rows[:2]) ** 2).sum(axis=0)).max(axis=1)
+            moved = np.sqrt(((np.abs(places) @ np.abs(rows)) ** 2).sum(axis=0)).max(axis=1)
             touches = forces[:, one.number].any(axis=1) | (not one.touching)
-            if (at := _first(touches & (offsets > one.limit))) is not None:
+            if (at := _first(touches & (offsets > one.limit + ROUND_OFF * moved))) is not None:
                 yield times[at], Exit(Result.OFFSET, one.sentence(offsets[at], times[at]))
 
     def _slipped(self, times: np.ndarray, rates: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
@@ -126,7 +129,7 @@ def _offsets(system: System) -> Iterator[Aside]:
     for number, contact in enumerate(system.contacts):
         over, other = contact.master, contact.other
         directions = _lateral(system, contact)
-        if not directions.any():
+        if not directions[:2].any():
             continue
         rows = _displacements(system, contact.body, contact.points, directions)
         if other is not None:
@@ -137,13 +140,13 @@ def _offsets(system: System) -> Iterator[Aside]:
             rows = rows - _displacements(system, over.body, contact.points + here - there, directions)
         spacing, cause = _spacing(system, contact)
         limit, cause = (spacing, cause) if given is None else (given, "run.limits.offset")
-        blur = ROUND_OFF * float(np.abs(contact.points).max())
-        yield Aside(contact.name, number, rows, limit + blur, cause, other is not None)
+        yield Aside(contact.name, number, rows, limit, cause, other is not None)
 
 
 def _lateral(system: System, contact: ContactRows) -> np.ndarray:
-    """Return two directions in which motion leaves the range at each point, zero where it does not, (2, c, 3)."""
-    found, normals = np.zeros((2, *contact.points.shape)), contact.directions
+    """Return two directions in which motion leaves the range at each point, zero where it does not, and the normal."""
+    found, normals = np.zeros((3, *contact.points.shape)), contact.directions
+    found[2] = normals
     if contact.other is not None:
         # The axis that is farthest from the normal.
         axis = np.eye(3)[np.abs(normals).argmin(axis=1)]
@@ -153,16 +156,18 @@ def _lateral(system: System, contact: ContactRows) -> np.ndarray:
     elif contact.master is not None:
         found[0] = np.cross(normals, contact.master.direction)
     else:
-        found[0] = system.scene.contact[contact.name].against.lateral(normals)
+        obstacle = system.scene.contact[contact.name].against
+        assert isinstance(obstacle, Plane | Bore)
+        found[0] = obstacle.lateral(normals)
     return found
 
 
 def _displacements(system: System, name: str, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Return the displacement of points along directions (2, c, 3) per rigid coordinate of the system, (2, c, r)."""
+    """Return the displacement of points along directions (3, c, 3) per rigid coordinate of the system, (3, c, r)."""
     body, r = system.bodies[name], len(system.rigid)
-    found = np.zeros((2, len(points), r))
+    found = np.zeros((len(directions), len(points), r))
     columns = np.flatnonzero((system.rigid >= body.rigid.start) & (system.rigid < body.rigid.stop))
-    for number in range(2):
+    for number in range(len(directions)):
         found[number][:, columns] = body.rigid_rows(points, directions[number])
     return found
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
@@ -64,6 +65,26 @@ def test_a_ball_that_has_drifted_aside_ends_the_run_when_it_strikes(tmp_path: Pa
     assert struck(tmp_path / "near", 0.1).result == "FINISHED"
     assert struck(tmp_path / "allowed", 0.5, limits={"offset": 1e-3}).result == "FINISHED"
     assert struck(tmp_path / "before", 0.5, duration=0.9e-3).result == "FINISHED"
+
+
+def test_point_masses_that_meet_along_any_line_are_not_aside(tmp_path: Path) -> None:
+    """Without a size of their own their limit is zero, and the offset is round-off."""
+    line = np.array([0.6, 0.48, 0.64])
+    records = {
+        "one": rigid_records(1.0, {"face": ((0, 0, 0), line)}),
+        "two": rigid_records(2.0, {"face": ((0, 0, 0), -line)}),
+    }
+    against = {"shape": "body", "body": "two", "interface": "face"}
+    scene = {
+        "body": {"one": {"velocity": line.tolist()}, "two": {"position": (1e-3 * line).tolist()}},
+        "contact": {
+            "pair": {"body": "one", "interface": "face", "against": against, "method": "impact", "restitution": 0.5}
+        },
+        "run": {"duration": 5e-3},
+    }
+    found = simulate(build_all(tmp_path, records, scene))
+    assert found.result == "FINISHED"
+    assert found.quantities["pair.impulse"]["value"] == pytest.approx(1.0)
 
 
 def test_a_curved_surface_limits_the_offset_without_touch_and_a_plane_never(tmp_path: Path) -> None:

@@ -72,13 +72,12 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
     allowed, deformed = INSIDE * float(np.abs(placed).max()), gap.copy()
     for row, part in zip(rows, parts, strict=True):
         deformed += 0.0 if row is None else row @ part.body.start[0]
+    if gap.min() < -allowed and deformed.min() < -allowed:
+        raise InputError(f"{job.path}: contact.{name}: points start with a penetration of {-deformed.min():.3g} m")
     if deformed.min() < -allowed:
-        pressed = gap.min() >= -allowed
         raise InputError(
-            f"{job.path}: {'report.full_fe: ' * pressed}contact.{name}: points start with a penetration of"
-            f" {-deformed.min():.3g} m"
-            + ", deformed by gravity; the full FE has no start with contact forces, set run.start to 'undeformed'"
-            * pressed
+            f"{job.path}: report.full_fe: contact.{name}: points start with a penetration of {-deformed.min():.3g} m,"
+            " deformed by gravity; the full FE has no start with contact forces, set run.start to 'undeformed'"
         )
     law = None
     if contact.surface_stiffness is not None:
