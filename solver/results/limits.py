@@ -155,9 +155,7 @@ def _lateral(system: System, contact: ContactRows) -> np.ndarray:
         found[1] = np.cross(normals, found[0])
     elif contact.master is not None:
         found[0] = np.cross(normals, contact.master.direction)
-    else:
-        obstacle = system.scene.contact[contact.name].against
-        assert isinstance(obstacle, Plane | Bore)
+    elif isinstance(obstacle := system.scene.contact[contact.name].against, Plane | Bore):
         found[0] = obstacle.lateral(normals)
     return found
 
