@@ -56,6 +56,12 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
         found = run(plan.finer(halvings, settings.samples))
         if found.result not in (Result.FINISHED.name, Result.ENERGY.name):
             return found
+        if before.result not in (Result.FINISHED.name, Result.ENERGY.name):
+            # A run that ends early with a larger step has no results to compare.
+            jump = 1
+            if halvings >= MOST_HALVINGS:
+                return replace(found, result=Result.INACCURATE.name)
+            continue
         differences = difference(before, found, system.resolution)
         errors = {f"step.{name}": value / 2 ** (jump - 1) for name, value in differences._asdict().items() if value}
         found = replace(found, estimates=found.estimates | errors)

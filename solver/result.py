@@ -31,6 +31,17 @@ class Result(Enum):
         "the energy error exceeds 5 % of the energy exchanged in contact; reduce the step where the integrator has"
         " one, or set run.accuracy"
     )
+    ROTATION = (
+        "a body turned by more than run.limits.angle: rotations are linear and gyroscopic terms are missing; shorten"
+        " run.duration, or raise run.limits.angle"
+    )
+    OFFSET = (
+        "the points of a contact moved aside by more than run.limits.offset; shorten run.duration, or raise"
+        " run.limits.offset"
+    )
+    SLIP_ACROSS = (
+        "a contact point moved across its line of friction: friction acts along contact.NAME.friction.direction only"
+    )
     RESTITUTION = (
         "an impact would increase the energy: Newton's restitution is not admissible with this friction; reduce"
         " contact.NAME.restitution"

@@ -13,7 +13,8 @@ from gudgeon.solver.integrators.implicit.energy import WORK
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
 from gudgeon.solver.result import Result
-from gudgeon.solver.results.trajectory import Histories, trajectory_of
+from gudgeon.solver.results.limits import Limits
+from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
 from gudgeon.solver.system.system import System
 
 CREATED_ENERGY = 0.05
@@ -66,8 +67,8 @@ def start(system: System, plan: Plan) -> Marching:
 def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     """Integrate a system with the steps of a plan and return its trajectory."""
     schedule, integrator = plan.schedule, start(system, plan)
-    histories = Histories.empty(system, schedule)
-    result, done = Result.FINISHED, 0
+    histories, limits = Histories.empty(system, schedule), Limits(system)
+    result, done, reason = Result.FINISHED, 0, ""
     for frame in range(schedule.frames):
         here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
         sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.part(here))
@@ -78,13 +79,18 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         histories.frames[frame], histories.velocities[frame] = now.q, now.v
         histories.multipliers[frame], histories.masters[frame] = now.multipliers, now.masters
         done = frame + 1
+        times = schedule.interval * np.arange(here.start + 1, here.stop + 1)
+        left = limits.test(times, histories.part(here), now.q, sampled=plan.integrator.records_motion)
+        if left is not None:
+            result, reason = left
+            break
         if progress is not None:
             progress(done / schedule.frames)
     end, histories = integrator.outcome(), histories.cut(done, schedule)
     drift = _drift(system, end, histories)
     if result.ok and drift > CREATED_ENERGY:
         result = Result.ENERGY
-    return trajectory_of(system, plan, end, histories, result, drift)
+    return trajectory_of(system, plan, end, histories, Ending(result, reason, drift))
 
 
 def _drift(system: System, end: Outcome, found: Histories) -> float:

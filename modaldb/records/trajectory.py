@@ -65,7 +65,8 @@ class Trajectory:
     energy_drift: float
     momentum_residual: float
     counts: Json
-    """Steps, substeps per given step, steps in contact, pivots, coordinates, bytes read."""
+    """Steps, substeps per given step, steps in contact, pivots, coordinates, bytes read; `reason`, with figures, where
+    the run left the range of its model."""
     joints: dict[str, JointHistory] = field(default_factory=dict)
     motion: dict[str, Array] = field(default_factory=dict)
     """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass

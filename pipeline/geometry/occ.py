@@ -86,9 +86,15 @@ def meshing(size: float, options: Mapping[str, float]) -> Iterator[Any]:
     """Give gmsh, on one thread, with edge length `size` [m] and further options; close it at the end.
 
     Raises:
-        StageError: gmsh failed.
+        StageError: gmsh failed, or does not load.
     """
-    import gmsh
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        reason = str(error).splitlines()[0]
+        raise StageError(
+            f"gmsh does not load: {reason}; 'gudgeon doctor' prints the command that installs it"
+        ) from error
 
     gmsh.initialize(interruptible=False)
     try:

@@ -9,7 +9,7 @@ In a notebook:
     gudgeon.status("data/skirt")                            # which stages are fresh or stale, and why
 
     store = gudgeon.open(".gudgeon")                        # the modal database
-    modes = store.get(found.stages["modes"].key, "modes", only=["angular_frequencies"])
+    modes = store.get(found.stages["modes"].keys["skirt"], "modes", only=["angular_frequencies"])
 
 `run`, `status`, `plan`, `report` and `open_job` take a scene's folder or TOML file; `compile_system` and `simulate` run
 a scene's dynamics from records directly. `gudgeon.pipeline`, `gudgeon.modaldb` and `gudgeon.solver` have the rest.

@@ -22,11 +22,18 @@ def _rigid_split(model: FEModel, twists: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def supported_body(
-    name: str, model: FEModel, twists: np.ndarray, momentum: np.ndarray, *, damping: float, field: np.ndarray
+    name: str,
+    model: FEModel,
+    twists: np.ndarray,
+    momentum: np.ndarray,
+    *,
+    damping: float,
+    field: np.ndarray,
+    deformed: bool = True,
 ) -> tuple[NodalBody, sparse.csr_matrix]:
     """Return a body with the dofs that its supports leave; a rigid one with its rigid coordinates.
 
-    A supported body starts with the static deformation under its weight.
+    A supported body starts with the static deformation under its weight, if it starts deformed.
 
     Args:
         twists: Mass-normalised free rigid motions, (r, 6).
@@ -50,7 +57,7 @@ def supported_body(
         name, K, M, (motions @ rates)[free], damping=damping, rigid=motions[free],
         suppressed=None if others is None else others[free], twists=twists, loads=loads,
     )  # fmt: skip
-    if loads and model.held.any():
+    if loads and model.held.any() and deformed:
         body = replace(body, displacement=_deformation(body, loads[0].rows[0]))
     return body, sparse.csr_matrix(sparse.eye(len(model.held), format="csr")[:, free])
 
@@ -59,7 +66,7 @@ def _steady(row: np.ndarray) -> NodalLoad:
     return NodalLoad(row[None], lambda times: np.ones((len(times), 1)))
 
 
-def static_start(problem: NodalProblem, step: float) -> NodalProblem:
+def static_start(problem: NodalProblem, step: float, *, deformed: bool = True) -> NodalProblem:
     """Return the problem with the slave deformed statically by its loads, its inertia and the rod, without contact.
 
     K u = f − M a with a the rigid acceleration under loads and rod. Before and after, position and velocity of the
@@ -67,6 +74,7 @@ def static_start(problem: NodalProblem, step: float) -> NodalProblem:
 
     Args:
         step: Interval over which the loads' first mean and the crank pin's first acceleration are taken [s].
+        deformed: Whether the slave starts deformed.
     """
     slave, rod, interval = problem.slave, problem.rod, np.array([0.0, step])
     displacement, velocity = slave.start
@@ -74,7 +82,8 @@ def static_start(problem: NodalProblem, step: float) -> NodalProblem:
     if rod is not None:
         displacement, velocity = _fit_rod(slave, rod, displacement, velocity)
         force += _rod_force(slave, rod, (displacement, velocity), force, interval) @ rod.rows
-    displacement = displacement + _deformation(slave, force)
+    if deformed:
+        displacement = displacement + _deformation(slave, force)
     if rod is not None:
         displacement, velocity = _fit_rod(slave, rod, displacement, velocity)
     return replace(problem, slave=replace(slave, displacement=displacement, velocity=velocity))

@@ -75,6 +75,8 @@ class Evidence:
     """Deepest overlap at a frame beyond the deformation of the bodies [m]."""
     penetration_bound: float | None = None
     """Overlap that layers, laws and round-off allow for the energy of the run [m]."""
+    turned: float | None = None
+    """Largest rotation of a body over the limit of the scene; None where no body can turn."""
     condition: float | None = None
     """Condition number of the contacts' compliance or mobility at unit diagonal; without contacts, of the stiffness."""
     steps: int = 0

@@ -11,7 +11,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Refusal
 from gudgeon.pipeline.robustness.slivers import with_slivers
-from gudgeon.pipeline.robustness.trial import Trial, approach, stepped, suggested_step
+from gudgeon.pipeline.robustness.trial import Trial, approach, stepped, suggested_step, turns_freely
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
 
@@ -260,6 +260,19 @@ def penetration(subject: Subject, operation: Any) -> Trial:
     return Trial(subject.changed({"body": {name: {"position": place.tolist()}}}))
 
 
+def spin(subject: Subject, operation: Any) -> Trial:
+    """Turn the body of the first contact by an angle over the run, across the direction of the contact's force."""
+    if not subject.contacts:
+        raise DoesNotApply(NO_CONTACT)
+    name = next(iter(subject.contacts.values())).body
+    if not turns_freely(subject.job, name):
+        raise DoesNotApply(f"body '{name}' cannot turn about every axis")
+    direction = approach(subject.job)[0]
+    across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
+    rate = operation.angle / subject.scene.run.duration * across / np.linalg.norm(across)
+    return Trial(subject.changed({"body": {name: {"angular_velocity": rate.tolist()}}}))
+
+
 def poisson(subject: Subject, operation: Any) -> Trial:
     """Set Poisson's ratio of every elastic component."""
     names = [name for name in subject.elastic() if _has_shear(subject.scene.component[name].geometry)]
@@ -323,7 +336,8 @@ def collinear(subject: Subject, operation: Any) -> Trial:
 
 OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "contact-stiffness": contact_stiffness, "mass": mass, "step": step, "restitution": restitution,
-    "grazing": grazing, "penetration": penetration, "poisson": poisson, "slivers": slivers, "collinear": collinear,
+    "grazing": grazing, "penetration": penetration, "spin": spin, "poisson": poisson, "slivers": slivers,
+    "collinear": collinear,
     "units": lambda subject, to: _in_units(subject, Units(to.mass, to.length, to.time)),
     "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
     "material": material,

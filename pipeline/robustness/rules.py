@@ -241,6 +241,7 @@ BOUNDED: dict[str, tuple[str, Callable[[Evidence, Compared], float | None], str]
     "energy": ("energy_drift", _kept, "energy balance"),
     "creation": ("rise", _kept, "mechanical energy does not increase"),
     "penetration": ("penetration", _pressed, "overlap within what the energy allows [m]"),
+    "rotation": ("turned", lambda found, compared: 1.0, "no body turns beyond run.limits.angle"),
     "orthogonality": ("orthogonality", lambda found, compared: ORTHONORMAL, "modes are orthonormal"),
 }
 """Rules that a value of the evidence stays within a bound: the value, its bound and the invariant."""

@@ -74,7 +74,7 @@ def _solved(job: Job, tell: Callable[[str, float], None]) -> Evidence:
         job.store.put(product.key, product.kind, found, product.inputs)
     trajectory: Trajectory = job.store.get(product.key, "trajectory")
     if not (outcome := Result[trajectory.result]).ok:
-        raise StageError(outcome.value)
+        raise StageError(str(trajectory.counts.get("reason", outcome.value)))
     modes = {name: job.store.get(steps["modes"].key, "modes") for name, steps in job.components().items()}
     return _read(job, system, trajectory, modes)
 
@@ -131,6 +131,11 @@ def approach(job: Job) -> tuple[np.ndarray, float, float]:
     return contact.directions[row], float(system.gap[contact.rows][row]), reach
 
 
+def turns_freely(job: Job, name: str) -> bool:
+    """Return whether a body has all six rigid motions."""
+    return system_of(job).bodies[name].rigid_count == 6
+
+
 def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, ModalRecord]) -> Evidence:
     """Return the evidence of a run."""
     eps = float(np.finfo(float).eps)
@@ -172,6 +177,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         exchanged=exchanged,
         penetration=depth,
         penetration_bound=allowed,
+        turned=_turned(system, found),
         condition=_condition(system),
         steps=int(found.counts["steps"]),
         substeps=int(found.counts["substeps"]),
@@ -230,6 +236,7 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     paths = found.frames @ system.rows.T
     depth = -(system.gap + paths + _multipliers(system, found) @ system.residual)
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
+    start += system.start_contact_energy
     energy = max(start, float((start + found.energies[:, 4]).max(initial=0.0)))
     speeds = np.abs(np.vstack([system.velocity, found.velocities]) @ system.rows.T)
     speed = float(speeds.max())
@@ -245,6 +252,14 @@ def _penetration(system: System, found: Trajectory) -> tuple[float | None, float
     over = depth[:, rows].max(axis=0)
     worst = int(np.argmax(over - yields))
     return max(float(over[worst]), 0.0), float(yields[worst] + slack)
+
+
+def _turned(system: System, found: Trajectory) -> float | None:
+    """Return the largest rotation of a body at a frame over the limit of the scene; None where no body can turn."""
+    bodies = [body for body in system.bodies.values() if body.twists[:, 3:].any()]
+    angles = [np.linalg.norm(body.centre_motion(found.frames[:, body.rigid])[:, 3:], axis=1) for body in bodies]
+    largest = max((float(one.max(initial=0.0)) for one in angles), default=None)
+    return None if largest is None else largest / system.scene.run.limits.angle
 
 
 def _condition(system: System) -> float | None:

@@ -35,6 +35,13 @@ class Penetration(Strict):
     share: Factor = Field(description="Depth over the size of the body")
 
 
+class Spin(Strict):
+    """Turn the body of the first contact, across the direction of the contact's force."""
+
+    kind: Literal["spin"]
+    angle: Factor = Field(description="Rotation over the run [rad]", json_schema_extra={"unit": "rad"})
+
+
 class Poisson(Strict):
     """Set Poisson's ratio of every elastic component."""
 
@@ -81,12 +88,12 @@ class Set(Strict):
 
 
 Operation = Annotated[
-    Scaled | Restitution | Penetration | Poisson | Slivers | Collinear | OtherUnits | Elasticity | Set,
+    Scaled | Restitution | Penetration | Spin | Poisson | Slivers | Collinear | OtherUnits | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[
     "similarity", "frequencies", "collision", "loss", "agreement", "nested", "shear", "resolved", "momentum", "energy",
-    "creation", "penetration", "monotone", "orthogonality",
+    "creation", "penetration", "monotone", "orthogonality", "rotation",
 ]  # fmt: skip
 
 

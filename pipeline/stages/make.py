@@ -60,9 +60,10 @@ def run_stages(
 
 def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> StageReport:
     """Compute the records of a stage that are not in the database."""
-    start, ran, keys = time.perf_counter(), False, []
+    start, ran, keys, names = time.perf_counter(), False, [], {}
     for product, make in tasks(stage):
         keys.append(product.key)
+        names[product.name] = product.key
         if job.store.has(product.key):
             continue
         tell(stage, 0.0)
@@ -71,7 +72,7 @@ def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> Stage
         job.store.put(product.key, product.kind, record, product.inputs)
         ran = True
     tell(stage, 1.0)
-    return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys))
+    return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys), names)
 
 
 def plot_stage(job: SceneJob, draw: Draw, tell: Progress) -> tuple[StageReport, list[str], list[str]]:

@@ -165,12 +165,13 @@ def _finish(job: Job, until: str) -> RunReport:
         copy_file(job.store.path(key), job.out / "trajectory.h5")
         summary = write_summary(job.out, key, expected, job.store.get(key, "trajectory", only=["times"]))
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
-    own += _energy_notes(job, summary)
+    own += _energy_notes(job, summary) + _gap_notes(job, summary["quantities"])
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
         momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], out=str(job.out),
-        notes=own + notes, changes=change_estimates(job), reason=None if outcome.ok else outcome.value,
+        notes=own + notes, changes=change_estimates(job),
+        reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
     )  # fmt: skip
 
 
@@ -230,6 +231,20 @@ def _energy_notes(job: Job, summary: dict[str, Any]) -> list[str]:
     return [
         f"the energy balance has an error of {drift:.2%} of the energy exchanged in contact (integrator '{name}');"
         f" reduce {key}"
+    ]
+
+
+def _gap_notes(job: Job, quantities: dict[str, Any]) -> list[str]:
+    """Return a note where no contact touched, with the smallest gap."""
+    gaps = {name: quantities.get(f"{name}.least_gap") for name in job.scene.contact}
+    open_ones = {name: gap["value"] for name, gap in gaps.items() if gap is not None}
+    if not open_ones or len(open_ones) < len(gaps):
+        return []
+    name = min(open_ones, key=lambda one: open_ones[one])
+    time = quantities[f"{name}.least_gap_time"]["value"]
+    return [
+        f"no contact touched; the smallest gap was {open_ones[name]:.3g} m, of contact {name} at {time:.3g} s; if a"
+        " contact is expected, increase run.duration, or change the positions or velocities of the bodies"
     ]
 
 

@@ -10,12 +10,15 @@ Progress = Callable[[str, float], None]
 
 @dataclass
 class StageReport:
-    """Whether one stage was computed, how long it took, and the key of its records."""
+    """Whether one stage was computed, how long it took, and the keys of its records."""
 
     state: str
     """`ran` or `fresh`."""
     seconds: float
     key: str
+    """Of its record, or one for all where it has several."""
+    keys: dict[str, str] = field(default_factory=dict)
+    """Of the record of each component, or of the scene."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
-from gudgeon.modaldb.traction import along_direction, chart_coordinates, inside, spline_weights
+from gudgeon.modaldb.traction import along_direction, chart_coordinates, cubic_weights, inside, spline_weights
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
@@ -99,6 +99,17 @@ class SlidingBlock:
     resultant: np.ndarray
     """Force and moment about the component's origin of each unit traction along the outward normal, (F, 6)."""
 
+    def at_points(self, slid: float, values: np.ndarray) -> np.ndarray:
+        """Return a field [m] of the functions, (F,), at points that slid along [m], (c,); ∞ beside the space."""
+        columns, lines = self.counts
+        where = (self.height + slid - self.chart[0]) / self.chart[1]
+        line = np.clip(np.floor(where), 0, lines - 4)
+        weights = np.einsum("cb,ca->cba", cubic_weights(where - line), self.across)
+        corner = np.maximum(self.place, 0) + line.astype(int) * columns
+        numbers = corner[:, None, None] + columns * np.arange(4)[:, None] + np.arange(4)
+        beside = (self.place < 0) | (where < -1e-9) | (where > lines - 3 + 1e-9)
+        return np.where(beside, np.inf, (weights * values[numbers]).sum(axis=(1, 2)))
+
 
 @dataclass(frozen=True)
 class ContactRows(ContactPoints):
@@ -141,7 +152,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         directions, gap = obstacle.direction(placed), obstacle.gap(placed)
         if np.einsum("ci,ci->c", directions, -interface.normals).min() < FACING:
             raise SceneError(f"contact.{name}.against: the obstacle does not face interface '{contact.interface}'")
-    gap = _outside(gap, placed, name, body.name)
+    gap = _without_round_off(gap, placed)
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)
     if other is not None and master is not None:
@@ -189,14 +200,14 @@ def _check_compliance(
     )
 
 
-def _outside(gap: np.ndarray, placed: np.ndarray, name: str, body: str) -> np.ndarray:
-    """Return initial gaps at or above zero; a SceneError where points start inside by more than round-off."""
-    if gap.min() < -TOUCHING * max(float(np.abs(placed).max()), float(np.ptp(placed, axis=0).max())):
-        raise SceneError(
-            f"contact.{name}: {int((gap < 0).sum())} of {len(gap)} points start inside the obstacle, the worst by"
-            f" {-gap.min():.3g} m; move body.{body}.position or widen contact.{name}.against"
-        )
-    return np.maximum(gap, 0.0)
+def touching_depth(placed: np.ndarray) -> float:
+    """Return the depth up to which points at these places [m], (c, 3), touch and do not penetrate [m]."""
+    return TOUCHING * max(float(np.abs(placed).max()), float(np.ptp(placed, axis=0).max()))
+
+
+def _without_round_off(gap: np.ndarray, placed: np.ndarray) -> np.ndarray:
+    """Return gaps [m], (c,), zero where they are negative by round-off of the points' places."""
+    return np.where((gap < 0) & (gap >= -touching_depth(placed)), 0.0, gap)
 
 
 def _reach(body: FlexibleBody, points: np.ndarray) -> float:

@@ -25,7 +25,7 @@ def choose(system: System) -> tuple[str, float]:
     scene, run, points = system.scene, system.scene.run, len(system.gap)
     name, critical = scene.integrator, cache(system.critical_frequency)
     if run.integrator == "auto":
-        if name == "implicit" and points <= FEW_POINTS and "event" in scene.carriers():
+        if name == "implicit" and points <= FEW_POINTS and "event" in scene.carriers() and run.step is None:
             name = "event"
         elif name == "explicit" and "implicit" in scene.carriers():
             steps = run.duration * critical() / INTEGRATORS[name].step_factor

@@ -29,12 +29,14 @@ class Coordinates:
     start: np.ndarray
     speed: np.ndarray
     """y and ẏ at the start of the run, (n,)."""
+    contact_energy: float
+    """In contacts at the start [J]."""
 
     @property
     def energy(self) -> float:
-        """E₀, kinetic and strain energy at the start [J]."""
+        """E₀, kinetic, strain and contact energy at the start [J]."""
         bent = self.omega * self.start
-        return 0.5 * float(self.speed @ self.speed) + 0.5 * float(bent @ bent)
+        return 0.5 * float(self.speed @ self.speed) + 0.5 * float(bent @ bent) + self.contact_energy
 
 
 def uncoupled(system: System) -> Coordinates:
@@ -56,5 +58,5 @@ def uncoupled(system: System) -> Coordinates:
     rows = np.ascontiguousarray(system.rows @ modes)
     return Coordinates(
         solved=solved, modes=modes, omega=omega, constant=constant, rows=rows, start=modes.T @ system.position,
-        speed=modes.T @ system.velocity,
+        speed=modes.T @ system.velocity, contact_energy=system.start_contact_energy,
     )  # fmt: skip

@@ -21,6 +21,10 @@ class Bore(Strict):
         """Return the gaps [m], (c,), of points (c, 3)."""
         return self.radius - np.linalg.norm(self._radial(points), axis=1)
 
+    def lateral(self, normals: np.ndarray) -> np.ndarray:
+        """Return the tangents along which the surface curves at points with these normals, (c, 3): around the axis."""
+        return np.cross(unit(self.axis), normals)
+
     def direction(self, points: np.ndarray) -> np.ndarray:
         """Return the gaps' gradients, unit vectors towards the axis, (c, 3)."""
         radial = self._radial(points)

@@ -30,6 +30,10 @@ class Plane(Strict):
         """Return the gaps [m], (c,), of points (c, 3)."""
         return (points - np.asarray(self.point)) @ unit(self.normal)
 
+    def lateral(self, normals: np.ndarray) -> np.ndarray:
+        """Return the tangents along which the surface curves at points with these normals, (c, 3): zero, none."""
+        return np.zeros_like(normals)
+
     def direction(self, points: np.ndarray) -> np.ndarray:
         """Return the gaps' gradients, unit vectors away from the obstacle, (c, 3)."""
         return np.broadcast_to(unit(self.normal), points.shape).copy()

@@ -11,6 +11,7 @@ from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
 from gudgeon.solver.results.momentum import momentum_residual
+from gudgeon.solver.results.nearest import nearest
 from gudgeon.solver.results.quantities import deflections, quantities
 from gudgeon.solver.system.system import System
 
@@ -50,14 +51,18 @@ class Histories(NamedTuple):
         return Histories(self.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states))
 
 
-def trajectory_of(
-    system: System, plan: Plan, end: Outcome, found: Histories, result: Result, drift: float
-) -> Trajectory:
-    """Return the record of a run.
+class Ending(NamedTuple):
+    """How a run ended."""
 
-    Args:
-        drift: Largest energy error over the energy exchanged.
-    """
+    result: Result
+    reason: str
+    """With figures; empty where the message of the result says all."""
+    drift: float
+    """Largest energy error over the energy exchanged."""
+
+
+def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, ending: Ending) -> Trajectory:
+    """Return the record of a run."""
     schedule, interval, samples = plan.schedule, plan.schedule.interval, found.samples
     times = interval * np.arange(1, len(samples.forces) + 1)
     frame_times = interval * schedule.samples_per_frame * np.arange(1, len(found.frames) + 1)
@@ -76,7 +81,7 @@ def trajectory_of(
         for number, contact in enumerate(system.contacts)
     }
     return Trajectory(
-        result=result.name,
+        result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
         coordinate_offsets=dict(system.offsets),
         times=times,
@@ -87,10 +92,11 @@ def trajectory_of(
         velocities=found.velocities,
         quantities=quantities(system, plan, end, samples.forces, found.multipliers)
         | gauge_quantities(system, readings)
-        | deflections(system, frame_times, found.frames),
-        energy_drift=drift,
+        | deflections(system, frame_times, found.frames)
+        | nearest(system, end, frame_times, found.frames, found.velocities),
+        energy_drift=ending.drift,
         momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
-        counts=_counts(system, plan, end),
+        counts=_counts(system, plan, end) | ({"reason": ending.reason} if ending.reason else {}),
         joints=_joints(system, times, samples),
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
         impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=False)},

@@ -15,6 +15,23 @@ DEFAULTS = ", ".join(f"{one.step_factor:g}/ω_c ({name})" for name, one in STEPP
 LIMITS = ", ".join(f"{one.largest:g}/ω_c ({name})" for name, one in INTEGRATORS.items() if isfinite(one.largest))
 
 
+class Limits(Strict):
+    """Range of the motion, which is small: a run that leaves it ends as a failure."""
+
+    angle: Positive = Field(
+        default=0.05,
+        description="Largest rotation of a body [rad]: rotations are linear and gyroscopic terms are missing",
+        json_schema_extra={"unit": "rad"},
+    )
+    offset: Positive | None = Field(
+        default=None,
+        description="Largest lateral offset of the points of a contact against another body while they touch, or over"
+        " a curved surface [m]. Default: the distance of neighbouring contact points; of a single point 2 % of its"
+        " distance from the centre of mass",
+        json_schema_extra={"unit": "m"},
+    )
+
+
 class Run(Strict):
     """Duration, steps and integrator of a run, and its gravity."""
 
@@ -49,6 +66,13 @@ class Run(Strict):
     gravity: Vector = Field(
         default=(0.0, 0.0, 0.0), description="Acceleration of gravity [m/s^2]", json_schema_extra={"unit": "m/s^2"}
     )
+    start: Literal["rest", "undeformed"] = Field(
+        default="rest",
+        description="Shape of the bodies at the start. rest: static equilibrium of the elastic deformation with"
+        " gravity, the loads at that time and the contacts of held bodies; free rigid motions have no equilibrium and"
+        " start as the scene places them; undeformed: no deformation",
+    )
+    limits: Limits = Limits()
     samples: int = Field(
         default=4000, ge=10, le=1_000_000, description="Number of points of the force and energy histories"
     )

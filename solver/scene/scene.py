@@ -85,8 +85,11 @@ class Scene(Strict):
         """
         demands, able, named = dict(_demands(self)), self.carriers(), self.run.integrator
         if named == "auto":
+            stepping = [name for name in able if self.run.step is None or math.isfinite(INTEGRATORS[name].order)]
+            if able and not stepping:
+                _refuse_step(" and ".join(map(repr, able)))
             if able:
-                return able[0]
+                return stepping[0]
             least = min((_lacking(demands, name) for name in INTEGRATORS), key=len)
             others = " and ".join(what for what in demands if what not in least)
             raise ValueError(
@@ -98,7 +101,7 @@ class Scene(Strict):
             )
             raise ValueError(f"run.integrator: '{named}' does not support {lacking[0]}; {advice}")
         if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
-            raise ValueError(f"run.step: integrator '{named}' has no step, since its motion is exact; remove run.step")
+            _refuse_step(repr(named))
         return named
 
     @property
@@ -109,6 +112,10 @@ class Scene(Strict):
     def component_of(self, body: str) -> str:
         """Return the component that a body is made of."""
         return self.body[body].component or body
+
+
+def _refuse_step(name: str) -> None:
+    raise ValueError(f"run.step: integrator {name} has no step, since its motion is exact; remove run.step")
 
 
 def _lacking(demands: Mapping[str, Feature], name: str) -> list[str]:

@@ -11,6 +11,8 @@ from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
 from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system.equilibrium import settled
+from gudgeon.solver.system.friction import refuse_motion_across
 from gudgeon.solver.system.gauges import compile_gauges
 from gudgeon.solver.system.loads import Driving, compile_driving
 from gudgeon.solver.system.requirements import Stock, fields_read, scene_terms
@@ -25,7 +27,8 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
         morphs: Key of each component's MorphRecord.
 
     Raises:
-        SceneError: an interface or the residual flexibility is missing, or an obstacle does not face its surface.
+        SceneError: an interface or the residual flexibility is missing, an obstacle does not face its surface, points
+            start inside of it, or one moves across its line of friction.
     """
     keys = {name: morphs[scene.component_of(name)] for name in scene.body}
     possible = scene_terms(scene)  # What is read of a design does not depend on what its modes have.
@@ -48,16 +51,19 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     contacts, arrays = _contacts(scene, bodies, size)
     driving = compile_driving(scene, bodies, contacts, size)
     position, velocity = np.zeros(size), _start(scene, bodies, size)
-    loads = driving.begin(bodies, position, velocity)
+    loads = driving.begin(bodies, position, velocity, deformed=scene.run.start == "rest")
     _check_travel(contacts, driving)
-    return System(
+    system = System(
         scene=scene, bodies=bodies, contacts=contacts,
         stiffness=np.concatenate([body.stiffness for body in bodies.values()]),
         damping=np.concatenate([np.full(len(body.stiffness), body.stiffness_factor) for body in bodies.values()]),
         rigid=np.concatenate([np.arange(size)[body.rigid] for body in bodies.values()]),
         driving=driving, springs=compile_springs(scene, bodies, size), loads=loads, position=position,
-        velocity=velocity, terms=terms, **arrays, **compile_gauges(bodies, contacts, size),
+        velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), terms=terms, **arrays,
+        **compile_gauges(bodies, contacts, size),
     )  # fmt: skip
+    refuse_motion_across(system)
+    return settled(system)
 
 
 def _check_travel(contacts: list[ContactRows], driving: Driving) -> None:

@@ -88,11 +88,14 @@ class Driving:
         pins = [held.joint.crank_pin(time) for held in self.joints]
         return np.stack(pins, axis=1) if pins else np.zeros((len(time), 0, 4))
 
-    def begin(self, bodies: Mapping[str, FlexibleBody], position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Set bodies to the crank's position at the start, deformed by loads and gravity; returns the loads, (L,).
+    def begin(
+        self, bodies: Mapping[str, FlexibleBody], position: np.ndarray, velocity: np.ndarray, *, deformed: bool
+    ) -> np.ndarray:
+        """Set bodies to the crank's position at the start, in equilibrium without contact; returns the loads, (L,).
 
         Args:
             position, velocity: Of all coordinates, changed in place, (m,).
+            deformed: Whether loads and gravity deform the bodies.
 
         Raises:
             SceneError: a rod does not reach its point at every crank angle.
@@ -122,7 +125,7 @@ class Driving:
         force = self.rows.T @ loads + self.gravity
         for name, body in bodies.items():
             loaded = name in {*(held.joint.body for held in self.joints), *(load.body for load in self.given)}
-            if loaded or self.gravity[body.elastic].any():
+            if deformed and (loaded or self.gravity[body.elastic].any()):
                 position[body.elastic] = force[body.elastic] / body.modal.angular_frequencies**2
         self._fit_rods(bodies, position, loads)
         return loads

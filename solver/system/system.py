@@ -68,9 +68,20 @@ class System:
     """Loads and joint forces at the start, (L,)."""
     position: np.ndarray
     """Initial coordinates [m kg^½], (m,)."""
+    start_forces: np.ndarray
+    """Contact forces of the static equilibrium at the start [N], (c,)."""
     velocity: np.ndarray
     """Initial velocities [m kg^½/s], (m,)."""
     terms: list[Term]
+
+    @property
+    def start_contact_energy(self) -> float:
+        """Energy in R, surface layers and laws at the start [J]."""
+        forces, smooth = self.start_forces, (self.law[:, 0] > 0) & (self.layer == 0)
+        (K, n), pressed = self.law[smooth, :2].T, forces[smooth]
+        return 0.5 * float(forces @ self.compliance @ forces) + float(
+            (pressed * (pressed / K) ** (1 / n) / (n + 1)).sum()
+        )
 
     @property
     def offsets(self) -> dict[str, int]:

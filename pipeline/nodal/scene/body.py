@@ -75,5 +75,6 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     momentum = np.concatenate([linear, properties.inertia @ np.asarray(settings.angular_velocity)])
     damping = settings.damping.stiffness_factor if settings.damping else 0.0
     twists = free_twists(job, name)
-    body, reduction = supported_body(name, model, twists, momentum, damping=damping, field=field)
+    deformed = job.scene.run.start == "rest"
+    body, reduction = supported_body(name, model, twists, momentum, damping=damping, field=field, deformed=deformed)
     return Part(name, model, component, body, reduction, position=np.asarray(settings.position, float))

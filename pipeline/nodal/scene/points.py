@@ -69,15 +69,24 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
     else:
         other, obstacle = None, obstacle_of(contact.against.model_dump())
         gap, directions = obstacle.gap(placed), obstacle.direction(placed)
-    if gap.min() < -INSIDE * float(np.abs(placed).max()):
-        raise InputError(f"{job.path}: contact.{name}: points start with a penetration of {-gap.min():.3g} m")
+    allowed, deformed = INSIDE * float(np.abs(placed).max()), gap.copy()
+    for row, part in zip(rows, parts, strict=True):
+        deformed += 0.0 if row is None else row @ part.body.start[0]
+    if gap.min() < -allowed and deformed.min() < -allowed:
+        raise InputError(f"{job.path}: contact.{name}: points start with a penetration of {-deformed.min():.3g} m")
+    if deformed.min() < -allowed:
+        raise InputError(
+            f"{job.path}: report.full_fe: contact.{name}: points start with a penetration of {-deformed.min():.3g} m,"
+            " deformed by gravity; the full FE has no start with contact forces, set run.start to 'undeformed'"
+        )
     law = None
     if contact.surface_stiffness is not None:
         law = np.zeros((len(gap), 4))
         law[:, 0], law[:, 1] = contact.surface_stiffness * points.areas, 1.0
     elif contact.law is not None:
         law = np.tile(contact.law.coefficients(), (len(gap), 1))
-    return PointContact(tuple(rows), np.maximum(gap, 0.0), directions, own, other, law)
+    gap = np.where(np.abs(gap) <= allowed, np.maximum(gap, 0.0), gap)
+    return PointContact(tuple(rows), gap, directions, own, other, law)
 
 
 def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -90,7 +90,7 @@ def _sliding_problem(job: Job) -> NodalProblem:
         rod=_rod(job, slave) if scene.joint else None,
         frames=scene.run.frames if master or scene.moving() else 0,
     )
-    return static_start(problem, START_STEP) if scene.joint else problem
+    return static_start(problem, START_STEP, deformed=scene.run.start == "rest") if scene.joint else problem
 
 
 def _solid(job: Job, name: str, field: np.ndarray) -> Part:

@@ -62,7 +62,9 @@ class Collocation(capabilities.Collocation):
         self._p, self._v = system.position.copy(), system.velocity.copy()
         self._pending: _Steps | None = None
         self._kept_until = 0.0
-        self._flight: Segment | None = self._fly(0.0)
+        self._flight: Segment | None = None if system.start_forces.any() else self._fly(0.0)
+        if self._flight is None:
+            self._begin_pressed()
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Fill all but the loads of samples of `stride` intervals; False where a contact force was not found."""
@@ -140,6 +142,19 @@ class Collocation(capabilities.Collocation):
         self._flight = None
 
     # Contact
+
+    def _begin_pressed(self) -> None:
+        """Begin the run in the static equilibrium with contact."""
+        system, motion, record = self._system, self._motion, self._record
+        pressed = np.flatnonzero(system.start_forces)
+        motion.force[:] = system.start_forces
+        # A contact that begins at rest has no loss: as of an impact of any speed.
+        motion.approach[pressed] = np.inf
+        motion.clock[REFERENCE] = motion.force.max()
+        self._gaps = np.array([system.gap + system.rows @ self._p, system.rows @ self._v])
+        self._closed, self._impacts = set(pressed.tolist()), len(pressed)
+        for row in self._closed:
+            record.touches(row, 0.0, 0.0)
 
     def _press(self, end: float) -> bool:
         """Advance a contact until it is over or `end` [s] is passed; False where a force was not found."""

@@ -33,8 +33,9 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         balance, running = np.zeros(LOST + 1), np.zeros((c, 7))
         balance[START_ENERGY], running[:, BEGINS] = self._place.energy, -1.0
         self._state = kernel.State(
-            y=start.copy(), v=self._place.speed.copy(), depth=-(system.gap + rows @ start), force=np.zeros(c),
-            approach=np.zeros(c), fastest=np.zeros(1), balance=balance, counts=np.zeros(3, np.int64), running=running,
+            y=start.copy(), v=self._place.speed.copy(), depth=-(system.gap + rows @ start),
+            force=system.start_forces.copy(), approach=np.zeros(c), fastest=np.zeros(1), balance=balance,
+            counts=np.zeros(3, np.int64), running=running,
             impacts=np.zeros((MOST_IMPACTS if c else 0, 8)), impulses=np.zeros(c),
         )  # fmt: skip
         self._time = 0.0

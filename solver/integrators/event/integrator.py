@@ -8,7 +8,7 @@ from gudgeon.solver.integrators.event import basis
 from gudgeon.solver.integrators.event.jumps import RESTING, collide, force_scale, settle, settle_slip, struck
 from gudgeon.solver.integrators.event.motion import Motion
 from gudgeon.solver.integrators.event.record import Record
-from gudgeon.solver.integrators.event.regimes import Equations, Regime, Status, Watch, acceleration, all_open
+from gudgeon.solver.integrators.event.regimes import Equations, Regime, Status, Watch, acceleration, at_start
 from gudgeon.solver.integrators.event.segment import Segment, segment
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.result import Result
@@ -47,7 +47,7 @@ class Event(capabilities.Event):
         self._events = self._stall = self._regimes = 0
         self._record = Record(system)
         self.failure = Result.DIVERGED
-        self._now = all_open(system)
+        self._now = at_start(system)
         try:
             self._segment = self._begin(0.0)
         except np.linalg.LinAlgError as error:
@@ -192,7 +192,8 @@ class Event(capabilities.Event):
         system, now = self._system, self._now
         gaps = system.gap + system.rows @ self._p
         size = np.abs(system.rows) @ np.abs(self._p) + np.abs(system.gap)
-        touching = np.flatnonzero(system.rigid_contact & (np.abs(gaps) <= 1e-14 * size))
+        pressed = system.start_forces > 0
+        touching = np.flatnonzero(system.rigid_contact & (pressed | (np.abs(gaps) <= 1e-14 * size)))
         speeds = system.rows @ self._v
         for row in touching:
             if speeds[row] < 0 and now.status[row] == Status.OPEN:
@@ -205,7 +206,7 @@ class Event(capabilities.Event):
         for row in resting:
             now.status[row] = Status.CLOSED
         settle(self._equations, now, self._p, self._v)
-        for row in resting:
+        for row in sorted({*resting, *np.flatnonzero(pressed).tolist()}):
             if now.status[row] == Status.CLOSED:
                 self._record.touches(row, 0.0, -float(speeds[row]))
         self._record.at_zero = {int(row) for row in touching}

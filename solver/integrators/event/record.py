@@ -49,7 +49,7 @@ class Record:
         self._driven = 0.0
         self._slack: set[int] = set()
         self._start = (system.position.copy(), system.velocity.copy())
-        energy = float(self._energies(*(part[None] for part in self._start))[0, :3].sum())
+        energy = float(self._energies(*(part[None] for part in self._start))[0, :3].sum()) + system.start_contact_energy
         self._extreme = np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0])
         self._contact_of, self._directions, self._lines = system.contact_of, system.directions, system.friction_lines
         self._running: dict[int, list[float]] = {}

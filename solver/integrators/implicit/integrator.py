@@ -34,7 +34,7 @@ class Implicit(capabilities.Implicit):
         self.loads = _loads(system, dt, self.modes, self.points)
         self.matrix = _matrix(system, self.modes, self.points, self.masters)
         self.bounds = bounds(system, self.points.memory, self.masters.memory)
-        self.energy = _energy(system, self.modes, self.loads)
+        self.energy = _energy(system, self.points, self.loads)
         self._arrays = Arrays(
             dt=dt, modes=self.modes, points=self.points, masters=self.masters, matrix=self.matrix, loads=self.loads,
             bounds=self.bounds, energy=self.energy,
@@ -103,13 +103,19 @@ def _points(system: System, dt: float) -> Points:
     rows, c = np.ascontiguousarray(system.rows), len(system.rows)
     beta = np.array([system.bodies[item.body].stiffness_factor for item in system.contacts])[system.contact_of]
     zeros = {name: np.zeros(c) for name in _PER_ROW}
-    zeros["total_displacement"] = system.driving.to_gap @ system.loads
+    forces = system.start_forces
+    zeros["response"], zeros["residual_displacement"] = (system.residual @ forces for _ in range(2))
+    zeros["total_displacement"] = zeros["response"] + system.driving.to_gap @ system.loads
+    zeros["multipliers"], zeros["residual_force"] = forces.copy(), forces.copy()
+    closed = np.flatnonzero(forces)
+    pressed, amounts = np.zeros((2, c), np.int64), np.zeros((2, c))
+    pressed[1, : len(closed)], amounts[1, : len(closed)] = closed, forces[closed]
     return Points(
         rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), coordinates=np.arange(*_span(rows)),
         gap=system.gap, layer=system.layer,
         residual=system.residual, memory=_memory(beta, dt), contact=system.contact_of, active=empty_set(c),
         directions=system.directions,
-        pressed=np.zeros((2, c), np.int64), amounts=np.zeros((2, c)), counts=np.zeros(2, np.int64),
+        pressed=pressed, amounts=amounts, counts=np.array([0, len(closed)], np.int64),
         **zeros,
     )  # fmt: skip
 
@@ -161,7 +167,8 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
     per_row = 0.5 * ((driving.rows * ahead) @ points.rows.T) + driving.to_gap.T * points.memory[2]
     own = (driving.rows * ahead) @ driving.rows.T + driving.residual * memory[1]
     gap_per_load = (driving.rows * modes.push[0]) @ points.rows.T + driving.to_gap.T * memory[1][:, None]
-    held, start = driving.residual @ system.loads, driving.crank(np.zeros(1))[0]
+    held = driving.residual @ system.loads + driving.to_gap.T @ system.start_forces
+    start = driving.crank(np.zeros(1))[0]
     rod = np.zeros(joints)
     for j, item in enumerate(driving.joints):
         force = system.loads[2 * j : 2 * j + 2]
@@ -204,9 +211,10 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
     )  # fmt: skip
 
 
-def _energy(system: System, modes: Modes, loads: Loads) -> Energy:
-    q, v = modes.q, modes.v
-    strain = 0.5 * (system.stiffness @ q**2 + loads.residual_force @ loads.residual_displacement)
-    parts = np.array([0.5 * float(v @ v), float(strain), 0.0, 0.0, 0.0])
+def _energy(system: System, points: Points, loads: Loads) -> Energy:
+    q, v = system.position, system.velocity
+    held = points.residual_force @ points.total_displacement + loads.residual_force @ loads.residual_displacement
+    strain = 0.5 * (system.stiffness @ q**2 + held)
+    parts = np.array([0.5 * float(v @ v), float(strain), 0.5 * float(system.layer @ points.multipliers**2), 0.0, 0.0])
     extreme = np.array([parts.sum(), 0.0, 0.0, 0.0, -1.0, -1.0])
     return Energy(system.rigid, np.zeros(len(system.rigid) + 1), parts, np.zeros(6, np.int64), extreme)

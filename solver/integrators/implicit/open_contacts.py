@@ -48,6 +48,7 @@ def bounds(system: System, points: np.ndarray, functions: np.ndarray) -> Bounds:
     rows[:, rigid] = 0.0
     elastic, loads, memory = np.zeros((k, rows.shape[1])), np.zeros((k, len(driving.rows))), np.zeros((2, 3, k))
     memory[:, 2] = 1.0
+    start = np.array([np.abs(system.start_forces[item.rows]).sum() for item in system.contacts])
     for number, item in enumerate(system.contacts):
         elastic[number] = rows[item.rows].max(axis=0, initial=0.0)
         loads[number] = np.abs(driving.to_gap[item.rows]).max(axis=0, initial=0.0)
@@ -59,7 +60,7 @@ def bounds(system: System, points: np.ndarray, functions: np.ndarray) -> Bounds:
     return Bounds(
         rigid=rigid, elastic=elastic, residual=_largest(system.residual, [rows for rows, _ in blocks]),
         master=_largest(system.function_residual, [functions for _, functions in blocks]), loads=loads, memory=memory,
-        pressed=np.zeros((2, k)), held=np.zeros((2, k)),
+        pressed=np.tile(start, (2, 1)), held=np.array([start, np.zeros(k)]),
     )  # fmt: skip
 
 

@@ -212,6 +212,15 @@ def test_a_held_beam_starts_bent_by_its_weight_and_stays_so(tmp_path: Path) -> N
     assert np.ptp(run.energies[:, 1]) < 1e-9 * run.energies[0, 1]
 
 
+def test_a_beam_that_gravity_presses_on_a_ball_may_start_undeformed_only(tmp_path: Path) -> None:
+    pressed = {"run.gravity": [0, 0, 9.81], "body.ball.velocity": [0, 0, 0]}
+    message = r"report.full_fe: contact.pair: points start with a penetration of .*, deformed by gravity; .* run.start"
+    with pytest.raises(InputError, match=message):
+        nodal_problem(job_of("beam-sphere", tmp_path, pressed))
+    problem = nodal_problem(job_of("beam-sphere", tmp_path, pressed | {"run.start": "undeformed"}))
+    assert all(body.displacement is None for body in problem.bodies)
+
+
 def test_the_two_loops_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     changes = {"component.beam.mesh.size": 0.02, "component.beam.modes.normal_count": 4, "run.duration": 1e-3}
     damped = nodal_problem(job_of("beam-sphere", tmp_path, changes))

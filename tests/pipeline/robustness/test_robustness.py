@@ -244,6 +244,15 @@ def test_operations_change_what_they_say(tmp_path: Path) -> None:
     refused = run_trial(deep, tmp_path / "deep", quiet)
     assert isinstance(refused, Refusal)
     assert "start inside the obstacle" in refused.reason
+    with pytest.raises(DoesNotApply, match="cannot turn about every axis"):
+        applied(one, kind="spin", angle=1.0)
+    one = subject(two(tmp_path, **{"component.a.geometry.inertia": [1e-3, 1e-3, 1e-3]}), tmp_path)
+    refused = run_trial(applied(one, kind="spin", angle=1.0), tmp_path / "turned", quiet)
+    assert isinstance(refused, Refusal)
+    assert refused.reason.startswith("body 'a' turned by 0.0")
+    near = run_trial(applied(one, kind="spin", angle=0.02), tmp_path / "near", quiet)
+    assert isinstance(near, Evidence)
+    assert near.turned == pytest.approx(0.02 / 0.05, rel=1e-6)
     changed = applied(one, kind="set", values={"run": {"gravity": [0.0, 0.0, -1.0]}})
     assert changed.job.scene.run.gravity == (0.0, 0.0, -1.0)
 
@@ -291,7 +300,8 @@ def test_shipped_cases_are_sound_and_every_kind_has_an_operation() -> None:
     named = {model.model_fields["kind"].annotation for model in models_in(Operation)}
     assert {kind for one in named for kind in typing.get_args(one)} == set(OPERATIONS)
     assert {name for name, case in cases.items() if case.refusal} == {
-        "initial penetration", "nu 0.49", "nu 0.499", "nu 0.4999", "slivers 1:1000",
+        "initial penetration", "rotation 0.02 rad", "rotation 1 rad", "nu 0.49", "nu 0.499", "nu 0.4999",
+        "slivers 1:1000",
     }  # fmt: skip
 
 

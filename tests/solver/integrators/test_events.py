@@ -185,7 +185,7 @@ def test_sliding_goes_over_to_rolling(tmp_path: Path) -> None:
     scene = {
         "body": {"a": {"velocity": [given["v0"], 0, 0], "position": [0, 0, radius]}},
         "contact": {"floor": slider(static=given["mu"])},
-        "run": {"duration": 0.5, "gravity": [0, 0, -given["g"]]},
+        "run": {"duration": 0.5, "gravity": [0, 0, -given["g"]], "limits": {"angle": 20.0}},
     }
     found = run(tmp_path, {"a": rigid_records(m, {"p": ([0, 0, -radius], DOWN)}, (moment,) * 3)}, scene)
     way = found.motion["a"]

@@ -116,7 +116,7 @@ def test_load_is_the_pressure_in_the_middle_of_each_step(tmp_path: Path) -> None
 @pytest.mark.parametrize("ahead", [1, 7, 4096])
 def test_loads_found_ahead_are_those_of_each_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ahead: int) -> None:
     monkeypatch.setattr("gudgeon.solver.integrators.implicit.integrator.AHEAD", ahead)
-    scene, dt, asked = piston_scene(start=-15.0, duration=1e-4), 2e-6, []
+    scene, dt, asked = piston_scene(start=-15.0, duration=1e-4, clearance=1e-4), 2e-6, []
     scene["force"]["gas"]["values"] = list(zip([0.0, 360.0, 720.0], [4e6, 2e5, 4e6], strict=True))
     system = build(tmp_path, piston_records(2), scene)
     whole, run = march(system, dt, 50), Implicit(system, dt)

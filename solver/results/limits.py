@@ -1,0 +1,182 @@
+"""Where a run leaves the range of its model: rotations, lateral offsets of contacts, slip across a line of friction.
+
+Motion is small: rows, gaps and directions are those of the bodies as they are placed, and Euler's equations are without
+their gyroscopic terms. A rotation by θ changes a gap at a distance r by ½ r θ², 0.1 % of r at the default limit.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.contact.rows import ASIDE, ContactRows
+from gudgeon.solver.integrators.outcome import Samples
+from gudgeon.solver.obstacles import Bore, Plane
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.friction import ACROSS, lines
+from gudgeon.solver.system.system import System
+
+ROUND_OFF = 1e-9
+"""Offset relative to the displacement of a point that is round-off."""
+
+
+class Exit(NamedTuple):
+    """How and when a run left the range of its model."""
+
+    result: Result
+    sentence: str
+
+
+class Aside(NamedTuple):
+    """The lateral offset of one contact's points. c: points, r: rigid coordinates of the system."""
+
+    name: str
+    number: int
+    rows: np.ndarray
+    """Relative displacement along two directions in which the surfaces curve or pair, then the normal, (3, c, r)."""
+    limit: float
+    """[m]"""
+    cause: str
+    touching: bool
+    """Whether the offset matters only while they touch: a gap does not change by it."""
+
+    def sentence(self, offset: float, time: float) -> str:
+        """Return the reason for the end of a run in which the points moved aside by an offset [m] at a time [s]."""
+        wrong = "the gap is measured along the normal of the start"
+        if self.touching:
+            wrong = "the force acts on the points that faced each other at the start"
+        return (
+            f"the points of contact '{self.name}' moved aside by {offset:.3g} m at {time:.6g} s, beyond {self.cause}"
+            f" = {self.limit:.3g} m: {wrong}; shorten run.duration, hold the lateral motion by body.NAME.freedom, or"
+            " raise run.limits.offset"
+        )
+
+
+class Limits:
+    """The limits of a system's model, tested frame by frame."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._contacts = list(_offsets(system))
+        self._lines = list(lines(system))
+        self._fastest = {line.name: float(np.linalg.norm(line.relative(system.velocity))) for line in self._lines}
+
+    def test(self, times: np.ndarray, samples: Samples, q: np.ndarray, *, sampled: bool) -> Exit | None:
+        """Return the first way in which a frame left the range; None where it did not.
+
+        Args:
+            times: Ends of its samples [s], (s,).
+            samples: Its samples.
+            q: Coordinates at its end, (m,).
+            sampled: Whether the samples have the rigid coordinates; otherwise those of the end are tested alone.
+        """
+        r = len(self._system.rigid)
+        if not r:
+            return None
+        if not sampled:
+            times, samples = times[-1:], Samples(*(part[-1:] for part in samples))
+        places = samples.snapshots[:, :r] if sampled else q[None, self._system.rigid]
+        found = [*self._turned(times, places), *self._moved_aside(times, places, samples.forces)]
+        if sampled:
+            found += self._slipped(times, samples.snapshots[:, r : 2 * r], samples.forces)
+        return min(found, key=lambda item: item[0])[1] if found else None
+
+    def _turned(self, times: np.ndarray, places: np.ndarray) -> Iterator[tuple[float, Exit]]:
+        limit, first = self._system.scene.run.limits.angle, 0
+        for name, body in self._system.bodies.items():
+            own = slice(first, first + body.rigid_count)
+            first = own.stop
+            angles = np.linalg.norm(body.centre_motion(places[:, own])[:, 3:], axis=1)
+            if (at := _first(angles > limit)) is not None:
+                yield times[at], Exit(Result.ROTATION, _turned_too_far(name, angles[at], times[at], limit))
+
+    def _moved_aside(self, times: np.ndarray, places: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
+        for one in self._contacts:
+            rows = np.swapaxes(one.rows, 1, 2)
+            offsets = np.sqrt(((places @ rows[:2]) ** 2).sum(axis=0)).max(axis=1)
+            moved = np.sqrt(((np.abs(places) @ np.abs(rows)) ** 2).sum(axis=0)).max(axis=1)
+            touches = forces[:, one.number].any(axis=1) | (not one.touching)
+            if (at := _first(touches & (offsets > one.limit + ROUND_OFF * moved))) is not None:
+                yield times[at], Exit(Result.OFFSET, one.sentence(offsets[at], times[at]))
+
+    def _slipped(self, times: np.ndarray, rates: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
+        for line in self._lines:
+            speeds = line.relative(rates, rigid=True)
+            size = np.maximum.accumulate(np.append(self._fastest[line.name], np.linalg.norm(speeds, axis=1)))[1:]
+            self._fastest[line.name], across = float(size[-1]), np.abs(speeds @ line.across)
+            touches = forces[:, line.number].any(axis=1)
+            if (at := _first(touches & (across > ACROSS * size))) is not None:
+                yield times[at], Exit(Result.SLIP_ACROSS, line.sentence(float(across[at]), float(times[at])))
+
+
+def _turned_too_far(name: str, angle: float, time: float, limit: float) -> str:
+    return (
+        f"body '{name}' turned by {angle:.3g} rad at {time:.6g} s, beyond run.limits.angle = {limit:g} rad: rotations"
+        " are linear and gyroscopic terms are missing; shorten run.duration, or raise run.limits.angle where rotation"
+        " changes neither the contact geometry nor the inertia"
+    )
+
+
+def _first(left: np.ndarray) -> int | None:
+    """Return the number of the first True, or None."""
+    found = np.flatnonzero(left)
+    return int(found[0]) if len(found) else None
+
+
+def _offsets(system: System) -> Iterator[Aside]:
+    """Yield the lateral offset of each contact that has one: against another body, or a surface that curves."""
+    given = system.scene.run.limits.offset
+    for number, contact in enumerate(system.contacts):
+        over, other = contact.master, contact.other
+        directions = _lateral(system, contact)
+        if not directions[:2].any():
+            continue
+        rows = _displacements(system, contact.body, contact.points, directions)
+        if other is not None:
+            rows = rows - _displacements(system, other.body, other.points, directions)
+        elif over is not None:
+            # The points of the design lie over the same places of the other body's design.
+            here, there = (np.asarray(system.scene.body[name].position) for name in (contact.body, over.body))
+            rows = rows - _displacements(system, over.body, contact.points + here - there, directions)
+        spacing, cause = _spacing(system, contact)
+        limit, cause = (spacing, cause) if given is None else (given, "run.limits.offset")
+        yield Aside(contact.name, number, rows, limit, cause, other is not None)
+
+
+def _lateral(system: System, contact: ContactRows) -> np.ndarray:
+    """Return two directions in which motion leaves the range at each point, zero where it does not, and the normal."""
+    found, normals = np.zeros((3, *contact.points.shape)), contact.directions
+    found[2] = normals
+    if contact.other is not None:
+        # The axis that is farthest from the normal.
+        axis = np.eye(3)[np.abs(normals).argmin(axis=1)]
+        found[0] = np.cross(normals, axis)
+        found[0] /= np.linalg.norm(found[0], axis=1, keepdims=True)
+        found[1] = np.cross(normals, found[0])
+    elif contact.master is not None:
+        found[0] = np.cross(normals, contact.master.direction)
+    elif isinstance(obstacle := system.scene.contact[contact.name].against, Plane | Bore):
+        found[0] = obstacle.lateral(normals)
+    return found
+
+
+def _displacements(system: System, name: str, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return the displacement of points along directions (3, c, 3) per rigid coordinate of the system, (3, c, r)."""
+    body, r = system.bodies[name], len(system.rigid)
+    found = np.zeros((len(directions), len(points), r))
+    columns = np.flatnonzero((system.rigid >= body.rigid.start) & (system.rigid < body.rigid.stop))
+    for number in range(len(directions)):
+        found[number][:, columns] = body.rigid_rows(points, directions[number])
+    return found
+
+
+def _spacing(system: System, contact: ContactRows) -> tuple[float, str]:
+    """Return the offset [m] that leaves the range by default, and what it is."""
+    points = contact.points
+    if len(points) > 1:
+        apart = np.linalg.norm(points[:, None] - points, axis=2)
+        np.fill_diagonal(apart, np.inf)
+        return float(np.median(apart.min(axis=1))), "the distance of neighbouring contact points"
+    sides = [(name, at) for name, _, _, at, _ in contact.sides]
+    reach = max(float(np.linalg.norm(at - system.bodies[name].morph.centre, axis=1).max()) for name, at in sides)
+    return ASIDE * reach, f"{ASIDE:g} of the distance from the contact point to the centre of mass"

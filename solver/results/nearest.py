@@ -1,0 +1,59 @@
+"""The smallest gap of contacts that did not touch."""
+
+import numpy as np
+
+from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.integrators.outcome import Outcome
+from gudgeon.solver.results.contact_events import named
+from gudgeon.solver.system.system import System
+
+
+def nearest(system: System, end: Outcome, times: np.ndarray, frames: np.ndarray, velocities: np.ndarray) -> Json:
+    """Return the smallest gap of each contact without impulse [m], and its time [s].
+
+    Between frames the gap of each point is the cubic of its values and rates there.
+
+    Args:
+        times: Of the frames [s], (f,).
+        frames, velocities: Coordinates and their rates, (f, m).
+    """
+    found: Json = {}
+    times = np.concatenate([[0.0], times])
+    places, rates = np.vstack([system.position, frames]), np.vstack([system.velocity, velocities])
+    for contact in system.contacts:
+        if end.impulses[contact.rows].any():
+            continue
+        gaps = _gaps(system, contact.rows, times, places)
+        if (over := contact.master) is not None:
+            own, other = (system.bodies[name] for name in (contact.body, over.body))
+            moved = [body.centre_motion(places[:, body.rigid])[:, :3] @ over.direction for body in (own, other)]
+            inward = places @ system.functions[contact.functions].T
+            gaps += np.array([over.at_points(*item) for item in zip(moved[0] - moved[1], inward, strict=True)])
+        least, time = _least(times, gaps, rates @ system.rows[contact.rows].T)
+        found |= named(contact.name, {"least_gap": (least, "m"), "least_gap_time": (time, "s")})
+    return found
+
+
+def _gaps(system: System, rows: slice, times: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return the gaps of a contact's points without traction space and contact forces [m], (f, c)."""
+    driving = system.driving
+    return system.gap[rows] + places @ system.rows[rows].T + driving.loads(times, 0.0) @ driving.to_gap[rows].T
+
+
+def _least(times: np.ndarray, gaps: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
+    """Return the least value of cubics by values [m] and rates [m/s] at some times, (f, c), and its time [s]."""
+    frame, point = np.unravel_index(int(gaps.argmin()), gaps.shape)
+    best = (float(gaps[frame, point]), float(times[frame]))
+    spans = np.diff(times)[:, None]
+    first, last, begin, end = gaps[:-1], gaps[1:], rates[:-1] * spans, rates[1:] * spans
+    # g(x) = first + begin x + square x² + cube x³ with x from 0 to 1; its minimum is where g' = 0 and g'' > 0.
+    square, cube = 3 * (last - first) - 2 * begin - end, 2 * (first - last) + begin + end
+    with np.errstate(invalid="ignore", divide="ignore"):
+        under = np.sqrt(square**2 - 3 * cube * begin)
+        x = -begin / (square + under)
+        lowest = np.where((x > 0) & (x < 1), first + x * (begin + x * (square + x * cube)), np.inf)
+    lowest = np.where(np.isfinite(lowest), lowest, np.inf)
+    if lowest.size and lowest.min() < best[0]:
+        frame, point = np.unravel_index(int(lowest.argmin()), lowest.shape)
+        best = (float(lowest[frame, point]), float(times[frame] + x[frame, point] * spans[frame, 0]))
+    return best

@@ -1,0 +1,190 @@
+"""Static equilibrium at the start: elastic coordinates under loads, gravity and contact, rigid motions as given.
+
+With q the elastic coordinates, Λ their squared frequencies and f the loads,
+
+    Λ q = f + Wᵀ λ,   0 ≤ λ ⊥ g₀ + W q + R λ + d(λ) ≥ 0,
+
+d(λ) = layer λ for a surface layer or a linear law and (λ/K)^(1/n) for a law K dⁿ. It is the minimum over λ ≥ 0 of the
+convex ½ λᵀ C λ + gᵀ λ + Σ ∫ d dλ with C = W Λ⁻¹ Wᵀ + R + layer and g the gaps without contact; each step of Newton's
+method is a linear complementarity problem, solved as nonnegative least squares (Lawson & Hanson 1974).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import linalg, optimize
+
+from gudgeon.solver.bodies.small_motion import MOVES
+from gudgeon.solver.contact.rows import touching_depth
+from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.system import System
+
+ROUND_OFF = 1e-5
+"""Depth of a deformed point down to which it touches without force, relative to that of an undeformed one."""
+SMALLEST = 1e-12
+"""Least force of a law in its linearisation, relative to the largest: at zero its compliance is infinite."""
+CONVERGED = 1e-12
+"""Change of the forces, relative to the largest, at which Newton's method ends: quadratic from far above."""
+MOST_STEPS, MOST_HALVINGS = 60, 60
+PIVOTS = 30
+"""Largest number of pivots per row: few are needed."""
+
+
+def settled(system: System) -> System:
+    """Return a system in static equilibrium with its contacts: elastic coordinates and contact forces at the start.
+
+    Rigid motions that supports and `freedom` leave stay as the scene gives them.
+
+    Args:
+        system: Deformed by loads and gravity without contact, unless run.start is 'undeformed'.
+
+    Raises:
+        SceneError: a contact whose bodies move freely along it begins inside its obstacle, or the undeformed one does.
+        SolverError: contact forces are not unique.
+    """
+    if not len(system.gap):
+        return system
+    gaps, allowed = _gaps(system), _allowed(system)
+    if system.scene.run.start == "undeformed":
+        _refuse_overlap(system, system.gap, np.full(len(gaps), True), allowed)
+        return system
+    moves = _moves(system, gaps < -allowed)
+    _refuse_overlap(system, gaps, moves | (system.gap < -allowed), allowed)
+    if not (gaps < -ROUND_OFF * allowed)[~moves].any():
+        return system
+    compliance = _static_compliance(system)
+    held = np.flatnonzero(~moves & (compliance.diagonal() > 0))
+    forces = np.zeros(len(gaps))
+    forces[held] = _forces(system, compliance[np.ix_(held, held)], gaps[held], held)
+    position, elastic = system.position.copy(), system.stiffness > 0
+    position[elastic] += (system.rows.T @ forces)[elastic] / system.stiffness[elastic]
+    found = replace(system, position=position, start_forces=forces)
+    _refuse_overlap(system, _gaps(found) + system.residual @ forces, moves, allowed)
+    return found
+
+
+def _gaps(system: System) -> np.ndarray:
+    """Return the gaps at the start without contact forces [m], (c,)."""
+    gaps = system.gap + system.rows @ system.position + system.driving.to_gap @ system.loads
+    inward = system.functions @ system.position
+    for contact in system.contacts:
+        if (over := contact.master) is not None:
+            own, other = (system.bodies[name] for name in (contact.body, over.body))
+            moved = [body.centre_motion(system.position[body.rigid])[:3] for body in (own, other)]
+            slid = float(over.direction @ (moved[0] - moved[1]))
+            gaps[contact.rows] += over.at_points(slid, inward[contact.functions])
+    return gaps
+
+
+def _allowed(system: System) -> np.ndarray:
+    """Return the depth up to which each row's point touches and does not penetrate [m], (c,)."""
+    placed = [item.points + np.asarray(system.scene.body[item.body].position) for item in system.contacts]
+    return np.array([touching_depth(at) for at in placed])[system.contact_of]
+
+
+def _moves(system: System, inside: np.ndarray) -> np.ndarray:
+    """Return which gaps free rigid motions change, so that no equilibrium exists, and those of sliding pairs, (c,).
+
+    A body that is squeezed between its obstacles does not move out of them.
+
+    Args:
+        inside: Points inside their obstacles, (c,).
+    """
+    sizes = np.abs(system.rows)
+    moves = sizes[:, system.rigid].max(axis=1, initial=0.0) > MOVES * sizes.max(axis=1)
+    pushed = np.flatnonzero(moves & inside)
+    # Forces that sum up to one, of these points alone, without resultant on any free motion.
+    each = system.rows[np.ix_(pushed, system.rigid)]
+    each = np.column_stack([each / (np.abs(each).max(axis=0, initial=0.0) + np.finfo(float).tiny), np.ones(len(each))])
+    if len(pushed) and optimize.nnls(each.T, np.eye(each.shape[1])[-1])[1] < MOVES:
+        moves[:] = False
+    for contact in system.contacts:
+        moves[contact.rows] |= contact.master is not None
+    return moves
+
+
+def _refuse_overlap(system: System, gaps: np.ndarray, refused: np.ndarray, allowed: np.ndarray) -> None:
+    """Raise a SceneError where refused points are inside their obstacle by more than allowed [m], (c,) each."""
+    for contact in system.contacts:
+        own, name = gaps[contact.rows], contact.name
+        inside = refused[contact.rows] & (own < -allowed[contact.rows])
+        if not inside.any():
+            continue
+        drawn = not (system.gap[contact.rows][inside] < -allowed[contact.rows][inside]).any()
+        cause, remedy = (", deformed by the loads", ", or set run.start to 'undeformed'") if drawn else ("", "")
+        raise SceneError(
+            f"contact.{name}: {int(inside.sum())} of {len(own)} points start inside the obstacle, the worst by"
+            f" {-own[inside].min():.3g} m{cause}; move body.{contact.body}.position or widen contact.{name}.against"
+            f"{remedy}"
+        )
+
+
+def _static_compliance(system: System) -> np.ndarray:
+    """Return C = W Λ⁻¹ Wᵀ + R + layer over the elastic coordinates [m/N], (c, c)."""
+    elastic = system.stiffness > 0
+    rows = system.rows[:, elastic]
+    return (rows / system.stiffness[elastic]) @ rows.T + system.compliance
+
+
+def _forces(system: System, C: np.ndarray, gaps: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the contact forces of some rows [N], (k,), with the laws of these rows.
+
+    Raises:
+        SolverError: C is singular.
+        SceneError: Newton's method does not converge.
+    """
+    law = system.law[rows]
+    smooth = (law[:, 0] > 0) & (system.layer[rows] == 0)
+    if not smooth.any():
+        return _complementary(system, C, gaps)
+    K, n = law[smooth, 0], law[smooth, 1]
+    forces = np.zeros(len(gaps))
+    forces[smooth] = K * np.maximum(-gaps[smooth], 0.0) ** n
+
+    def energy(at: np.ndarray) -> float:
+        return float((0.5 * C @ at + gaps) @ at + (n / (n + 1) * at[smooth] * (at[smooth] / K) ** (1 / n)).sum())
+
+    for _ in range(MOST_STEPS):
+        force = np.maximum(forces[smooth], SMALLEST * max(float(forces.max()), np.finfo(float).tiny))
+        depth = (force / K) ** (1 / n)
+        slope = depth / (n * force)
+        matrix, free = C.copy(), gaps.copy()
+        matrix[smooth, smooth] += slope
+        free[smooth] += depth - slope * force
+        change = _complementary(system, matrix, free) - forces
+        if np.abs(change).max() <= CONVERGED * np.abs(forces + change).max():
+            return forces + change
+        share, before = 1.0, energy(forces)
+        for _halving in range(MOST_HALVINGS):
+            if energy(forces + share * change) <= before:
+                break
+            share *= 0.5
+        forces = forces + share * change
+    where = ", ".join(dict.fromkeys(system.contacts[number].name for number in system.contact_of[rows]))
+    raise SceneError(
+        f"contact.{where}: the static equilibrium at the start was not found; set run.start to 'undeformed', or change"
+        " the stiffness or the exponent of the law"
+    )
+
+
+def _complementary(system: System, C: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+    """Solve 0 ≤ λ ⊥ g + C λ ≥ 0 [N], (k,), with C positive definite.
+
+    Raises:
+        SolverError: C is singular.
+    """
+    scale = 1 / np.sqrt(C.diagonal())
+    try:
+        lower = linalg.cholesky(C * scale[:, None] * scale, lower=True)
+        wanted = linalg.solve_triangular(lower, -scale * gaps, lower=True)
+        found = optimize.nnls(lower.T, wanted, maxiter=PIVOTS * len(gaps))[0]
+        closed = np.flatnonzero(found > 0)
+        # The forces of the closed rows once more, without the round-off of the factor.
+        forces = np.zeros(len(gaps))
+        factor = linalg.cho_factor(C[np.ix_(closed, closed)]) if len(closed) else None
+        if factor is not None:
+            forces[closed] = np.maximum(linalg.cho_solve(factor, -gaps[closed]), 0.0)
+    except linalg.LinAlgError:
+        raise SolverError(f"contact {', '.join(system.scene.contact)}: {Result.DEPENDENT_ROWS.value}") from None
+    return forces

@@ -1,0 +1,81 @@
+"""Lines of friction: friction acts along one line, so motion of a contact point across it is refused."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.system.system import System
+from gudgeon.solver.vectors import unit
+
+ACROSS = 0.01
+"""Speed across the line of friction, relative to the largest speed of the point so far, above which a run ends."""
+DRIVEN = 1e-6
+"""Share of the initial velocity, or of gravity, across the line above which a scene is refused: round-off."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """The line of friction of a contact of one point."""
+
+    name: str
+    number: int
+    """Of its contact."""
+    across: np.ndarray
+    """Unit vector across the line, in the plane of contact, (3,)."""
+    rows: np.ndarray
+    """Velocity of the point relative to the other body per rate of each coordinate, (3, m)."""
+    surface: np.ndarray
+    """Velocity of the obstacle's surface [m/s], (3,)."""
+    rigid: np.ndarray
+    """Numbers of the rigid coordinates."""
+
+    def relative(self, rates: np.ndarray, *, rigid: bool = False) -> np.ndarray:
+        """Return the velocity of the point relative to the surface [m/s], (…, 3), of rates of coordinates (…, m).
+
+        Args:
+            rigid: Whether the rates are those of the rigid coordinates, (…, r).
+        """
+        return rates @ (self.rows[:, self.rigid] if rigid else self.rows).T - self.surface
+
+    def sentence(self, speed: float, time: float) -> str:
+        """Return the reason for the end of a run in which the point moved across its line at a speed [m/s]."""
+        return (
+            f"the point of contact '{self.name}' moved across its line of friction at {speed:.3g} m/s at"
+            f" {time:.6g} s: friction acts along contact.{self.name}.friction.direction only; turn it to the motion, or"
+            " hold the other motion by body.NAME.freedom"
+        )
+
+
+def lines(system: System) -> Iterator[Line]:
+    """Yield the lines of friction of a system."""
+    for number, contact in enumerate(system.contacts):
+        friction = system.scene.contact[contact.name].friction
+        if friction is None:
+            continue
+        for point in range(len(contact.points)):
+            rows = np.zeros((3, len(system.velocity)))
+            for name, _, _, points, sign in contact.sides:
+                body = system.bodies[name]
+                rows[:, body.rigid] += sign * body.rigid_rows(np.tile(points[point], (3, 1)), np.eye(3))
+            across = unit(np.cross(contact.directions[point], unit(friction.direction)))
+            surface = np.asarray(getattr(system.scene.contact[contact.name].against, "velocity", np.zeros(3)), float)
+            yield Line(contact.name, number, across, rows, surface, system.rigid)
+
+
+def refuse_motion_across(system: System) -> None:
+    """Refuse an initial velocity and a gravity that move a contact point across its line of friction.
+
+    Raises:
+        SceneError: there is such a velocity or gravity.
+    """
+    for line in lines(system):
+        speed, pull = line.relative(system.velocity), line.rows @ system.driving.gravity
+        for vector, what, measure in ((speed, "its velocity", "m/s"), (pull, "run.gravity", "m/s²")):
+            across = abs(float(line.across @ vector))
+            if across > DRIVEN * np.linalg.norm(vector):
+                raise SceneError(
+                    f"contact.{line.name}.friction.direction: {what} has {across:.3g} {measure} across it, and friction"
+                    " acts along one line only; turn it to the motion, or hold the other motion by body.NAME.freedom"
+                )

@@ -1,0 +1,93 @@
+"""Neighbours of the shipped scenes end in one line, never in a traceback."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gudgeon
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.geometry.occ import meshing
+
+SCENE = """
+[component.one]
+geometry.kind = "rigid"
+geometry.mass = 1.0
+geometry.inertia = [1e-3, 1e-3, 1e-3]
+geometry.points.front = { at = [0.01, 0.0, 0.0], normal = [1.0, 0.0, 0.0] }
+interface.front = { surface = "front" }
+
+[component.two]
+geometry.kind = "rigid"
+geometry.mass = 2.0
+geometry.inertia = [1e-3, 1e-3, 1e-3]
+geometry.points.back = { at = [-0.01, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] }
+interface.back = { surface = "back" }
+
+[body.one]
+velocity = [1.0, 0.0, 0.0]
+
+[body.two]
+position = [0.03, 0.0, 0.0]
+
+[contact.pair]
+body = "one"
+interface = "front"
+against = { shape = "body", body = "two", interface = "back" }
+method = "impact"
+restitution = 0.5
+
+[run]
+duration = 0.02
+"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    return path
+
+
+def test_a_step_with_an_integrator_that_has_none_is_refused(scene: Path) -> None:
+    with pytest.raises(InputError, match=r"run.step: integrator 'event' has no step, since its motion is exact"):
+        gudgeon.run(scene, set={"run.step": 1e-4}, db=scene.parent / "db", out=scene.parent / "out", until="solve")
+
+
+def test_records_of_two_components_are_found_by_their_names(scene: Path) -> None:
+    places: dict[str, Any] = {"db": scene.parent / "db", "out": scene.parent / "out"}
+    report = gudgeon.run(scene, until="solve", **places)
+    store, job = gudgeon.open(scene.parent / "db"), gudgeon.open_job(scene, **places)
+    assert store.get(report.stages["modes"].keys["two"], "modes").mass == 2.0
+    system = gudgeon.compile_system(store, job.scene, report.stages["morph"].keys)
+    assert gudgeon.simulate(system).result == "FINISHED"
+    assert store.get(report.stages["solve"].keys[job.name], "trajectory").result == "FINISHED"
+
+
+def test_a_gmsh_that_does_not_load_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Broken:
+        def find_spec(self, name: str, path: Any = None, target: Any = None) -> None:
+            if name == "gmsh":
+                raise OSError("libGLU.so.1: cannot open shared object file: No such file or directory\nmore")
+
+    monkeypatch.delitem(sys.modules, "gmsh", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
+    message = r"^gmsh does not load: libGLU.so.1: .* directory; 'gudgeon doctor' prints"
+    with pytest.raises(StageError, match=message), meshing(0.1, {}):
+        pass
+
+
+def test_a_run_without_contact_says_how_near_it_came(scene: Path) -> None:
+    places: dict[str, Any] = {"db": scene.parent / "db", "out": scene.parent / "out"}
+    notes = gudgeon.run(scene, set={"run.duration": 5e-3}, until="solve", **places).notes
+    assert any("no contact touched; the smallest gap was 0.005 m, of contact pair at 0.005 s" in note for note in notes)
+
+
+def test_the_reason_of_a_run_that_left_its_range_has_figures(scene: Path) -> None:
+    places: dict[str, Any] = {"db": scene.parent / "db", "out": scene.parent / "out"}
+    changes = {"body.one.angular_velocity": [0.0, 0.0, 10.0]}
+    report = gudgeon.run(scene, set=changes, until="solve", **places)
+    assert report.result == "ROTATION"
+    assert report.reason is not None
+    assert report.reason.startswith("body 'one' turned by 0.0")

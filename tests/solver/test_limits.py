@@ -1,0 +1,164 @@
+"""Runs that leave the range of the model end with a reason that names the figure, the time and the key."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.simulate import simulate
+from tests.solver.systems import block_records, build, build_all, pair_scene, plate_records, rigid_records
+
+FLOOR = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+
+
+def spinning_rod(folder: Path, **run: Any) -> Trajectory:
+    """A rod of half length 1 m whose end is 0.5 m above a floor, spinning at 6 rad/s: it leaves 0.05 rad at 8.3 ms."""
+    records = rigid_records(1.0, {"tip": ((1.0, 0, 0), (0, 0, -1))}, (0.0, 0.1, 0.0))
+    scene = {
+        "body": {"part": {"position": [0, 0, 0.5], "angular_velocity": [0, 6.0, 0]}},
+        "contact": {"floor": {"body": "part", "interface": "tip", "against": FLOOR, "method": "constraint"}},
+        "run": {"duration": 0.05, "samples": 1000, "frames": 100} | run,
+    }
+    return simulate(build(folder, records, scene))
+
+
+def test_a_rotation_beyond_the_limit_ends_the_run_with_angle_and_time(tmp_path: Path) -> None:
+    found = spinning_rod(tmp_path)
+    assert found.result == "ROTATION"
+    reason = found.counts["reason"]
+    assert "body 'part' turned by 0.0501 rad at 0.00835 s, beyond run.limits.angle = 0.05 rad" in reason
+    # What was computed up to then is kept: whole frames of 0.5 ms.
+    assert found.times[-1] == pytest.approx(8.5e-3)
+    assert len(found.frames) == 17
+
+
+def test_a_larger_limit_allows_it(tmp_path: Path) -> None:
+    assert spinning_rod(tmp_path, limits={"angle": 1.0}).result == "FINISHED"
+
+
+def struck(folder: Path, aside: float, **run: Any) -> Trajectory:
+    """A ball of 10 mm that drifts aside while it approaches a body by 1 mm at 1 m/s."""
+    ball = rigid_records(1.0, {"face": ((0, 0, 0.01), (0, 0, 1))})
+    target = rigid_records(1.0, {"face": ((0, 0, -0.01), (0, 0, -1))})
+    against = {"shape": "body", "body": "target", "interface": "face"}
+    scene = {
+        "body": {"ball": {"velocity": [aside, 0, 1.0]}, "target": {"position": [0, 0, 0.021]}},
+        "contact": {
+            "pair": {
+                "body": "ball", "interface": "face", "against": against, "method": "penalty",
+                "law": {"kind": "linear", "stiffness": 1e8},
+            }
+        },
+        "run": {"duration": 2e-3} | run,
+    }  # fmt: skip
+    return simulate(build_all(folder, {"ball": ball, "target": target}, scene))
+
+
+def test_a_ball_that_has_drifted_aside_ends_the_run_when_it_strikes(tmp_path: Path) -> None:
+    found = struck(tmp_path / "far", 0.5)
+    assert found.result == "OFFSET"
+    assert "the points of contact 'pair' moved aside by 0.0005" in found.counts["reason"]
+    assert "run.limits.offset" in found.counts["reason"]
+    assert struck(tmp_path / "near", 0.1).result == "FINISHED"
+    assert struck(tmp_path / "allowed", 0.5, limits={"offset": 1e-3}).result == "FINISHED"
+    assert struck(tmp_path / "before", 0.5, duration=0.9e-3).result == "FINISHED"
+
+
+def test_point_masses_that_meet_along_any_line_are_not_aside(tmp_path: Path) -> None:
+    """Without a size of their own their limit is zero, and the offset is round-off."""
+    line = np.array([0.6, 0.48, 0.64])
+    records = {
+        "one": rigid_records(1.0, {"face": ((0, 0, 0), line)}),
+        "two": rigid_records(2.0, {"face": ((0, 0, 0), -line)}),
+    }
+    against = {"shape": "body", "body": "two", "interface": "face"}
+    scene = {
+        "body": {"one": {"velocity": line.tolist()}, "two": {"position": (1e-3 * line).tolist()}},
+        "contact": {
+            "pair": {"body": "one", "interface": "face", "against": against, "method": "impact", "restitution": 0.5}
+        },
+        "run": {"duration": 5e-3},
+    }
+    found = simulate(build_all(tmp_path, records, scene))
+    assert found.result == "FINISHED"
+    assert found.quantities["pair.impulse"]["value"] == pytest.approx(1.0)
+
+
+def test_a_curved_surface_limits_the_offset_without_touch_and_a_plane_never(tmp_path: Path) -> None:
+    records = rigid_records(1.0, {"foot": (((0, 0, -0.09), (0, 0.002, -0.09)), (0, 0, -1))})
+    contact = {"body": "part", "interface": "foot", "method": "constraint"}
+    scene = {
+        "body": {"part": {"velocity": [1.0, 0.0, 0.0]}},
+        "contact": {"floor": contact | {"against": {"shape": "bore", "radius": 0.1, "axis": [0, 1, 0]}}},
+        "run": {"duration": 0.02},
+    }
+    found = simulate(build(tmp_path / "bore", records, scene))
+    assert found.result == "OFFSET"
+    assert "at 0.002005 s" in found.counts["reason"]
+    scene["body"]["part"]["velocity"] = [0.0, 1.0, 0.0]
+    assert simulate(build(tmp_path / "along", records, scene)).result == "FINISHED"
+    scene["contact"]["floor"]["against"] = FLOOR | {"point": [0, 0, -0.1]}
+    assert simulate(build(tmp_path / "plane", records, scene)).result == "FINISHED"
+
+
+def test_points_that_slide_along_a_traction_space_may_not_move_across_it(tmp_path: Path) -> None:
+    records = {"part": block_records(6), "plate": plate_records()}
+    scene = pair_scene(duration=2e-4, press=0.0)
+    scene["body"]["part"] |= {"freedom": ["x", "y", "z"], "velocity": [0.0, 0.0, 200.0]}
+    assert simulate(build_all(tmp_path / "across", records, scene)).result == "OFFSET"
+    scene["body"]["part"]["velocity"] = [0.0, 200.0, 0.0]
+    assert simulate(build_all(tmp_path / "along", records, scene)).result == "FINISHED"
+
+
+def sliding(folder: Path, **changes: Any) -> Trajectory:
+    """A block that slides along x with friction along x."""
+    records = rigid_records(1.0, {"foot": ((0, 0, 0), (0, 0, -1))})
+    contact = {
+        "body": "part", "interface": "foot", "against": FLOOR, "method": "constraint",
+        "friction": {"static": 0.3, "direction": [1, 0, 0]},
+    }  # fmt: skip
+    scene: dict[str, Any] = {
+        "body": {"part": {"velocity": [1.0, 0, 0]} | changes.pop("body", {})},
+        "contact": {"floor": contact},
+        "force": changes.pop("force", {}),
+        "run": {"duration": 0.1, "gravity": [0, 0, -9.81]} | changes,
+    }
+    return simulate(build(folder, records, scene))
+
+
+def test_friction_refuses_motion_across_its_line(tmp_path: Path) -> None:
+    assert sliding(tmp_path / "along").result == "FINISHED"
+    with pytest.raises(SceneError, match=r"contact.floor.friction.direction: its velocity has 0.5 m/s across"):
+        sliding(tmp_path / "thrown", body={"velocity": [1.0, 0.5, 0]})
+    with pytest.raises(SceneError, match=r"run.gravity has 1 m/s² across"):
+        sliding(tmp_path / "tilted", gravity=[0, 1.0, -9.81])
+    held = {"freedom": ["x", "z"]}
+    assert sliding(tmp_path / "held", gravity=[0, 1.0, -9.81], body=held).result == "FINISHED"
+
+
+def test_a_force_that_drives_motion_across_ends_the_run(tmp_path: Path) -> None:
+    pull = {"kind": "spring", "body": "part", "direction": [0, 1, 0], "stiffness": 100.0, "stretch": 0.1}
+    found = sliding(tmp_path, force={"pull": pull})
+    assert found.result == "SLIP_ACROSS"
+    assert "moved across its line of friction at" in found.counts["reason"]
+    # 10 m/s²; 1 % of 1 m/s after 1 ms, and not before.
+    assert 0.9e-3 < found.times[-1] < 2e-3
+
+
+def test_a_contact_that_never_touches_tells_its_smallest_gap(tmp_path: Path) -> None:
+    """Thrown up at 1 m/s from 1 mm above the floor, upside down: it comes to 1 mm - v²/2g of the ceiling."""
+    records = rigid_records(1.0, {"top": ((0, 0, 0), (0, 0, 1))}, axes=(2,))
+    ceiling = {"shape": "plane", "point": [0, 0, 0.06], "normal": [0, 0, -1]}
+    scene = {
+        "body": {"part": {"velocity": [0, 0, 1.0]}},
+        "contact": {"roof": {"body": "part", "interface": "top", "against": ceiling, "method": "constraint"}},
+        "run": {"duration": 0.3, "gravity": [0, 0, -10.0], "frames": 7},
+    }
+    found = simulate(build(tmp_path, records, scene)).quantities
+    assert found["roof.least_gap"]["value"] == pytest.approx(0.01, rel=1e-9)
+    assert found["roof.least_gap_time"]["value"] == pytest.approx(0.1, rel=1e-9)
+    scene["body"]["part"]["velocity"] = [0, 0, 2.0]
+    assert "roof.least_gap" not in simulate(build(tmp_path / "touches", records, scene)).quantities
