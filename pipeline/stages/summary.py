@@ -20,7 +20,8 @@ def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: T
     quantities = {}
     for name, entry in trajectory.quantities.items():
         reference = expected.get(name)
-        error = entry["value"] / reference - 1 if reference else None
+        # Absolute where the reference is zero.
+        error = None if reference is None else entry["value"] / reference - 1 if reference else entry["value"]
         quantities[name] = entry | {"reference": reference, "error": error}
     summary = {
         "key": key,
@@ -43,7 +44,12 @@ def read_summary(out: Path, key: str, beside: str, expected: dict[str, float] | 
     """
     try:
         summary = json.loads((out / SUMMARY).read_text())
-        fresh = summary["key"] == key and summary.get("expected") == expected and "estimates" in summary and (out / beside).is_file()
+        fresh = (
+            summary["key"] == key
+            and summary.get("expected") == expected
+            and "estimates" in summary
+            and (out / beside).is_file()
+        )
         return summary if fresh else None
     except (OSError, ValueError, KeyError):
         return None

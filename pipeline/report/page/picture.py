@@ -20,7 +20,15 @@ from matplotlib.lines import Line2D
 from gudgeon.pipeline.plots.base.style import FAINT, INK, RED, new_figure, save, styled
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Run
 from gudgeon.pipeline.report.front import pareto_front
-from gudgeon.pipeline.report.page.words import flagged, run_lines, seconds_text, size_text, tick_text, verdict
+from gudgeon.pipeline.report.page.words import (
+    budget_text,
+    flagged,
+    run_lines,
+    seconds_text,
+    size_text,
+    tick_text,
+    verdict,
+)
 
 COLOURS = ("#1f5fa8", "#d9690b", "#2b8a57", "#a5287c", "#0e8090", "#8a5a2b", "#5b4bb0", "#b32d2a")
 MARKS = ("o", "^", "D")
@@ -134,6 +142,9 @@ def draw(document: Document, path: Path) -> None:
         if flags:
             text = f"not converged over this sweep; no order is fitted: {flags}"
             _line(figure, (0.035, 0.045), text, 125, fontsize=8, color=RED)
+        budget = budget_text(document)
+        if budget:
+            _line(figure, (0.035, 0.07), budget, 125, fontsize=8, color=INK)
         if document.choice is not None:
             _line(figure, (0.035, 0.02), verdict(document), 125, fontsize=8, color=FAINT)
         save(figure, path)
