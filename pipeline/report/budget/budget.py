@@ -7,7 +7,7 @@ The stiffness of a contact layer is halved and doubled; the larger change counts
 
 import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -135,7 +135,7 @@ def _mesh(judge: Judge) -> Term:
 
     words = f"edges / {FACTOR:g}", f"edges × {FACTOR:g}"
     term = _extrapolated(judge, source, Sides(scaled(1 / FACTOR), scaled(FACTOR), words), list(sizes))
-    return term if not given else Term(**vars(term) | {"how": f"{term.how}; {given}"})
+    return replace(term, how=f"{term.how}; {given}") if given else term
 
 
 def _splines(judge: Judge) -> Term:
