@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 COLUMNS = (
-    "system", "scene", "reference", "run", "error", "of", "its error budget", "CPU time", "full FE", "its error", "CPU time", "ratio",
+    "system", "scene", "reference", "run", "error", "of", "its error budget", "CPU time", "full FE",
+    "its error", "CPU time", "ratio",
 )  # fmt: skip
 NOTHING = "–"
 
@@ -39,7 +40,7 @@ def scene_link(name: str, link: str = "") -> str:
 
 
 def budget_text(scene: Mapping[str, Any], run: str | None) -> str:
-    """Return the terms of the error budget of a run, the largest first; a dash if the report's budget is not its own."""
+    """Return the terms of the error budget of a run, the largest first; a dash if the report has none of this run."""
     budget = scene.get("budget")
     if budget is None or budget["run"] != run:
         return NOTHING

@@ -74,7 +74,7 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
         counting = {one.name for one in found if one.counts}
         runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
         choice = choose(runs, how.tolerance)
-        budget = _budget(judged(runs, choice), found)
+        budget = _budget(judged(runs, choice), found, reference.kind != "finest")
         document = replace(
             new_document(job, how),
             reference={"kind": reference.kind, "source": reference.source},
@@ -192,8 +192,12 @@ def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
     )  # fmt: skip
 
 
-def _budget(run: Run | None, quantities: Sequence[Quantity]) -> Budget | None:
-    """Return the error of the mesh of a run from the next finer and the next coarser mesh of the report."""
+def _budget(run: Run | None, quantities: Sequence[Quantity], independent: bool) -> Budget | None:
+    """Return the error of the mesh of a run from the next finer and the next coarser mesh of the report.
+
+    Args:
+        independent: Whether the reference is none of the meshes, so that errors against it are those of the mesh.
+    """
     if run is None:
         return None
     errors, orders = {}, {}
@@ -211,12 +215,14 @@ def _budget(run: Run | None, quantities: Sequence[Quantity]) -> Budget | None:
         if not sides:
             continue
         estimate = extrapolated(sides.get(1), sides.get(-1))
-        errors[one.name] = estimate.error
+        known = run.errors.get(one.name) if independent else None
+        errors[one.name] = estimate.error if known is None else abs(known)
         orders |= {} if estimate.order is None else {one.name: estimate.order}
     of, size = largest(errors, {one.name for one in quantities if one.counts})
     if not errors:
         return Budget(run.name, [Term("mesh", f"{MISSING}: the report has one mesh only")])
-    how = "the next finer and the next coarser mesh of the report, extrapolated with the observed order"
+    how = "error against the reference where there is one; else " if independent else ""
+    how += "the next finer and the next coarser mesh of the report, extrapolated with the observed order"
     return Budget(run.name, [Term("mesh", how, errors, orders, size, of)])
 
 

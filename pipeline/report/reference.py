@@ -85,7 +85,7 @@ def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
     source = f"full FE at {finest.step * 1e6:g} µs"
     if not job.scene.contact:
         return replace(reference_run(job, finest, None, source), kind="nodal")
-    return Reference("nodal", source, {}, _force(job, finest), finest, _whole(job, finest), finest)
+    return Reference("nodal", source, {}, _force(job, finest), finest, whole=_whole(job, finest), located=finest)
 
 
 def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Reference:
@@ -107,7 +107,7 @@ def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Refe
     expected = {n: value for n, value in found.items() if n in wanted}
     force, whole = (_force(job, run), _whole(job, run)) if wants_force else (None, None)
     located = run if like is None else like.located
-    return Reference("finest", name, expected, force, run if wants_run else None, whole, located)
+    return Reference("finest", name, expected, force, run if wants_run else None, whole=whole, located=located)
 
 
 def _force(job: Job, run: Ran) -> ForceReference:
