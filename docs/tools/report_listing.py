@@ -34,7 +34,7 @@ HEAD = (
 
 
 def main_figures(folder: Path) -> Scenes:
-    """Return the main figures of all reports below a folder: reference, machine, choice, budget, runs, verdicts, seconds."""
+    """Return the main figures of all reports below a folder: reference, choice, budget, runs, verdicts and seconds."""
     found: Scenes = {}
     for path in sorted(folder.rglob("report.json")):
         report = json.loads(path.read_text(encoding="utf-8"))

@@ -134,4 +134,4 @@ def extrapolated(finer: Neighbour | None, coarser: Neighbour | None, signed: boo
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if ratio(middle) < wanted else (low, middle)
-    return Estimate(abs(below) / (1 - finer.size**low), low if low > LOWEST else None)
+    return Estimate(abs(below) / (1 - finer.size**low), low if LOWEST < low < HIGHEST * (1 - 1e-9) else None)

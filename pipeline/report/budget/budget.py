@@ -28,6 +28,8 @@ from gudgeon.solver.errors import SceneError, SolverError
 
 FACTOR = 1.5
 """Factor on edge lengths and spline spacings, to both sides."""
+LEAST = 0.25
+"""Logarithm of the ratio of mean edges over that of `FACTOR` below which a mesh is hardly another one."""
 LAYER = 2.0
 """Factor on the stiffness of contact layers, to both sides."""
 PATIENCE = 20.0
@@ -190,14 +192,16 @@ def _extrapolated(judge: Judge, source: str, sides: Sides, components: Sequence[
         components: Those with another mesh, whose mean edges measure the sizes; if empty, the sizes are `FACTOR`.
     """
     neighbours: list[tuple[float, Errors] | None] = []
-    missing = []
+    known, missing = [], []
     for changes, word, factor in zip(sides[:2], sides.words, (1 / FACTOR, FACTOR), strict=True):
         run, why = _run(judge.one, changes, components)
-        size = _edge_ratio(judge.one.job, variant(judge.one.job, changes), components) if run and components else factor
-        if run is not None and (size - 1) * (factor - 1) <= 0:
-            run, why = None, "gives the same mesh"
-        if run is None:
-            missing.append(f"{word}: {why}")
+        size = factor
+        if run is not None and components:
+            size = _edge_ratio(judge.one.job, variant(judge.one.job, changes), components)
+            word = f"{word} (mean edge × {size:.2f})"
+            if math.log(size) / math.log(factor) < LEAST:
+                run, why = None, "hardly another mesh"
+        (missing if run is None else known).append(f"{word}: {why}" if run is None else word)
         neighbours.append(None if run is None else (size, judge.differences(run, "")))
     able = [one for one in neighbours if one is not None]
     if not able:
@@ -209,7 +213,6 @@ def _extrapolated(judge: Judge, source: str, sides: Sides, components: Sequence[
             estimate = extrapolated(finer, coarser, judge.signed(name))
             errors[name] = estimate.error
             orders |= {} if estimate.order is None else {name: estimate.order}
-    known = [word for word, one in zip(sides.words, neighbours, strict=True) if one is not None]
     how = f"{' and '.join(known)}, extrapolated" + (" with order 1" if missing else " with the observed order")
     return judge.term(source, "; ".join([how, *missing]), errors, orders)
 

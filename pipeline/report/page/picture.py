@@ -136,7 +136,7 @@ def draw(document: Document, path: Path) -> None:
         figure = new_figure("", "")
         _line(figure, (0.035, 0.958), f"{document.scene}: error against run time", 70, fontsize=14, fontweight="bold")
         _line(figure, (0.035, 0.917), f"reference: {document.reference['source']}", 118, color=FAINT)
-        _draw_runs(figure.add_axes((0.098, 0.15, 0.522, 0.705)), document)
+        _draw_runs(figure.add_axes((0.098, 0.175, 0.522, 0.68)), document)
         _legend(figure, document)
         flags = ", ".join(one.name for one in flagged(document))
         if flags:
@@ -302,7 +302,7 @@ def _legend(figure: Figure, document: Document) -> None:
     title = "runs" if len(named) == len(spots) else f"on the front, of {len(spots)} runs"
     height -= 2.1 * LINE
     _line(figure, (left, height), f"{title}: error, CPU time", 45, fontsize=8, color=FAINT)
-    room = int((height - 0.08) / LINE)
+    room = int((height - 0.1) / LINE)
     for number, run, error in sorted(named, key=lambda spot: spot.run.cpu_seconds)[:room]:
         height -= LINE
         weight = "bold" if run.front else "normal"

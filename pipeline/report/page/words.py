@@ -128,9 +128,10 @@ def budget_text(document: Document) -> str:
     known = [(one.size, one) for one in document.budget.terms if one.size is not None]
     terms = sorted(known, key=lambda item: -item[0])
     unknown = [f"{one.source} {one.how}" for one in document.budget.terms if one.missing]
-    text = " > ".join(f"{one.source} {size_text(size)}" for size, one in terms) or "no term is estimated"
-    of = f" ({terms[0][1].of})" if terms else ""
-    return f"Error budget of {document.budget.run}{of}: {text}{''.join(f'; {one}' for one in unknown)}"
+    words = [f"{one.source} {size_text(size)}" for size, one in terms] or ["no term is estimated"]
+    if terms:
+        words[0] += f" ({terms[0][1].of})"
+    return f"Error budget of {document.budget.run}: {' > '.join(words)}{''.join(f'; {one}' for one in unknown)}"
 
 
 def budget_table(document: Document) -> Table | None:

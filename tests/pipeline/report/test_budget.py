@@ -6,9 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import meshio
 import pytest
 
 from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.report.bodies import report_job
 from gudgeon.pipeline.report.choice import choose, judged, on_its_mesh
@@ -105,7 +107,7 @@ def test_terms(made: tuple[Path, Job, Document]) -> None:
     assert document.budget is not None
     assert [one.source for one in document.budget.terms] == SOURCES
     assert term(document, "spline spacing").how == "none: no traction space"
-    assert term(document, "mesh").how.startswith("edges / 1.5 and edges × 1.5, extrapolated")
+    assert term(document, "mesh").how.startswith("edges / 1.5 (mean edge × 0.")
     sizes = {one.source: one.size for one in document.budget.terms if one.size is not None}
     assert max(sizes, key=lambda source: sizes[source]) == "mesh"
     assert sizes["mesh"] > 0.05
@@ -141,7 +143,7 @@ def test_the_budget_is_in_every_file(made: tuple[Path, Job, Document]) -> None:
     folder, _, document = made
     text = budget_text(document)
     assert text.startswith("Error budget of ")
-    assert f"mesh {term(document, 'mesh').size:.2%} > " in text
+    assert f"mesh {term(document, 'mesh').size:.2%} ({term(document, 'mesh').of}) > " in text
     assert json.loads((folder / "out" / "report.json").read_text())["budget"] == document.as_json()["budget"]
     html = (folder / "out" / "report.html").read_text()
     assert html.index('<p class="budget">Error budget of') < html.index('<dl class="facts">')
@@ -215,7 +217,7 @@ def test_command_refuses_a_coarse_mesh(tmp_path: Path, capsys: pytest.CaptureFix
         "--set", 'report.models="unset"', "--set", 'report.interest=["wall.impulse"]',
         "--set", 'report.full_fe="unset"', "--set", "component.rod.mesh.size=0.04",
         "--set", "component.rod.modes.normal_count=10",
-        "--set", 'report.sweep={"component.rod.modes.normal_count" = [10, 20]}',
+        "--set", 'report.sweep={"component.rod.modes.normal_count" = [20]}',
     ]  # fmt: skip
     tolerance = ["--tolerance", "1%"]
     assert main(["report", "data/rod-wall", *places, *changes, "--repeat", "1", *tolerance]) == 0
@@ -230,3 +232,45 @@ def test_command_refuses_a_coarse_mesh(tmp_path: Path, capsys: pytest.CaptureFix
 def test_page_without_a_budget() -> None:
     assert budget_text(documents.small()) == ""
     assert 'class="budget"' not in page(documents.small())
+
+
+BLOCK = """
+[component.block]
+geometry.kind = "file"
+geometry.path = "block.msh"
+geometry.surfaces.foot = { kind = "plane", normal = [0.0, 0.0, -1.0], origin = [0.0, 0.0, 0.0] }
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+interface.foot = { surface = "foot" }
+modes = { normal_count = 6 }
+
+[body.block]
+velocity = [0.0, 0.0, -0.5]
+position = [0.0, 0.0, 2e-5]
+
+[contact.floor]
+body = "block"
+interface = "foot"
+against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+surface_stiffness = 1e12
+
+[run]
+duration = 1e-4
+samples = 200
+frames = 10
+
+[report.models]
+"as in the scene" = {}
+"""
+
+
+def test_a_mesh_file_has_no_other_mesh(tmp_path: Path) -> None:
+    """Its term says so, and a setting is chosen with that statement."""
+    mesh = Box(kind="box", lx=0.04, ly=0.02, lz=0.02).build(0.02)
+    meshio.Mesh(mesh.nodes, [("tetra10", mesh.cells)]).write(tmp_path / "block.msh", file_format="gmsh22", binary=False)
+    (tmp_path / "scene.toml").write_text(BLOCK)
+    job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
+    document = report_job(job, replace(ONCE, tolerance=0.5), silent)
+    assert term(document, "mesh").how == "not estimated: component.block is a mesh file, which has no other size"
+    assert "; mesh not estimated: component.block is a mesh file" in budget_text(document)
+    assert document.choice is not None
+    assert document.choice.why.endswith(f"; mesh error: {term(document, 'mesh').how}")
