@@ -11,6 +11,7 @@ from gudgeon.pipeline.report.document import Document, csv_text
 from gudgeon.pipeline.report.page.tables import markdown, run_columns
 from gudgeon.pipeline.report.page.words import (
     NOTHING,
+    budget_table,
     budget_text,
     error_text,
     flagged,
@@ -87,7 +88,8 @@ def report_text(document: Document) -> str:
         "",
         *_runs(document),
     ]
-    for table in tables_of(document):
+    budget_rows = budget_table(document)
+    for table in [*([budget_rows] if budget_rows else []), *tables_of(document)]:
         lines += ["", f"{table.title}{': ' if table.note else ''}{table.note}", ""]
         lines += markdown(table.columns, table.rows)
     if document.left_out:

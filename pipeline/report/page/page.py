@@ -15,6 +15,7 @@ from gudgeon.pipeline.report.page.picture import ERROR, LEAST, Look, chain_chart
 from gudgeon.pipeline.report.page.tables import errors_table, kind_table, quantities_table, runs_table
 from gudgeon.pipeline.report.page.words import (
     SETTLES,
+    budget_table,
     budget_text,
     count_text,
     edge_text,
@@ -88,8 +89,10 @@ def _head(document: Document, title: str) -> str:
 
 
 def _sections(document: Document, picture: bytes | None) -> list[str]:
+    budget = budget_table(document)
     return [
         _section("Error against run time", _chart(document)),
+        _section(budget.title, _paragraph(budget.note) + kind_table(budget)) if budget is not None else "",
         _section("Runs", _RUNS_NOTE + runs_table(document)),
         _section("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if document.quantities else "",
         _section("Quantities", quantities_table(document)) if document.quantities else "",

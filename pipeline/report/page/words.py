@@ -159,8 +159,7 @@ def tables_of(document: Document) -> list[Table]:
     columns = list(dict.fromkeys(key for row in document.changes for key in row))
     rows = [[change_text(key, row.get(key)) for key in columns] for row in document.changes]
     changes = Table("Design changes: reuse against recompute", [key.replace("_", " ") for key in columns], rows)
-    budget = budget_table(document)
-    return [*([budget] if budget else []), *([changes] if rows else []), *document.tables]
+    return [*([changes] if rows else []), *document.tables]
 
 
 def change_text(key: str, value: Any) -> str:
