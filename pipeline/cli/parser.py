@@ -37,11 +37,11 @@ SAME_MESH = "with --tolerance: accept a setting whose mesh has a larger error"
 REPORT_HELP = """\
 Run the sweep that the scene defines under [report] (models, sweep, full_fe, reference, changes). Without [report], run
 a default sweep over modes, reductions, methods and integrators. Write report.csv, report.json, report.png and
-report.html with the error of each run, its modal truncation error and its time error, and its run time, and the error
+report.html with the run time of each run, its error, its modal truncation error and its time error, and the error
 budget of the selected setting: basis, step, mesh, spline spacing and contact layer, each from further runs. A setting
-whose mesh error exceeds the tolerance is not selected, unless --same-mesh is given. Finished runs
-are kept in the database, so an interrupted report continues when it is started again. Timed runs are sequential and
-use one thread; full-FE runs of a driven pair use one thread per body, and their CPU time is the sum over the threads.
+whose mesh error exceeds the tolerance is not selected, unless --same-mesh is given. Finished runs are kept in the
+database, so an interrupted report continues when it is started again. Timed runs are sequential and use one thread;
+full-FE runs of a driven pair use one thread per body, and their CPU time is the sum over the threads.
 --jobs runs the untimed runs in parallel.
 """
 ROBUSTNESS_HELP = """\

@@ -12,7 +12,7 @@ from gudgeon.modaldb.keys import file_digest
 from gudgeon.modaldb.records.report import ReportRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.report.document import Budget, Choice, Document, Quantity, Run
-from gudgeon.pipeline.report.page.words import seconds_text, size_text, tick_text
+from gudgeon.pipeline.report.page.words import seconds_text, size_text, term_text, tick_text
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.job import Job, variant
@@ -27,7 +27,13 @@ def doubtful(quantities: Sequence[Quantity], tolerance: float) -> set[str]:
     Chains whose values agree within the tolerance are not among them.
     """
     chains = [chain for one in quantities if one.counts for chain in one.chains if chain.converges is False]
-    return {run for chain in chains if np.ptp(chain.differences) > tolerance for run in chain.runs}
+    return {run for chain in chains if not _agree(chain.differences, tolerance) for run in chain.runs}
+
+
+def _agree(differences: Sequence[float | None], tolerance: float) -> bool:
+    """Whether values agree; one without a value, None in a document that was read back, agrees with none."""
+    known = [one for one in differences if one is not None and math.isfinite(one)]
+    return len(known) == len(differences) and float(np.ptp(known)) <= tolerance
 
 
 def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ()) -> Choice:
@@ -79,8 +85,8 @@ def on_its_mesh(choice: Choice, runs: Sequence[Run], budget: Budget | None, same
         why = f"the error budget of the report is that of {budget.run}, on another mesh: run gudgeon report with it"
     elif term.missing:
         return replace(choice, why=f"{choice.why}; mesh error: {term.how}")
-    elif term.size is not None and term.size > choice.tolerance:
-        why = f"its mesh has an error of {size_text(term.size)} ({term.of}): refine component.*.mesh.size"
+    elif term.bound is not None and term.bound > choice.tolerance:
+        why = f"its mesh error is {term_text(term.bound)} ({term.of}): refine component.*.mesh.size"
     else:
         return choice
     why = f"{choice.run} meets {tolerance} on its mesh, but {why}, or give --same-mesh"

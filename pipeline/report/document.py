@@ -146,6 +146,11 @@ class Term:
     of: str | None = None
 
     @property
+    def bound(self) -> float | None:
+        """The size, also of a document that was read back, which has no infinity."""
+        return math.inf if self.size is None and self.of is not None else self.size
+
+    @property
     def missing(self) -> bool:
         """Whether there is such an error, but no estimate of it."""
         return self.how.startswith(MISSING)

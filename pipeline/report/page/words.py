@@ -125,13 +125,18 @@ def budget_text(document: Document) -> str:
     """Return what dominates the error of the run of the budget; empty if the report has no budget."""
     if document.budget is None:
         return ""
-    known = [(one.size, one) for one in document.budget.terms if one.size is not None]
+    known = [(one.bound, one) for one in document.budget.terms if one.bound is not None]
     terms = sorted(known, key=lambda item: -item[0])
     unknown = [f"{one.source} {one.how}" for one in document.budget.terms if one.missing]
-    words = [f"{one.source} {size_text(size)}" for size, one in terms] or ["no term is estimated"]
+    words = [f"{one.source} {term_text(size)}" for size, one in terms] or ["no term is estimated"]
     if terms:
         words[0] += f" ({terms[0][1].of})"
     return f"Error budget of {document.budget.run}: {' > '.join(words)}{''.join(f'; {one}' for one in unknown)}"
+
+
+def term_text(size: float) -> str:
+    """Return the size of a term of an error budget; infinite where an impact is missing on one of the sides."""
+    return size_text(size) if math.isfinite(size) else "infinite"
 
 
 def budget_table(document: Document) -> Table | None:

@@ -13,9 +13,9 @@ from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.report.bodies import report_job
-from gudgeon.pipeline.report.choice import choose, judged, on_its_mesh
+from gudgeon.pipeline.report.choice import choose, doubtful, judged, on_its_mesh
 from gudgeon.pipeline.report.convergence import Neighbour, extrapolated
-from gudgeon.pipeline.report.document import MISSING, Budget, Choice, Document, Term, csv_text
+from gudgeon.pipeline.report.document import MISSING, Budget, Chain, Choice, Document, Term, csv_text
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.page.page import page
 from gudgeon.pipeline.report.page.words import budget_table, budget_text
@@ -166,7 +166,9 @@ def test_settings_have_the_step_of_the_first_run(made: tuple[Path, Job, Document
 
 
 def mesh_of(size: float | None, how: str = "edges / 1.5 and edges × 1.5") -> Budget:
-    return Budget("30 modes", [Term("mesh", how, {"impulse": size} if size else {}, {}, size, "impulse")])
+    return Budget(
+        "30 modes", [Term("mesh", how, {"impulse": size} if size else {}, {}, size, "impulse" if size else None)]
+    )
 
 
 def selected() -> Choice:
@@ -181,9 +183,28 @@ def test_a_mesh_error_above_the_tolerance_refuses() -> None:
     refused = on_its_mesh(choice, runs, mesh_of(0.031), same_mesh=False)
     assert refused.run is None
     assert refused.why == (
-        "30 modes meets 1% on its mesh, but its mesh has an error of 3.10% (impulse): refine component.*.mesh.size, or"
+        "30 modes meets 1% on its mesh, but its mesh error is 3.10% (impulse): refine component.*.mesh.size, or"
         " give --same-mesh"
     )
+
+
+def test_an_infinite_mesh_error_refuses_also_when_it_is_read_back() -> None:
+    """Where another mesh lacks an impact; JSON has no infinity."""
+    runs, choice = documents.small().runs, selected()
+    infinite = Budget("30 modes", [Term("mesh", "edges / 1.5", {"a": math.inf}, {}, math.inf, "a")])
+    document = replace(documents.small(), budget=infinite)
+    for budget in (infinite, Document.from_json(document.as_json()).budget):
+        refused = on_its_mesh(choice, runs, budget, same_mesh=False)
+        assert refused.run is None
+        assert "its mesh error is infinite (a)" in refused.why
+    assert budget_text(document) == "Error budget of 30 modes: mesh infinite (a)"
+
+
+def test_a_chain_without_a_value_is_doubtful_also_when_it_is_read_back() -> None:
+    chain = Chain("basis", ["30 modes", "60 modes"], [30, 60], [math.inf, 0.0], [math.inf, 0.0], False, None)
+    document = replace(documents.small(), quantities=[documents.quantity("a", chains=[chain])])
+    for one in (document, Document.from_json(document.as_json())):
+        assert doubtful(one.quantities, 0.01) == {"30 modes", "60 modes"}
 
 
 def test_a_mesh_error_that_is_not_known_is_said() -> None:
