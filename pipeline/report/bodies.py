@@ -67,7 +67,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         run_job(job, "morph", progress)
         nodal = nodal_runs(job, progress)
         external = external_reference(job, nodal)
-        settings = with_steps(job, settings, progress)
+        settings, notes = with_steps(job, settings, progress)
         points = _points(job, settings, left_out, how.repeat, progress)
         points = _with_finer(job, _comparable(points, external, left_out), how.jobs, progress)
         if not any(one.ran for one in points):
@@ -96,7 +96,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             tables=_tables(job, one, reference),
             window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
             until=job.scene.report.until,
-            notes=_notes(job, nodal, found, reference.kind),
+            notes=notes + _notes(job, nodal, found, reference.kind),
             timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
         )
         keep(job, document)

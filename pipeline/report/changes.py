@@ -25,7 +25,7 @@ def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[s
     if not changes:
         return []
     # The step of the unchanged run, so that the runs differ in the change only.
-    (own,) = with_steps(design, [Setting("", {})], progress)
+    (own,), _ = with_steps(design, [Setting("as in the scene", {})], progress)
     design, rows = variant(design, own.changes), []
     with tempfile.TemporaryDirectory() as folder:
         base = replace(_on_update(design, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
