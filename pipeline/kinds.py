@@ -171,6 +171,7 @@ def report(
     out: str | Path | None = None,
     repeat: int = 3,
     tolerance: float = 0.01,
+    same_mesh: bool = False,
     progress: Progress | None = None,
 ) -> "Document":
     """Run the sweep of a scene and write report.json, .csv, .png and .html, error against run time, to its folder.
@@ -178,6 +179,7 @@ def report(
     Args:
         repeat: Timed runs of each setting, of which the shortest time counts.
         tolerance: Relative error that the cheapest setting must meet.
+        same_mesh: Whether a setting is selected whatever the error of its mesh.
 
     Returns:
         The runs with errors and CPU times [s], and the choice, as docs/report.md describes them.
@@ -188,7 +190,7 @@ def report(
     from gudgeon.pipeline.report.effort import Effort
 
     job = open_job(scene, set=set, db=db, out=out)
-    return kind_of(job).report(job, Effort(repeat, 1, tolerance), progress or (lambda stage, share: None))
+    return kind_of(job).report(job, Effort(repeat, 1, tolerance, same_mesh), progress or (lambda stage, share: None))
 
 
 def schema() -> dict[str, Any]:

@@ -23,6 +23,7 @@ RETIRED = {
     "implicit": r"trapezoid",
     "energy balance": r"books|booked|less work",
     "counts": r"tally|tallies|tallied",
+    "slap energy": r"slap impulses?",
     "report": r"study|studies",
     "has an error of": r"errs( by)?",
     "corrects, refine": r"mends?|mended|mending",

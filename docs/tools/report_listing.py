@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from docs.tools.seeds import read_seeds, scene_link, seeds_table
+from docs.tools.seeds import budget_text, read_seeds, scene_link, seeds_table
 from gudgeon.pipeline.files import write_text
 
 Scenes = dict[str, dict[str, Any]]
@@ -27,18 +27,22 @@ KEPT = (
 )  # fmt: skip
 """Keys of a run; errors by quantity, stages and chains are only in the report of the scene."""
 HEAD = (
-    "scene", "reference", "fastest run within the tolerance", "largest error", "CPU time", "full FE",
+    "scene", "reference", "fastest run within the tolerance", "largest error", "its error budget", "CPU time",
+    "full FE",
     "robustness: right", "refused", "wrong", "took",
 )  # fmt: skip
 
 
 def main_figures(folder: Path) -> Scenes:
-    """Return the main figures of all reports below a folder: reference, machine, choice, runs, verdicts and seconds."""
+    """Return the main figures of all reports below a folder: reference, choice, budget, runs, verdicts and seconds."""
     found: Scenes = {}
     for path in sorted(folder.rglob("report.json")):
         report = json.loads(path.read_text(encoding="utf-8"))
         entry = found.setdefault(path.parent.relative_to(folder).as_posix(), {})
         entry |= {key: report[key] for key in ("reference", "machine", "choice")}
+        budget = report.get("budget")
+        terms = {} if budget is None else {term["source"]: term["size"] for term in budget["terms"]}
+        entry["budget"] = None if budget is None else {"run": budget["run"], "terms": terms}
         entry["runs"] = [{key: run[key] for key in KEPT} for run in report["runs"]]
     for path in sorted(folder.rglob("robustness.json")):
         entry = found.setdefault(path.parent.relative_to(folder).as_posix(), {})
@@ -95,6 +99,7 @@ def _row(name: str, scene: dict[str, Any]) -> list[str]:
         scene.get("reference", {}).get("source", "–"),
         choice.get("run") or choice.get("why") or "–",
         _number(choice.get("error"), "{:.1e}"),
+        budget_text(scene, choice.get("run")),
         _number(choice.get("cpu_seconds"), "{:.3g} s"),
         f"{min(nodal):.3g} – {max(nodal):.3g} s" if nodal else "–",
         *(str(verdicts.get(verdict, "–")) for verdict in ("right", "refused", "wrong")),

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 COLUMNS = (
-    "system", "scene", "reference", "run", "error", "of", "CPU time", "full FE", "its error", "CPU time", "ratio",
+    "system", "scene", "reference", "run", "error", "of", "its error budget", "CPU time", "full FE",
+    "its error", "CPU time", "ratio",
 )  # fmt: skip
 NOTHING = "–"
 
@@ -38,6 +39,15 @@ def scene_link(name: str, link: str = "") -> str:
     return f"[`{name}`]({link}data/{name}{'.toml' if '/' in name else '/scene.toml'})"
 
 
+def budget_text(scene: Mapping[str, Any], run: str | None) -> str:
+    """Return the terms of the error budget of a run, the largest first; a dash if the report has none of this run."""
+    budget = scene.get("budget")
+    if budget is None or budget["run"] != run:
+        return NOTHING
+    terms = sorted(((size, source) for source, size in budget["terms"].items() if size is not None), reverse=True)
+    return " > ".join(f"{source} {_percent(size)}" for size, source in terms) or NOTHING
+
+
 def _row(scenes: Mapping[str, Mapping[str, Any]], system: dict[str, Any], tolerance: float, link: str) -> list[str]:
     name = system.get("report")
     if name is None:
@@ -51,7 +61,8 @@ def _row(scenes: Mapping[str, Mapping[str, Any]], system: dict[str, Any], tolera
     nodal = _best([run for run in runs if run["kind"] == "nodal"], tolerance)
     cells = [system["name"], scene_link(name, link), scene["reference"]["source"]]
     met = tolerance if choice["run"] is not None and choice["tolerance"] <= tolerance else 0.0
-    cells += [ours["name"], _error(ours, met), ours["largest_of"], _seconds(ours)] if ours else [NOTHING] * 4
+    cells += [ours["name"], _error(ours, met), ours["largest_of"]] if ours else [NOTHING] * 3
+    cells += [budget_text(scene, ours["name"]), _seconds(ours)] if ours else [NOTHING] * 2
     cells += [nodal["name"], _error(nodal, tolerance), _seconds(nodal)] if nodal else [NOTHING] * 3
     if ours is not None and nodal is not None and ours["cpu_seconds"] > 0:
         cells.append(f"{nodal['cpu_seconds'] / ours['cpu_seconds']:,.0f}")
@@ -72,8 +83,12 @@ def _error(run: dict[str, Any], tolerance: float) -> str:
     error = run["largest_error"]
     if error is None:
         return "reference"
-    text = f"{error:.2%}" if error >= 1e-4 else f"{error:.0e}"
+    text = _percent(error)
     return text if error <= tolerance else f"{text} (missed)"
+
+
+def _percent(error: float) -> str:
+    return f"{error:.2%}" if error >= 1e-4 else f"{error:.0e}"
 
 
 def _seconds(run: dict[str, Any]) -> str:

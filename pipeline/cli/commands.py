@@ -22,7 +22,7 @@ def run_command(options: argparse.Namespace) -> int:
     else:
         from gudgeon.pipeline.report.choice import run_chosen
 
-        report = run_chosen(job, options.tolerance, options.until, progress)
+        report = run_chosen(job, options.tolerance, options.until, progress, same_mesh=options.same_mesh)
     if options.json:
         print(json.dumps(report.as_json(), indent=1))
     else:
@@ -36,10 +36,8 @@ def run_command(options: argparse.Namespace) -> int:
 def _quantity_line(name: str, entry: dict[str, Any]) -> str:
     line = f"{name:28} {entry['value']:14.6g} {entry['unit']:6}"
     if (reference := entry["reference"]) is not None:
-        error, kind = entry["error"], "error"
-        if error is None:
-            error, kind = entry["value"] - reference, "difference"
-        line += f"  reference {reference:.6g}, {kind} {error:+.2g}"
+        unit = "" if reference else f" {entry['unit']}"
+        line += f"  reference {reference:.6g}, error {entry['error']:+.2g}{unit}"
     return line.rstrip()
 
 
@@ -110,7 +108,7 @@ def report_command(options: argparse.Namespace) -> int:
     from gudgeon.pipeline.report.effort import TOLERANCE, Effort
     from gudgeon.pipeline.report.page.output import report_text
 
-    how = Effort(options.repeat, options.jobs or 1, options.tolerance or TOLERANCE)
+    how = Effort(options.repeat, options.jobs or 1, options.tolerance or TOLERANCE, options.same_mesh)
     kind, job = _opened(options)
     document = kind.report(job, how, Console(options.json).progress)
     print(document.as_text() if options.json else report_text(document))

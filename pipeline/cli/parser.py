@@ -33,12 +33,15 @@ STAGE_HELP = {
 }
 
 
+SAME_MESH = "with --tolerance: accept a setting whose mesh has a larger error"
 REPORT_HELP = """\
 Run the sweep that the scene defines under [report] (models, sweep, full_fe, reference, changes). Without [report], run
 a default sweep over modes, reductions, methods and integrators. Write report.csv, report.json, report.png and
-report.html with the error of each run, its modal truncation error and its time error, and its run time. Finished runs
-are kept in the database, so an interrupted report continues when it is started again. Timed runs are sequential and
-use one thread; full-FE runs of a driven pair use one thread per body, and their CPU time is the sum over the threads.
+report.html with the run time of each run, its error, its modal truncation error and its time error, and the error
+budget of the selected setting: basis, step, mesh, spline spacing and contact layer, each from further runs. A setting
+whose mesh error exceeds the tolerance is not selected, unless --same-mesh is given. Finished runs are kept in the
+database, so an interrupted report continues when it is started again. Timed runs are sequential and use one thread;
+full-FE runs of a driven pair use one thread per body, and their CPU time is the sum over the threads.
 --jobs runs the untimed runs in parallel.
 """
 ROBUSTNESS_HELP = """\
@@ -66,6 +69,7 @@ def build_parser() -> argparse.ArgumentParser:
             "--tolerance", type=_tolerance, metavar="T",
             help="run the cheapest setting whose error in `gudgeon report` is below T, such as 1%% or 0.01",
         )  # fmt: skip
+        command.add_argument("--same-mesh", action="store_true", help=SAME_MESH)
     text = "list which stages are fresh or stale, with the reason for each stale one"
     _command(names, "status", text, commands.status_command)
     text = "list the data that the solver reads and the terms that it omits, with the reason for each"
@@ -75,6 +79,7 @@ def build_parser() -> argparse.ArgumentParser:
     add = report.add_argument
     add("--repeat", type=_positive, default=3, metavar="N", help="timed runs of each setting (default 3)")
     add("--tolerance", type=_tolerance, metavar="T", help="error that the cheapest setting must meet (default 1%%)")
+    add("--same-mesh", action="store_true", help=SAME_MESH)
     report.set_defaults(threads=1)
     text = "run the robustness cases of the scene and check each result against its rule"
     add = _command(names, "robustness", text, commands.robustness_command, ROBUSTNESS_HELP).add_argument

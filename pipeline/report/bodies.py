@@ -8,16 +8,19 @@ from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
+from gudgeon.pipeline.report.budget.budget import budget_of
 from gudgeon.pipeline.report.changes import change_rows
-from gudgeon.pipeline.report.choice import choose, doubtful, keep
-from gudgeon.pipeline.report.document import Document, Quantity
+from gudgeon.pipeline.report.choice import choose, doubtful, judged, keep, on_its_mesh
+from gudgeon.pipeline.report.document import Document, Quantity, Table
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
+from gudgeon.pipeline.report.force import reproducible
 from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
+from gudgeon.pipeline.report.measures.differences import velocity_table
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.reference import Reference, check_names, external_reference, reference_run, values_of
-from gudgeon.pipeline.report.slaps import reproducible
+from gudgeon.pipeline.report.steps import with_steps
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
 from gudgeon.pipeline.stages.job import Job, variant
@@ -64,6 +67,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         run_job(job, "morph", progress)
         nodal = nodal_runs(job, progress)
         external = external_reference(job, nodal)
+        settings, notes = with_steps(job, settings, progress)
         points = _points(job, settings, left_out, how.repeat, progress)
         points = _with_finer(job, _comparable(points, external, left_out), how.jobs, progress)
         if not any(one.ran for one in points):
@@ -75,6 +79,11 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         check_names(job, reference, known, [one.name for one in found])
         counting = {one.name for one in found if one.counts}
         runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
+        avoided = doubtful(found, how.tolerance)
+        choice = choose(runs, how.tolerance, avoided)
+        best = judged(runs, choice, avoided)
+        one = next(point for point in points if best is not None and point.setting.name == best.name)
+        budget = budget_of(one, points, reference, found, progress)
         document = replace(
             new_document(job, how),
             reference={"kind": reference.kind, "source": reference.source},
@@ -82,10 +91,12 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             runs=runs,
             left_out=left_out,
             changes=change_rows(job, progress),
-            choice=choose(runs, how.tolerance, doubtful(found, how.tolerance)),
+            choice=on_its_mesh(choice, runs, budget, how.same_mesh),
+            budget=budget,
+            tables=_tables(job, one, reference),
             window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
             until=job.scene.report.until,
-            notes=_notes(job, nodal, found, reference.kind),
+            notes=notes + _notes(job, nodal, found, reference.kind),
             timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
         )
         keep(job, document)
@@ -181,6 +192,14 @@ def _finest(job: Job, points: Sequence[Point]) -> Reference:
     raise AssertionError("a run has finished")
 
 
+def _tables(job: Job, one: Point, reference: Reference) -> list[Table]:
+    """Return the third octaves of the velocity of sliding surfaces, of a setting and of the reference run."""
+    if reference.run is None:
+        return []
+    table = velocity_table(job, one.trajectory, one.setting.name, reference.run)
+    return [] if table is None else [table]
+
+
 def _failure(one: Point) -> str:
     return f"{one.setting.name}: {one.failure or one.trajectory.result}"
 
@@ -191,8 +210,8 @@ def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], ki
         until = reproducible(job, list(nodal))
         if until < job.scene.run.duration * (1 - 1e-3):
             notes.append(
-                f"The two finest full FE runs agree to 5 % in force up to {until * 1e3:.3g} ms. Later motion is not"
-                " reproducible by any model."
+                f"The two finest full FE runs agree to 5 % in force up to {until * 1e3:.3g} ms and differ by more"
+                " afterwards."
             )
     uncounted = [one.name for one in found if not one.counts and one.converges is False]
     if uncounted and kind == "finest":

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from gudgeon import modaldb
-from gudgeon.pipeline.report.force import history_reference
+from gudgeon.pipeline.report.force import end_of, history_reference
 from gudgeon.pipeline.report.reference import histories
+from gudgeon.pipeline.report.steps import with_steps
+from gudgeon.pipeline.report.sweep import Setting
 from gudgeon.pipeline.scenes.reading import UNSET
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
@@ -25,7 +27,9 @@ def change_rows(job: Job, progress: Callable[[str, float], None]) -> list[dict[s
         design, changes = _own_change(job)
     if not changes:
         return []
-    rows = []
+    # The step of the unchanged run, so that the runs differ in the change only.
+    (own,), _ = with_steps(design, [Setting("as in the scene", {})], progress)
+    design, rows = variant(design, own.changes), []
     with tempfile.TemporaryDirectory() as folder:
         base = replace(_on_update(design, "reuse"), store=modaldb.open(Path(folder) / "db"), out=Path(folder) / "out")
         progress("first run", 0.0)
@@ -63,7 +67,7 @@ def _row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -
     """Return the row of one change from its runs: cold and unchanged, changed with reuse, changed with recompute."""
     runs = [histories(job, job.store.get(report.stages["solve"].key, "trajectory")) for report in reports]
     cold, reused, recomputed = (sum(stage.seconds for stage in report.stages.values()) for report in reports)
-    unchanged, exact = history_reference(job, *runs[0]), history_reference(job, *runs[2])
+    unchanged, exact = (history_reference(job, *runs[n], end_of(job)) for n in (0, 2))
     impulse_error, force_error = exact.errors(*runs[1])
     return {
         "change": name,

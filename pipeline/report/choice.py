@@ -1,16 +1,18 @@
 """The fastest setting within a tolerance, and the reports of a scene in the database."""
 
 import itertools
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from gudgeon.modaldb.keys import file_digest
 from gudgeon.modaldb.records.report import ReportRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.report.document import Choice, Document, Quantity, Run
-from gudgeon.pipeline.report.page.words import seconds_text, size_text, tick_text
+from gudgeon.pipeline.report.document import Budget, Choice, Document, Quantity, Run
+from gudgeon.pipeline.report.page.words import seconds_text, size_text, term_text, tick_text
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.job import Job, variant
@@ -25,7 +27,13 @@ def doubtful(quantities: Sequence[Quantity], tolerance: float) -> set[str]:
     Chains whose values agree within the tolerance are not among them.
     """
     chains = [chain for one in quantities if one.counts for chain in one.chains if chain.converges is False]
-    return {run for chain in chains if np.ptp(chain.differences) > tolerance for run in chain.runs}
+    return {run for chain in chains if not _agree(chain.differences, tolerance) for run in chain.runs}
+
+
+def _agree(differences: Sequence[float | None], tolerance: float) -> bool:
+    """Whether values agree; one without a value, None in a document that was read back, agrees with none."""
+    known = [one for one in differences if one is not None and math.isfinite(one)]
+    return len(known) == len(differences) and float(np.ptp(known)) <= tolerance
 
 
 def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ()) -> Choice:
@@ -50,6 +58,45 @@ def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ())
     size = own if error == nearest.largest_error else f" with a conservative error of {size_text(error)}"
     why = f"none meets {tick_text(tolerance)}; nearest is {nearest.name}{size}"
     return Choice(tolerance, error=nearest.largest_error, of=nearest.largest_of, why=why)
+
+
+def judged(runs: Sequence[Run], choice: Choice, avoided: Collection[str] = ()) -> Run | None:
+    """Return the run whose error budget is made: the chosen one, or else that of the least conservative error."""
+    able = [run for run in runs if run.kind == "reduced" and run.result == "FINISHED"]
+    if choice.run is not None:
+        return next(run for run in able if run.name == choice.run)
+    errors = {run.name: math.inf if run.conservative_error is None else run.conservative_error for run in able}
+    return min(able, key=lambda run: (run.name in avoided, errors[run.name], run.cpu_seconds), default=None)
+
+
+def on_its_mesh(choice: Choice, runs: Sequence[Run], budget: Budget | None, same_mesh: bool) -> Choice:
+    """Return a choice, or none where the error of the mesh exceeds the tolerance.
+
+    Args:
+        budget: Of a run of the same report.
+        same_mesh: Whether the setting is chosen whatever the error of its mesh.
+    """
+    term = None if budget is None else budget.term("mesh")
+    if choice.run is None or budget is None or term is None or same_mesh:
+        return choice
+    meshes = {run.name: _meshes(run) for run in runs}
+    tolerance = tick_text(choice.tolerance)
+    if meshes[choice.run] != meshes[budget.run]:
+        why = f"the error budget of the report is that of {budget.run}, on another mesh: run gudgeon report with it"
+    elif term.missing:
+        return replace(choice, why=f"{choice.why}; mesh error: {term.how}")
+    elif term.bound is not None and term.bound > choice.tolerance:
+        why = f"its mesh error is {term_text(term.bound)} ({term.of}): refine component.*.mesh.size"
+    else:
+        return choice
+    why = f"{choice.run} meets {tolerance} on its mesh, but {why}, or give --same-mesh"
+    return replace(choice, run=None, settings=None, cpu_seconds=None, why=why)
+
+
+def _meshes(run: Run) -> dict[str, Any]:
+    """Return the changes of meshes among the settings of a run."""
+    components = run.settings.get("component", {})
+    return {name: one["mesh"] for name, one in components.items() if "mesh" in one}
 
 
 def kept_reports(job: Job) -> Iterator[Product]:
@@ -83,7 +130,7 @@ def keep(job: Job, document: Document) -> None:
         job.store.put(coming.key, coming.kind, ReportRecord(found), coming.inputs)
 
 
-def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
+def chosen(job: SceneJob, tolerance: float, same_mesh: bool = False) -> tuple[Job, str]:
     """Return a job with the setting that its report selects for a tolerance, and a note on that setting.
 
     Raises:
@@ -99,6 +146,7 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
             f"{job.path}: --tolerance: the database has no report of this scene; run: gudgeon report {job.path}"
         )
     found = choose(document.runs, tolerance, doubtful(document.quantities, tolerance))
+    found = on_its_mesh(found, document.runs, document.budget, same_mesh)
     if found.run is None:
         raise InputError(f"{job.path}: --tolerance: {found.why}")
     taken = f"in {seconds_text(found.cpu_seconds)} of CPU time"
@@ -106,8 +154,10 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
     return replace(variant(job, found.settings or {}), out=job.out), said
 
 
-def run_chosen(job: SceneJob, tolerance: float, until: str, progress: Progress) -> RunReport:
+def run_chosen(
+    job: SceneJob, tolerance: float, until: str, progress: Progress, *, same_mesh: bool = False
+) -> RunReport:
     """Run a scene with the setting that its report selects for a tolerance; a note names it."""
-    ready, said = chosen(job, tolerance)
+    ready, said = chosen(job, tolerance, same_mesh)
     report = run_job(ready, until, progress)
     return replace(report, notes=[*report.notes, f"--tolerance {tick_text(tolerance)}: {said}"])

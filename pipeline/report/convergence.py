@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,26 @@ SETTLED = 1e-3
 """Differences from the finest run below which a quantity has converged, whatever their trend."""
 ROUND_OFF = 1e-11
 ORDERS = np.arange(0.1, 8.05, 0.05)
+LOWEST, HIGHEST, ASSUMED = 0.5, 8.0, 1.0
+"""Orders of an extrapolation: the limits of the observed one, and the one assumed where none is observed."""
+
+
+class Neighbour(NamedTuple):
+    """A run that differs from another one in its size only."""
+
+    size: float
+    """Its size over that of the other."""
+    difference: float
+    """Its value over that of the other, less one; of histories the relative norm of the difference."""
+
+
+class Estimate(NamedTuple):
+    """The estimated error of a run."""
+
+    error: float
+    """Relative."""
+    order: float | None
+    """Observed order of convergence; None if it was not observed, the values are not monotone or it is too low."""
 
 
 def converges(differences: Sequence[float]) -> bool | None:
@@ -80,3 +101,37 @@ def settling(name: str, chains: Sequence[Chain]) -> tuple[bool | None, str]:
     run, size = max(apart, key=lambda item: item[1])
     distance = f"; the run before '{run}' differs from it by {size:.1%}" if math.isfinite(size) else ""
     return False, f"{name} does not converge with {' and '.join(failing)} over this sweep{distance}: not fitted"
+
+
+def extrapolated(finer: Neighbour | None, coarser: Neighbour | None, signed: bool = True) -> Estimate:
+    """Return the error of a run from runs of a smaller and a larger size, by Richardson's extrapolation.
+
+    With errors C hᵖ, the three values determine p and C; an order below `LOWEST` is taken as that. Values that are not
+    monotone have no order; their error is estimated by the larger of the differences. With one neighbour alone an
+    order of 1 is assumed.
+
+    Args:
+        signed: Whether differences have a sign; those of norms have none.
+
+    Raises:
+        ValueError: there is no neighbour.
+    """
+    if finer is None or coarser is None:
+        if finer is None and coarser is None:
+            raise ValueError("no run of another size")
+        size, difference = finer or coarser or (1.0, 0.0)
+        return Estimate(abs(difference) / abs(1 - size**ASSUMED), None)
+    below, above = -finer.difference if signed else abs(finer.difference), coarser.difference
+    if not (math.isfinite(below) and math.isfinite(above)):
+        return Estimate(math.inf, None)
+    if abs(below) <= ROUND_OFF or below * above <= 0:
+        return Estimate(max(abs(below), abs(above)), None)
+
+    def ratio(order: float) -> float:
+        return (coarser.size**order - 1) / (1 - finer.size**order)
+
+    low, high, wanted = LOWEST, HIGHEST, above / below
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if ratio(middle) < wanted else (low, middle)
+    return Estimate(abs(below) / (1 - finer.size**low), low if LOWEST < low < HIGHEST * (1 - 1e-9) else None)

@@ -16,8 +16,10 @@ from typing import Any
 from gudgeon.modaldb.records.types import FORMER
 from gudgeon.pipeline.measuring.clock import Seconds
 
-SCHEMA = 3
+SCHEMA = 4
 """Version of the document; raised when a field changes its meaning, its name or goes."""
+MISSING = "not estimated"
+"""Beginning of `Term.how` where an error could not be estimated."""
 Errors = dict[str, float]
 """By the name of the quantity."""
 
@@ -128,6 +130,45 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class Term:
+    """One source of error of a run: estimates from runs that differ in it only."""
+
+    source: str
+    """`basis`, `step`, `mesh`, `spline spacing` or `contact layer`."""
+    how: str
+    """How it is estimated, or why it is not, in words."""
+    errors: Errors = field(default_factory=dict)
+    """Estimated error of each quantity, without sign; empty if there is none."""
+    orders: dict[str, float] = field(default_factory=dict)
+    """Observed order of convergence of each quantity that has one."""
+    size: float | None = None
+    """Largest error of the quantities that count."""
+    of: str | None = None
+
+    @property
+    def bound(self) -> float | None:
+        """The size, also of a document that was read back, which has no infinity."""
+        return math.inf if self.size is None and self.of is not None else self.size
+
+    @property
+    def missing(self) -> bool:
+        """Whether there is such an error, but no estimate of it."""
+        return self.how.startswith(MISSING)
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The error budget of one run."""
+
+    run: str
+    terms: list[Term]
+
+    def term(self, source: str) -> Term | None:
+        """Return a term, None if the budget has none of this source."""
+        return next((one for one in self.terms if one.source == source), None)
+
+
+@dataclass(frozen=True)
 class Table:
     """A further table of a kind of scene."""
 
@@ -154,6 +195,8 @@ class Document:
     changes: list[dict[str, Any]] = field(default_factory=list)
     """Reuse against recompute, one row per design change."""
     choice: Choice | None = None
+    budget: Budget | None = None
+    """Of the chosen run, or of the one with the least conservative error; None for kinds of scene without one."""
     window: float = 0.0
     """Full width of the Hann window on forces [s]."""
     until: float | None = None
@@ -175,6 +218,7 @@ class Document:
             "quantities": [_quantity(entry) for entry in found["quantities"]],
             "runs": [_run(entry) for entry in found["runs"]],
             "choice": None if found["choice"] is None else Choice(**found["choice"]),
+            "budget": _budget(found.get("budget")),
             "tables": [Table(**entry) for entry in found["tables"]],
         }
         return cls(**{**found, **parts, "schema": SCHEMA})
@@ -185,17 +229,24 @@ class Document:
 
 
 def csv_text(document: Document) -> str:
-    """Return `report.csv`: one line per run; columns of errors are named `error: QUANTITY` and the like."""
+    """Return `report.csv`: one line per run; columns of errors are named `error: QUANTITY` and the like.
+
+    Those of the budget, `budget SOURCE: QUANTITY`, have values in the line of its run.
+    """
     plain = (
         "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "conservative_error",
         "energy_drift", "momentum_residual", "step", "steps", "factorisations", "iterations", "cpu_seconds",
         "wall_seconds", "peak_mib", "front",
     )  # fmt: skip
     stages = dict.fromkeys(stage for run in document.runs for stage in run.stages)
+    budget = document.budget or Budget("", [])
     columns: dict[str, list[Any]] = {name: [getattr(run, name) for run in document.runs] for name in plain}
     for label, part in (("error", "errors"), ("truncation", "truncation"), ("time", "time")):
         for one in document.quantities:
             columns[f"{label}: {one.name}"] = [(getattr(run, part) or {}).get(one.name) for run in document.runs]
+    for term, one in itertools.product(budget.terms, document.quantities):
+        errors = [term.errors.get(one.name) if run.name == budget.run else None for run in document.runs]
+        columns[f"budget {term.source}: {one.name}"] = errors
     for stage, state, clock in itertools.product(stages, ("cold", "warm"), ("wall", "cpu")):
         taken = [getattr(run.stages.get(stage), state, None) for run in document.runs]
         columns[f"{stage} {state} {clock}"] = [getattr(seconds, clock, None) for seconds in taken]
@@ -206,6 +257,10 @@ def csv_text(document: Document) -> str:
 
 def _quantity(entry: Mapping[str, Any]) -> Quantity:
     return Quantity(**{**entry, "chains": [Chain(**chain) for chain in entry["chains"]]})
+
+
+def _budget(entry: Mapping[str, Any] | None) -> Budget | None:
+    return None if entry is None else Budget(entry["run"], [Term(**term) for term in entry["terms"]])
 
 
 def _run(entry: Mapping[str, Any]) -> Run:

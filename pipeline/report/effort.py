@@ -26,6 +26,8 @@ class Effort:
     """Processes for runs that are not timed."""
     tolerance: float = TOLERANCE
     """Largest conservative error of the selected setting."""
+    same_mesh: bool = False
+    """Whether a setting is selected whatever the error of its mesh."""
 
 
 def new_document(job: SceneJob, how: Effort) -> Document:
@@ -45,6 +47,8 @@ def command_text(path: Path, overrides: Sequence[str], how: Effort) -> str:
         words += ["--repeat", str(how.repeat)]
     if how.tolerance != TOLERANCE:
         words += ["--tolerance", f"{how.tolerance:g}"]
+    if how.same_mesh:
+        words.append("--same-mesh")
     return shlex.join(words)
 
 

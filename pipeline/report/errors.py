@@ -8,6 +8,7 @@ from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.report.convergence import chain, settling
 from gudgeon.pipeline.report.document import Errors, Quantity, Run
+from gudgeon.pipeline.report.measures.differences import UNITS, values_of_impacts
 from gudgeon.pipeline.report.reference import (
     BEYOND,
     DRIFT,
@@ -16,6 +17,7 @@ from gudgeon.pipeline.report.reference import (
     Reference,
     errors_against,
     largest,
+    named_by,
     reference_run,
 )
 from gudgeon.pipeline.report.sweep import OWN_ACCURACY, Setting, basis_of, scheme_of
@@ -119,12 +121,21 @@ def quantities(
     ran = [one for one in points if one.ran]
     names = dict.fromkeys(name for one in ran for name in errors_against(one.job, one.trajectory, reference))
     units = {name: entry["unit"] for one in ran for name, entry in one.trajectory.quantities.items()}
-    return [_quantity(name, units.get(name, ""), links, reference, base) for name in names]
+    expected = reference.expected
+    if reference.run is not None:
+        expected = values_of_impacts(base, reference.run, float(ran[0].trajectory.times[0])) | expected
+    about = {name: (units.get(name) or UNITS.get(_last(name), ""), expected.get(name)) for name in names}
+    return [_quantity(name, about[name], links, reference, base) for name in names]
+
+
+def _last(name: str) -> str:
+    return name.rsplit(".", 1)[-1]
 
 
 def _quantity(
-    name: str, unit: str, links: list[tuple[str, list[Link]]], reference: Reference, base: Job
+    name: str, about: tuple[str, float | None], links: list[tuple[str, list[Link]]], reference: Reference, base: Job
 ) -> Quantity:  # fmt: skip
+    """Return a compared quantity, with its unit and its reference value if it has one."""
     chains = []
     for axis, found in links:
         kept = [
@@ -134,10 +145,10 @@ def _quantity(
         if len(kept) > 1:
             chains.append(chain(axis, *zip(*kept, strict=True)))
     settles, why = settling(name, chains)
-    expected, report = reference.expected.get(name), base.scene.report
-    measure = "L2" if name in HISTORIES else "absolute" if name == DRIFT or expected == 0 else "relative"
+    (unit, expected), report = about, base.scene.report
+    measure = "L2" if _last(name) in HISTORIES else "absolute" if name == DRIFT or expected == 0 else "relative"
     if report.interest:
-        counts = name in report.interest
+        counts = bool(named_by([name], report.interest))
     else:
         short = report.until is not None and report.until < base.scene.run.duration
         # An absolute error cannot be compared with relative ones.
@@ -158,12 +169,12 @@ def _run(one: Point, points: Sequence[Point], reference: Reference, counting: se
     worst, size = largest(errors, counting)
     best, finest = (larger(one, points), finest_step(one, points)) if one.ran else (None, None)
     located = math.isinf(job.scene.capabilities.order)
-    truncation = None if best is None else _apart(job, trajectory, best.trajectory, best.setting.name, reference)
+    truncation = None if best is None else apart_from(job, trajectory, best.trajectory, best.setting.name, reference)
     return Run(
         one.setting.name, "reduced", one.scheme[1], one.setting.changes, timed.coordinates, trajectory.result,
         errors=errors, largest_error=size, largest_of=worst, truncation=truncation,
         truncation_against=best.setting.name if best else "no larger basis of its scheme in this sweep",
-        time=_apart(job, trajectory, finest[1], finest[0], reference) if finest else None,
+        time=apart_from(job, trajectory, finest[1], finest[0], reference) if finest else None,
         time_against=finest[0] if finest else "exact motion between located events" if located else "it is the finest",
         energy_drift=trajectory.energy_drift, momentum_residual=trajectory.momentum_residual,
         step=None if located else counts["step"], steps=counts["steps"], factorisations=timed.factorisations,
@@ -182,7 +193,7 @@ def _nodal_run(
     return Run(
         nodal_name(run), "nodal", "full FE", {"report": {"full_fe": {"steps": [run.step]}}}, run.coordinates,
         "FINISHED", errors=errors, largest_error=size, largest_of=worst, truncation_against="full FE",
-        time=None if last else _apart(job, run, nodal[-1], nodal_name(nodal[-1]), reference),
+        time=None if last else apart_from(job, run, nodal[-1], nodal_name(nodal[-1]), reference),
         time_against="it is the reference" if itself else "it is the finest" if last else nodal_name(nodal[-1]),
         energy_drift=run.energy_drift, step=run.step, steps=len(run.times), factorisations=1,
         iterations=run.newton_iterations, cpu_seconds=run.cpu_seconds, wall_seconds=run.wall_seconds,
@@ -194,7 +205,7 @@ def nodal_name(run: NodalRecord) -> str:
     return f"full FE, {run.step * 1e6:g} µs"
 
 
-def _apart(job: Job, run: Ran, other: Ran, name: str, like: Reference) -> Errors:
+def apart_from(job: Job, run: Ran, other: Ran, name: str, like: Reference) -> Errors:
     """Return the difference of a run from another in the quantities of a reference."""
     drift = run.energy_drift - other.energy_drift
     return errors_against(job, run, reference_run(job, other, like, name)) | {DRIFT: drift}
@@ -225,6 +236,6 @@ def _chain(job: Job, runs: Sequence[Sized], reference: Reference) -> list[Link]:
     links = []
     for name, size, run in runs:
         errors = errors_against(job, run, reference)
-        apart = dict.fromkeys(errors, 0.0) if run is finest else _apart(job, run, finest, finest_name, reference)
+        apart = dict.fromkeys(errors, 0.0) if run is finest else apart_from(job, run, finest, finest_name, reference)
         links.append((name, size, errors, apart))
     return links

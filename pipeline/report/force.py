@@ -1,5 +1,6 @@
 """Comparison of force histories: error of the impulse, and of the force after the same Hann window on both sides."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,10 @@ from gudgeon.pipeline.stages.summary import reference_values
 from gudgeon.solver.obstacles import obstacle_of
 
 Ran = Trajectory | NodalRecord
-GRID = 4000
+GRID = 8000
 """Intervals of the common time grid on which forces are compared."""
+AGREE = 0.05
+"""Relative difference of forces above which two runs no longer agree."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class ForceReference:
     """Full width of the Hann window [s]."""
 
     def errors(self, times: np.ndarray, force: np.ndarray) -> tuple[float, float]:
-        """Return the signed relative error of the impulse and the relative L2 error of the force.
+        """Return the signed error of the impulse and the L2 error of the force, absolute where their reference is 0.
 
         Args:
             times: Ends of the intervals [s], (s,); the first starts at 0.
@@ -40,9 +43,7 @@ class ForceReference:
         size, ours = float(np.linalg.norm(self.force)), smooth(times, force, self.grid, self.window)
         apart = float(np.linalg.norm(ours - self.force))
         impulse = _impulse(times, force, self.grid)
-        if size == 0 or self.impulse == 0:
-            return impulse, apart
-        return impulse / self.impulse - 1, apart / size
+        return impulse / self.impulse - 1 if self.impulse else impulse, apart / size if size else apart
 
 
 def contact_forces(run: Ran) -> dict[str, np.ndarray]:
@@ -55,15 +56,29 @@ def smooth(times: np.ndarray, force: np.ndarray, grid: np.ndarray, window: float
     return hann_filter(grid[1:], resample_mean(np.concatenate([[0.0], times]), force, grid), window)
 
 
-def history_reference(job: Job, times: np.ndarray, force: np.ndarray) -> ForceReference:
-    """Return the forces of a run as a reference.
+def history_reference(job: Job, times: np.ndarray, force: np.ndarray, until: float) -> ForceReference:
+    """Return the forces of a run up to a time [s] as a reference.
 
     Args:
         times: Ends of the intervals [s], (s,).
         force: Mean resultants over each [N], (s, k).
     """
-    grid, window = np.linspace(0.0, end_of(job), GRID + 1), job.scene.report.window
+    grid, window = np.linspace(0.0, until, GRID + 1), job.scene.report.window
     return ForceReference(grid, smooth(times, force, grid, window), _impulse(times, force, grid), window)
+
+
+def reproducible(job: Job, runs: Sequence[Ran]) -> float:
+    """Return the time up to which the last two of some runs agree to 5 % in force, counted from the start [s]."""
+    grid, window = np.linspace(0.0, job.scene.run.duration, GRID + 1), job.scene.report.window
+    forces = [
+        smooth(run.times, np.column_stack([contact_forces(run)[name] for name in job.scene.contact]), grid, window)
+        for run in runs[-2:]
+    ]
+    apart = np.cumsum(((forces[0] - forces[1]) ** 2).sum(axis=1))
+    size = np.cumsum((forces[1] ** 2).sum(axis=1))
+    # Forces before the first contact are round-off.
+    over = (apart > AGREE**2 * size) & (size > 1e-2 * size[-1])
+    return float(grid[1:][int(np.argmax(over))] if over.any() else grid[-1])
 
 
 def pulse_reference(job: Job) -> ForceReference | None:
@@ -81,7 +96,7 @@ def pulse_reference(job: Job) -> ForceReference | None:
         raise InputError(f"{job.path}: report.pulse: contact '{name}' is against another body; an obstacle is required")
     direction = obstacle_of(contact.against.model_dump()).direction(np.zeros((1, 3)))[0]
     times = np.array([pulse["duration"], max(end_of(job), pulse["duration"] * (1 + 1e-9))])
-    return history_reference(job, times, np.outer([pulse["height"], 0.0], direction))
+    return history_reference(job, times, np.outer([pulse["height"], 0.0], direction), end_of(job))
 
 
 def end_of(job: Job) -> float:

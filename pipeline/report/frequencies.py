@@ -14,9 +14,10 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.reduction.frequency_table import FIELDS
-from gudgeon.pipeline.report.choice import choose, keep
-from gudgeon.pipeline.report.convergence import chain, settling
-from gudgeon.pipeline.report.document import Chain, Document, Errors, Quantity, Run, Table
+from gudgeon.pipeline.report.budget.mesh_edges import CELLS, mean_edge
+from gudgeon.pipeline.report.choice import choose, judged, keep, on_its_mesh
+from gudgeon.pipeline.report.convergence import Neighbour, chain, extrapolated, settling
+from gudgeon.pipeline.report.document import MISSING, Budget, Chain, Document, Errors, Quantity, Run, Table, Term
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
@@ -30,8 +31,6 @@ from gudgeon.pipeline.stages.run_report import Progress
 
 FACTORS = (2.0, 1.4, 1.0, 0.7)
 """Edge lengths of the default sweep, relative to that of the scene."""
-CELLS = {"tetra10": (4, 3), "triangle6": (3, 2), "line3": (2, 1), "beam2": (2, 2), "beam3": (2, 2)}
-"""Type of cell → its corners, and the dofs of a node."""
 FITTED = 3
 """Smallest number of meshes for which an order is fitted."""
 TIMING = (
@@ -74,13 +73,16 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
         found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
         counting = {one.name for one in found if one.counts}
         runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
+        choice = choose(runs, how.tolerance)
+        budget = _budget(judged(runs, choice), found, reference.kind != "finest")
         document = replace(
             new_document(job, how),
             reference={"kind": reference.kind, "source": reference.source},
             quantities=found,
             runs=runs,
             left_out=left_out,
-            choice=choose(runs, how.tolerance),
+            choice=on_its_mesh(choice, runs, budget, how.same_mesh),
+            budget=budget,
             tables=[_table(found, meshes, reference)],
             timing=TIMING.format(repeat=how.repeat),
         )
@@ -150,13 +152,6 @@ def _meshed(job: Job, setting: Setting, repeat: int) -> Meshed:
     return Meshed(setting, taken, dofs, edges, frequencies, estimates=estimates, cells=", ".join(kinds))
 
 
-def mean_edge(mesh: MeshRecord) -> float:
-    """Return the mean length of the straight edges between corners of cells [m]."""
-    corners = mesh.nodes[mesh.cells[:, : CELLS[mesh.cell_type][0]]]
-    i, j = np.triu_indices(corners.shape[1], 1)
-    return float(np.linalg.norm(corners[:, i] - corners[:, j], axis=-1).mean())
-
-
 def _errors(one: Meshed, expected: Mapping[str, float]) -> Errors:
     """Return the relative errors of the frequencies that have a reference value."""
     return {name: one.frequencies[name] / value - 1 for name, value in expected.items() if name in one.frequencies}
@@ -195,6 +190,40 @@ def _run(one: Meshed, reference: Reference, counting: set[str]) -> Run:
         stages={name: stage for name, stage in one.taken.stages.items() if name in ("mesh", "modes")},
         peak_mib=one.taken.peak_mib,
     )  # fmt: skip
+
+
+def _budget(run: Run | None, quantities: Sequence[Quantity], independent: bool) -> Budget | None:
+    """Return the error of the mesh of a run from the next finer and the next coarser mesh of the report.
+
+    Args:
+        independent: Whether the reference is none of the meshes, so that errors against it are those of the mesh.
+    """
+    if run is None:
+        return None
+    errors, orders = {}, {}
+    for one in quantities:
+        chains = [chain for chain in one.chains if run.name in chain.runs]
+        if not chains or len(chains[0].runs) < 2:
+            continue
+        found, at = chains[0], chains[0].runs.index(run.name)
+        own = 1 + found.differences[at]
+        sides = {
+            side: Neighbour(found.sizes[at + side] / found.sizes[at], (1 + found.differences[at + side]) / own - 1)
+            for side in (1, -1)
+            if 0 <= at + side < len(found.runs) and side * (found.sizes[at] - found.sizes[at + side]) > 0
+        }
+        if not sides:
+            continue
+        estimate = extrapolated(sides.get(1), sides.get(-1))
+        known = run.errors.get(one.name) if independent else None
+        errors[one.name] = estimate.error if known is None else abs(known)
+        orders |= {} if estimate.order is None else {one.name: estimate.order}
+    of, size = largest(errors, {one.name for one in quantities if one.counts})
+    if not errors:
+        return Budget(run.name, [Term("mesh", f"{MISSING}: the report has one mesh only")])
+    how = "error against the reference where there is one; else " if independent else ""
+    how += "the next finer and the next coarser mesh of the report, extrapolated with the observed order"
+    return Budget(run.name, [Term("mesh", how, errors, orders, size, of)])
 
 
 def observed_order(found: Chain) -> float | None:

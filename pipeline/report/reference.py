@@ -1,18 +1,26 @@
-"""The reference of a report, and the errors of a run against it: quantities, windowed force and piston slaps."""
+"""The reference of a report, and the errors of a run against it: quantities, windowed force, impacts and motion."""
 
 import difflib
 import json
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 
 import numpy as np
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.report.document import Errors
-from gudgeon.pipeline.report.force import ForceReference, Ran, contact_forces, history_reference, pulse_reference
-from gudgeon.pipeline.report.slaps import cycle_errors
+from gudgeon.pipeline.report.force import (
+    ForceReference,
+    Ran,
+    contact_forces,
+    end_of,
+    history_reference,
+    pulse_reference,
+)
+from gudgeon.pipeline.report.measures.differences import SLAP, VELOCITY, differences, relative
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.summary import reference_values
@@ -20,8 +28,10 @@ from gudgeon.pipeline.stages.summary import reference_values
 DRIFT = "energy drift"
 BEYOND = "force, whole run"
 """Force error over the whole run, also beyond `report.until`; omitted if that is the end of the run."""
-HISTORIES = ("force", "liner displacement", BEYOND)
-"""Quantities whose error is a relative L2 norm."""
+HISTORIES = ("force", VELOCITY, SLAP, BEYOND)
+"""Last parts of the names of quantities whose error is a relative L2 norm."""
+IMPACT = ".impact"
+"""Part of the names of quantities of single impacts, which are compared on the impacts of the reference run."""
 USUAL = (
     "impulse", "start", "duration", "first_duration", "first_impulse", "restitution", "largest_force", "force_peak",
     "pressure_peak", "deflection_peak", "deflection_end",
@@ -38,13 +48,17 @@ class Reference:
     source: str
     expected: dict[str, float]
     force: ForceReference | None
-    slaps: Ran | None
-    """The run whose slaps are the reference, in scenes with a slider-crank."""
+    run: Ran | None = None
+    """The run whose impacts and motion are the reference, in scenes with contacts."""
+    whole: ForceReference | None = None
+    """The reference force beyond `report.until`; None if that is the end of the run."""
+    located: Ran | None = None
+    """The run whose impacts are compared: that of the report's reference."""
 
     @property
     def empty(self) -> bool:
         """Whether it has nothing to compare with."""
-        return not self.expected and self.force is None and self.slaps is None
+        return not self.expected and self.force is None and self.run is None
 
 
 def values_of(run: Ran) -> dict[str, float]:
@@ -65,15 +79,13 @@ def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
         path = find_file(report.reference, job.folder, f"{job.path}: report.reference")
         about = json.loads(path.read_text(encoding="utf-8"))
         kind = "analytic" if "derivation" in about else "published"
-        return Reference(kind, f"{about.get('title', path.stem)} ({path.name})", expected, pulse, None)
+        return Reference(kind, f"{about.get('title', path.stem)} ({path.name})", expected, pulse)
     if finest is None:
         return None
     source = f"full FE at {finest.step * 1e6:g} µs"
-    if job.scene.joint:
-        return Reference("nodal", source, {}, None, finest)
     if not job.scene.contact:
         return replace(reference_run(job, finest, None, source), kind="nodal")
-    return Reference("nodal", source, {}, history_reference(job, *histories(job, finest)), None)
+    return Reference("nodal", source, {}, _force(job, finest), finest, whole=_whole(job, finest), located=finest)
 
 
 def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Reference:
@@ -83,15 +95,28 @@ def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Refe
         like: The other reference; None for the usual quantities.
         name: Of the run.
     """
-    found = values_of(run)
+    found, contacts = values_of(run), bool(job.scene.contact)
     if like is None:
-        wanted = job.scene.report.interest or [n for n in found if n.rsplit(".", 1)[-1] in USUAL]
-        wants_force, wants_slaps = "force" in wanted, bool(job.scene.joint)
+        interest = job.scene.report.interest
+        wanted = {n for n in named_by(found, interest) if IMPACT not in n or n in interest}
+        if not interest:
+            wanted = {n for n in found if n.rsplit(".", 1)[-1] in USUAL and IMPACT not in n}
+        wants_force, wants_run = bool(named_by(["force"], interest)), contacts
     else:
-        wanted, wants_force, wants_slaps = like.expected, like.force is not None, like.slaps is not None
-    expected = {n: found[n] for n in wanted if n in found}
-    force = history_reference(job, *histories(job, run)) if wants_force else None
-    return Reference("finest", name, expected, force, run if wants_slaps else None)
+        wanted, wants_force, wants_run = {*like.expected}, like.force is not None, like.run is not None
+    expected = {n: value for n, value in found.items() if n in wanted}
+    force, whole = (_force(job, run), _whole(job, run)) if wants_force else (None, None)
+    located = run if like is None else like.located
+    return Reference("finest", name, expected, force, run if wants_run else None, whole=whole, located=located)
+
+
+def _force(job: Job, run: Ran) -> ForceReference:
+    return history_reference(job, *histories(job, run), end_of(job))
+
+
+def _whole(job: Job, run: Ran) -> ForceReference | None:
+    duration = job.scene.run.duration
+    return history_reference(job, *histories(job, run), duration) if end_of(job) < duration else None
 
 
 def errors_against(job: Job, run: Ran, reference: Reference) -> Errors:
@@ -99,16 +124,16 @@ def errors_against(job: Job, run: Ran, reference: Reference) -> Errors:
 
     A quantity that the run does not have is taken for zero.
     """
-    found, errors = values_of(run), {}
+    found = values_of(run)
+    errors = {}
+    if reference.run is not None and reference.located is not None:
+        errors = differences(job, run, reference.run, reference.located)
     for name, value in reference.expected.items():
-        ours = found.get(name, 0.0)
-        errors[name] = ours / value - 1 if value else ours
+        errors[name] = relative(found.get(name, 0.0), value)
     if reference.force is not None:
         errors["impulse"], errors["force"] = reference.force.errors(*histories(job, run))
-    if reference.slaps is not None and run.motion:
-        errors |= cycle_errors(job, run, reference.slaps)
-        if (job.scene.report.until or math.inf) >= job.scene.run.duration:
-            del errors[BEYOND]
+    if reference.whole is not None:
+        errors[BEYOND] = reference.whole.errors(*histories(job, run))[1]
     return errors | {DRIFT: run.energy_drift}
 
 
@@ -124,7 +149,7 @@ def check_names(job: Job, reference: Reference, known: Collection[str], compared
     """
     wrong = [("quantities", name, known) for name in reference.expected if name not in known]
     every = {*known, *compared}
-    wrong += [("interest", name, every) for name in job.scene.report.interest if name not in compared]
+    wrong += [("interest", name, every) for name in job.scene.report.interest if not named_by(compared, [name])]
     lines = []
     for key, name, able in wrong:
         near = difflib.get_close_matches(name, able, 1)
@@ -133,6 +158,11 @@ def check_names(job: Job, reference: Reference, known: Collection[str], compared
         lines.append(f"{job.path}: report.{key}: no run has '{name}'; {hint}known are {have}")
     if lines:
         raise InputError("\n".join(lines))
+
+
+def named_by(names: Collection[str], patterns: Collection[str]) -> set[str]:
+    """Return the names that are among some patterns, in which a star is any text."""
+    return {name for name in names if any(fnmatchcase(name, pattern) for pattern in patterns)}
 
 
 def histories(job: Job, run: Ran) -> tuple[np.ndarray, np.ndarray]:

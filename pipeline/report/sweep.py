@@ -103,7 +103,7 @@ def scheme_of(job: Job) -> tuple[str, str]:
         tables.pop(name, None)
     for component in tables.get("component", {}).values():
         component.pop("modes", None)
-    for key in ("step", "accuracy", "samples", "frames"):
+    for key in ("step", "accuracy", "checks", "samples", "frames"):
         tables.get("run", {}).pop(key, None)
     tables.setdefault("run", {})["integrator"] = job.scene.integrator
     contacts = job.scene.contact.values()

@@ -128,11 +128,25 @@ def spread(
             progress((number + 1) / len(missing))
 
 
+def made(job: Job, limit: float) -> Trajectory:
+    """Return the untimed run of a job, from the database if it is there.
+
+    Args:
+        limit: CPU time after which it is stopped [s].
+
+    Raises:
+        StageError: the run exceeded the limit.
+        InputError, SceneError, SolverError: see `compiled`.
+    """
+    solved = job.trajectory()
+    if not job.store.has(solved.key):
+        job.store.put(solved.key, solved.kind, simulate(compiled(job), _guard(limit)), solved.inputs)
+    return job.store.get(solved.key, "trajectory")
+
+
 def _make(job: Job, changes: dict[str, Any], limit: float) -> None:
-    changed = variant(job, changes)
-    solved = changed.trajectory()
     with contextlib.suppress(InputError, StageError, SceneError, SolverError):
-        job.store.put(solved.key, solved.kind, simulate(compiled(changed), _guard(limit)), solved.inputs)
+        made(variant(job, changes), limit)
 
 
 def _measure(job: Job, repeat: int, limit: float) -> tuple[Trajectory, MeasurementRecord]:

@@ -41,7 +41,7 @@ class Report(Strict):
         default=40e-6, ge=0, description="Full width of the Hann window on forces, both sides [s]; 0: none"
     )
     until: float | None = Field(
-        default=None, gt=0, description="Compare up to this time [s]; after chatter no motion is reproducible"
+        default=None, gt=0, description="Compare up to this time [s]; the impact that it cuts is not judged"
     )
     full_fe: FullFE | None = Field(default=None, description="Compare with full-FE runs on the same mesh")
     models: dict[str, dict[str, Any]] = Field(default={}, description="Name → changes of the scene, as nested tables")
@@ -53,7 +53,8 @@ class Report(Strict):
     interest: tuple[str, ...] = Field(
         default=(),
         description="Quantities whose errors count for the front and for --tolerance: quantities of the run, force,"
-        " impulse, energy drift and the quantities of a slap. Default: all that have a reference",
+        " impulse, energy drift, and those of impacts such as NAME.impact1.impulse; a star is any text:"
+        " '*.impact*.impulse'. Default: all that have a reference",
     )
     changes: dict[str, dict[str, Any]] = Field(
         default={}, description="Name → design change, as nested tables; reuse is compared with recompute"

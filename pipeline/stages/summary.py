@@ -20,7 +20,8 @@ def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: T
     quantities = {}
     for name, entry in trajectory.quantities.items():
         reference = expected.get(name)
-        error = entry["value"] / reference - 1 if reference else None
+        # Absolute where the reference is zero.
+        error = None if reference is None else entry["value"] / reference - 1 if reference else entry["value"]
         quantities[name] = entry | {"reference": reference, "error": error}
     summary = {
         "key": key,

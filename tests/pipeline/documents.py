@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from gudgeon.pipeline.measuring.clock import Seconds
-from gudgeon.pipeline.report.document import Chain, Choice, Document, Quantity, Run, StageSeconds, Table
+from gudgeon.pipeline.report.document import Budget, Chain, Choice, Document, Quantity, Run, StageSeconds, Table, Term
 from gudgeon.pipeline.report.front import with_front
 
 BITING = """</script><script>throw new Error("injected")</script> & "quoted" <b onclick='x'> $\\q{$"""
@@ -105,8 +105,14 @@ def large() -> Document:
     best = min((r for r in runs if (r.largest_error or 1) <= 0.05), key=lambda r: r.cpu_seconds)
     why = f"{best.name} meets 5%: {best.largest_error:.2%} of {best.largest_of} in {best.cpu_seconds:.3g} s"
     choice = Choice(0.05, best.name, best.settings, best.largest_error, best.largest_of, best.cpu_seconds, why)
+    sizes = {"impulse": 0.011, "force": 0.031}
+    terms = [
+        Term("mesh", "edges / 1.5 and edges × 1.5, extrapolated", sizes, {"force": 1.9}, 0.031, "force"),
+        Term("basis", "against 40 modes", {"impulse": 4e-3, "force": 2e-3}, {}, 4e-3, "impulse"),
+        Term("step", "not estimated: there is no finer step"),
+    ]
     return document(
-        runs, quantities, choice=choice, window=40e-6, until=2e-3,
+        runs, quantities, choice=choice, budget=Budget(best.name, terms), window=40e-6, until=2e-3,
         left_out=[{"name": "penalty, event", "why": "a law has no exact motion between events"}],
         changes=[{"change": "20 µm barrel", "impulse_change": -0.089, "impulse_error": -4.7e-4, "cold_seconds": 13.9,
                   "reuse_seconds": 0.372, "stages": {"mesh": "fresh", "modes": "fresh", "morph": "ran"}}],
@@ -121,12 +127,14 @@ def biting() -> Document:
               stages={BITING: StageSeconds(None, Seconds(1.0, 1.0))}, truncation={BITING: 0.01},
               truncation_against=BITING, time_against=BITING)  # fmt: skip
     failed = run("other", None, 2.0, result=BITING)
+    budget = Budget(BITING, [Term(BITING, BITING, {BITING: 0.01}, {BITING: 1.0}, 0.01, BITING)])
     chain = Chain(BITING, [BITING, "other"], [1, 2], [0.1, 0.2], [0.1, 0.0], None, None)
     choice = Choice(0.1, BITING, {BITING: BITING}, 0.01, BITING, 1.0, BITING)
     return document(
         [one, failed], [quantity(BITING, unit=BITING, why=BITING, chains=[chain])], scene=BITING, command=BITING,
         reference={"kind": BITING, "source": BITING}, machine={"cpu": BITING, "cores": 2}, version=BITING,
         left_out=[{"name": BITING, "why": BITING}], changes=[{"change": BITING, "note": BITING}], choice=choice,
+        budget=budget,
         notes=[BITING], tables=[Table(BITING, ["a", BITING], [["b", BITING]], BITING)], timing=BITING,
     )  # fmt: skip
 

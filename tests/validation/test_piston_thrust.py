@@ -10,9 +10,9 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.report.slaps import CycleHistory, Mechanism, history_of, mechanism_of
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
+from tests.validation.slider_crank import CycleHistory, Mechanism, history_of, mechanism_of
 
 ROOT = Path(__file__).resolve().parents[2]
 THRUST = 0.01
@@ -33,7 +33,7 @@ def rigid(tmp_path_factory: pytest.TempPathFactory) -> tuple[Job, Trajectory, Cy
     assert run_job(job, "solve").result == "FINISHED"
     run = job.store.get(job.trajectory().key, "trajectory")
     mechanism = mechanism_of(job, job.scene.run.duration)
-    return job, run, history_of(run, list(job.scene.contact), "piston", mechanism), mechanism
+    return job, run, history_of(run, "piston", mechanism), mechanism
 
 
 def impulses(history: CycleHistory, mechanism: Mechanism, low: float, high: float) -> tuple[float, float, float]:

@@ -9,7 +9,16 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.report.document import Document, csv_text
 from gudgeon.pipeline.report.page.tables import markdown, run_columns
-from gudgeon.pipeline.report.page.words import NOTHING, error_text, flagged, machine_text, tables_of, verdict
+from gudgeon.pipeline.report.page.words import (
+    NOTHING,
+    budget_table,
+    budget_text,
+    error_text,
+    flagged,
+    machine_text,
+    tables_of,
+    verdict,
+)
 
 FILES = ("report.json", "report.csv", "report.html", "report.png")
 WIDE = 6
@@ -68,8 +77,9 @@ def write_report(document: Document, folder: Path, *, picture: bytes | None = No
 
 
 def report_text(document: Document) -> str:
-    """Return a report as Markdown: reference, verdict, a table of runs, design changes and further tables."""
+    """Return a report as Markdown: error budget, reference, verdict, table of runs, design changes, further tables."""
     lines = [
+        *([budget] if (budget := budget_text(document)) else []),
         f"Reference ({document.reference['kind']}): {document.reference['source']}; {machine_text(document)}",
         *([f"Compared up to {document.until * 1e3:g} ms."] if document.until else []),
         verdict(document),
@@ -78,7 +88,8 @@ def report_text(document: Document) -> str:
         "",
         *_runs(document),
     ]
-    for table in tables_of(document):
+    budget_rows = budget_table(document)
+    for table in [*([budget_rows] if budget_rows else []), *tables_of(document)]:
         lines += ["", f"{table.title}{': ' if table.note else ''}{table.note}", ""]
         lines += markdown(table.columns, table.rows)
     if document.left_out:

@@ -15,6 +15,8 @@ from gudgeon.pipeline.report.page.picture import ERROR, LEAST, Look, chain_chart
 from gudgeon.pipeline.report.page.tables import errors_table, kind_table, quantities_table, runs_table
 from gudgeon.pipeline.report.page.words import (
     SETTLES,
+    budget_table,
+    budget_text,
     count_text,
     edge_text,
     flagged,
@@ -73,6 +75,7 @@ def _head(document: Document, title: str) -> str:
     if document.until:
         facts["Compared"] = f"up to {document.until * 1e3:g} ms"
     rows = "".join(f"<dt>{key}</dt><dd>{value}</dd>" for key, value in facts.items())
+    budget = f'<p class="budget">{escape(text)}</p>\n' if (text := budget_text(document)) else ""
     unmet = " unmet" if document.choice is not None and document.choice.run is None else ""
     flags = flagged(document)
     warning = ""
@@ -80,14 +83,16 @@ def _head(document: Document, title: str) -> str:
         names = ", ".join(escape(one.name) for one in flags)
         warning = f'<p class="bad">Not converged over this sweep; no order is fitted: {names}.</p>'
     return (
-        f'<h1>{title}</h1>\n<dl class="facts">{rows}</dl>\n'
+        f'<h1>{title}</h1>\n{budget}<dl class="facts">{rows}</dl>\n'
         f'<div class="verdict{unmet}"><p>{escape(verdict(document))}</p>{warning}</div>'
     )
 
 
 def _sections(document: Document, picture: bytes | None) -> list[str]:
+    budget = budget_table(document)
     return [
         _section("Error against run time", _chart(document)),
+        _section(budget.title, _paragraph(budget.note) + kind_table(budget)) if budget is not None else "",
         _section("Runs", _RUNS_NOTE + runs_table(document)),
         _section("Error of each quantity", _ERRORS_NOTE + errors_table(document)) if document.quantities else "",
         _section("Quantities", quantities_table(document)) if document.quantities else "",

@@ -20,7 +20,15 @@ from matplotlib.lines import Line2D
 from gudgeon.pipeline.plots.base.style import FAINT, INK, RED, new_figure, save, styled
 from gudgeon.pipeline.report.document import Chain, Document, Quantity, Run
 from gudgeon.pipeline.report.front import pareto_front
-from gudgeon.pipeline.report.page.words import flagged, run_lines, seconds_text, size_text, tick_text, verdict
+from gudgeon.pipeline.report.page.words import (
+    budget_text,
+    flagged,
+    run_lines,
+    seconds_text,
+    size_text,
+    tick_text,
+    verdict,
+)
 
 COLOURS = ("#1f5fa8", "#d9690b", "#2b8a57", "#a5287c", "#0e8090", "#8a5a2b", "#5b4bb0", "#b32d2a")
 MARKS = ("o", "^", "D")
@@ -128,12 +136,15 @@ def draw(document: Document, path: Path) -> None:
         figure = new_figure("", "")
         _line(figure, (0.035, 0.958), f"{document.scene}: error against run time", 70, fontsize=14, fontweight="bold")
         _line(figure, (0.035, 0.917), f"reference: {document.reference['source']}", 118, color=FAINT)
-        _draw_runs(figure.add_axes((0.098, 0.15, 0.522, 0.705)), document)
+        _draw_runs(figure.add_axes((0.098, 0.175, 0.522, 0.68)), document)
         _legend(figure, document)
         flags = ", ".join(one.name for one in flagged(document))
         if flags:
             text = f"not converged over this sweep; no order is fitted: {flags}"
             _line(figure, (0.035, 0.045), text, 125, fontsize=8, color=RED)
+        budget = budget_text(document)
+        if budget:
+            _line(figure, (0.035, 0.07), budget, 125, fontsize=8, color=INK)
         if document.choice is not None:
             _line(figure, (0.035, 0.02), verdict(document), 125, fontsize=8, color=FAINT)
         save(figure, path)
@@ -291,7 +302,7 @@ def _legend(figure: Figure, document: Document) -> None:
     title = "runs" if len(named) == len(spots) else f"on the front, of {len(spots)} runs"
     height -= 2.1 * LINE
     _line(figure, (left, height), f"{title}: error, CPU time", 45, fontsize=8, color=FAINT)
-    room = int((height - 0.08) / LINE)
+    room = int((height - 0.1) / LINE)
     for number, run, error in sorted(named, key=lambda spot: spot.run.cpu_seconds)[:room]:
         height -= LINE
         weight = "bold" if run.front else "normal"

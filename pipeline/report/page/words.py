@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gudgeon.pipeline.report.convergence import TOO_FEW
-from gudgeon.pipeline.report.document import Document, Quantity, Run, Table
+from gudgeon.pipeline.report.document import Document, Quantity, Run, Table, Term
 
 NOTHING = "–"
+ORDERS = "In brackets: observed order; without: values that are not monotone, or an order below 0.5, taken as 0.5."
 PERCENT = 1e-3
 """Relative errors from this size on are written in per cent."""
 SETTLES = {
@@ -118,6 +119,44 @@ def verdict(document: Document) -> str:
         f"{choice.run} meets {tick_text(choice.tolerance)}: error {size_text(choice.error)} ({choice.of}),"
         f" {seconds_text(choice.cpu_seconds)} of CPU time; {choice.why}"
     )
+
+
+def budget_text(document: Document) -> str:
+    """Return what dominates the error of the run of the budget; empty if the report has no budget."""
+    if document.budget is None:
+        return ""
+    known = [(one.bound, one) for one in document.budget.terms if one.bound is not None]
+    terms = sorted(known, key=lambda item: -item[0])
+    unknown = [f"{one.source} {one.how}" for one in document.budget.terms if one.missing]
+    words = [f"{one.source} {term_text(size)}" for size, one in terms] or ["no term is estimated"]
+    if terms:
+        words[0] += f" ({terms[0][1].of})"
+    return f"Error budget of {document.budget.run}: {' > '.join(words)}{''.join(f'; {one}' for one in unknown)}"
+
+
+def term_text(size: float) -> str:
+    """Return the size of a term of an error budget; infinite where an impact is missing on one of the sides."""
+    return size_text(size) if math.isfinite(size) else "infinite"
+
+
+def budget_table(document: Document) -> Table | None:
+    """Return the error budget as a table, quantity by quantity; None if the report has none."""
+    if document.budget is None:
+        return None
+    terms = [one for one in document.budget.terms if one.errors]
+    rows = [
+        [one.name, *(_term_text(term, one.name) for term in terms), "yes" if one.counts else "no"]
+        for one in document.quantities
+        if any(one.name in term.errors for term in terms)
+    ]
+    note = " ".join(f"{one.source.capitalize()}: {one.how}." for one in document.budget.terms)
+    columns = ["quantity", *(term.source for term in terms), "counts"]
+    return Table(f"Error budget of {document.budget.run}", columns, rows, f"{note} {ORDERS}")
+
+
+def _term_text(term: Term, name: str) -> str:
+    order = term.orders.get(name)
+    return size_text(term.errors.get(name)) + ("" if order is None else f" ({order:.1f})")
 
 
 def tables_of(document: Document) -> list[Table]:

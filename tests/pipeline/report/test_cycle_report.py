@@ -1,13 +1,16 @@
-"""What a report says of a cycle: the rigid piston's side force, how far runs agree, and the table."""
+"""What a report compares in a cycle: forces up to its end and beyond, impacts, the liner's velocity, slap energy."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.nodal import NodalRecord
+from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.report.slaps import GRID, cycle_errors, mechanism_of, reproducible
+from gudgeon.pipeline.report.force import GRID, reproducible
+from gudgeon.pipeline.report.reference import errors_against, external_reference
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 
@@ -20,13 +23,7 @@ COARSE = {
     "component.liner.interface.thrust.spacing": 0.03,
     "component.liner.interface.anti.spacing": 0.03,
 }
-RADIUS, ROD, RATE, PERIOD = 0.043, 0.140, 100 * np.pi, 0.04
-BETWEEN = 5e-4
-"""Relative: straight lines for splines between two degrees of the pressure table, and the crown's area on chords."""
-PIN = -0.0005 * 0.011**2 / (2 * 0.04296 * (0.04296 - 0.013))
-"""By how much the mean of the pin's bore is off its axis [m]: −e r² / (2 R L), as its outer ends follow the skirt."""
-DIFFERENCE = 1e-5
-"""Step of the central differences [s]: error h²/12 d⁴z/dt⁴ ≈ 4e-3 m/s² of 5000."""
+PERIOD = 0.04
 
 
 @pytest.fixture(scope="module")
@@ -36,70 +33,6 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
     job = open_job(PISTON, set=COARSE, db=folder / "db", out=folder / "out")
     run_job(job, "morph")
     return job
-
-
-def by_hand(mass: float, times: np.ndarray, pin: float, *, side: float, gravity: float) -> np.ndarray:
-    """Return the force of the walls on the piston along x [N], from the rod's direction and differences of its height.
-
-    Args:
-        pin: x of the piston pin [m].
-        side: +1 if the crank goes to +x after its upper dead centre, −1 if it goes to −x.
-        gravity: Along z [m/s²].
-    """
-
-    def across(t: np.ndarray) -> np.ndarray:
-        return pin - side * RADIUS * np.sin(np.radians(-20) + RATE * t)
-
-    def height(t: np.ndarray) -> np.ndarray:
-        return RADIUS * np.cos(np.radians(-20) + RATE * t) + np.sqrt(ROD**2 - across(t) ** 2)
-
-    h = DIFFERENCE
-    acceleration = (height(times + h) - 2 * height(times) + height(times - h)) / h**2
-    degrees, absolute = np.loadtxt(PISTON / "gas-pressure.csv", delimiter=",", skiprows=1).T
-    pressure = np.interp(np.mod(-20 + np.degrees(RATE * times), 720), degrees, absolute) - 1e5
-    gas = -np.pi * (0.04296 - 0.0003) ** 2 * pressure
-    rod_up = mass * (acceleration - gravity) - gas
-    return -rod_up * across(times) / np.sqrt(ROD**2 - across(times) ** 2)
-
-
-@pytest.mark.parametrize(("side", "gravity"), [(-1.0, -9.81), (1.0, -9.81), (-1.0, -2000.0)])
-def test_side_force_of_the_rigid_piston(job: Job, side: float, gravity: float) -> None:
-    changes = {"joint": {"rod": {"lateral": [side, 0.0, 0.0]}}, "run": {"gravity": [0.0, 0.0, gravity]}}
-    mechanism = mechanism_of(variant(job, changes), PERIOD)
-    np.testing.assert_array_equal(mechanism.lateral, [side, 0, 0])
-    np.testing.assert_array_equal(mechanism.along, [0, 0, 1])
-    assert (len(mechanism.side_force), mechanism.grid[0], mechanism.grid[-1]) == (GRID, 0.0, PERIOD)
-    pin = job.store.get(job.components()["piston"]["modes"].key, "modes", only=["loads"]).loads["pin"].point
-    np.testing.assert_allclose(pin, [0.0005 + PIN, 0, 0.018], atol=0.1 * abs(PIN))
-    force = by_hand(mechanism.mass, mechanism.middles, float(pin[0]), side=side, gravity=gravity)
-    np.testing.assert_allclose(side * mechanism.side_force, force, rtol=0, atol=BETWEEN * np.abs(force).max())
-
-
-def test_combustion_presses_on_the_thrust_side(job: Job) -> None:
-    """Which is at +x: its wall pushes to −x, and before the dead centre the other one to +x."""
-    mechanism = mechanism_of(job, PERIOD)
-    degrees = -20 + np.degrees(RATE * mechanism.middles)
-    along_x = mechanism.side_force * mechanism.lateral[0]
-    assert (along_x[(degrees > 5) & (degrees < 60)] < 0).all()
-    assert (along_x[(degrees > -15) & (degrees < -5)] > 0).all()
-    # It is largest some 20° after the dead centre: 60 bar on 57 cm² times r/l · sin θ.
-    assert degrees[np.argmin(along_x)] == pytest.approx(22, abs=8)
-    assert along_x.min() == pytest.approx(-60e5 * 0.0057 * RADIUS / ROD * np.sin(np.radians(22)), rel=0.25)
-
-
-def test_mechanism(job: Job) -> None:
-    mechanism = mechanism_of(job, 0.012)
-    morph = job.store.get(job.components()["piston"]["morph"].key, "morph")
-    assert mechanism.mass == morph.mass
-    assert mechanism.inertia == pytest.approx(morph.inertia[1, 1], rel=1e-12)
-    assert mechanism.cycle == pytest.approx(PERIOD, rel=1e-12)
-    assert mechanism.grid[-1] == 0.012
-    assert mechanism.middles[0] == pytest.approx(0.012 / GRID / 2)
-    # Two thirds into a longer run stands the same force.
-    longer = mechanism_of(job, 0.018)
-    np.testing.assert_allclose(
-        np.interp(mechanism.middles, longer.middles, longer.side_force), mechanism.side_force, atol=0.1
-    )
 
 
 def nodal(*, after: float = 1.0, scale: float = 1.0, begin: float = 0.0) -> NodalRecord:
@@ -113,8 +46,8 @@ def nodal(*, after: float = 1.0, scale: float = 1.0, begin: float = 0.0) -> Noda
     size = np.where(times <= begin, 1e-5 * scale, np.where(times > after, scale, 1.0))
     thrust, anti = np.zeros((4000, 3)), np.zeros((4000, 3))
     thrust[:, 0], anti[:, 0] = -100 * size, np.where(times <= begin, 0.0, 60.0)
-    frames = times[99::100]
-    masters = {name: np.outer(np.cos(100 * frames), np.ones(6)) for name in ("thrust", "anti")}
+    frames = times[9::10]
+    masters = {name: np.outer(1e-6 * np.cos(2e3 * np.pi * frames), np.ones(6)) for name in ("thrust", "anti")}
     return NodalRecord(
         1e-5, times, thrust + anti, np.zeros((4000, 3)), 0.0, 1, 1, 0.0, 0.0,
         forces={"thrust": thrust, "anti": anti}, motion={"piston": np.zeros((4000, 12))},
@@ -150,19 +83,106 @@ def test_forces_before_the_first_contact_do_not_count(job: Job) -> None:
 
 def test_comparison_stops_where_the_report_says(job: Job) -> None:
     """The runs differ from 20 ms on; the report compares up to 12 ms."""
-    run, reference = nodal(after=0.02, scale=2.0), nodal()
+    run, reference = nodal(after=0.02, scale=2.0), external_reference(job, [nodal()])
+    assert reference is not None
     assert job.scene.report.until == 0.012
-    errors = cycle_errors(job, run, reference)
+    errors = errors_against(job, run, reference)
     whole = 100 * np.sqrt(0.5) / np.hypot(100, 60)
     assert errors["force"] == 0
     assert errors["force, whole run"] == pytest.approx(whole, rel=1e-3)
-    assert errors["liner displacement"] == 0
-    later = cycle_errors(variant(job, {"report": {"until": 0.03}}), run, reference)
+    assert errors["thrust.impulse"] == errors["anti.force_rms"] == errors["thrust.surface_velocity"] == 0
+    longer = variant(job, {"report": {"until": 0.03}})
+    later = errors_against(longer, run, external_reference(longer, [nodal()]))
     assert later["force"] == pytest.approx(100 * np.sqrt(1 / 3) / np.hypot(100, 60), rel=1e-3)
     assert later["force, whole run"] == errors["force, whole run"]
+    assert later["thrust.impulse"] == pytest.approx(1 / 3, rel=1e-9)
+    assert later["anti.impulse"] == 0
 
 
 def test_comparison_of_the_whole_run(job: Job) -> None:
     whole = variant(job, {"report": {"until": 0.04}})
-    errors = cycle_errors(whole, nodal(after=0.02, scale=2.0), nodal())
-    assert errors["force"] == errors["force, whole run"] > 0.5
+    errors = errors_against(whole, nodal(after=0.02, scale=2.0), external_reference(whole, [nodal()]))
+    assert "force, whole run" not in errors
+    assert errors["force"] > 0.5
+
+
+def slapping(*, late: float = 0.0, scale: float = 1.0, speed: float = 0.3) -> NodalRecord:
+    """Return a run that meets the other side at 4 ms and comes back at 8 ms, for 1 ms each.
+
+    Args:
+        late: Delay of the second impact [s].
+        scale: Of its force.
+        speed: Lateral velocity before the first impact [m/s].
+    """
+    base, times = nodal(), 1e-5 * np.arange(1, 4001)
+    thrust, anti = np.zeros((4000, 3)), np.zeros((4000, 3))
+    anti[(times > 4e-3) & (times <= 5e-3), 0] = 500.0
+    thrust[(times > 8e-3 + late) & (times <= 9e-3 + late), 0] = -300.0 * scale
+    motion = np.zeros((4000, 12))
+    motion[:, 6] = np.interp(times, [0, 4e-3, 5e-3, 8e-3, 9e-3], [0.0, -speed, 0.1, 0.2, 0.0])
+    motion[:, 8] = 10.0
+    return replace(base, forces={"thrust": thrust, "anti": anti}, motion={"piston": motion})
+
+
+def compared(job: Job, run: NodalRecord) -> dict[str, float]:
+    reference = external_reference(job, [slapping()])
+    assert reference is not None
+    return errors_against(job, run, reference)
+
+
+def test_impacts_of_both_sides(job: Job) -> None:
+    """Each by itself; what one of them lacks is no error of the other."""
+    errors = compared(job, slapping(scale=1.1))
+    for key in ("impulse", "force_peak", "time"):
+        assert errors[f"anti.impact1.{key}"] == 0
+    assert errors["thrust.impact1.impulse"] == pytest.approx(0.1, rel=1e-9)
+    assert errors["thrust.impact1.force_peak"] == pytest.approx(0.1, rel=1e-9)
+    assert errors["thrust.force_rms"] == pytest.approx(0.1, rel=1e-9)
+    late = compared(job, slapping(late=2e-4))
+    assert late["thrust.impact1.time"] == pytest.approx(2e-4 / 8.5e-3, rel=1e-3)
+    assert late["thrust.impact1.impulse"] == pytest.approx(0.0, abs=1e-9)
+    lacking = compared(job, slapping(scale=0.0))
+    assert lacking["thrust.impact1.impulse"] == -1
+    assert lacking["thrust.impact1.time"] == np.inf
+
+
+def test_an_impact_at_the_end_of_the_comparison_is_not_judged(job: Job) -> None:
+    cut = variant(job, {"report": {"until": 0.0085}})
+    errors = errors_against(cut, slapping(), external_reference(cut, [slapping()]))
+    assert "anti.impact1.impulse" in errors
+    assert not [name for name in errors if name.startswith("thrust.impact")]
+    assert "thrust.impulse" in errors
+
+
+def test_energy_before_slaps(job: Job) -> None:
+    """½ m v² with v = 0.3 and 0.2 m/s; the motion along the axis of 10 m/s is no part of it."""
+    assert compared(job, slapping())["piston.slap_energy"] == 0
+    found = compared(job, slapping(speed=0.33))["piston.slap_energy"]
+    assert found == pytest.approx((0.33**2 - 0.3**2) / np.hypot(0.3**2, 0.2**2), rel=1e-3)
+
+
+def test_velocity_of_the_liner(job: Job) -> None:
+    run = slapping()
+    louder = replace(run, masters={name: 1.25 * rows for name, rows in run.masters.items()})
+    errors = compared(job, louder)
+    assert errors["thrust.surface_velocity"] == errors["anti.surface_velocity"] == pytest.approx(0.25, rel=1e-9)
+    # Another number of functions, as on splines of another spacing.
+    fewer = replace(run, masters={name: rows[:, :3] for name, rows in run.masters.items()})
+    assert compared(job, fewer)["thrust.surface_velocity"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_reduced_and_full_fe_runs_are_compared_alike(job: Job) -> None:
+    """The same forces and motion, as either record holds them."""
+    run = slapping(scale=1.1)
+    assert run.frame_times is not None
+    contacts = {
+        name: ContactHistory("piston", name, force, np.zeros((400, 1)), None, np.zeros((1, 3)), run.masters[name])
+        for name, force in run.forces.items()
+    }
+    modal = Trajectory(
+        "FINISHED", {}, {}, run.times, np.zeros((4000, 5)), contacts, run.frame_times, np.zeros((400, 0)),
+        np.zeros((400, 0)), {}, 0.0, 0.0, {}, motion=run.motion,
+    )  # fmt: skip
+    reference = external_reference(job, [slapping()])
+    assert reference is not None
+    assert errors_against(job, modal, reference) == compared(job, run)

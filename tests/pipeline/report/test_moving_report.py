@@ -136,7 +136,7 @@ def test_energy_of_full_fe_is_the_work_of_the_force(folder: Path) -> None:
 def test_report_against_full_fe(folder: Path) -> None:
     """Few vectors with R are as good as the steps; without it their deflection lacks the other modes'."""
     job = open_job(folder, db=folder / "db", out=folder / "out")
-    document = report_scene(job, Effort(repeat=1, tolerance=TOLERANCE), silent)
+    document = report_scene(job, Effort(repeat=1, tolerance=TOLERANCE, same_mesh=True), silent)
     assert document.reference == {"kind": "nodal", "source": "full FE at 4.5 µs"}
     errors = {run.name: run.errors for run in document.runs if run.kind == "reduced"}
     assert len(errors) == 9
@@ -152,12 +152,14 @@ def test_report_against_full_fe(folder: Path) -> None:
 
 
 def test_tolerance_chooses_vectors(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    report_scene(open_job(folder, db=folder / "db", out=folder / "out"), Effort(repeat=1, tolerance=TOLERANCE), silent)
+    how = Effort(repeat=1, tolerance=TOLERANCE, same_mesh=True)
+    report_scene(open_job(folder, db=folder / "db", out=folder / "out"), how, silent)
     arguments = [
         "run",
         str(folder),
         "--tolerance",
         str(TOLERANCE),
+        "--same-mesh",
         "--db",
         str(folder / "db"),
         "--out",

@@ -4,13 +4,13 @@ import csv
 import io
 import json
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from gudgeon.pipeline.report.document import SCHEMA, Chain, Choice, Document, Quantity, Run, csv_text
+from gudgeon.pipeline.report.document import SCHEMA, Budget, Chain, Choice, Document, Quantity, Run, Term, csv_text
 from tests.pipeline import documents
 
 TEXT = (Path(__file__).resolve().parents[3] / "docs" / "report.md").read_text(encoding="utf-8")
@@ -20,6 +20,8 @@ SECTIONS: list[tuple[str, Any]] = [
     ("### `quantities`", Quantity),
     ("### `chains`", Chain),
     ("### `choice`", Choice),
+    ("### `budget`", Budget),
+    ("### `terms`", Term),
 ]
 
 
@@ -36,17 +38,21 @@ def test_version() -> None:
     assert TEXT.startswith(f"# The report, schema version {SCHEMA}\n")
 
 
-@pytest.mark.parametrize("schema", [1, 2, 3])
+@pytest.mark.parametrize("schema", [1, 2, 3, 4])
 def test_documents_of_every_schema_are_read(schema: int) -> None:
-    """Schema 3 calls `conservative_error` what 1 and 2 called `sound_error`; nothing else has another name."""
+    """Schema 3 calls `conservative_error` what 1 and 2 called `sound_error`; before 4 there was no budget."""
     document = documents.large()
+    if schema < 4:
+        document = replace(document, budget=None)
     found = document.as_json() | {"schema": schema}
     if schema < 3:
         for run in found["runs"]:
             run["sound_error"] = run.pop("conservative_error")
+    if schema < 4:
+        del found["budget"]
     read = Document.from_json(json.loads(json.dumps(found)))
     assert read == document
-    assert read.schema == SCHEMA == 3
+    assert read.schema == SCHEMA == 4
     assert any(run.conservative_error for run in read.runs)
 
 
@@ -61,10 +67,17 @@ def test_columns_of_the_csv() -> None:
     names = [quantity.name for quantity in document.quantities]
     errors = [f"{part}: {name}" for part in ("error", "truncation", "time") for name in names]
     assert header[len(first) :][: len(errors)] == errors
+    budget = [f"budget {source}: {name}" for source in ("mesh", "basis", "step") for name in names]
+    assert header[len(first) + len(errors) :][: len(budget)] == budget
+    errors += budget
     seconds = [
         f"{s} {state} {clock}" for s in ("mesh", "solve") for state in ("cold", "warm") for clock in ("wall", "cpu")
     ]
     assert header[len(first) + len(errors) :] == seconds
     assert [row[0] for row in rows] == [run.name for run in document.runs]
+    mesh = [row[header.index("budget mesh: force")] for row in rows]
+    assert [value for value in mesh if value] == ["0.031"]
+    assert document.budget is not None
+    assert rows[mesh.index("0.031")][0] == document.budget.run
     failed = next(row for row, run in zip(rows, document.runs, strict=True) if run.result != "FINISHED")
     assert failed[header.index("error: force")] == ""

@@ -9,7 +9,7 @@ import pytest
 
 from docs.tools.report_listing import REPORTS, Scenes, listing_text, main_figures, scenes_text, with_table
 from docs.tools.seeds import read_seeds, seeds_table
-from gudgeon.pipeline.report.document import Choice, Document
+from gudgeon.pipeline.report.document import Budget, Choice, Document, Term
 from tests.pipeline.documents import document, quantity, run
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -41,6 +41,7 @@ def nodal(step: int, error: float | None, seconds: float) -> Document:
         ],
         [quantity("impulse")],
         choice=Choice(0.01, "cheap", {}, 0.008, "impulse", 0.01, "the cheapest"),
+        budget=Budget("cheap", [Term("basis", "", {}, {}, 2e-3), Term("mesh", "", {}, {}, 7e-3), Term("step", "none")]),
     )
 
 
@@ -61,8 +62,9 @@ def test_table_of_systems(folder: Path) -> None:
     lines = seeds_table(main_figures(folder), SEEDS, "there/").splitlines()
     start = "| One | [`one`](there/data/one/scene.toml) | d'Alembert's solution |"
     # The cheapest runs that meet the tolerance, not the best ones: 4 s over 10 ms.
-    assert lines[2] == f"{start} cheap | 0.80% | impulse | 0.01 s | nodal, 1 µs | 0.20% | 4 s | 400 |"
-    assert "| best | 5.00% (missed) | impulse | 0.5 s | – | – | – | – |" in lines[3]
+    budget = "mesh 0.70% > basis 0.20%"
+    assert lines[2] == f"{start} cheap | 0.80% | impulse | {budget} | 0.01 s | nodal, 1 µs | 0.20% | 4 s | 400 |"
+    assert "| best | 5.00% (missed) | impulse | – | 0.5 s | – | – | – | – |" in lines[3]
     assert lines[4].startswith("| Three | `three` | no report yet |")
     assert lines[5].startswith("| Four | no scene yet |")
     assert len({line.count("|") for line in lines}) == 1
@@ -77,7 +79,7 @@ def test_list_of_reports(folder: Path) -> None:
     text = listing_text(main_figures(folder), SEEDS)
     assert "written by `make reports`, which took 1 min on a processor, 2 cores." in text
     one, two = (f"| [`{name}`](../../data/{name}/scene.toml) | d'Alembert's solution |" for name in ("one", "two"))
-    assert f"{one} cheap | 8.0e-03 | 0.01 s | 1 – 4 s | 2 | 1 | 0 | 42 s |" in text
+    assert f"{one} cheap | 8.0e-03 | mesh 0.70% > basis 0.20% | 0.01 s | 1 – 4 s | 2 | 1 | 0 | 42 s |" in text
     assert two in text
     assert "| Two |" in text
 

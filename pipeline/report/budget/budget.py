@@ -1,0 +1,256 @@
+"""The error budget of one setting of a report: basis, step, mesh, spline spacing and contact layer, each by itself.
+
+Basis and step are compared with the largest basis and the finest step that the report has. Mesh and spline spacing are
+varied by a factor of 1.5 to both sides, and the error follows by Richardson's extrapolation with the observed order.
+The stiffness of a contact layer is halved and doubled; the larger change counts.
+"""
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.report.budget.mesh_edges import CELLS, mean_edge
+from gudgeon.pipeline.report.convergence import Neighbour, extrapolated
+from gudgeon.pipeline.report.document import MISSING, Budget, Errors, Quantity, Term
+from gudgeon.pipeline.report.errors import Point, apart_from, finest_step, larger
+from gudgeon.pipeline.report.reference import DRIFT, Reference, largest
+from gudgeon.pipeline.report.sweep import reason
+from gudgeon.pipeline.report.timing import made
+from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.errors import SceneError, SolverError
+
+FACTOR = 1.5
+"""Factor on edge lengths and spline spacings, to both sides."""
+LEAST = 0.25
+"""Logarithm of the ratio of mean edges over that of `FACTOR` below which a mesh is hardly another one."""
+LAYER = 2.0
+"""Factor on the stiffness of contact layers, to both sides."""
+PATIENCE = 20.0
+"""Limit on the CPU time of a run of the budget [s]; `DEARER` times that of the setting itself if that is more."""
+DEARER = 10.0
+"""Run time over that of the setting itself from which a run is left out."""
+GROWTH = 1.5
+"""Exponent of the number of nodes in the time that a finer mesh takes."""
+Tell = Callable[[str, float], None]
+
+
+class Sides(NamedTuple):
+    """Changes of a scene that make something finer and coarser, and what they change, in words."""
+
+    finer: dict[str, Any]
+    coarser: dict[str, Any]
+    words: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Judge:
+    """The run of a budget and what it is compared in."""
+
+    one: Point
+    reference: Reference
+    quantities: Sequence[Quantity]
+
+    def signed(self, name: str) -> bool:
+        """Whether differences in a quantity have a sign."""
+        return all(one.measure != "L2" for one in self.quantities if one.name == name)
+
+    def differences(self, run: Trajectory, name: str) -> Errors:
+        """Return the difference of another run from the run of the budget, without the energy drift."""
+        found = apart_from(self.one.job, run, self.one.trajectory, name, self.reference)
+        compared = {one.name for one in self.quantities if one.measure != "absolute"}
+        return {name: value for name, value in found.items() if name in compared and name != DRIFT}
+
+    def term(self, source: str, how: str, errors: Errors, orders: dict[str, float] | None = None) -> Term:
+        """Return a term from the estimated errors of the quantities."""
+        sizes = {name: abs(error) for name, error in errors.items()}
+        of, size = largest(sizes, {one.name for one in self.quantities if one.counts})
+        return Term(source, how, sizes, orders or {}, size, of)
+
+
+def budget_of(
+    one: Point, points: Sequence[Point], reference: Reference, quantities: Sequence[Quantity], progress: Tell
+) -> Budget:
+    """Return the error budget of a setting; runs that it needs are kept in the database.
+
+    Args:
+        points: All settings of the report, with their runs of finer steps.
+    """
+    judge = Judge(one, reference, quantities)
+    progress("error budget: basis", 0.0)
+    terms = [_basis(judge, points), _step(judge, points)]
+    for number, (source, term) in enumerate((("mesh", _mesh), ("spline spacing", _splines), ("contact layer", _layer))):
+        progress(f"error budget: {source}", 0.25 * (number + 1))
+        terms.append(term(judge))
+    return Budget(one.setting.name, terms)
+
+
+def _basis(judge: Judge, points: Sequence[Point]) -> Term:
+    """Compare with the largest basis of the report, or where the setting has it itself with twice as many modes."""
+    one, source = judge.one, "basis"
+    if (other := larger(one, points)) is not None:
+        return judge.term(source, f"against {other.setting.name}", judge.differences(other.trajectory, ""))
+    doubled = {}
+    for name, modes in _elastic(one.job).items():
+        key = (
+            "fixed_count" if modes.reduction in ("craig-bampton", "interface", "partial-interface") else "normal_count"
+        )
+        if (count := getattr(modes, key)) > 0:
+            doubled[name] = {"modes": {key: 2 * count}}
+    if not doubled:
+        return Term(source, "no body has modes that could be more")
+    run, why = _run(one, {"component": doubled})
+    if run is None:
+        return Term(source, f"{MISSING}: twice as many modes: {why}")
+    return judge.term(source, "against twice as many modes", judge.differences(run, ""))
+
+
+def _step(judge: Judge, points: Sequence[Point]) -> Term:
+    """Compare with the finest step of the report."""
+    one, source = judge.one, "step"
+    if (finest := finest_step(one, points)) is not None:
+        return judge.term(source, f"against {finest[0]}", judge.differences(finest[1], ""))
+    if math.isinf(one.job.scene.capabilities.order):
+        return Term(source, "none: exact motion between located events")
+    return Term(source, f"{MISSING}: the report has no run with a finer step")
+
+
+def _mesh(judge: Judge) -> Term:
+    """Compare with a finer and a coarser mesh of all components that are meshed here."""
+    job, source = judge.one.job, "mesh"
+    used = {name: job.scene.component[name] for name in job.components()}
+    meshed = {name: one.mesh.size for name, one in used.items() if one.geometry.kind != "rigid"}
+    fixed = [name for name, size in meshed.items() if size is None or "file" in used[name].geometry.kind]
+    sizes = {name: size for name, size in meshed.items() if size is not None and name not in fixed}
+    given = "; ".join(f"component.{name} is a mesh file, which has no other size" for name in fixed)
+    if not sizes:
+        return Term(source, f"{MISSING}: {given}" if given else "none: no body has a mesh")
+
+    def scaled(factor: float) -> dict[str, Any]:
+        return {"component": {name: {"mesh": {"size": size * factor}} for name, size in sizes.items()}}
+
+    words = f"edges / {FACTOR:g}", f"edges × {FACTOR:g}"
+    term = _extrapolated(judge, source, Sides(scaled(1 / FACTOR), scaled(FACTOR), words), list(sizes))
+    return replace(term, how=f"{term.how}; {given}") if given else term
+
+
+def _splines(judge: Judge) -> Term:
+    """Compare with smaller and larger knot spacings of all traction spaces."""
+    job, source = judge.one.job, "spline spacing"
+    spaces = {
+        name: {key: one.spacing for key, one in job.scene.component[name].interface.items() if one.spacing is not None}
+        for name in job.components()
+    }
+    if not any(spaces.values()):
+        return Term(source, "none: no traction space")
+
+    def scaled(factor: float) -> dict[str, Any]:
+        return {
+            "component": {
+                name: {"interface": {key: {"spacing": [factor * h for h in spacing]} for key, spacing in own.items()}}
+                for name, own in spaces.items()
+                if own
+            }
+        }
+
+    words = f"spacing / {FACTOR:g}", f"spacing × {FACTOR:g}"
+    return _extrapolated(judge, source, Sides(scaled(1 / FACTOR), scaled(FACTOR), words), [])
+
+
+def _layer(judge: Judge) -> Term:
+    """Compare with half and twice the stiffness of all contact layers."""
+    contacts, source = judge.one.job.scene.contact, "contact layer"
+    layers = {name: one.surface_stiffness for name, one in contacts.items() if one.surface_stiffness is not None}
+    if not layers:
+        return Term(source, "none: no surface_stiffness")
+    found: list[Errors] = []
+    missing = []
+    for factor, word in ((LAYER, "twice"), (1 / LAYER, "half")):
+        changes = {name: {"surface_stiffness": factor * size} for name, size in layers.items()}
+        run, why = _run(judge.one, {"contact": changes})
+        if run is None:
+            missing.append(f"{word} the stiffness: {why}")
+        else:
+            found.append(judge.differences(run, ""))
+    if not found:
+        return Term(source, f"{MISSING}: {'; '.join(missing)}")
+    how = "; ".join(["surface_stiffness halved and doubled, the larger change", *missing])
+    names = dict.fromkeys(name for one in found for name in one)
+    return judge.term(source, how, {name: max(abs(one.get(name, 0.0)) for one in found) for name in names})
+
+
+def _extrapolated(judge: Judge, source: str, sides: Sides, components: Sequence[str]) -> Term:
+    """Return a term from runs to both sides.
+
+    Args:
+        components: Those with another mesh, whose mean edges measure the sizes; if empty, the sizes are `FACTOR`.
+    """
+    neighbours: list[tuple[float, Errors] | None] = []
+    known, missing = [], []
+    for changes, word, factor in zip(sides[:2], sides.words, (1 / FACTOR, FACTOR), strict=True):
+        run, why = _run(judge.one, changes, components)
+        size = factor
+        if run is not None and components:
+            size = _edge_ratio(judge.one.job, variant(judge.one.job, changes), components)
+            word = f"{word} (mean edge × {size:.2f})"
+            if math.log(size) / math.log(factor) < LEAST:
+                run, why = None, "hardly another mesh"
+        (missing if run is None else known).append(f"{word}: {why}" if run is None else word)
+        neighbours.append(None if run is None else (size, judge.differences(run, "")))
+    able = [one for one in neighbours if one is not None]
+    if not able:
+        return Term(source, f"{MISSING}: {'; '.join(missing)}")
+    errors, orders = {}, {}
+    for name in able[0][1]:
+        if all(name in one[1] for one in able):
+            finer, coarser = (None if one is None else Neighbour(one[0], one[1][name]) for one in neighbours)
+            estimate = extrapolated(finer, coarser, judge.signed(name))
+            errors[name] = estimate.error
+            orders |= {} if estimate.order is None else {name: estimate.order}
+    how = f"{' and '.join(known)}, extrapolated" + (" with order 1" if missing else " with the observed order")
+    return judge.term(source, "; ".join([how, *missing]), errors, orders)
+
+
+def _run(one: Point, changes: dict[str, Any], meshed: Collection[str] = ()) -> tuple[Trajectory | None, str]:
+    """Return the run of a setting with further changes; None, and why, if it fails or takes too long."""
+    assert one.timed is not None
+    try:
+        job = variant(one.job, changes)
+        if meshed and (growth := _nodes(job, meshed) / _nodes(one.job, meshed)) ** GROWTH > DEARER:
+            return None, f"{growth:.1f} times as many nodes, which take more than {DEARER:g} times as long"
+        run = made(job, max(PATIENCE, DEARER * one.timed.cpu))
+    except (InputError, SceneError, StageError, SolverError) as error:
+        return None, reason(one.job, error)
+    return (run, "") if run.result == "FINISHED" else (None, f"the run ends as {run.result}")
+
+
+def _elastic(job: Job) -> dict[str, Any]:
+    components = {name: job.scene.component[name] for name in job.components()}
+    return {
+        name: one.modes
+        for name, one in components.items()
+        if one.geometry.kind != "rigid" and one.modes.reduction != "rigid"
+    }
+
+
+def _nodes(job: Job, components: Collection[str]) -> int:
+    run_job(job, "mesh")
+    return sum(len(mesh.nodes) for mesh in _meshes(job, components))
+
+
+def _edge_ratio(own: Job, other: Job, components: Collection[str]) -> float:
+    """Return the mean edge of a job's meshes over that of another's, as geometric mean of the components."""
+    pairs = zip(_meshes(other, components), _meshes(own, components), strict=True)
+    return math.exp(float(np.mean([math.log(mean_edge(new) / mean_edge(old)) for new, old in pairs])))
+
+
+def _meshes(job: Job, components: Collection[str]) -> list[MeshRecord]:
+    steps = job.components()
+    meshes = [job.store.get(steps[name]["mesh"].key, "mesh") for name in components]
+    return [mesh for mesh in meshes if mesh.cell_type in CELLS]

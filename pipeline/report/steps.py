@@ -1,0 +1,54 @@
+"""The step of the runs of a report: found once for each integrator, and then the same for all of its runs.
+
+A run whose step is left out repeats itself with finer steps. A sweep does that in the first run of each integrator and
+gives the step that was found to all others, so that they differ in nothing else and their times are those of one run.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.report.sweep import Setting, reason
+from gudgeon.pipeline.report.timing import made
+from gudgeon.pipeline.scenes.reading import merged
+from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.result import Result
+
+PATIENCE = 120.0
+"""CPU time of the run that finds a step, after which the first step of its integrator is kept [s]."""
+
+
+def with_steps(
+    job: Job, settings: Sequence[Setting], progress: Callable[[str, float], None]
+) -> tuple[list[Setting], list[str]]:
+    """Return settings without estimates of their own, those without a step with that of their integrator's first run.
+
+    Where that run fails, its integrator keeps its first step; a note says so, as where the step is not accurate.
+    """
+    steps: dict[str, float | None] = {}
+    found, notes = [], []
+    for setting in settings:
+        changed = variant(job, setting.changes)
+        run, name = changed.scene.run, changed.scene.integrator
+        changes = merged(setting.changes, {"run": {"checks": False}})
+        if run.checks and run.step is None and not changed.scene.capabilities.own_steps:
+            key = f"{name} {run.accuracy} {run.duration}"
+            if key not in steps:
+                progress(f"step of {name}", 0.0)
+                steps[key], note = _step(changed)
+                notes += [f"Step of {name}, from '{setting.name}': {note}"] if note else []
+            if (step := steps[key]) is not None:
+                changes = merged(changes, {"run": {"step": step}})
+        found.append(replace(setting, changes=changes))
+    return found, notes
+
+
+def _step(job: Job) -> tuple[float | None, str]:
+    """Return the step that the run of a job ends with [s], None if there is no run, and why it is not accurate."""
+    try:
+        run = made(job, PATIENCE)
+    except (InputError, StageError, SceneError, SolverError) as error:
+        return None, f"the first one of the integrator is used, its error is not estimated: {reason(job, error)}"
+    outcome = Result[run.result]
+    return float(run.counts["step"]), "" if outcome.ok else outcome.value

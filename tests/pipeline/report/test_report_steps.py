@@ -1,0 +1,56 @@
+"""The step of a report's runs: found once for each integrator, and said where it is not accurate."""
+
+import pytest
+
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.report import steps
+from gudgeon.pipeline.report.steps import with_steps
+from gudgeon.pipeline.report.sweep import Setting
+from gudgeon.pipeline.stages.job import Job
+from tests.pipeline.small import write_scene
+
+IMPLICIT = {"run": {"integrator": "implicit"}}
+
+
+def silent(stage: str, share: float) -> None:
+    """Tell nobody."""
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
+    folder = tmp_path_factory.mktemp("steps")
+    return open_job(write_scene(folder / "scene"), db=folder / "db", out=folder / "out")
+
+
+def test_step_is_found_once_for_each_integrator(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Given steps stay, and no setting makes estimates of its own."""
+    called, original = [], steps.made
+    monkeypatch.setattr(steps, "made", lambda *given: (called.append(given), original(*given))[1])
+    settings = [
+        Setting("a", {}), Setting("b", {"component": {"skirt": {"modes": {"normal_count": 4}}}}),
+        Setting("c", IMPLICIT), Setting("d", {"run": {"step": 1e-6}}),
+    ]  # fmt: skip
+    (a, b, c, d), notes = with_steps(job, settings, silent)
+    assert len(called) == 2
+    assert notes == []
+    assert [one.changes["run"]["checks"] for one in (a, b, c, d)] == [False] * 4
+    assert a.changes["run"]["step"] == b.changes["run"]["step"]
+    assert d.changes["run"]["step"] == 1e-6
+    found = job.store.get(job.trajectory().key, "trajectory")
+    assert a.changes["run"]["step"] == found.counts["step"]
+    assert found.estimates["step.impulse"] <= 1e-3
+    assert with_steps(job, settings, silent) == ([a, b, c, d], [])
+
+
+def test_a_step_that_is_not_found_is_said(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_long(*given: object) -> None:
+        raise StageError("stopped at 3% of the duration")
+
+    monkeypatch.setattr(steps, "made", too_long)
+    (setting,), notes = with_steps(job, [Setting("a", {})], silent)
+    assert setting.changes == {"run": {"checks": False}}
+    assert notes == [
+        "Step of explicit, from 'a': the first one of the integrator is used, its error is not estimated: stopped at 3%"
+        " of the duration"
+    ]
