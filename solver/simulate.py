@@ -86,7 +86,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     result, done = Result.FINISHED, 0
     for frame in range(schedule.frames):
         here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
-        sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.part(here))
+        sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.samples.part(here))
         if not sound or not np.isfinite(histories.samples.energies[here]).all():
             result = integrator.failure if not sound else Result.DIVERGED
             break

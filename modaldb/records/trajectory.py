@@ -22,6 +22,10 @@ class ContactHistory:
     master: Array | None = None
     """For a contact on another body's traction space: mean outward normal displacement under each of its functions at
     each frame [m], (f, functions)."""
+    peak_multipliers: Array | None = None
+    """Contact force of each point at each of `Trajectory.peak_times` [N], (p, c)."""
+    peak_master: Array | None = None
+    """As `master`, at each of `Trajectory.peak_times` [m], (p, functions)."""
 
 
 @dataclass(frozen=True)
@@ -75,3 +79,10 @@ class Trajectory:
     speed at the first time and opening speed at the last [m/s], (b, 7); empty where it locates no impacts."""
     gauges: dict[str, Array] = field(default_factory=dict)
     """`body.gauge` → value at the end of each sample interval, (s, k)."""
+    peak_times: Array | None = None
+    """End of the sample of each contact's largest mean force, in the order of `contacts`; NaN for one that was open
+    throughout [s], (p,). Pictures show a contact at this time."""
+    peak_frames: Array | None = None
+    """All coordinates at each of `peak_times` [m kg^½], (p, coordinates)."""
+    peak_velocities: Array | None = None
+    """All velocities at each of `peak_times` [m kg^½/s], (p, coordinates)."""

@@ -5,6 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.result import Result
 
 START_ENERGY, ENERGY_ERROR, EXCHANGED, DEEPEST, FIRST_CONTACT, LAST_CONTACT = range(6)
@@ -28,6 +29,13 @@ class Samples(NamedTuple):
     """Rigid coordinates, their rates, length errors of the joints, at the end of the sample, (s, 2 r + j)."""
     gauges: np.ndarray
     """At the end of the sample, (s, G); no columns where the integrator reads none."""
+    peaks: Peaks = Peaks.empty()
+    """State at each contact's largest force of all samples so far; of no contact where nothing is to be kept."""
+
+    def part(self, here: slice) -> "Samples":
+        """Return a range of the samples, with the peaks of all."""
+        *rows, peaks = self
+        return Samples(*(one[here] for one in rows), peaks)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Tra
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, Outcome, Samples
+from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
@@ -35,20 +36,16 @@ class Histories(NamedTuple):
         driving, count = system.driving, schedule.frames * schedule.samples_per_frame
         widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints), len(system.gauges)
         loads, snapshots, gauges = (np.zeros((count, width)) for width in widths)
-        samples = Samples(
-            np.zeros((count, max(1, len(system.contacts)), 3)), np.zeros((count, 5)), loads, snapshots, gauges
-        )
+        peaks = Peaks.empty(len(system.contacts), len(system.velocity), len(system.gap), len(system.functions))
+        forces = np.zeros((count, max(1, len(system.contacts)), 3))
+        samples = Samples(forces, np.zeros((count, 5)), loads, snapshots, gauges, peaks)
         sizes = len(system.velocity), len(system.velocity), len(system.gap), len(system.functions)
         return cls(samples, *(np.zeros((schedule.frames, size)) for size in sizes))
-
-    def part(self, here: slice) -> Samples:
-        """Return a range of the samples."""
-        return Samples(*(one[here] for one in self.samples))
 
     def cut(self, frames: int, schedule: Schedule) -> "Histories":
         """Return the first frames and their samples."""
         _, *states = self
-        return Histories(self.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states))
+        return Histories(self.samples.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states))
 
 
 def trajectory_of(
@@ -62,6 +59,7 @@ def trajectory_of(
     schedule, interval, samples = plan.schedule, plan.schedule.interval, found.samples
     times = interval * np.arange(1, len(samples.forces) + 1)
     frame_times = interval * schedule.samples_per_frame * np.arange(1, len(found.frames) + 1)
+    peaks, peak_masters = samples.peaks, _outward(system, samples.peaks)
     readings = recorded_gauges(system, samples.gauges)
     contacts = {
         contact.name: ContactHistory(
@@ -71,7 +69,9 @@ def trajectory_of(
             multipliers=found.multipliers[:, contact.rows],
             areas=contact.areas,
             points=contact.points,
-            master=_recorded(found, contact),
+            master=_recorded(found.masters, contact),
+            peak_multipliers=peaks.multipliers[:, contact.rows],
+            peak_master=_recorded(peak_masters, contact),
         )
         for number, contact in enumerate(system.contacts)
     }
@@ -95,6 +95,9 @@ def trajectory_of(
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
         impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=False)},
         gauges=readings,
+        peak_times=np.where(peaks.force > 0, interval * peaks.sample, np.nan),
+        peak_frames=peaks.q,
+        peak_velocities=peaks.v,
     )
 
 
@@ -114,10 +117,15 @@ def _counts(system: System, plan: Plan, end: Outcome) -> Json:
     } | end.work
 
 
-def _recorded(found: Histories, contact: ContactRows) -> np.ndarray | None:
+def _outward(system: System, peaks: Peaks) -> np.ndarray:
+    """Return the outward displacements of all functions at the peaks [m], (p, F)."""
+    return -(peaks.q @ system.functions.T + peaks.functions @ system.function_residual)
+
+
+def _recorded(masters: np.ndarray, contact: ContactRows) -> np.ndarray | None:
     """Return the displacements of a contact's traction space in the order of the record [m], (f, F)."""
     over = contact.master
-    return None if over is None else found.masters[:, contact.functions][:, np.argsort(over.order)]
+    return None if over is None else masters[:, contact.functions][:, np.argsort(over.order)]
 
 
 def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, JointHistory]:

@@ -75,6 +75,7 @@ class Record:
         for share in self._pending:
             np.add.at(out.forces[0], self._contact_of, share / interval)
         self._pending = []
+        self._states: list[tuple[np.ndarray, ...]] = []
         self._done, self._from = 0, float(ends[0]) - interval
 
     def add_segment(self, segment: Segment, until: float) -> None:
@@ -196,7 +197,7 @@ class Record:
             driven: Work of moving obstacles by friction so far [J], (t,).
             balanced: Whether the energy balance is computed elsewhere, at every step.
         """
-        _, energies, _, snapshots, gauges = self._out
+        energies, snapshots, gauges = self._out.energies, self._out.snapshots, self._out.gauges
         here = slice(self._done, self._done + len(p))
         parts = self._energies(p, v)
         parts[:, 2], parts[:, 3] = contact, lost
@@ -208,7 +209,15 @@ class Record:
         snapshots[here, :r], snapshots[here, r : 2 * r] = p[:, system.rigid], v[:, system.rigid]
         if gauges.shape[1]:
             gauges[here] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
+        self._states.append((p, v, pressed))
         self._done += len(p)
+
+    def keep_peaks(self) -> None:
+        """Keep the largest forces of the samples that are now filled."""
+        if self._states:
+            states = (np.concatenate(parts)[: self._done] for parts in zip(*self._states, strict=True))
+            before = round(float(self._ends[0]) / self._interval) - 1
+            self._out.peaks.keep_highest(before, self._out.forces[: self._done], *states)
 
     def waiting(self) -> np.ndarray:
         """Return the ends of the samples that are not filled yet [s], (t,)."""

@@ -28,6 +28,7 @@ from gudgeon.solver.integrators.outcome import (
     PIVOTS,
     START_ENERGY,
 )
+from gudgeon.solver.integrators.peaks import keep_peaks
 
 GAP_TOLERANCE = 1e-12
 """Violation of a gap that is accepted, relative to the largest gap: four digits above round-off of rows·q."""
@@ -95,20 +96,19 @@ class State(NamedTuple):
 
 
 @entry
-def march(constants, state, first, forces, energies, stride):  # type: ignore[no-untyped-def]
-    """Advance `len(forces)` samples of `stride` steps each.
+def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
+    """Advance `len(out.forces)` samples of `stride` steps each.
 
     Args:
         constants, state: The Constants and the State; on entry q and q̇ are those before the first impulse.
         first: Number of the first impulse since the start of the run.
-        forces: Out: mean resultant on the body of each contact over each sample [N], (samples, k, 3).
-        energies: Out: `state.energy` at the last impulse of each sample [J], (samples, 4).
+        out: The Samples; forces, peaks, and energies but for the work are filled, those of a sample's last impulse.
 
     Returns:
         False where the contact rows are linearly dependent.
     """
     dt, m, c = constants.dt, len(state.q), len(constants.gap)
-    q, v = state.q, state.v
+    q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, np.empty(0)
     qq, qv, vq, vv = constants.flight[0], constants.flight[1], constants.flight[2], constants.flight[3]
     gap0, rows, columns, coupled = constants.gap, constants.rows, constants.columns, constants.coupled
     normals, contact, multipliers = constants.normals, constants.contact, state.multipliers
@@ -152,6 +152,7 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
                 q[k] = qq[k] * position + qv[k] * velocity
                 v[k] = vq[k] * position + vv[k] * velocity
             number += 1
+        keep_peaks(out.peaks, forces[sample], number // stride, (q, v, multipliers), nothing)
     return True
 
 
