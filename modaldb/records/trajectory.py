@@ -22,6 +22,11 @@ class ContactHistory:
     master: Array | None = None
     """For a contact on another body's traction space: mean outward normal displacement under each of its functions at
     each frame [m], (f, functions)."""
+    path: Array | None = None
+    """Of a contact of one point: displacement along the force on the body, of its point and of the other body's, at the
+    end of each sample interval [m], (s, 1 or 2)."""
+    peak: int = -1
+    """Number of its own largest force among `Trajectory.peak_times`; −1 where it was open throughout."""
     peak_multipliers: Array | None = None
     """Contact force of each point at each of `Trajectory.peak_times` [N], (p, c)."""
     peak_master: Array | None = None
@@ -80,8 +85,8 @@ class Trajectory:
     gauges: dict[str, Array] = field(default_factory=dict)
     """`body.gauge` → value at the end of each sample interval, (s, k)."""
     peak_times: Array | None = None
-    """End of the sample of each contact's largest mean force, in the order of `contacts`; NaN for one that was open
-    throughout [s], (p,). Pictures show a contact at this time."""
+    """End of the sample of the largest mean force of each contact that ever closed, see `ContactHistory.peak` [s],
+    (p,). Pictures show a contact at this time."""
     peak_frames: Array | None = None
     """All coordinates at each of `peak_times` [m kg^½], (p, coordinates)."""
     peak_velocities: Array | None = None

@@ -5,6 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from gudgeon.solver.integrators.paths import NO_PATHS, Paths
 from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.result import Result
 
@@ -31,11 +32,16 @@ class Samples(NamedTuple):
     """At the end of the sample, (s, G); no columns where the integrator reads none."""
     peaks: Peaks = Peaks.empty()
     """State at each contact's largest force of all samples so far; of no contact where nothing is to be kept."""
+    paths: Paths = NO_PATHS
+    """Displacements of the points of contacts that have one."""
 
     def part(self, here: slice) -> "Samples":
         """Return a range of the samples, with the peaks of all."""
-        *rows, peaks = self
-        return Samples(*(one[here] for one in rows), peaks)
+        return self._replace(
+            forces=self.forces[here], energies=self.energies[here], loads=self.loads[here],
+            snapshots=self.snapshots[here], gauges=self.gauges[here],
+            paths=self.paths._replace(values=self.paths.values[here]),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
 from gudgeon.solver.results.momentum import momentum_residual
+from gudgeon.solver.results.paths import empty_paths, recorded_paths
 from gudgeon.solver.results.quantities import deflections, quantities
 from gudgeon.solver.system.system import System
 
@@ -36,16 +37,20 @@ class Histories(NamedTuple):
         driving, count = system.driving, schedule.frames * schedule.samples_per_frame
         widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints), len(system.gauges)
         loads, snapshots, gauges = (np.zeros((count, width)) for width in widths)
-        peaks = Peaks.empty(len(system.contacts), len(system.velocity), len(system.gap), len(system.functions))
+        size = len(system.velocity)
+        peaks = Peaks.empty(len(system.contacts), size, len(system.gap), len(system.functions))
         forces = np.zeros((count, max(1, len(system.contacts)), 3))
-        samples = Samples(forces, np.zeros((count, 5)), loads, snapshots, gauges, peaks)
-        sizes = len(system.velocity), len(system.velocity), len(system.gap), len(system.functions)
+        paths = empty_paths(system, count)
+        samples = Samples(forces, np.zeros((count, 5)), loads, snapshots, gauges, peaks=peaks, paths=paths)
+        sizes = size, size, len(system.gap), len(system.functions)
         return cls(samples, *(np.zeros((schedule.frames, size)) for size in sizes))
 
     def cut(self, frames: int, schedule: Schedule) -> "Histories":
         """Return the first frames and their samples."""
         _, *states = self
-        return Histories(self.samples.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states))
+        return Histories(
+            self.samples.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states)
+        )
 
 
 def trajectory_of(
@@ -59,8 +64,13 @@ def trajectory_of(
     schedule, interval, samples = plan.schedule, plan.schedule.interval, found.samples
     times = interval * np.arange(1, len(samples.forces) + 1)
     frame_times = interval * schedule.samples_per_frame * np.arange(1, len(found.frames) + 1)
-    peaks, peak_masters = samples.peaks, _outward(system, samples.peaks)
+    paths = recorded_paths(system, samples.paths.values)
+    closed = np.flatnonzero(samples.peaks.force > 0)
+    peaks = Peaks(*(part[closed] for part in samples.peaks))
+    peak_masters = _outward(system, peaks)
     readings = recorded_gauges(system, samples.gauges)
+    peak_times = interval * peaks.sample
+    states = np.append(frame_times, peak_times), np.concatenate([found.multipliers, peaks.multipliers])
     contacts = {
         contact.name: ContactHistory(
             body=contact.body,
@@ -70,6 +80,8 @@ def trajectory_of(
             areas=contact.areas,
             points=contact.points,
             master=_recorded(found.masters, contact),
+            path=paths.get(contact.name),
+            peak=int(np.flatnonzero(closed == number)[0]) if number in closed else -1,
             peak_multipliers=peaks.multipliers[:, contact.rows],
             peak_master=_recorded(peak_masters, contact),
         )
@@ -85,7 +97,7 @@ def trajectory_of(
         frame_times=frame_times,
         frames=found.frames,
         velocities=found.velocities,
-        quantities=quantities(system, plan, end, samples.forces, found.multipliers)
+        quantities=quantities(system, plan, end, samples.forces, states)
         | gauge_quantities(system, readings)
         | deflections(system, frame_times, found.frames),
         energy_drift=drift,
@@ -95,7 +107,7 @@ def trajectory_of(
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
         impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=False)},
         gauges=readings,
-        peak_times=np.where(peaks.force > 0, interval * peaks.sample, np.nan),
+        peak_times=peak_times,
         peak_frames=peaks.q,
         peak_velocities=peaks.v,
     )

@@ -53,6 +53,7 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = p[:, system.rigid], speed[:, system.rigid]
         if out.gauges.shape[1]:
             out.gauges[:] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
+        out.paths.fill(slice(None), p, pressed)
         out.peaks.keep_highest(first // stride, out.forces, p, speed, pressed)
         self._time = (first + stride * len(out.forces)) * self._step.dt
         return bool(sound)

@@ -209,6 +209,7 @@ class Record:
         snapshots[here, :r], snapshots[here, r : 2 * r] = p[:, system.rigid], v[:, system.rigid]
         if gauges.shape[1]:
             gauges[here] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
+        self._out.paths.fill(here, p, pressed)
         self._states.append((p, v, pressed))
         self._done += len(p)
 

@@ -28,6 +28,7 @@ from gudgeon.solver.integrators.outcome import (
     PIVOTS,
     START_ENERGY,
 )
+from gudgeon.solver.integrators.paths import keep_paths
 from gudgeon.solver.integrators.peaks import keep_peaks
 
 GAP_TOLERANCE = 1e-12
@@ -152,6 +153,7 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
                 q[k] = qq[k] * position + qv[k] * velocity
                 v[k] = vq[k] * position + vv[k] * velocity
             number += 1
+        keep_paths(out.paths, sample, q, multipliers)
         keep_peaks(out.peaks, forces[sample], number // stride, (q, v, multipliers), nothing)
     return True
 

@@ -18,6 +18,7 @@ from gudgeon.solver.integrators.explicit.kernel import (
     keep_balance,
 )
 from gudgeon.solver.integrators.outcome import ACTIVE, DEEPEST
+from gudgeon.solver.integrators.paths import keep_paths
 from gudgeon.solver.integrators.peaks import keep_peaks
 
 
@@ -62,6 +63,7 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
             number += 1
         for axis in range(3):
             forces[sample, 0, axis] = pressed / stride * constants.normals[0, axis]
+        keep_paths(out.paths, sample, q, state.multipliers)
         keep_peaks(out.peaks, forces[sample], number // stride, (q, v, state.multipliers), nothing)
     return True
 
