@@ -125,22 +125,20 @@ def _user_block(raw: BufferedReader | BufferedRandom, kind: bytes) -> bytes:
 def _write_group(group: Any, record: Any) -> None:
     hints = typing.get_type_hints(type(record))
     for entry in fields(record):
-        value, hint = getattr(record, entry.name), hints[entry.name]
-        if value is None:
-            continue
-        if isinstance(value, np.ndarray):
-            group.create_dataset(entry.name, data=np.ascontiguousarray(value), track_times=False)
-        elif is_dataclass(value):
-            _write_group(group.create_group(entry.name), value)
-        elif isinstance(value, dict) and (member := _member_type(hint)) is not None:
-            below = group.create_group(entry.name)
-            for name, item in value.items():
-                if is_dataclass(member):
-                    _write_group(below.create_group(_escaped(name)), item)
-                else:
-                    below.create_dataset(_escaped(name), data=np.ascontiguousarray(item), track_times=False)
-        else:
-            group.attrs[entry.name] = json.dumps(value) if isinstance(value, dict) else value
+        _write_field(group, entry.name, getattr(record, entry.name), hints[entry.name])
+
+
+def _write_field(group: Any, name: str, value: Any, hint: Any) -> None:
+    if isinstance(value, np.ndarray):
+        group.create_dataset(name, data=np.ascontiguousarray(value), track_times=False)
+    elif is_dataclass(value):
+        _write_group(group.create_group(name), value)
+    elif (member := _member_type(hint)) is not None:
+        below = group.create_group(name)
+        for item, part in value.items():
+            _write_field(below, _escaped(item), part, member)
+    elif value is not None:
+        group.attrs[name] = json.dumps(value) if isinstance(value, dict) else value
 
 
 def _read_group(group: Any, cls: type, prefix: str, only: Collection[str] | None) -> Any:
@@ -156,28 +154,26 @@ def _read_group(group: Any, cls: type, prefix: str, only: Collection[str] | None
 
 
 def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[str] | None) -> Any:
-    base, optional = _without_none(hint)
+    # The type of an optional field comes before None.
+    base = typing.get_args(hint)[0] if isinstance(hint, types.UnionType) else hint
+    there = name in group and _wanted(path, only)
     if base is np.ndarray:
-        if name in group and _wanted(path, only):
-            return _read_array(group[name])
-        return None if optional else _read_array(None)
-    if is_dataclass(base):
-        if name not in group or not _wanted(path, only):
+        if not there and base is not hint:
             return None
-        return _read_group(group[name], typing.cast(type, base), f"{path}/", only)
+        return _read_array(group[name] if there else np.empty(0))
+    if is_dataclass(base):
+        return _read_group(group[name], typing.cast(type, base), f"{path}/", only) if there else None
     if (member := _member_type(base)) is not None:
-        if name not in group:
-            return {}
-        below = group[name]
-        names = [item for item in map(unquote, below) if _wanted(f"{path}/{item}", only)]
-        if is_dataclass(member):
-            cls = typing.cast(type, member)
-            return {item: _read_group(below[_escaped(item)], cls, f"{path}/{item}/", only) for item in names}
-        return {item: _read_array(below[_escaped(item)]) for item in names}
+        names = [item for item in map(unquote, group.get(name, ())) if _wanted(f"{path}/{item}", only)]
+        return {item: _read_field(group[name], _escaped(item), member, f"{path}/{item}", only) for item in names}
     raw = group.attrs[name]
-    if typing.get_origin(base) is dict:
-        return json.loads(raw)
-    return typing.cast(type, base)(raw)
+    return json.loads(raw) if typing.get_origin(base) is dict else typing.cast(type, base)(raw)
+
+
+def _read_array(dataset: Any) -> np.ndarray:
+    array = dataset[()]
+    array.setflags(write=False)
+    return array
 
 
 def _escaped(name: str) -> str:
@@ -185,28 +181,12 @@ def _escaped(name: str) -> str:
     return quote(name, safe=" ").replace(".", "%2E")
 
 
-def _read_array(dataset: Any) -> Any:
-    array = np.empty(0) if dataset is None else dataset[()]
-    array.setflags(write=False)
-    return array
-
-
 def _wanted(path: str, only: Collection[str] | None) -> bool:
     """Whether `only` contains `path`, a group above it, or a field below it."""
     return only is None or any(path == p or path.startswith(f"{p}/") or p.startswith(f"{path}/") for p in only)
 
 
-def _without_none(hint: Any) -> tuple[Any, bool]:
-    if isinstance(hint, types.UnionType):
-        rest = [arm for arm in typing.get_args(hint) if arm is not type(None)]
-        return rest[0], True
-    return hint, False
-
-
 def _member_type(hint: Any) -> Any:
     """Return the type of the named members of a group hint `dict[str, X]`, or None where X is plain JSON."""
-    if typing.get_origin(hint) is dict:
-        member = typing.get_args(hint)[1]
-        if is_dataclass(member) or member is np.ndarray:
-            return member
-    return None
+    member = typing.get_args(hint)[1] if typing.get_origin(hint) is dict else None
+    return member if is_dataclass(member) or member is np.ndarray else None

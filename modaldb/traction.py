@@ -62,6 +62,19 @@ def spline_weights(space: SplineGrid, coordinates: np.ndarray, *, tails: bool = 
     return joined.reshape(-1, SUPPORT), product.reshape(-1, SUPPORT)
 
 
+def spread(space: SplineGrid, coordinates: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    """Return the shares of all functions in the forces at p points, (p, F).
+
+    Args:
+        coordinates: As in `spline_weights`.
+        forces: (p,)
+    """
+    numbers, values = spline_weights(space, coordinates)
+    found = np.zeros((len(forces), int(np.prod(space.counts))))
+    np.put_along_axis(found, numbers, forces[:, None] * values, axis=1)
+    return found
+
+
 def cubic_weights(t: np.ndarray) -> np.ndarray:
     """Return the four uniform cubic B-splines at the share t of an interval, (p, 4)."""
     s = 1 - t

@@ -23,9 +23,12 @@ class Result(Enum):
         "the iteration for the contact force of a step did not converge; reduce run.step where it is set, or change the"
         " stiffness or the exponent of the contact law"
     )
-    INACCURATE = "the energy drift exceeds run.accuracy at every step tried; increase run.accuracy, or remove it"
+    INACCURATE = (
+        "impulses, forces or the energy balance change by more than run.accuracy with the step, at every step tried;"
+        " shorten run.duration, increase run.accuracy, or set run.step, whose error is then not estimated"
+    )
     ENERGY = (
-        "the energy error exceeds 10 % of the energy exchanged in contact; reduce the step where the integrator has"
+        "the energy error exceeds 5 % of the energy exchanged in contact; reduce the step where the integrator has"
         " one, or set run.accuracy"
     )
     RESTITUTION = (

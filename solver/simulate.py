@@ -1,12 +1,12 @@
 """Run a compiled system and collect its trajectory."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.accuracy import controlled
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
@@ -16,10 +16,10 @@ from gudgeon.solver.result import Result
 from gudgeon.solver.results.trajectory import Histories, trajectory_of
 from gudgeon.solver.system.system import System
 
-CREATED_ENERGY = 0.1
+CREATED_ENERGY = 0.05
 """Energy error over energy exchanged in contact above which a run ends as `Result.ENERGY`."""
-MOST_HALVINGS = 8
-"""Largest number of halvings of the step to reach run.accuracy."""
+COARSER = 2.0
+"""First step of a run whose step is controlled, over the default step: the next one is the default."""
 
 Progress = Callable[[float], None]
 """Called with the completed share after every frame; an exception that it raises ends the run."""
@@ -40,8 +40,8 @@ def suggested(system: System) -> float:
 def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     """Integrate a system over its scene's duration.
 
-    If run.accuracy is set and the integrator has a step, the run is repeated with half the step until the energy drift,
-    or the change of impulses where energy is conserved, is below it.
+    Where run.step is left out and the integrator has a step, the run is repeated with finer steps until impulses,
+    windowed forces and the energy balance are within run.accuracy; see `solver.accuracy`.
 
     Returns:
         The trajectory; that of a run that failed physically ends with its last good frame, with the reason in `result`.
@@ -50,25 +50,9 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         SolverError: the contact's compliance is singular.
     """
     run, plan = system.scene.run, plan_run(system)
-    found = _march(system, plan, progress)
-    if plan.integrator.own_steps or run.accuracy is None or run.step is not None:
-        return found
-    conserves = plan.integrator.conserves_energy
-    for halvings in range(1, MOST_HALVINGS + 1):
-        if not conserves and found.energy_drift <= run.accuracy and found.result != Result.ENERGY.name:
-            return found
-        finer = replace(plan, schedule=plan.schedule.finer(halvings))
-        before, found = found, _march(system, finer, progress)
-        if conserves and _difference(before, found) <= run.accuracy:
-            return found
-    return replace(found, result=Result.INACCURATE.name)
-
-
-def _difference(one: Trajectory, other: Trajectory) -> float:
-    """Return the largest relative difference of the impulse of a contact between two runs."""
-    keys = [key for key in other.quantities if key.endswith(".impulse")]
-    values = [(one.quantities[key]["value"], other.quantities[key]["value"]) for key in keys if key in one.quantities]
-    return max((abs(a - b) / abs(b) for a, b in values if b), default=0.0)
+    if plan.integrator.own_steps or run.step is not None or not run.checks:
+        return _march(system, plan, progress)
+    return controlled(system, plan_run(system, COARSER), lambda one: _march(system, one, progress))
 
 
 def start(system: System, plan: Plan) -> Marching:

@@ -10,6 +10,7 @@ Vector = tuple[Finite, Finite, Finite]
 Coordinate = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"unit": "m"})]
 Place = tuple[Coordinate, Coordinate, Coordinate]
 """Position [m]."""
+Velocity = Annotated[Vector, Field(json_schema_extra={"unit": "m/s"})]
 
 
 def _directed(vector: Vector) -> Vector:

@@ -20,7 +20,10 @@ from gudgeon.solver.system.compile import compile_system
 
 POINTS = np.array([[0.01, 0.0, -0.001], [0.01, 0.0, 0.001], [0.01, 0.001, 0.0]])
 """Contact points of the moving body, which faces +x [m]."""
+PLACES = {"face": slice(0, 2), "tip": slice(2, 3)}
+"""Points of each interface."""
 OMEGA = np.array([2e4, 5e4])
+TWISTS, INERTIA = np.diag([1.0] * 3 + [100.0] * 3), 1e-4 * np.eye(3)
 SPACE = np.array([5, 6])
 """Splines of the plate's traction space across and along."""
 AGAINST: dict[str, dict[str, Any]] = {
@@ -38,16 +41,13 @@ CASES: dict[str, tuple[dict[str, Any], ...]] = {
 
 
 class _Records:
-    """A store of records in memory."""
-
-    def __init__(self, records: dict[str, Any]) -> None:
-        self._records = records
+    """A store in memory that holds modes and design of one body, for every key."""
 
     def has(self, key: str) -> bool:
-        return key in self._records
+        return True
 
     def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any:
-        return self._records[key]
+        return _modes() if kind == "modes" else _design()
 
     def sizes(self, key: str) -> dict[str, int]:
         return {"residual_flexibility": 1, "interfaces/face/rows": 1, "interfaces/tip/rows": 1, "tractions/top/rows": 1}
@@ -57,7 +57,7 @@ def warm_up(name: str) -> float:
     """Compile the time loop of an integrator and return the CPU seconds that it took."""
     begin = time.process_time()
     for case in CASES.get(name, ()):
-        simulate(compile_system(_Records(_records()), _scene(name, case), {"part": "part", "plate": "plate"}))  # type: ignore[arg-type]
+        simulate(compile_system(_Records(), _scene(name, case), {"part": "part", "plate": "plate"}))  # type: ignore[arg-type]
     note_compiled(name)
     return time.process_time() - begin
 
@@ -72,51 +72,35 @@ def _scene(name: str, case: dict[str, Any]) -> Scene:
     return Scene.model_validate({"body": bodies, "contact": {"touch": contact}, "run": run})
 
 
-def _records() -> dict[str, ModalRecord | MorphRecord]:
-    """Return modes and design of a free body and of a held plate, with two modes each."""
+def _modes() -> ModalRecord:
+    """Return two modes of a free body with three contact points and a traction space."""
     rows, functions = np.array([[1.0, 0.3], [1.0, -0.3], [0.8, 0.1]]), int(SPACE.prod())
-    interfaces, ranges = {}, {"face": [0, 2], "tip": [2, 3], "top": [0, functions]}
-    for key in ("face", "tip"):
-        here = slice(*ranges[key])
-        count = ranges[key][1] - ranges[key][0]
-        interfaces[key] = InterfaceModes(
-            np.arange(count), POINTS[here], np.tile([1.0, 0, 0], (count, 1)), np.full(count, 1e-6),
-            np.zeros(count, bool), rows[here],
-        )  # fmt: skip
-    twists, inertia = np.diag([1.0] * 3 + [100.0] * 3), 1e-4 * np.eye(3)
+    interfaces = {
+        key: InterfaceModes(
+            np.arange(len(rows[here])), POINTS[here], np.tile([1.0, 0, 0], (len(rows[here]), 1)),
+            np.full(len(rows[here]), 1e-6), np.zeros(len(rows[here]), bool), rows[here],
+        )
+        for key, here in PLACES.items()
+    }  # fmt: skip
     chart = {
-        "kind": "plane",
-        "origin": [0.01, 0, 0],
-        "normal": [-1.0, 0, 0],
-        "across": [0, 0, 1.0],
-        "along": [0, 1.0, 0],
-    }
+        "kind": "plane", "origin": [0.01, 0, 0], "normal": [-1.0, 0, 0], "across": [0, 0, 1.0], "along": [0, 1.0, 0],
+    }  # fmt: skip
     resultant = np.tile([-1.0, 0, 0, 0, 0, 0], (functions, 1))
-    space = TractionModes(
-        chart, np.full(2, -0.01), np.full(2, 0.01), SPACE, np.full((functions, 2), 0.1), resultant
+    space = TractionModes(chart, np.full(2, -0.01), np.full(2, 0.01), SPACE, np.full((functions, 2), 0.1), resultant)
+    return ModalRecord(
+        mesh_key="mesh", reduction="macneal", normal_count=2, static_count=0, angular_frequencies=OMEGA, mass=1.0,
+        centre=np.zeros(3), inertia=INERTIA, rigid_twists=TWISTS, interfaces=interfaces, tractions={"top": space},
+        interface_rows={"face": [0, 2], "tip": [2, 3], "top": [3, 3 + functions]},
+        residual_flexibility=1e-9 * np.eye(3 + functions), shapes=None, inertia_couplings=None, quality={},
     )  # fmt: skip
-    common: dict[str, Any] = {
-        "mesh_key": "mesh", "reduction": "macneal", "normal_count": 2, "static_count": 0, "angular_frequencies": OMEGA,
-        "mass": 1.0, "centre": np.zeros(3), "inertia": inertia, "interface_rows": ranges, "shapes": None,
-        "inertia_couplings": None, "quality": {},
-    }  # fmt: skip
-    found: dict[str, ModalRecord | MorphRecord] = {
-        "part-modes": ModalRecord(
-            **common, rigid_twists=twists, interfaces=interfaces, residual_flexibility=1e-9 * np.eye(3)
-        ),
-        "plate-modes": ModalRecord(
-            **common, rigid_twists=np.zeros((0, 6)), interfaces={}, residual_flexibility=1e-9 * np.eye(functions),
-            tractions={"top": space},
-        ),
-    }  # fmt: skip
-    points = {key: one.points for key, one in interfaces.items()}
-    for body, free in (("part", twists), ("plate", np.zeros((0, 6)))):
-        places = points if body == "part" else {}
-        found[body] = MorphRecord(
-            mesh_key="mesh", modes_key=f"{body}-modes", update="none", points=places, mass=1.0, centre=np.zeros(3),
-            inertia=inertia, rigid_twists=free, nodes=None, quality={},
-        )  # fmt: skip
-    return found
+
+
+def _design() -> MorphRecord:
+    """Return the design of the same body."""
+    return MorphRecord(
+        mesh_key="mesh", modes_key="modes", update="none", points={key: POINTS[here] for key, here in PLACES.items()},
+        mass=1.0, centre=np.zeros(3), inertia=INERTIA, rigid_twists=TWISTS, nodes=None, quality={},
+    )  # fmt: skip
 
 
 def main(names: Sequence[str]) -> None:

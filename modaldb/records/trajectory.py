@@ -91,3 +91,5 @@ class Trajectory:
     """All coordinates at each of `peak_times` [m kg^½], (p, coordinates)."""
     peak_velocities: Array | None = None
     """All velocities at each of `peak_times` [m kg^½/s], (p, coordinates)."""
+    estimates: Json = field(default_factory=dict)
+    """Estimated relative errors of the run by name, such as `step.impulse`; empty where none was made."""

@@ -65,6 +65,8 @@ def _print_quantities(report: Any) -> None:
     for name, value in (("energy drift", report.energy_drift), ("momentum residual", report.momentum_residual)):
         if value is not None:
             print(f"{name:28} {value:14.2g}")
+    for name, value in report.estimates.items():
+        print(f"{'error by ' + name.replace('.', ', '):28} {value:14.2g}")
     files = [*report.files, *(Path(picture).name for picture in report.pictures)]
     print(f"\nresults in {report.out}: {', '.join(files)}")
 

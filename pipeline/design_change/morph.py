@@ -15,7 +15,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.solid import mass_properties, nodal_jacobians, solid_twists
-from gudgeon.pipeline.geometry.profile import ProfileTable, UniformProfile
+from gudgeon.pipeline.geometry.profile import ProfileTable
 from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions
 
 NEIGHBOURS = 4
@@ -29,8 +29,8 @@ class Movement:
     """A profile on a named surface of a mesh."""
 
     surface: str
-    deviation: ProfileTable | UniformProfile
-    """Radial deviation [m] at heights [m] and angles [rad]."""
+    deviation: ProfileTable | float
+    """Radial deviation [m] at heights [m] and angles [rad], or everywhere."""
     where: str
     """The profile's key in the scene, for messages."""
 
@@ -135,7 +135,9 @@ def moved_mesh(mesh: MeshRecord, movement: Movement) -> MeshRecord:
 def _radial_shift(points: np.ndarray, surface: Surface, movement: Movement) -> np.ndarray:
     """Return how far points of a cylinder (k, 3) move [m], (k, 3)."""
     _, angle, height = cylindrical(points, surface.shape)
-    return radial_directions(points, surface.shape) * movement.deviation(height, angle)[:, None]
+    deviation = movement.deviation
+    shift = deviation(height, angle)[:, None] if isinstance(deviation, ProfileTable) else deviation
+    return radial_directions(points, surface.shape) * shift
 
 
 def _refuse_inverted(mesh: MeshRecord, movement: Movement) -> None:

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
 from gudgeon.pipeline.geometry.plane_file import PlaneFile
@@ -17,23 +17,6 @@ from gudgeon.pipeline.geometry.shapes.plate import Plate
 from gudgeon.pipeline.geometry.shapes.rigid import Rigid
 from gudgeon.pipeline.geometry.shapes.skirt import Skirt
 from gudgeon.pipeline.geometry.shapes.sphere import Sphere
-
-GEOMETRIES: dict[str, type[BaseModel]] = {
-    "skirt": Skirt,
-    "piston": Piston,
-    "liner": Liner,
-    "box": Box,
-    "plate": Plate,
-    "sphere": Sphere,
-    "rectangle": Rectangle,
-    "bar": Bar,
-    "beam": Beam,
-    "rigid": Rigid,
-    "bladed-sector": BladedSector,
-    "file": MeshFile,
-    "plane-file": PlaneFile,
-}
-"""Members by their `kind` in a scene."""
 
 Geometry = Annotated[
     Skirt

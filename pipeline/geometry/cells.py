@@ -2,8 +2,12 @@
 
 import numpy as np
 
-EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
-"""Corners at the ends of each edge of a tetrahedron, in the order of the mid-side nodes."""
+EDGES = {
+    1: np.array([[0, 1]]),
+    2: np.array([[0, 1], [1, 2], [2, 0]]),
+    3: np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]),
+}
+"""Corners at the ends of each edge of lines, triangles, tetrahedra, in the order of the mid-side nodes."""
 FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
 """Outward faces of a tet10 of positive volume, corners first."""
 GMSH_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]

@@ -150,7 +150,7 @@ def _tetrahedra(mesh: Any, path: str) -> np.ndarray:
 def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
     """Return the cells in meshio's order, of positive volume, each once (gmsh 2.2 writes one per physical group)."""
     corners = points[cells[:, :4]]
-    ends = corners[:, EDGES]
+    ends = corners[:, EDGES[3]]
     length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
     if cells.shape[1] == 10:
         centres = ends.mean(axis=2)
@@ -190,7 +190,7 @@ def _skin(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _with_mid_nodes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Turn linear tetrahedra (e, 4) into straight tet10 (e, 10); new nodes are last."""
-    edges, numbers = np.unique(np.sort(cells[:, EDGES].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
+    edges, numbers = np.unique(np.sort(cells[:, EDGES[3]].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
     middle = len(nodes) + numbers.reshape(-1, 6)
     return np.concatenate([nodes, nodes[edges].mean(axis=1)]), np.hstack([cells, middle])
 

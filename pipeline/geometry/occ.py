@@ -1,6 +1,6 @@
 """From a drawing in gmsh's OpenCASCADE kernel to a curved tet10 mesh with named surfaces."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, ClassVar, Self
 
@@ -58,13 +58,31 @@ class Solid(Strict):
         """Add the solid to gmsh's OCC model."""
         raise NotImplementedError
 
+    def tie(self, model: Any) -> bool:
+        """Tie faces of gmsh's model before it is meshed; return whether there are any.
+
+        Inverted elements are then refused and not repaired, since a repair moves the nodes of tied faces apart.
+        """
+        return False
+
     def build(self, size: float) -> MeshRecord:
-        """Mesh the solid with elements of edge length `size` [m]."""
-        return build_solid(self.draw, size, self.surface_shapes(), options=self.OPTIONS)
+        """Mesh the solid with elements of edge length `size` [m].
+
+        Raises:
+            InputError: the size is too coarse for the curved faces, or gives flat elements.
+            StageError: gmsh failed, or a named surface has no face.
+        """
+        with meshing(size, self.OPTIONS) as gmsh:
+            model = gmsh.model
+            self.draw(model.occ)
+            model.occ.synchronize()
+            _generate(model.mesh, size, repair=not self.tie(model))
+            outer = [tag for _, tag in model.getEntities(2) if len(model.getAdjacencies(2, tag)[0]) == 1]
+            return _collect(model.mesh, outer, self.surface_shapes())
 
 
 @contextmanager
-def meshing(size: float, options: Mapping[str, float] | None = None) -> Iterator[Any]:
+def meshing(size: float, options: Mapping[str, float]) -> Iterator[Any]:
     """Give gmsh, on one thread, with edge length `size` [m] and further options; close it at the end.
 
     Raises:
@@ -75,7 +93,7 @@ def meshing(size: float, options: Mapping[str, float] | None = None) -> Iterator
     gmsh.initialize(interruptible=False)
     try:
         sizes = {"Mesh.MeshSizeMin": size, "Mesh.MeshSizeMax": size}
-        for name, value in ({"General.Terminal": 0, "General.NumThreads": 1} | sizes | dict(options or {})).items():
+        for name, value in ({"General.Terminal": 0, "General.NumThreads": 1} | sizes | dict(options)).items():
             gmsh.option.setNumber(name, value)
         yield gmsh
     except PipelineError:
@@ -84,42 +102,6 @@ def meshing(size: float, options: Mapping[str, float] | None = None) -> Iterator
         raise StageError(f"gmsh: {str(error).splitlines()[0]}") from error
     finally:
         gmsh.finalize()
-
-
-def build_solid(
-    draw: Callable[[Any], None],
-    size: float,
-    surfaces: dict[str, SurfaceRule],
-    *,
-    options: Mapping[str, float] | None = None,
-    prepare: Callable[[Any], None] | None = None,
-) -> MeshRecord:
-    """Draw a solid, mesh it, and name its faces.
-
-    Args:
-        draw: Adds the solid to gmsh's OCC model.
-        size: Edge length [m].
-        surfaces: The true shape of each name.
-        options: Further options of gmsh by name, such as `REVOLVED`.
-        prepare: Called with gmsh's model before meshing, to tie faces. Inverted elements are then refused and not
-            repaired, since a repair moves the nodes of tied faces apart.
-
-    Raises:
-        InputError: the size is too coarse for the curved faces, or gives flat elements.
-        StageError: gmsh failed, or a named surface has no face.
-    """
-    with meshing(size, options) as gmsh:
-        model = gmsh.model
-        draw(model.occ)
-        model.occ.synchronize()
-        if prepare is not None:
-            prepare(model)
-        model.mesh.generate(3)
-        _refuse_flat(model.mesh, size)
-        model.mesh.setOrder(2)
-        _straighten(model.mesh, size, repair=prepare is None)
-        outer = [tag for _, tag in model.getEntities(2) if len(model.getAdjacencies(2, tag)[0]) == 1]
-        return _collect(model.mesh, outer, surfaces)
 
 
 def polygon_face(occ: Any, corners: Sequence[tuple[float, float, float]]) -> tuple[int, int]:
@@ -144,37 +126,37 @@ def revolve(occ: Any, section: Sequence[tuple[float, float]]) -> list[tuple[int,
     return occ.fuse(*(turned_solid(occ, polygon_face(occ, corners), turn) for turn in (np.pi, -np.pi)))[0]
 
 
-def _refuse_flat(mesh: Any, size: float) -> None:
-    """Refuse flat elements before gmsh curves the mesh: it cannot repair them and may abort the process."""
-    tags, _ = mesh.getElementsByType(GMSH_TETRA4)
-    if count := int(np.count_nonzero(np.asarray(mesh.getElementQualities(tags, "minSICN")) < FLAT)):
+def _generate(mesh: Any, size: float, repair: bool) -> None:
+    """Make curved elements, and let gmsh repair those that are inverted by it; refuse those that remain.
+
+    Flat elements are refused before gmsh curves the mesh: it cannot repair them and may abort the process.
+    """
+
+    def count_below(limit: float, measure: str, element_type: int) -> int:
+        tags, _ = mesh.getElementsByType(element_type)
+        return int(np.count_nonzero(np.asarray(mesh.getElementQualities(tags, measure)) <= limit))
+
+    mesh.generate(3)
+    if count := count_below(FLAT, "minSICN", GMSH_TETRA4):
         raise InputError(f"mesh.size: at {size} m gmsh makes {count} flat elements, try another size")
-
-
-def _straighten(mesh: Any, size: float, repair: bool) -> None:
-    """Let gmsh repair elements that are inverted since their edges are curved; refuse those that remain."""
-
-    def inverted() -> int:
-        tags, _ = mesh.getElementsByType(GMSH_TETRA10)
-        return int(np.count_nonzero(np.asarray(mesh.getElementQualities(tags, "minDetJac")) <= 0))
-
-    if repair and inverted():
+    mesh.setOrder(2)
+    if repair and count_below(0.0, "minDetJac", GMSH_TETRA10):
         mesh.optimize("HighOrder")
-    if count := inverted():
+    if count := count_below(0.0, "minDetJac", GMSH_TETRA10):
         raise InputError(f"mesh.size: {size} m is too coarse for the curved faces, {count} elements turn inside out")
 
 
-def positions_by_tag(mesh: Any) -> np.ndarray:
-    """Return the position of each node [m], (largest tag + 1, 3)."""
+def nodes_and_cells(mesh: Any, element_type: int, order: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return nodes [m] (n, 3), cells of one type with their nodes in an order, and the new number of gmsh's nodes."""
     tags, positions, _ = mesh.getNodes()
     points = np.zeros((int(tags.max()) + 1, 3))
     points[tags.astype(int)] = positions.reshape(-1, 3)
-    return points
+    _, cell_nodes = mesh.getElementsByType(element_type)
+    return compacted(points, cell_nodes.astype(int).reshape(-1, len(order))[:, order])
 
 
 def _collect(mesh: Any, faces: list[int], surfaces: dict[str, SurfaceRule]) -> MeshRecord:
-    _, cell_nodes = mesh.getElementsByType(GMSH_TETRA10)
-    nodes, cells, number = compacted(positions_by_tag(mesh), cell_nodes.astype(int).reshape(-1, 10)[:, GMSH_ORDER])
+    nodes, cells, number = nodes_and_cells(mesh, GMSH_TETRA10, GMSH_ORDER)
     facets: dict[str, list[np.ndarray]] = {name: [] for name in surfaces}
     for face in faces:
         _, face_nodes = mesh.getElementsByType(GMSH_TRIANGLE6, face)

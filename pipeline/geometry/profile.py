@@ -72,21 +72,6 @@ class ProfileTable:
         return angles, np.column_stack([d[:, -1 - width : -1], d, d[:, 1 : 1 + width]])
 
 
-@dataclass(frozen=True)
-class UniformProfile:
-    """The same deviation [m] everywhere."""
-
-    deviation: float
-
-    def __call__(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Return the deviation at heights and angles, (k,) each."""
-        return np.full(np.broadcast(height, angle).shape, self.deviation)
-
-    linear = __call__
-    heights = np.zeros(1)
-    """Of a table with one row [m]."""
-
-
 def _cell(grid: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the upper end of the interval of an ascending grid that contains each x, and the share of x in it."""
     upper = np.clip(np.searchsorted(grid, x), 1, len(grid) - 1)

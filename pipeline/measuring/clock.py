@@ -15,9 +15,6 @@ class Seconds:
     wall: float
     cpu: float
 
-    def __add__(self, other: "Seconds") -> "Seconds":
-        return Seconds(self.wall + other.wall, self.cpu + other.cpu)
-
 
 class Clock:
     """Starts when it is made; CPU seconds are those of all threads of this process."""

@@ -13,10 +13,10 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import Factor, available_backend, factorise
-from gudgeon.pipeline.modes.coarse import CORNERS, Coarse, linear_elements
+from gudgeon.pipeline.modes.coarse import Coarse, linear_elements
 from gudgeon.pipeline.modes.davidson import davidson
 from gudgeon.pipeline.modes.lanczos import lower_shift
-from gudgeon.pipeline.modes.problem import Pairs, Problem
+from gudgeon.pipeline.modes.problem import Count, Pairs, Problem
 
 LEAST_DOFS = 6000
 """For fewer dofs Lanczos is as fast."""
@@ -43,7 +43,7 @@ SINGLE_FLOOR = float(np.finfo(np.float32).eps)
 
 def block_pairs(model: FEModel, problem: Problem, count: int) -> Pairs | None:
     """Return the lowest pairs; None if the method does not suit the model or did not converge."""
-    if model.mesh.cell_type not in CORNERS or available_backend() != "pardiso":
+    if model.parts is not None or available_backend() != "pardiso":
         return None
     if problem.K.shape[0] < LEAST_DOFS or count > MOST_MODES:
         return None
@@ -56,16 +56,17 @@ def block_pairs(model: FEModel, problem: Problem, count: int) -> Pairs | None:
     start = coarse.P @ _coarse_modes(model, coarse.problem, block)
     factor = _ShiftedFactor(problem, coarse, count)
     floor = FLOORS * np.finfo(float).eps * problem.highest
-    ritz = davidson(
+    fitting = int(STORE / (16 * problem.K.shape[0] * block))
+    pairs, converged = davidson(
         problem=problem, start=start, factor=factor, count=count, tolerance=(TOLERANCE, floor), most_steps=MOST_STEPS,
-        capacity=_capacity(problem, block),
+        capacity=block * min(max(fitting, CAPACITY[0]), CAPACITY[1]),
     )  # fmt: skip
-    if not ritz.converged:
+    if not converged:
         factor.free()
         return None
-    vectors = np.empty_like(ritz.vectors)
-    vectors[order] = ritz.vectors
-    return Pairs(ritz.values, vectors, factor.count_above(ritz.values))
+    vectors = np.empty_like(pairs.vectors)
+    vectors[order] = pairs.vectors
+    return Pairs(pairs.values, vectors, factor.count_above(pairs.values))
 
 
 def _by_neighbours(model: FEModel, problem: Problem) -> np.ndarray:
@@ -78,24 +79,18 @@ def _by_neighbours(model: FEModel, problem: Problem) -> np.ndarray:
     return np.argsort(rank[np.searchsorted(node[first], node)], kind="stable")
 
 
-def _capacity(problem: Problem, block: int) -> int:
-    """Return the largest number of columns of the subspace."""
-    fitting = int(STORE / (16 * problem.K.shape[0] * block))
-    return block * min(max(fitting, CAPACITY[0]), CAPACITY[1])
-
-
 def _coarse_modes(model: FEModel, problem: Problem, block: int) -> np.ndarray:
     """Return the lowest Ritz vectors of the linear elements, (coarse, block)."""
     shift = lower_shift(model, problem)
     factor = factorise(problem.K - shift * problem.M)
     loads = np.random.default_rng(0).standard_normal((problem.K.shape[0], block))
     start = factor.solve(problem.M @ problem.elastic(loads))
-    ritz = davidson(
+    pairs, _ = davidson(
         problem=problem, start=start, factor=lambda *_: factor, count=block, tolerance=(COARSE_TOLERANCE, 0.0),
         most_steps=COARSE_STEPS, capacity=CAPACITY[1] * block,
     )  # fmt: skip
     factor.free()
-    return ritz.vectors
+    return pairs.vectors
 
 
 class _ShiftedFactor:
@@ -116,8 +111,8 @@ class _ShiftedFactor:
         self.sigma = _amid(values, *(share * values[self.count - 1] for share in AROUND))
         return self._made(self.sigma, single and self.single)
 
-    def count_above(self, values: np.ndarray) -> tuple[float, int]:
-        """Return a shift in a gap above the last wanted Ritz value, and the number of elastic eigenvalues below it.
+    def count_above(self, values: np.ndarray) -> Count:
+        """Return the inertia count with a shift in a gap above the last wanted Ritz value.
 
         The inertia of a factor is exact for a matrix within round-off of the given one: the gap has to be wider.
         """

@@ -11,31 +11,21 @@ weights are positive. For other elements M is factorised.
 Residuals are known up to round-off only: eps·max(K_ii/M_ii), the uncertainty of all eigenvalues, is added.
 """
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.reference import reference
-from gudgeon.pipeline.fem.elements.solid import MASS_ORDER
+from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, reference
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.modes.problem import Count
 
 LUMPED = ("tetra10", "triangle6")
 """Cell types whose mass matrix has the same shape functions in each direction."""
 CLUSTER = 1e-3
 """Eigenvalues closer than this share form a cluster: a smaller gap would weaken the bound."""
 BATCH = 4096
-
-
-@dataclass(frozen=True)
-class ProvenCount:
-    """Number of elastic eigenvalues below a shift, proven by an inertia count."""
-
-    shift: float
-    """[rad²/s²]"""
-    count: int
 
 
 def residuals(model: FEModel, angular_frequencies: np.ndarray, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -53,7 +43,7 @@ def residuals(model: FEModel, angular_frequencies: np.ndarray, Phi: np.ndarray) 
 
 
 def algebraic_errors(
-    model: FEModel, pairs: tuple[np.ndarray, np.ndarray], rest: np.ndarray, proven: ProvenCount | None, whole: bool
+    model: FEModel, pairs: tuple[np.ndarray, np.ndarray], rest: np.ndarray, proven: Count | None, whole: bool
 ) -> np.ndarray:
     """Return bounds on |δω|/ω of Ritz pairs, (m,).
 
@@ -66,12 +56,13 @@ def algebraic_errors(
     theta = pairs[0] ** 2
     bounds = rho = _mass_norms(model, rest, whole)
     if proven is not None:
-        first = slice(0, proven.count)
+        shift, count = proven
+        first = slice(0, count)
         # Φᵀr: difference of the stored frequencies from Rayleigh quotients, mostly round-off.
         offsets = pairs[1][model.free, first].T @ rest[:, first]
         floor = 0.0 if len(model.rigid_twists) else -np.inf
-        sharper = _with_gaps(theta[first], rho[first], offsets, (floor, proven.shift))
-        bounds = np.concatenate([sharper, rho[proven.count :]])
+        sharper = _with_gaps(theta[first], rho[first], offsets, (floor, shift))
+        bounds = np.concatenate([sharper, rho[count:]])
     return (bounds + round_off(model)) / (2 * theta)
 
 

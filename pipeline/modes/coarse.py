@@ -13,9 +13,6 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.modes.problem import Problem
 
-CORNERS = {"tetra10": (4, EDGES), "triangle6": (3, np.array([[0, 1], [1, 2], [2, 0]]))}
-"""Number of corners, and the two corners of each mid-side node's edge, by cell type."""
-
 
 @dataclass(frozen=True)
 class Coarse:
@@ -29,18 +26,18 @@ class Coarse:
 
 
 def linear_elements(model: FEModel, fine: Problem, order: np.ndarray) -> Coarse:
-    """Return the problem of linear elements on a mesh of quadratic ones, see `CORNERS`.
+    """Return the problem of linear elements on a mesh of quadratic ones.
 
     Args:
         fine: Problem of the model, its free dofs in the given order (free,).
     """
-    corners, edges = CORNERS[model.mesh.cell_type]
     cells, count, d = model.mesh.cells, len(model.nodes), len(model.directions)
+    corners = d + 1
     corner = np.zeros(count, bool)
     corner[cells[:, :corners]] = True
     number = np.cumsum(corner) - 1
     middle, first = np.unique(cells[:, corners:], return_index=True)
-    ends = cells[:, edges].reshape(-1, 2)[first]
+    ends = cells[:, EDGES[d]].reshape(-1, 2)[first]
     rows = np.concatenate([np.flatnonzero(corner), middle, middle])
     columns = number[np.concatenate([np.flatnonzero(corner), ends[:, 0], ends[:, 1]])]
     weights = np.repeat([1.0, 0.5], [corner.sum(), 2 * len(middle)])

@@ -10,14 +10,13 @@ Davidson (1975) with the shift-and-invert operator as preconditioner; it restart
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
 from scipy.linalg.blas import dgemm
 
 from gudgeon.pipeline.linalg import Factor
-from gudgeon.pipeline.modes.problem import Problem
+from gudgeon.pipeline.modes.problem import Pairs, Problem
 
 RANK_TOLERANCE = 1e-12
 """Squared norms below this share of the largest are round-off of dependent columns, which are dropped."""
@@ -30,17 +29,6 @@ LEAST_COLUMNS = 8
 """Least number of loads of a step: fewer take the same time."""
 EAGERNESS = 0.5
 """Guard pairs below this share of the tolerance are left out of a step."""
-
-
-@dataclass(frozen=True)
-class Ritz:
-    """The lowest Ritz pairs."""
-
-    values: np.ndarray
-    """θ [rad²/s²], ascending, (b,)."""
-    vectors: np.ndarray
-    """M-orthonormal, (free, b)."""
-    converged: bool
 
 
 class Subspace:
@@ -127,8 +115,8 @@ def davidson(
     *,
     most_steps: int,
     capacity: int,
-) -> Ritz:
-    """Return the lowest elastic Ritz pairs, converged from start vectors.
+) -> tuple[Pairs, bool]:
+    """Return the lowest elastic Ritz pairs from start vectors, as many as these, and whether they converged.
 
     Args:
         start: (free, b), b at least `count`: further pairs guard the last wanted ones.
@@ -150,7 +138,7 @@ def davidson(
         reached /= np.maximum(tolerance[0], tolerance[1] / values)
         converged = bool(np.all(reached[:count] <= 1))
         if converged or step == most_steps:
-            return Ritz(values, dgemm(1.0, space.V, Y), converged)
+            return Pairs(values, dgemm(1.0, space.V, Y)), converged
         wanted = (reached > EAGERNESS) | (np.arange(len(values)) >= count)
         wanted[np.argsort(-reached)[:LEAST_COLUMNS]] = True
         if space.count + wanted.sum() > capacity:

@@ -7,13 +7,13 @@ the shift is zero.
 from collections.abc import Callable
 
 import numpy as np
-from scipy import linalg, sparse
+from scipy import sparse
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import Solver, factorise
-from gudgeon.pipeline.modes.problem import Pairs, Problem
+from gudgeon.pipeline.modes.problem import Pairs, Problem, grounding
 
 SPARE = 2
 """Pairs beyond the wanted ones, so that there is a gap above the last wanted one for the inertia count."""
@@ -80,11 +80,9 @@ def _smooth_estimate(model: FEModel) -> float:
     arm = model.nodes - model.properties.centre
     rigid = model.rigid_modes
     quotients = []
-    for axis in range(3):
-        for other in range(3):
-            field = np.zeros_like(arm)
-            field[:, other] = arm[:, axis] ** 2
-            u = (field @ model.directions.T).ravel()
+    for square in (arm**2).T:
+        for along in model.directions.T:
+            u = np.outer(square, along).ravel()
             u -= rigid @ (rigid.T @ (model.M @ u))
             mass = float(u @ (model.M @ u))
             if mass > 0:
@@ -95,8 +93,7 @@ def _smooth_estimate(model: FEModel) -> float:
 def static_estimate(problem: Problem, factorised: Callable[[sparse.csr_matrix], Solver]) -> float:
     """Return 1 % of the Rayleigh quotient of a static solution [rad²/s²]: below the first elastic eigenvalue."""
     K, M, rigid = problem.K, problem.M, problem.rigid
-    grounded = linalg.qr(rigid.conj().T, mode="economic", pivoting=True)[2][: rigid.shape[1]]
-    free = np.setdiff1d(np.arange(K.shape[0]), grounded)
+    free = np.setdiff1d(np.arange(K.shape[0]), grounding(rigid))
     factor = factorised(sparse.csr_matrix(K[free][:, free]))
     u = np.random.default_rng(0).standard_normal(K.shape[0]).astype(K.dtype)
     for _ in range(2):

@@ -11,7 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 from scipy import sparse
 
-from gudgeon.pipeline.fem.elements.strain import EDGES, StrainSamples
+from gudgeon.pipeline.fem.elements.strain import StrainSamples
+from gudgeon.pipeline.geometry.cells import EDGES
 
 RIDGE = 2e-3
 """Weight of a squared quadratic coefficient against all of a patch's squared samples, lengths scaled to the patch. Half
@@ -110,10 +111,8 @@ class Recovery:
 
     def _all_sides(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the two corners of each side, (sides, 2), and the node in its middle, (sides,)."""
-        edges = EDGES[self._dimension]
-        middles = self.samples.cells[:, self._dimension + 1 :].ravel()
-        ends = np.stack([self._numbers[:, [a, b]] for a, b in edges], axis=1).reshape(-1, 2)
-        nodes, first = np.unique(middles, return_index=True)
+        ends = self._numbers[:, EDGES[self._dimension]].reshape(-1, 2)
+        nodes, first = np.unique(self.samples.cells[:, self._dimension + 1 :], return_index=True)
         return ends[first], nodes
 
     def _terms(self, points: np.ndarray, corners: np.ndarray) -> np.ndarray:

@@ -19,6 +19,9 @@ RIGID_SHARE = 1e-6
 GAP = 1e-6
 """Eigenvalues closer than this share are one for the inertia count."""
 
+Count = tuple[float, int]
+"""A shift [rad²/s²], and how many elastic eigenvalues an inertia count found below it."""
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -80,8 +83,8 @@ class Pairs:
     """λ [rad²/s²], ascending, (k,); those behind the wanted ones need not be exact, but are upper bounds."""
     vectors: np.ndarray
     """M-orthonormal, (free, at least the wanted ones)."""
-    proven: tuple[float, int] | None = None
-    """A shift [rad²/s²] above the wanted ones, and how many elastic eigenvalues an inertia count found below it."""
+    proven: Count | None = None
+    """With a shift above the wanted ones."""
 
 
 def count_shift(values: np.ndarray, count: int, *, complete: bool = False) -> tuple[float, int]:
@@ -99,6 +102,11 @@ def count_shift(values: np.ndarray, count: int, *, complete: bool = False) -> tu
         last -= 1  # No gap: the count shows whether the last extracted eigenvalue is the last of its cluster.
     sigma = 0.5 * (values[last] + values[last + 1]) if last + 1 < len(values) else 2 * values[last]
     return float(sigma), last + 1
+
+
+def grounding(rigid: np.ndarray) -> np.ndarray:
+    """Return as many dofs as there are rigid motions (dofs, r), chosen to hold the body firmly (pivoted QR of Φ_r)."""
+    return linalg.qr(rigid.conj().T, mode="economic", pivoting=True)[2][: rigid.shape[1]]
 
 
 def null_motions(motions: np.ndarray, tolerance: float) -> np.ndarray:

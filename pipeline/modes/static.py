@@ -19,6 +19,7 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel, LineStiffness
 from gudgeon.pipeline.linalg import factorise
 from gudgeon.pipeline.modes.normal import NormalModes
+from gudgeon.pipeline.modes.problem import grounding
 
 BLOCK = 96
 """Right-hand sides per call of the solver."""
@@ -52,8 +53,6 @@ class StaticShapes:
     """Mass-orthonormal, M-orthogonal to the normal modes, (dofs, k)."""
     residual_flexibility: np.ndarray
     """R without the contribution of these shapes, (c, c)."""
-    dropped: int
-    """Nearly dependent directions that the rank test dropped."""
 
 
 class Flexibility:
@@ -62,7 +61,7 @@ class Flexibility:
     def __init__(self, model: FEModel) -> None:
         self.rigid = model.rigid_modes
         self.M_rigid = model.M @ self.rigid
-        self.dofs = np.setdiff1d(model.free, _statically_determinate(self.rigid))
+        self.dofs = np.setdiff1d(model.free, grounding(self.rigid))
         """Dofs that neither a support nor the grounding of the rigid motions holds."""
         self._K = model.K
         # Forces and moments of beams have different units: each is scaled by the mass of its dof.
@@ -177,21 +176,19 @@ def _carried(parts: LineStiffness, Phi: np.ndarray, X: np.ndarray, free: np.ndar
     return linalg.solve(parts.product(Phi), parts.product(Phi, whole), assume_a="pos")
 
 
-def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual, pressures: np.ndarray) -> StaticShapes:
-    """Return M-orthonormal shapes, diagonal in M and K, of the residual displacement under given pressure fields.
+def static_shapes(model: FEModel, B: sparse.csr_matrix, residual: Residual) -> StaticShapes:
+    """Return M-orthonormal shapes, diagonal in M and K, of the residual displacement under pressure fields.
+
+    Nearly dependent ones are dropped, see `ritz_pairs`.
 
     Args:
         B: Displacement conjugate to each force, (c, dofs).
-        residual: Of the same rows and fields.
-        pressures: Forces of each field, (c, k).
+        residual: Of the same rows.
     """
-    R = residual.flexibility
-    if pressures.shape[1] == 0:
-        return StaticShapes(np.empty(0), np.empty((B.shape[1], 0)), R, 0)
     values, Phi = ritz_pairs(model, residual.fields)
     at_points = B @ Phi
-    rest = R - (at_points / values) @ at_points.T
-    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T), pressures.shape[1] - len(values))
+    rest = residual.flexibility - (at_points / values) @ at_points.T
+    return StaticShapes(np.sqrt(values), Phi, 0.5 * (rest + rest.T))
 
 
 def ritz_pairs(model: FEModel, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -203,7 +200,7 @@ def ritz_pairs(model: FEModel, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarr
     stiffness = shapes.T @ (model.K @ shapes)
     scale = 1 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
     strength, directions = linalg.eigh(stiffness * scale * scale[:, None])
-    kept = strength > RANK_TOLERANCE * strength[-1]
+    kept = strength > RANK_TOLERANCE * strength.max(initial=0.0)
     shapes = shapes @ ((directions[:, kept] / np.sqrt(strength[kept])) * scale[:, None])
     inverse, Z = linalg.eigh(shapes.T @ (model.M @ shapes))
     values, Z = 1 / inverse[::-1], Z[:, ::-1]
@@ -239,9 +236,3 @@ def _pinned(K: sparse.csr_matrix, pinned: np.ndarray, free: np.ndarray) -> spars
     kept[np.searchsorted(free, pinned)] = 0.0
     keep = sparse.diags_array(kept)
     return sparse.csr_matrix(keep @ K @ keep + sparse.diags_array((1 - kept) * K.diagonal()))
-
-
-def _statically_determinate(rigid: np.ndarray) -> np.ndarray:
-    """Return as many dofs as there are rigid motions, chosen to hold the body firmly (pivoted QR of Φ_r)."""
-    _, _, pivots = linalg.qr(rigid.T, mode="economic", pivoting=True)
-    return np.sort(pivots[: rigid.shape[1]])

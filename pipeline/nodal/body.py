@@ -90,9 +90,10 @@ class MovingBody:
         self._given = loads
         self._rhs = self._Mv - (h / 2) * self._Ku
         self._mean_q = self.p
-        if len(loads):
-            self._rhs += (h / 2) * (loads @ self._loads)
-            self._mean_q = self.p + (h / 2) * (loads @ self._loads_all)[: self.rigid_count]
+        acting = np.flatnonzero(loads)
+        if len(acting):
+            self._rhs += (h / 2) * (loads[acting] @ self._loads[acting])
+            self._mean_q = self.p + (h / 2) * (loads[acting] @ self._loads_all[acting])[: self.rigid_count]
         self._mean = self._elastic(self._factor.solve(self._rhs))
         return self._ports @ (self.u + h * self._mean) + self.ports_rigid @ (self.q + h * self._mean_q)
 
@@ -110,8 +111,9 @@ class MovingBody:
         M_mean = self.M @ mean
         K_mean = (self._rhs - M_mean) / self.alpha
         self.dissipated += h * self.damping * float(mean @ K_mean)
-        for load, row, rigid in zip(self._given, self._loads, self._loads_all, strict=True):
-            self.work += float(load * (h * (row @ mean) + rigid[: self.rigid_count] @ growth))
+        for load in np.flatnonzero(self._given):
+            way = h * (self._loads[load] @ mean) + self._loads_all[load, : self.rigid_count] @ growth
+            self.work += float(self._given[load] * way)
         self.q, self.p = self.q + growth, 2 * self._mean_q - self.p
         self.u, self.v = self.u + h * mean, 2 * mean - self.v
         self._count += 1

@@ -12,12 +12,14 @@ ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class NodalLoad:
-    """A load other than contact."""
+    """A load other than contact, as k generalised forces."""
 
-    row: np.ndarray
-    """Nodal forces per unit of the load, (dofs,)."""
-    mean: Callable[[np.ndarray], np.ndarray]
-    """Given times (t + 1,) [s], returns the mean of the load over each interval between them, (t,)."""
+    rows: np.ndarray
+    """Nodal forces per unit of each, (k, dofs)."""
+    amounts: Callable[[np.ndarray], np.ndarray]
+    """Generalised forces at given times [s], (t,) → (t, k)."""
+    travels: str = ""
+    """Name of a moving force, whose deflection is a quantity of the run."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +64,13 @@ class NodalBody:
         return np.column_stack([np.zeros((self.K.shape[0], 0)), *parts])
 
     def load_means(self, times: np.ndarray) -> np.ndarray:
-        """Return the mean of each load over each interval between times (t + 1,) [s], (t, l)."""
-        return np.array([load.mean(times) for load in self.loads]).reshape(len(self.loads), len(times) - 1).T
+        """Return the generalised forces at the middle of each interval between times (t + 1,) [s], (t, l)."""
+        middles = 0.5 * (times[1:] + times[:-1])
+        return np.hstack([np.zeros((len(middles), 0)), *(load.amounts(middles) for load in self.loads)])
 
     def load_rows(self) -> np.ndarray:
-        """Return the nodal forces per unit of each load, (l, dofs)."""
-        return np.array([load.row for load in self.loads]).reshape(len(self.loads), self.K.shape[0])
+        """Return the nodal forces per unit of each generalised force, (l, dofs)."""
+        return np.vstack([np.zeros((0, self.K.shape[0])), *(load.rows for load in self.loads)])
 
     def centre_motion(self, motion: np.ndarray) -> np.ndarray:
         """Return velocity, displacement since the start and velocity at the start of the centre of mass, (3, 6).
@@ -129,10 +132,10 @@ class NodalRod:
 
 @dataclass(frozen=True)
 class NodalProblem:
-    """Bodies with sliding points, surface layers or a joint."""
+    """Bodies with sliding points, surface layers, a joint or a moving force."""
 
     slave: NodalBody
-    """The body with the contact points."""
+    """The body with the contact points or the moving force."""
     contacts: dict[str, NodalContact]
     duration: float
     """[s]"""
@@ -140,7 +143,7 @@ class NodalProblem:
     """The body with the surfaces over which points slide."""
     rod: NodalRod | None = None
     frames: int = 0
-    """Number of equally spaced times, the last at the end, at which the surfaces' displacements are kept."""
+    """Number of equally spaced times, the last at the end, at which displacements of surfaces and forces are kept."""
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
-from gudgeon.pipeline.nodal.problem import PointContact
-from gudgeon.solver.results.contact_events import Quantity, departure, impact_quantities, merged, rebound, smoothed_peak
+from gudgeon.pipeline.nodal.problem import NodalLoad, PointContact
+from gudgeon.solver.results.contact_events import (
+    Quantity,
+    deflection,
+    departure,
+    impact_quantities,
+    merged,
+    named,
+    rebound,
+    smoothed_peak,
+)
 
 
 @dataclass(frozen=True)
@@ -133,6 +142,6 @@ def body_quantities(name: str, motion: np.ndarray) -> Json:
     return named(name, departure(*motion))
 
 
-def named(name: str, values: dict[str, Quantity]) -> Json:
-    """Return quantities of a body or a contact in the form of a record, name.key → {"value", "unit"}."""
-    return {f"{name}.{key}": {"value": value, "unit": unit} for key, (value, unit) in values.items()}
+def force_quantities(load: NodalLoad, times: np.ndarray, moved: np.ndarray) -> Json:
+    """Return the deflection under a moving force from displacements conjugate to its parts [m], (t, k), over times."""
+    return named(load.travels, deflection(times, load.amounts(times), moved))

@@ -51,12 +51,12 @@ def supported_body(
         suppressed=None if others is None else others[free], twists=twists, loads=loads,
     )  # fmt: skip
     if loads and model.held.any():
-        body = replace(body, displacement=_deformation(body, loads[0].row))
+        body = replace(body, displacement=_deformation(body, loads[0].rows[0]))
     return body, sparse.csr_matrix(sparse.eye(len(model.held), format="csr")[:, free])
 
 
 def _steady(row: np.ndarray) -> NodalLoad:
-    return NodalLoad(row, lambda times: np.ones(len(times) - 1))
+    return NodalLoad(row[None], lambda times: np.ones((len(times), 1)))
 
 
 def static_start(problem: NodalProblem, step: float) -> NodalProblem:

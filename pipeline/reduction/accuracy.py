@@ -8,7 +8,7 @@ from scipy import sparse
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.modes.bounds import ProvenCount, algebraic_errors, residuals
+from gudgeon.pipeline.modes.bounds import algebraic_errors, residuals
 from gudgeon.pipeline.modes.estimate import discretisation_errors
 from gudgeon.pipeline.reduction.methods import Reduction
 from gudgeon.pipeline.scenes.component import Component
@@ -90,7 +90,7 @@ def frequency_errors(
     relative, rest = residuals(model, frequencies, Phi)
     proven = None
     if reduction.quality.get("inertia_expected", count + 1) <= count:
-        proven = ProvenCount(reduction.quality["inertia_shift"], int(reduction.quality["inertia_expected"]))
+        proven = reduction.quality["inertia_shift"], int(reduction.quality["inertia_expected"])
     algebraic = algebraic_errors(model, (frequencies, Phi), rest, proven, model.M is untied.M)
     modes = np.flatnonzero(algebraic[:count] < IS_A_MODE)
     estimates = discretisation_errors(

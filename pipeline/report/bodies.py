@@ -1,6 +1,5 @@
 """`gudgeon report` of a scene of bodies: errors of a sweep against a reference, and the time of each run."""
 
-import difflib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,11 +16,10 @@ from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_st
 from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
-from gudgeon.pipeline.report.reference import Reference, errors_against, external_reference, reference_run, values_of
+from gudgeon.pipeline.report.reference import Reference, check_names, external_reference, reference_run, values_of
 from gudgeon.pipeline.report.slaps import reproducible
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
-from gudgeon.pipeline.report.vectors.report import vectors_report
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError, SolverError
@@ -41,13 +39,11 @@ TIMING = (
 
 
 def report_scene(job: Job, how: Effort, progress: Tell) -> Document:
-    """Write the report of a scene of bodies: of a moving force, of frequencies if nothing moves, or of its sweep.
+    """Write the report of a scene of bodies: of frequencies if nothing moves, or of its sweep.
 
     Raises:
         InputError, StageError: see each.
     """
-    if job.scene.report.vectors is not None:
-        return vectors_report(job, how, progress)
     rigid = all(job.scene.component[name].geometry.kind == "rigid" for name in job.components())
     if not (job.scene.contact or job.scene.force or job.scene.joint or rigid):
         return frequencies_report(job, how, progress)
@@ -74,8 +70,9 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             why = [_failure(one) for one in points] or [f"{one['name']}: {one['why']}" for one in left_out]
             raise StageError(f"{job.path}: report: no setting ran: {'; '.join(why)}")
         reference = _finest(job, points) if external is None or external.empty else external
-        _check_names(job, points, reference)
         found = quantities(points, reference, nodal, job)
+        known = set().union(*(values_of(one.trajectory) for one in points if one.ran))
+        check_names(job, reference, known, [one.name for one in found])
         counting = {one.name for one in found if one.counts}
         runs = with_front(rows(points, nodal, job, reference, counting), counting, reference.kind == "finest")
         document = replace(
@@ -171,26 +168,6 @@ def _finished(job: Job, settings: Sequence[Setting]) -> tuple[tuple[str, float, 
     variants = [(setting.name, variant(job, setting.changes)) for setting in settings]
     runs = [(name, changed, kept_trajectory(changed)) for name, changed in variants]
     return tuple((n, fineness(changed, run), run) for n, changed, run in runs if run and run.result == "FINISHED")
-
-
-def _check_names(job: Job, points: Sequence[Point], reference: Reference) -> None:
-    """Refuse names that no run has: their values would be taken for zero, or never count.
-
-    Raises:
-        InputError: a name of `report.quantities` or `report.interest` is unknown.
-    """
-    ran = [one for one in points if one.ran]
-    told = set().union(*(values_of(one.trajectory) for one in ran))
-    compared = set().union(*(errors_against(one.job, one.trajectory, reference) for one in ran))
-    wrong = [("quantities", name, told) for name in reference.expected if name not in told]
-    wrong += [("interest", name, compared | told) for name in job.scene.report.interest if name not in compared]
-    lines = []
-    for key, name, known in wrong:
-        near = difflib.get_close_matches(name, known, 1)
-        hint = f"did you mean '{near[0]}'? " if near else ""
-        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {hint}known are {', '.join(sorted(known))}")
-    if lines:
-        raise InputError("\n".join(lines))
 
 
 def _finest(job: Job, points: Sequence[Point]) -> Reference:

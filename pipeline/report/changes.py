@@ -6,10 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from gudgeon import modaldb
-from gudgeon.pipeline.report.force import GRID, smooth
+from gudgeon.pipeline.report.force import history_reference
 from gudgeon.pipeline.report.reference import histories
 from gudgeon.pipeline.scenes.reading import UNSET
 from gudgeon.pipeline.stages.job import Job, variant
@@ -58,18 +56,16 @@ def _on_update(job: Job, update: str) -> Job:
 
 def _row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -> dict[str, Any]:
     """Return the row of one change from its runs: cold and unchanged, changed with reuse, changed with recompute."""
-    runs = [job.store.get(report.stages["solve"].key, "trajectory") for report in reports]
+    runs = [histories(job, job.store.get(report.stages["solve"].key, "trajectory")) for report in reports]
     cold, reused, recomputed = (sum(stage.seconds for stage in report.stages.values()) for report in reports)
-    grid = np.linspace(0.0, job.scene.report.until or job.scene.run.duration, GRID + 1)
-    forces = [smooth(*histories(job, run), grid, job.scene.report.window) for run in runs]
-    impulses = [float(np.linalg.norm(np.diff(grid) @ smooth(*histories(job, run), grid, 0.0))) for run in runs]
-    scale = float(np.linalg.norm(forces[2]))
+    unchanged, exact = history_reference(job, *runs[0]), history_reference(job, *runs[2])
+    impulse_error, force_error = exact.errors(*runs[1])
     return {
         "change": name,
-        "impulse_change": impulses[2] / impulses[0] - 1,
-        "impulse_error": impulses[1] / impulses[2] - 1,
-        "force_change": float(np.linalg.norm(forces[0] - forces[2])) / scale,
-        "force_error": float(np.linalg.norm(forces[1] - forces[2])) / scale,
+        "impulse_change": unchanged.errors(*runs[2])[0],
+        "impulse_error": impulse_error,
+        "force_change": exact.errors(*runs[0])[1],
+        "force_error": force_error,
         "cold_seconds": cold,
         "reuse_seconds": reused,
         "recompute_seconds": recomputed,

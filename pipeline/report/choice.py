@@ -89,9 +89,9 @@ def chosen(job: SceneJob, tolerance: float) -> tuple[Job, str]:
     Raises:
         InputError: the scene is of another kind or has no report in the database, or no setting meets the tolerance.
     """
-    if not isinstance(job, Job) or job.scene.report.vectors is not None:
+    if not isinstance(job, Job):
         raise InputError(
-            f"{job.path}: --tolerance: not available for reports of wheels and vectors; enter the setting in the scene"
+            f"{job.path}: --tolerance: not available for reports of wheels; enter the setting in the scene"
         )
     document = newest_report(job)
     if document is None:

@@ -1,16 +1,18 @@
 """Comparison of force histories: error of the impulse, and of the force after the same Hann window on both sides."""
 
-import json
 from dataclasses import dataclass
 
 import numpy as np
 
+from gudgeon.modaldb.records.nodal import NodalRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.measuring.force_window import hann_filter, resample_mean
-from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.summary import reference_values
 from gudgeon.solver.obstacles import obstacle_of
 
+Ran = Trajectory | NodalRecord
 GRID = 4000
 """Intervals of the common time grid on which forces are compared."""
 
@@ -19,7 +21,6 @@ GRID = 4000
 class ForceReference:
     """A reference force history on the common grid."""
 
-    source: str
     grid: np.ndarray
     """Edges of the intervals [s], (GRID + 1,)."""
     force: np.ndarray
@@ -44,20 +45,25 @@ class ForceReference:
         return impulse / self.impulse - 1, apart / size
 
 
+def contact_forces(run: Ran) -> dict[str, np.ndarray]:
+    """Return the mean resultant of each contact of a run over each of its intervals [N], (s, 3)."""
+    return run.forces if isinstance(run, NodalRecord) else {name: one.force for name, one in run.contacts.items()}
+
+
 def smooth(times: np.ndarray, force: np.ndarray, grid: np.ndarray, window: float) -> np.ndarray:
     """Return interval means on `grid` after a zero-phase Hann window of full width `window` [s], (g, k)."""
     return hann_filter(grid[1:], resample_mean(np.concatenate([[0.0], times]), force, grid), window)
 
 
-def history_reference(job: Job, source: str, times: np.ndarray, force: np.ndarray) -> ForceReference:
+def history_reference(job: Job, times: np.ndarray, force: np.ndarray) -> ForceReference:
     """Return the forces of a run as a reference.
 
     Args:
         times: Ends of the intervals [s], (s,).
         force: Mean resultants over each [N], (s, k).
     """
-    grid, window = _grid(job), job.scene.report.window
-    return ForceReference(source, grid, smooth(times, force, grid, window), _impulse(times, force, grid), window)
+    grid, window = np.linspace(0.0, end_of(job), GRID + 1), job.scene.report.window
+    return ForceReference(grid, smooth(times, force, grid, window), _impulse(times, force, grid), window)
 
 
 def pulse_reference(job: Job) -> ForceReference | None:
@@ -69,24 +75,18 @@ def pulse_reference(job: Job) -> ForceReference | None:
     report = job.scene.report
     if report.pulse is None or report.reference is None:
         return None
-    path = find_file(report.reference, job.folder, f"{job.path}: report.reference")
-    try:
-        expected = json.loads(path.read_text(encoding="utf-8"))["expected"]
-        height, duration = (float(expected[n]["value"]) for n in (report.pulse.height, report.pulse.duration))
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: not a reference file with the values of report.pulse ({error})") from error
+    pulse = reference_values(report, job.folder, report.pulse.model_dump())
     name, contact = next(iter(job.scene.contact.items()))
     if contact.against.shape not in ("plane", "bore"):
         raise InputError(f"{job.path}: report.pulse: contact '{name}' is against another body; an obstacle is required")
     direction = obstacle_of(contact.against.model_dump()).direction(np.zeros((1, 3)))[0]
-    exact, grid = np.outer(np.full(2, height) * [1, 0], direction), _grid(job)
-    times = np.array([duration, max(grid[-1], duration * (1 + 1e-9))])
-    force = smooth(times, exact, grid, report.window)
-    return ForceReference(path.name, grid, force, height * duration, report.window)
+    times = np.array([pulse["duration"], max(end_of(job), pulse["duration"] * (1 + 1e-9))])
+    return history_reference(job, times, np.outer([pulse["height"], 0.0], direction))
 
 
-def _grid(job: Job) -> np.ndarray:
-    return np.linspace(0.0, job.scene.report.until or job.scene.run.duration, GRID + 1)
+def end_of(job: Job) -> float:
+    """Return the time up to which runs are compared [s]."""
+    return job.scene.report.until or job.scene.run.duration
 
 
 def _impulse(times: np.ndarray, force: np.ndarray, grid: np.ndarray) -> float:

@@ -21,7 +21,7 @@ from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.report.page.words import NOTHING, error_text, size_text
-from gudgeon.pipeline.report.reference import Reference, external_reference, largest
+from gudgeon.pipeline.report.reference import Reference, check_names, external_reference, largest
 from gudgeon.pipeline.report.sweep import Setting, able_settings, reason, settings_of
 from gudgeon.pipeline.report.timing import Prepared, prepared
 from gudgeon.pipeline.stages.job import Job, variant
@@ -70,7 +70,7 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
         if reference is None or not reference.expected:
             name = meshes[-1].setting.name
             reference = Reference("finest", f"the finest mesh: {name}", meshes[-1].frequencies, None, None)
-        _known(job, reference, meshes[-1])
+        check_names(job, reference, meshes[-1].frequencies, meshes[-1].frequencies)
         found = [_quantity(job, name, meshes, reference) for name in meshes[-1].frequencies]
         counting = {one.name for one in found if one.counts}
         runs = with_front([_run(one, reference, counting) for one in meshes], counting, reference.kind == "finest")
@@ -155,13 +155,6 @@ def mean_edge(mesh: MeshRecord) -> float:
     corners = mesh.nodes[mesh.cells[:, : CELLS[mesh.cell_type][0]]]
     i, j = np.triu_indices(corners.shape[1], 1)
     return float(np.linalg.norm(corners[:, i] - corners[:, j], axis=-1).mean())
-
-
-def _known(job: Job, reference: Reference, finest: Meshed) -> None:
-    for name in reference.expected:
-        if name not in finest.frequencies:
-            have = ", ".join(finest.frequencies) or "none"
-            raise InputError(f"{job.path}: report.quantities: '{name}' given, frequencies of this scene are {have}")
 
 
 def _errors(one: Meshed, expected: Mapping[str, float]) -> Errors:

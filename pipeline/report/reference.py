@@ -1,21 +1,22 @@
 """The reference of a report, and the errors of a run against it: quantities, windowed force and piston slaps."""
 
+import difflib
 import json
 import math
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gudgeon.modaldb.records.nodal import NodalRecord
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.report.document import Errors
-from gudgeon.pipeline.report.force import ForceReference, history_reference, pulse_reference
+from gudgeon.pipeline.report.force import ForceReference, Ran, contact_forces, history_reference, pulse_reference
 from gudgeon.pipeline.report.slaps import cycle_errors
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.summary import reference_values
 
-Ran = Trajectory | NodalRecord
 DRIFT = "energy drift"
 BEYOND = "force, whole run"
 """Force error over the whole run, also beyond `report.until`; omitted if that is the end of the run."""
@@ -70,7 +71,9 @@ def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
     source = f"full FE at {finest.step * 1e6:g} µs"
     if job.scene.joint:
         return Reference("nodal", source, {}, None, finest)
-    return Reference("nodal", source, {}, history_reference(job, source, *histories(job, finest)), None)
+    if not job.scene.contact:
+        return replace(reference_run(job, finest, None, source), kind="nodal")
+    return Reference("nodal", source, {}, history_reference(job, *histories(job, finest)), None)
 
 
 def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Reference:
@@ -87,7 +90,7 @@ def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Refe
     else:
         wanted, wants_force, wants_slaps = like.expected, like.force is not None, like.slaps is not None
     expected = {n: found[n] for n in wanted if n in found}
-    force = history_reference(job, name, *histories(job, run)) if wants_force else None
+    force = history_reference(job, *histories(job, run)) if wants_force else None
     return Reference("finest", name, expected, force, run if wants_slaps else None)
 
 
@@ -109,11 +112,33 @@ def errors_against(job: Job, run: Ran, reference: Reference) -> Errors:
     return errors | {DRIFT: run.energy_drift}
 
 
+def check_names(job: Job, reference: Reference, known: Collection[str], compared: Collection[str]) -> None:
+    """Refuse names that no run has: their values would be taken for zero, or never count.
+
+    Args:
+        known: Quantities of the runs.
+        compared: Quantities that have an error.
+
+    Raises:
+        InputError: a name of `report.quantities` or `report.interest` is unknown.
+    """
+    wrong = [("quantities", name, known) for name in reference.expected if name not in known]
+    every = {*known, *compared}
+    wrong += [("interest", name, every) for name in job.scene.report.interest if name not in compared]
+    lines = []
+    for key, name, able in wrong:
+        near = difflib.get_close_matches(name, able, 1)
+        hint = f"did you mean '{near[0]}'? " if near else ""
+        have = ", ".join(sorted(able)) or "none"
+        lines.append(f"{job.path}: report.{key}: no run has '{name}'; {hint}known are {have}")
+    if lines:
+        raise InputError("\n".join(lines))
+
+
 def histories(job: Job, run: Ran) -> tuple[np.ndarray, np.ndarray]:
     """Return the ends of a run's intervals [s], (s,), and the mean resultant of each contact in them [N], (s, 3 k)."""
-    if isinstance(run, NodalRecord):
-        return run.times, np.column_stack([run.forces[name] for name in job.scene.contact])
-    return run.times, np.column_stack([run.contacts[name].force for name in job.scene.contact])
+    forces = contact_forces(run)
+    return run.times, np.column_stack([forces[name] for name in job.scene.contact])
 
 
 def largest(errors: Errors, counting: set[str]) -> tuple[str | None, float | None]:

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gudgeon.modaldb.records.nodal import NodalRecord
-from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.measuring.force_window import resample_mean
-from gudgeon.pipeline.report.force import smooth
+from gudgeon.pipeline.report.force import Ran, contact_forces, smooth
 from gudgeon.pipeline.stages.job import Job
 
 WINDOW = 2e-3
@@ -110,16 +109,14 @@ def mechanism_of(job: Job, until: float) -> Mechanism:
     )
 
 
-def history_of(run: Trajectory | NodalRecord, contacts: list[str], piston: str, mechanism: Mechanism) -> CycleHistory:
+def history_of(run: Ran, contacts: list[str], piston: str, mechanism: Mechanism) -> CycleHistory:
     """Return the forces and the motion of a reduced or full-FE run over the cycle."""
     motion = run.motion[piston]
     if isinstance(run, NodalRecord):
-        forces, masters = run.forces, run.masters
-        frame_times = np.empty(0) if run.frame_times is None else run.frame_times
+        masters = run.masters
     else:
-        forces = {name: item.force for name, item in run.contacts.items()}
         masters = {name: item.master for name, item in run.contacts.items() if item.master is not None}
-        frame_times = run.frame_times
+    forces, frame_times = contact_forces(run), np.empty(0) if run.frame_times is None else run.frame_times
     sides = {name: forces[name] @ mechanism.lateral for name in contacts}
     axis = np.cross(mechanism.along, mechanism.lateral)
     lateral, tilt = motion[:, 6:9] @ mechanism.lateral, motion[:, 9:12] @ axis
@@ -184,7 +181,7 @@ def differences(run: CycleHistory, reference: CycleHistory, mechanism: Mechanism
     return errors
 
 
-def cycle_errors(job: Job, run: Trajectory | NodalRecord, reference: Trajectory | NodalRecord) -> dict[str, float]:
+def cycle_errors(job: Job, run: Ran, reference: Ran) -> dict[str, float]:
     """Return the errors of a run in slaps and forces up to the time of the report, and in force over the whole run."""
     ((_, joint),) = job.scene.joint.items()
     contacts, whole = list(job.scene.contact), job.scene.run.duration

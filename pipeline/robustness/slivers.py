@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.strain import EDGES
+from gudgeon.pipeline.geometry.cells import EDGES
 
 CORNERS = {"tetra10": 4, "triangle6": 3, "line3": 2, "beam2": 2, "beam3": 2}
 
@@ -46,10 +46,10 @@ def with_slivers(mesh: MeshRecord, aspect: float, count: int) -> MeshRecord:
     return replace(mesh, nodes=np.array(nodes), cells=np.array(cells, dtype=mesh.cells.dtype))
 
 
-def _layout(mesh: MeshRecord) -> tuple[int, tuple[tuple[int, int], ...]]:
+def _layout(mesh: MeshRecord) -> tuple[int, list[list[int]]]:
     """Return the number of an element's corners, and the corners of each mid-side node."""
     corners = CORNERS[mesh.cell_type]
-    return corners, EDGES[corners - 1] if mesh.cells.shape[1] > corners else ()
+    return corners, EDGES[corners - 1].tolist() if mesh.cells.shape[1] > corners else []
 
 
 def _mapped(mesh: MeshRecord, number: int, share: np.ndarray) -> np.ndarray:

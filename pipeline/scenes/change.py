@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.profile import ProfileTable, UniformProfile, read_profile
+from gudgeon.pipeline.geometry.profile import ProfileTable, read_profile
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import find_file
 
@@ -35,7 +35,7 @@ def moved_surface(component: Component, folder: Path, name: str) -> tuple[str, P
     return surface, path
 
 
-def deviation_of(component: Component, folder: Path, name: str) -> tuple[str, ProfileTable | UniformProfile] | None:
+def deviation_of(component: Component, folder: Path, name: str) -> tuple[str, ProfileTable | float] | None:
     """Return the surface that a component's profile moves, and its deviation [m]; None without table and offset.
 
     Raises:
@@ -45,5 +45,5 @@ def deviation_of(component: Component, folder: Path, name: str) -> tuple[str, Pr
         return None
     (surface, path), profile = moved, component.change.profile
     if path is None:
-        return surface, UniformProfile(profile.offset)
+        return surface, profile.offset
     return surface, read_profile(path, profile.scale, profile.offset)

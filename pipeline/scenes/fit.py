@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gudgeon.pipeline.geometry.profile import UniformProfile
+from gudgeon.pipeline.geometry.profile import ProfileTable
 from gudgeon.pipeline.scenes.change import deviation_of
 from gudgeon.pipeline.scenes.interface import Interface
 
@@ -68,10 +68,11 @@ def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, maste
     low, high = item.sector_deg or (-180.0, 180.0)
     angles = np.radians(np.linspace(low, high, ANGLES))
     moved = deviation_of(scene.component[component], folder, component)
-    profile = moved[1] if moved is not None and moved[0] == item.surface else UniformProfile(0.0)
-    bottom, top = item.height or profile.heights[[0, -1]]
+    profile = moved[1] if moved is not None and moved[0] == item.surface else 0.0
+    table = profile if isinstance(profile, ProfileTable) else None
+    bottom, top = item.height or (table.heights[[0, -1]] if table else (0.0, 0.0))
     z, theta = np.meshgrid(np.linspace(bottom, top, HEIGHTS), angles, indexing="ij")
-    deviation = profile.linear(z.ravel(), theta.ravel())
+    deviation = table.linear(z.ravel(), theta.ravel()) if table else np.full(z.size, profile)
     aside = np.asarray(scene.body[contact.body].position) - scene.body[scene.masters()[name].body].position
     out = aside[0] * np.cos(theta.ravel()) + aside[1] * np.sin(theta.ravel())
     clearance = bore - radius - deviation - out

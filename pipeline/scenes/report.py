@@ -1,11 +1,10 @@
 """Tables `[report]` and `[plot]` of a scene: reference, sweep and compared curves."""
 
-import itertools
 from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
-from gudgeon.pipeline.geometry.numbers import Positive, Strict
+from gudgeon.pipeline.geometry.numbers import Strict
 
 
 class FullFE(Strict):
@@ -30,26 +29,6 @@ class Pulse(Strict):
     duration: str = Field(description="Name under `expected` in the reference [s]")
 
 
-class Vectors(Strict):
-    """Error against the number of vectors under a moving force, and the CPU time of vectors for another place."""
-
-    force: str = Field(description="Name of the force, of kind 'moving'")
-    counts: tuple[int, ...] = Field(
-        default=(2, 4, 8, 16, 32), min_length=1, description="Numbers of vectors, ascending"
-    )
-    places: int = Field(default=16, ge=2, description="Number of equal parts of the path, each with its own vectors")
-    steps: int = Field(default=1600, ge=100, description="Time steps of a run, rounded up to a multiple of 20 places")
-    root: float = Field(gt=0, description="Stress is compared within this distance of the supports [m]")
-    meshes: tuple[Positive, ...] = Field(default=(), description="Further edge lengths for the CPU time of vectors [m]")
-
-    @field_validator("counts")
-    @classmethod
-    def _ascending(cls, value: tuple[int, ...]) -> tuple[int, ...]:
-        if value[0] < 1 or any(a >= b for a, b in itertools.pairwise(value)):
-            raise ValueError(f"{list(value)} given, they must ascend from 1 or more")
-        return value
-
-
 class Report(Strict):
     """Reference values and compared models."""
 
@@ -70,9 +49,6 @@ class Report(Strict):
         default=None, gt=0, description="Compare up to this time [s]; after chatter no motion is reproducible"
     )
     full_fe: FullFE | None = Field(default=None, description="Compare with full-FE runs on the same mesh")
-    vectors: Vectors | None = Field(
-        default=None, description="Compare kinds and numbers of vectors under a moving force, instead of models"
-    )
     models: dict[str, dict[str, Any]] = Field(default={}, description="Name → changes of the scene, as nested tables")
     sweep: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
         default={},

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 Compilation = subprocess.Popen[bytes] | None
 COMPONENT_STAGES = STAGES[:3]
 """Stages of single components, independent of the scene's dynamics."""
+DRIFT = 1e-3
+"""Energy drift above which a run gives a note."""
 EDGE_SHARE = 1e-3
 """Share of a contact's impulse at the edge of its interface above which a run gives a note."""
 
@@ -134,11 +136,12 @@ def _finish(job: Job, until: str) -> RunReport:
         copy_file(job.store.path(key), job.out / "trajectory.h5")
         summary = write_summary(job.out, key, expected, job.store.get(key, "trajectory", only=["times"]))
     notes = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
+    notes += _energy_notes(job, summary)
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
-        momentum_residual=summary["momentum_residual"], out=str(job.out), notes=notes + coarse,
-        reason=None if outcome.ok else outcome.value,
+        momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], out=str(job.out),
+        notes=notes + coarse, reason=None if outcome.ok else outcome.value,
     )  # fmt: skip
 
 
@@ -178,6 +181,18 @@ def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:
     if INTEGRATORS[name].own_steps:
         effect = "the integrator chose its steps by run.accuracy instead"
     return [f"run.step: {job.scene.run.step:g} s exceeds the limit of integrator '{name}', {limit}; {effect}"]
+
+
+def _energy_notes(job: Job, summary: dict[str, Any]) -> list[str]:
+    """Return a note where the energy balance of a finished run has a noticeable error."""
+    drift, name, run = summary["energy_drift"], summary["counts"]["integrator"], job.scene.run
+    if drift <= DRIFT or summary["result"] != Result.FINISHED.name:
+        return []
+    key = "run.step" if run.step is not None else "run.accuracy"
+    return [
+        f"the energy balance has an error of {drift:.2%} of the energy exchanged in contact (integrator '{name}');"
+        f" reduce {key}"
+    ]
 
 
 def _edge_notes(job: Job, quantities: dict[str, Any]) -> list[str]:

@@ -28,6 +28,8 @@ class RunReport:
     quantities: dict[str, Any] = field(default_factory=dict)
     energy_drift: float | None = None
     momentum_residual: float | None = None
+    estimates: dict[str, float] = field(default_factory=dict)
+    """Estimated relative errors by name, such as `step.impulse`; see `Trajectory.estimates`."""
     out: str = ""
     files: tuple[str, ...] = ("summary.json", "trajectory.h5")
     """Names of the files in `out` beside the pictures."""

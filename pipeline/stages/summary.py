@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: T
         "quantities": quantities,
         "energy_drift": trajectory.energy_drift,
         "momentum_residual": trajectory.momentum_residual,
+        "estimates": trajectory.estimates,
         "counts": trajectory.counts,
     }
     write_text(out / SUMMARY, json.dumps(summary, indent=1))
@@ -41,24 +43,32 @@ def read_summary(out: Path, key: str, beside: str, expected: dict[str, float] | 
     """
     try:
         summary = json.loads((out / SUMMARY).read_text())
-        fresh = summary["key"] == key and summary.get("expected") == expected and (out / beside).is_file()
+        fresh = (
+            summary["key"] == key
+            and summary.get("expected") == expected
+            and "estimates" in summary
+            and (out / beside).is_file()
+        )
         return summary if fresh else None
     except (OSError, ValueError, KeyError):
         return None
 
 
-def reference_values(report: Report, folder: Path) -> dict[str, float]:
+def reference_values(report: Report, folder: Path, names: Mapping[str, str] | None = None) -> dict[str, float]:
     """Return the reference value of each quantity that has one.
+
+    Args:
+        names: Quantity → its name in the file; default: `report.quantities`.
 
     Raises:
         InputError: the file is missing, is not JSON, or does not contain a name.
     """
     if report.reference is None:
         return {}
-    path = find_file(report.reference, folder, "report.reference")
+    path, wanted = find_file(report.reference, folder, "report.reference"), names or report.quantities
     try:
         expected = json.loads(path.read_text())["expected"]
-        return {name: _entry(expected, source) for name, source in report.quantities.items()}
+        return {name: _entry(expected, source) for name, source in wanted.items()}
     except (ValueError, LookupError, TypeError) as error:
         raise InputError(f"{path}: not a reference file with these quantities ({error})") from error
 

@@ -42,6 +42,11 @@ class FlexibleBody:
         return slice(self.first, self.first + len(self.twists))
 
     @property
+    def coordinates(self) -> slice:
+        """All its coordinates in the system."""
+        return slice(self.first, self.elastic.stop)
+
+    @property
     def elastic(self) -> slice:
         """Its elastic coordinates in the system."""
         return slice(self.rigid.stop, self.first + len(self.stiffness))

@@ -7,7 +7,6 @@ import numpy as np
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.modaldb.traction import along_direction, chart_coordinates, inside, spline_weights
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
-from gudgeon.solver.contact.pairing import facing
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import basic_surface
@@ -223,7 +222,7 @@ def _pair(
         raise SceneError(
             f"{where}.interface: has {len(there)} points, {len(placed)} face them; the numbers must be equal"
         )
-    order, gap, beside = facing(placed, normals, there)
+    order, gap, beside = _facing(placed, normals, there)
     if len(set(order.tolist())) < len(order):
         raise SceneError(f"{where}.interface: two points face the same point; mesh both faces alike, or use a 'patch'")
     if np.einsum("ci,ci->c", interface.normals[order], normals).max() > -FACING:
@@ -238,6 +237,22 @@ def _pair(
     return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), points[order], order), gap
 
 
+def _facing(placed: np.ndarray, normals: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the number of the point of another body that faces each point, their gap and their offset [m], (c,) each.
+
+    Args:
+        placed: Points [m], (c, 3).
+        normals: Their outward normals, (c, 3).
+        there: Points of the other body [m], (k, 3).
+    """
+    far = there[None] - placed[:, None]
+    along = np.einsum("abi,ai->ab", far, normals)
+    aside = np.linalg.norm(far - along[..., None] * normals[:, None], axis=2)
+    order = aside.argmin(axis=1)
+    first = np.arange(len(placed))
+    return order, along[first, order], aside[first, order]
+
+
 def _surface(contact: Contact, c: int) -> dict[str, np.ndarray]:
     """Return restitution, law, friction coefficients and belt velocity of c points, see `System`."""
     law, friction, belt = np.zeros((c, 4)), np.zeros((c, 2)), np.zeros(c)
@@ -246,7 +261,7 @@ def _surface(contact: Contact, c: int) -> dict[str, np.ndarray]:
     if contact.friction is not None:
         friction[:] = contact.friction.static, contact.friction.sliding
         belt[:] = unit(contact.friction.direction) @ np.asarray(getattr(contact.against, "velocity", (0.0, 0.0, 0.0)))
-    restitution = np.full(c, METHODS[contact.method].restitution(contact))
+    restitution = np.full(c, (contact.restitution or 0.0) if METHODS[contact.method].rigid else -1.0)
     return {"restitution": restitution, "law": law, "friction": friction, "belt": belt}
 
 

@@ -8,6 +8,4 @@ from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 
-FORCES = {"gas": GasPressure, "moving": MovingForce, "spring": Spring}
-
 Force = Annotated[GasPressure | MovingForce | Spring, Field(discriminator="kind")]

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from gudgeon.solver.numbers import Strict
+from gudgeon.solver.numbers import NotNegative, Strict
 from gudgeon.solver.vectors import Coordinate, Finite
 
 
@@ -18,12 +18,8 @@ class MovingForce(Strict):
     force: Finite = Field(description="Force, positive inwards [N]", json_schema_extra={"unit": "N"})
     at: tuple[Coordinate, Coordinate] = Field(description="Coordinates across and along at the start [m]")
     speed: Finite = Field(default=0.0, description="Speed along [m/s]; 0: at rest", json_schema_extra={"unit": "m/s"})
-    rise: float = Field(
-        default=0.0,
-        ge=0,
-        allow_inf_nan=False,
-        description="Rise time, as half a cosine [s]; 0: a step",
-        json_schema_extra={"unit": "s"},
+    rise: NotNegative = Field(
+        default=0.0, description="Rise time, as half a cosine [s]; 0: a step", json_schema_extra={"unit": "s"}
     )
 
     def places(self, time: np.ndarray) -> np.ndarray:

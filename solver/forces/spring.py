@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import Positive, Strict
+from gudgeon.solver.numbers import NotNegative, Positive, Strict
 from gudgeon.solver.vectors import Coordinate, Direction, Place
 
 
@@ -17,7 +17,7 @@ class Spring(Strict):
     direction: Direction = Field(description="Direction of any length")
     at: Place = Field(default=(0.0, 0.0, 0.0), description="Point of the body relative to its component's origin [m]")
     stiffness: Positive = Field(json_schema_extra={"unit": "N/m"})
-    damping: float = Field(default=0.0, ge=0, allow_inf_nan=False, json_schema_extra={"unit": "N s/m"})
+    damping: NotNegative = Field(default=0.0, json_schema_extra={"unit": "N s/m"})
     stretch: Coordinate = Field(default=0.0, description="Elongation at the start [m]")
 
     @model_validator(mode="after")

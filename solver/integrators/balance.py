@@ -1,7 +1,14 @@
-"""The energy balance of uncoupled coordinates under constant forces and contact laws, compiled."""
+"""Balances of energy and times of contact that several integrators keep, compiled."""
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, START_ENERGY
+from gudgeon.solver.integrators.outcome import (
+    CONTACT_STEPS,
+    ENERGY_ERROR,
+    EXCHANGED,
+    FIRST_CONTACT,
+    LAST_CONTACT,
+    START_ENERGY,
+)
 
 LOST = 3
 """Entry of a balance, after those of `Outcome.extreme`: energy that contacts have lost so far [J]."""
@@ -26,3 +33,29 @@ def update_balance(constants, y, v, stored, balance):  # type: ignore[no-untyped
     balance[ENERGY_ERROR] = max(balance[ENERGY_ERROR], abs(error))
     balance[EXCHANGED] = max(balance[EXCHANGED], stored)
     return kinetic, strain, work
+
+
+@inner
+def note_exchange(work, stored, extreme):  # type: ignore[no-untyped-def]
+    """Update the largest exchange [J] of a run.
+
+    Args:
+        work: Of contacts on each rigid coordinate, then on all coordinates together [J], (r + 1,).
+        stored: Energy that contacts store [J].
+        extreme: As in `Outcome`, (6,).
+    """
+    count = len(work) - 1
+    swing, all_rigid = 0.0, 0.0
+    for number in range(count):
+        swing += abs(work[number])
+        all_rigid += work[number]
+    extreme[EXCHANGED] = max(extreme[EXCHANGED], 0.5 * (swing + abs(work[count] - all_rigid) + stored))
+
+
+@inner
+def note_contact(counts, extreme, time):  # type: ignore[no-untyped-def]
+    """Count a step in contact at a time [s], and update the first and the last time of contact."""
+    counts[CONTACT_STEPS] += 1
+    if extreme[FIRST_CONTACT] < 0.0:
+        extreme[FIRST_CONTACT] = time
+    extreme[LAST_CONTACT] = time

@@ -1,7 +1,6 @@
 """Which integrator runs a compiled scene: by what the scene has, then, where it leaves that open, by its size."""
 
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,17 +13,8 @@ MANY = 5e7
 """Steps times contact points from which `auto` takes implicit contact, whose step stiff surfaces do not shorten."""
 
 
-class Choice(NamedTuple):
-    """What runs a system."""
-
-    name: str
-    """Of the integrator."""
-    critical: float
-    """ω_c that sets its step [rad/s]; 0 where it chooses its steps."""
-
-
-def choose(system: System) -> Choice:
-    """Return the integrator that runs a system.
+def choose(system: System) -> tuple[str, float]:
+    """Return the integrator that runs a system, and ω_c that sets its step [rad/s]; 0 where it chooses its steps.
 
     Of those that `auto` can take, exact motion between located events is the better one while points are few, and
     explicit contact gives way to implicit contact where stiff surfaces ask for too many steps.
@@ -42,7 +32,7 @@ def choose(system: System) -> Choice:
             name = "implicit" if steps * max(1, points) > MANY else name
     integrator = INTEGRATORS[name]
     if integrator.own_steps:
-        return Choice(name, 0.0)
+        return name, 0.0
     if system.resolution > 0:
-        return Choice(name, min(critical(), integrator.stiffest * 2 * np.pi / system.resolution))
-    return Choice(name, critical())
+        return name, min(critical(), integrator.stiffest * 2 * np.pi / system.resolution)
+    return name, critical()

@@ -8,6 +8,7 @@ import numpy as np
 from gudgeon.solver.integrators.paths import NO_PATHS, Paths
 from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.result import Result
+from gudgeon.solver.system.system import System
 
 START_ENERGY, ENERGY_ERROR, EXCHANGED, DEEPEST, FIRST_CONTACT, LAST_CONTACT = range(6)
 """Entries of `Outcome.extreme`."""
@@ -43,6 +44,13 @@ class Samples(NamedTuple):
             paths=self.paths._replace(values=self.paths.values[here]),
         )  # fmt: skip
 
+    def set_states(self, here: slice, system: System, p: np.ndarray, v: np.ndarray, pressed: np.ndarray) -> None:
+        """Set what t samples record at their ends, of states p, v, (t, m), and contact forces [N], (t, c)."""
+        r = len(system.rigid)
+        self.snapshots[here, :r], self.snapshots[here, r : 2 * r] = p[:, system.rigid], v[:, system.rigid]
+        self.gauges[here] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
+        self.paths.fill(here, p, pressed)
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -58,11 +66,11 @@ class Outcome:
     """E₀, largest energy error, largest exchange [J], deepest penetration [m], first and last contact [s], (6,)."""
     counts: np.ndarray
     """Active rows, steps in contact, pivots, then counts that differ between integrators."""
-    masters: np.ndarray
+    masters: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Outward displacement of the functions [m], (F,)."""
-    master_impulses: np.ndarray
+    master_impulses: np.ndarray = field(default_factory=lambda: np.empty(0))
     """On the functions [N s], (F,)."""
-    drag_impulse: np.ndarray
+    drag_impulse: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Of each contact along its line of sliding [N s], (k,)."""
     impacts: list[np.ndarray] = field(default_factory=list)
     """Impacts of each contact as in `Trajectory.impacts`, (b, 7) each; none where the integrator locates none."""

@@ -19,7 +19,8 @@ class Paths(NamedTuple):
 
     def fill(self, here: slice, q: np.ndarray, multipliers: np.ndarray) -> None:
         """Fill samples from their last coordinates (t, m) and contact forces [N], (t, c)."""
-        self.values[here] = q @ self.rows.T + multipliers @ self.residual.T
+        if len(self.rows):
+            self.values[here] = q @ self.rows.T + multipliers @ self.residual.T
 
 
 NO_PATHS = Paths(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)))

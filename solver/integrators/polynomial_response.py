@@ -81,9 +81,9 @@ def _forward(omega, tau, y, v):  # type: ignore[no-untyped-def]
         power *= tau
 
 
-def free(omega: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return y←y, y←ẏ, ẏ←y, ẏ←ẏ of free coordinates, omega [rad/s] (n,), over times [s] (t,): (4, t, n)."""
-    late = np.asarray(time, float)[:, None]
+def free(omega: np.ndarray, time: np.ndarray | float) -> np.ndarray:
+    """Return y←y, y←ẏ, ẏ←y, ẏ←ẏ of free coordinates, omega [rad/s] (n,), over times [s] (t,) or one: (4, [t,] n)."""
+    late = np.asarray(time, float)[..., None]
     x = omega * late
     cosine = np.cos(x)
     return np.array([cosine, late * np.sinc(x / np.pi), -omega * np.sin(x), cosine])

@@ -31,9 +31,12 @@ class Schedule:
         """Sample interval [s]."""
         return self.dt * self.stride
 
-    def finer(self, halvings: int) -> "Schedule":
-        """Return the schedule with steps halved so often, samples and frames as before."""
-        return replace(self, stride=self.stride * 2**halvings, dt=self.dt / 2**halvings)
+    def finer(self, halvings: int, samples: int) -> "Schedule":
+        """Return the schedule with steps halved so often, frames as before, and as many samples as are asked for."""
+        stride, per_frame = self.stride * 2**halvings, self.samples_per_frame
+        while stride % 2 == 0 and 2 * per_frame * self.frames <= samples:
+            stride, per_frame = stride // 2, 2 * per_frame
+        return replace(self, stride=stride, samples_per_frame=per_frame, dt=self.dt / 2**halvings)
 
 
 @dataclass(frozen=True)
@@ -51,9 +54,16 @@ class Plan:
     def integrator(self) -> type[Integrator]:
         return INTEGRATORS[self.name]
 
+    def finer(self, halvings: int, samples: int) -> "Plan":
+        """Return the plan with finer steps, see `Schedule.finer`."""
+        return replace(self, schedule=self.schedule.finer(halvings, samples))
 
-def plan_run(system: System) -> Plan:
+
+def plan_run(system: System, coarser: float = 1.0) -> Plan:
     """Choose the integrator and the steps of a run.
+
+    Args:
+        coarser: Factor of a step that is left out.
 
     Raises:
         SolverError: the contact's compliance is singular.
@@ -61,11 +71,12 @@ def plan_run(system: System) -> Plan:
     name, critical = choose(system)
     run, integrator = system.scene.run, INTEGRATORS[name]
     if not integrator.own_steps:
-        return Plan(name, critical, plan_steps(run, integrator, critical, touches=len(system.gap) > 0))
+        return Plan(name, critical, plan_steps(run, integrator, critical / coarser, touches=len(system.gap) > 0))
     # A given step that steps over impacts is left to the accuracy.
-    schedule = sample_plan(run)
     parts = 1 if run.step is None else parts_of(run.step, system.critical_frequency(), integrator.largest)
-    return Plan(name, 0.0, replace(schedule, substeps=parts), run.step if parts == 1 else None)
+    per_frame = max(1, math.ceil(run.samples / run.frames))
+    schedule = Schedule(run.duration / (run.frames * per_frame), parts, 1, per_frame, run.frames)
+    return Plan(name, 0.0, schedule, run.step if parts == 1 else None)
 
 
 def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touches: bool = True) -> Schedule:
@@ -95,12 +106,6 @@ def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touch
 def parts_of(step: float, critical: float, most: float) -> int:
     """Return how many equal parts of a given step [s] stay at or below most/ω_c."""
     return max(1, math.ceil(step * critical / most * (1 - 1e-12)))
-
-
-def sample_plan(run: Run) -> Schedule:
-    """Return the sample intervals of a run whose integrator chooses its own steps."""
-    per_frame = max(1, math.ceil(run.samples / run.frames))
-    return Schedule(run.duration / (run.frames * per_frame), 1, 1, per_frame, run.frames)
 
 
 def own_step(run: Run, integrator: type[Integrator], critical: float) -> float:

@@ -2,6 +2,4 @@
 
 from gudgeon.solver.joints.slider_crank import SliderCrank
 
-JOINTS = {"slider-crank": SliderCrank}
-
 Joint = SliderCrank

@@ -21,7 +21,15 @@ class Coefficients(NamedTuple):
     """c [N s/m]."""
 
 
-class HertzContact(Strict):
+class ContactLaw(Strict):
+    """What every law has beside `coefficients`."""
+
+    def warning(self) -> str | None:
+        """Return one line where the law is used outside its range of validity."""
+        return None
+
+
+class HertzContact(ContactLaw):
     """K and n of two smooth surfaces in contact: given, or K = 4/3 E* √R of two spheres.
 
     H. Hertz, J. Reine Angew. Math. 92 (1882) 156-171; K. L. Johnson, Contact Mechanics (1985), chapter 4.
@@ -53,10 +61,6 @@ class HertzContact(Strict):
             return Coefficients(4 / 3 * self.modulus * sqrt(self.radius), self.exponent, 0.0, 0.0)
         assert self.stiffness is not None
         return Coefficients(self.stiffness, self.exponent, 0.0, 0.0)
-
-    def warning(self) -> str | None:
-        """Return one line where the law is used outside its range of validity."""
-        return None
 
 
 class Hertz(HertzContact):

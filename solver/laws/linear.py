@@ -4,11 +4,11 @@ from typing import Literal
 
 from pydantic import Field
 
-from gudgeon.solver.laws.base import Coefficients
-from gudgeon.solver.numbers import Positive, Strict
+from gudgeon.solver.laws.base import Coefficients, ContactLaw
+from gudgeon.solver.numbers import NotNegative, Positive
 
 
-class Linear(Strict):
+class Linear(ContactLaw):
     """F = K d + c ḋ: Kelvin-Voigt. With a dashpot the force jumps to c v⁻ as contact begins.
 
     Contact ends where the force vanishes, at d > 0. The restitution decreases with the damping ratio c/(2 √(K m)), so
@@ -19,14 +19,8 @@ class Linear(Strict):
 
     kind: Literal["linear"]
     stiffness: Positive = Field(description="K [N/m]", json_schema_extra={"unit": "N/m"})
-    damping: float = Field(
-        default=0.0, ge=0, allow_inf_nan=False, description="c [N s/m]", json_schema_extra={"unit": "N s/m"}
-    )
+    damping: NotNegative = Field(default=0.0, description="c [N s/m]", json_schema_extra={"unit": "N s/m"})
 
     def coefficients(self) -> Coefficients:
         """Return K, n = 1 and c."""
         return Coefficients(self.stiffness, 1.0, 0.0, self.damping)
-
-    def warning(self) -> str | None:
-        """Return None: a spring is valid at any indentation."""
-        return None

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gudgeon.solver.numbers import Strict
-from gudgeon.solver.vectors import Direction, Place, Vector, unit
+from gudgeon.solver.vectors import Direction, Place, Velocity, unit
 
 
 class Plane(Strict):
@@ -15,10 +15,8 @@ class Plane(Strict):
     shape: Literal["plane"]
     point: Place = Field(description="A point of the plane [m]")
     normal: Direction = Field(description="Normal out of the obstacle, of any length")
-    velocity: Vector = Field(
-        default=(0.0, 0.0, 0.0),
-        description="Velocity of the obstacle's surface, tangential to it, for friction [m/s]",
-        json_schema_extra={"unit": "m/s"},
+    velocity: Velocity = Field(
+        default=(0.0, 0.0, 0.0), description="Velocity of the obstacle's surface, tangential to it, for friction [m/s]"
     )
 
     @model_validator(mode="after")

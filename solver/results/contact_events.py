@@ -1,6 +1,10 @@
-"""Impacts, force peaks and rebound velocities as quantities: pure functions of histories of any integrator."""
+"""Impacts, peaks, deflections and rebound velocities as quantities: pure functions of histories of any integrator."""
+
+from collections.abc import Mapping
 
 import numpy as np
+
+from gudgeon.modaldb.records.types import Json
 
 Quantity = tuple[float, str]
 """Value and unit."""
@@ -13,6 +17,11 @@ SHOWN = 10
 """Number of impacts that are quantities."""
 NOTICED = 1e-12
 """Share of the largest component of a motion below which another is round-off."""
+
+
+def named(owner: str, values: Mapping[str, Quantity]) -> Json:
+    """Return the quantities of a contact, force or body in the form of a record, owner.key → {"value", "unit"}."""
+    return {f"{owner}.{name}": {"value": value, "unit": unit} for name, (value, unit) in values.items()}
 
 
 def impact_quantities(impacts: np.ndarray) -> dict[str, Quantity]:
@@ -89,6 +98,27 @@ def smoothed_peak(history: np.ndarray, interval: float, resolution: float) -> di
         return {}
     mean = np.convolve(history, np.full(width, 1.0 / width), mode="valid")
     return {"force_peak": (float(mean.max()), "N"), "force_window": (width * interval, "s")}
+
+
+def deflection(times: np.ndarray, loads: np.ndarray, moved: np.ndarray) -> dict[str, Quantity]:
+    """Return the displacement under a moving force, along it: the largest one, its time, and the last one.
+
+    Args:
+        times: [s], (t,)
+        loads: Its parts on the functions of a traction space [N], (t, F); without a quantity where their sum is zero.
+        moved: Displacements conjugate to them [m], (t, F).
+    """
+    # Splines add up to one, so that their forces add up to the total force.
+    size = np.abs(loads.sum(axis=1))
+    if not (size > 0).all():
+        return {}
+    under = np.einsum("tk,tk->t", loads, moved) / size
+    most = int(np.abs(under).argmax())
+    return {
+        "deflection_peak": (float(under[most]), "m"),
+        "peak_time": (float(times[most]), "s"),
+        "deflection_end": (float(under[-1]), "m"),
+    }
 
 
 def rebound(along: np.ndarray, own: np.ndarray, other: np.ndarray | None, alone: bool) -> dict[str, Quantity]:

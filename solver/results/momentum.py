@@ -5,7 +5,6 @@ import numpy as np
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import Outcome
 from gudgeon.solver.system.system import System
-from gudgeon.solver.vectors import unit
 
 
 def momentum_residual(system: System, end: Outcome, loads: np.ndarray, duration: float) -> float:
@@ -59,9 +58,8 @@ def _pressed(
     """Return the impulse and moment of a contact on a body about its centre, (6,), their size and largest arm [m]."""
     given, size, radius, centre = np.zeros(6), 0.0, 0.0, system.bodies[name].morph.centre
     impulses = end.impulses[contact.rows, None] * contact.directions
-    friction = system.scene.contact[contact.name].friction
-    if friction is not None and len(end.drags):
-        impulses = impulses + end.drags[contact.rows, None] * unit(friction.direction)
+    if len(end.drags):
+        impulses = impulses + end.drags[contact.rows, None] * system.friction_lines[contact.rows]
     for owner, _, _, points, sign in contact.sides:
         if owner == name:
             arm = points - centre

@@ -1,7 +1,5 @@
 """Quantities of a run: impulses, forces, times and velocities of its contacts and bodies."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
@@ -11,9 +9,11 @@ from gudgeon.solver.integrators.outcome import FIRST_CONTACT, LAST_CONTACT, Outc
 from gudgeon.solver.integrators.steps import Plan
 from gudgeon.solver.results.contact_events import (
     Quantity,
+    deflection,
     departure,
     impact_quantities,
     merged,
+    named,
     rebound,
     sampled_impacts,
     smoothed_peak,
@@ -55,7 +55,7 @@ def quantities(
             values |= _of_slips(end.slips[number])
         if contact.areas is not None and multipliers.any():
             values |= _of_pressure(contact, times, multipliers[:, contact.rows], end.impulses[contact.rows])
-        found |= _named(contact.name, values)
+        found |= named(contact.name, values)
     return found | (_leaving(system, end) if plan.integrator.counts_impacts else {})
 
 
@@ -66,17 +66,13 @@ def deflections(system: System, times: np.ndarray, frames: np.ndarray) -> Json:
         times: Of the frames [s], (f,).
         frames: Coordinates, (f, m).
     """
-    found: Json = {}
-    for name, under in system.driving.deflections(times, frames).items():
-        most = int(np.abs(under).argmax())
-        peak, late = (float(under[most]), "m"), (float(times[most]), "s")
-        found |= _named(name, {"deflection_peak": peak, "peak_time": late, "deflection_end": (float(under[-1]), "m")})
+    driving, found = system.driving, Json()
+    loads = driving.loads(times, 0.0)
+    moved = frames @ driving.rows.T + loads @ driving.residual
+    for load, at in driving.given_rows():
+        if load.travels:
+            found |= named(load.name, deflection(times, loads[:, at], moved[:, at]))
     return found
-
-
-def _named(owner: str, values: Mapping[str, Quantity]) -> Json:
-    """Return the quantities of a contact, force or body in the form of a record."""
-    return {f"{owner}.{name}": {"value": value, "unit": unit} for name, (value, unit) in values.items()}
 
 
 def _leaving(system: System, end: Outcome) -> Json:
@@ -87,7 +83,7 @@ def _leaving(system: System, end: Outcome) -> Json:
             continue
         own = body.rigid
         rates = [end.v[own], end.q[own] - system.position[own], system.velocity[own]]
-        found |= _named(name, departure(*body.centre_motion(np.array(rates))))
+        found |= named(name, departure(*body.centre_motion(np.array(rates))))
     return found
 
 

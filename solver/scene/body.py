@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from gudgeon.solver.numbers import Positive, Strict
-from gudgeon.solver.vectors import Vector
+from gudgeon.solver.vectors import Place, Vector, Velocity
 
 Freedom = Literal["x", "y", "z", "rx", "ry", "rz"]
 
@@ -16,16 +16,9 @@ ALL_FREE: tuple[Freedom, ...] = ("x", "y", "z", "rx", "ry", "rz")
 class Damping(Strict):
     """Stiffness-proportional damping, given by its damping ratio at one frequency."""
 
-    ratio: Annotated[
-        float,
-        Field(
-            gt=0,
-            lt=1,
-            allow_inf_nan=False,
-            description="Damping ratio at `frequency`, relative to critical damping",
-            json_schema_extra={"unit": "1"},
-        ),
-    ]
+    ratio: Annotated[Positive, Field(lt=1)] = Field(
+        description="Damping ratio at `frequency`, relative to critical damping", json_schema_extra={"unit": "1"}
+    )
     frequency: Positive = Field(description="Frequency of that damping ratio [Hz]", json_schema_extra={"unit": "Hz"})
 
     @property
@@ -38,16 +31,8 @@ class Body(Strict):
     """A component placed in the scene, with its state at the start."""
 
     component: str | None = Field(default=None, description="Name of its component; default: the name of the body")
-    position: Vector = Field(
-        default=(0.0, 0.0, 0.0),
-        description="Position of the component's origin at the start [m]",
-        json_schema_extra={"unit": "m"},
-    )
-    velocity: Vector = Field(
-        default=(0.0, 0.0, 0.0),
-        description="Velocity of the centre of mass at the start [m/s]",
-        json_schema_extra={"unit": "m/s"},
-    )
+    position: Place = Field(default=(0.0, 0.0, 0.0), description="Position of the component's origin at the start [m]")
+    velocity: Velocity = Field(default=(0.0, 0.0, 0.0), description="Velocity of the centre of mass at the start [m/s]")
     angular_velocity: Vector = Field(
         default=(0.0, 0.0, 0.0),
         description="Angular velocity at the start [rad/s]",

@@ -6,7 +6,7 @@ from pydantic import Field, field_validator, model_validator
 
 from gudgeon.solver.laws import Law
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import Positive, Strict
+from gudgeon.solver.numbers import NotNegative, Positive, Strict
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.vectors import Direction
 
@@ -30,11 +30,8 @@ class OtherBody(Strict):
 class Friction(Strict):
     """Coulomb friction along one line."""
 
-    static: Annotated[
-        float,
-        Field(ge=0, allow_inf_nan=False, description="Coefficient of static friction", json_schema_extra={"unit": "1"}),
-    ]
-    kinetic: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
+    static: NotNegative = Field(description="Coefficient of static friction", json_schema_extra={"unit": "1"})
+    kinetic: NotNegative | None = Field(
         default=None,
         description="Coefficient of kinetic friction; default: the static coefficient",
         json_schema_extra={"unit": "1"},
@@ -94,8 +91,25 @@ class Contact(Strict):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Contact":
-        if (wrong := METHODS[self.method].refuses(self)) is not None:
-            raise ValueError(wrong)
+        method, layer, law = METHODS[self.method], self.surface_stiffness is not None, self.law is not None
+        dashpot, rubs = self.dashpot != "none", self.friction is not None
+        for wrong, message in (
+            (method.flexible and layer and law,
+             "surface_stiffness and law both describe the surface; give only one of them"),
+            (method.flexible and law and dashpot,
+             "dashpot 'wave-guide' cannot be combined with a law; give only one of them"),
+            (not method.flexible and not method.rigid and layer == law,
+             f"method '{self.method}' needs either surface_stiffness [N/m^3] or a law"),
+            (method.rigid and (layer or law),
+             f"method '{self.method}' is rigid; remove surface_stiffness and law"),
+            (not method.flexible and dashpot,
+             "dashpot 'wave-guide' acts in parallel to R; it needs method 'residual'"),
+            (method.bounces != (self.restitution is not None),
+             "restitution is required by method 'impact' and not allowed with other methods"),
+            (rubs and not method.rigid, "friction needs method 'constraint' or 'impact'"),
+        ):  # fmt: skip
+            if wrong:
+                raise ValueError(message)
         return self
 
     @property

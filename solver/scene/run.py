@@ -21,16 +21,23 @@ class Run(Strict):
     duration: Positive = Field(description="Duration of the run [s]", json_schema_extra={"unit": "s"})
     step: Positive | None = Field(
         default=None,
-        description=f"Time step [s]. Default: {DEFAULTS}, or the step that run.accuracy requires. A step above the"
-        f" limit of the integrator, {LIMITS}, is divided into substeps; a step that does not divide the duration is"
-        " reduced. Integrator 'event' has no step.",
+        description="Time step [s]. Default: the step that run.accuracy requires, found by repeating the run with finer"
+        f" steps from 2 times {DEFAULTS} on. A step above the limit of the integrator, {LIMITS}, is divided into"
+        " substeps; a step that does not divide the duration is reduced; its error is not estimated. Integrator 'event'"
+        " has no step.",
         json_schema_extra={"unit": "s"},
     )
     accuracy: Annotated[float, Field(ge=1e-12, le=0.1)] | None = Field(
         default=None,
-        description="Relative error that determines the step: of the contact force with collocation (default 1e-8), of"
-        " the impulse with discrete-gradient, of the energy balance with explicit and implicit; not used by event",
+        description="Relative error that determines the step where run.step is left out: with explicit, implicit and"
+        " discrete-gradient of the impulse and the windowed force of each contact and of the energy balance (default"
+        " 1e-3); with collocation of the contact force (default 1e-8); not used by event",
         json_schema_extra={"unit": "1"},
+    )
+    checks: bool = Field(
+        default=True,
+        description="Whether the errors of the step and of the modal basis are estimated by further runs, and the step"
+        " is chosen by them; false saves the time, and a step left out is then the first one of the integrator",
     )
     integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(
         default="auto",

@@ -66,9 +66,7 @@ def _check_travel(contacts: list[ContactRows], driving: Driving) -> None:
         held = next((item for item in driving.joints if item.joint.body == contact.body), None)
         if held is None or (over := contact.master) is None:
             continue
-        turn = np.linspace(0.0, 2 * np.pi / held.joint.rate, 721)
-        along, _ = held.joint.axes
-        path = (held.joint.piston_pin(turn, held.anchor[0])[:, 0] - held.anchor[1]) * float(over.direction @ along)
+        path = (held.turn() - held.anchor[1]) * float(over.direction @ held.joint.axes[0])
         low, high = over.height.min() + path.min(), over.height.max() + path.max()
         start, end = over.chart[0], over.chart[0] + over.chart[1] * (over.counts[1] - 3)
         if low < start - 1e-9 or high > end + 1e-9:
@@ -116,11 +114,11 @@ def _contacts(
         here, there = slice(*ends[number : number + 2].tolist()), slice(*ends_f[number : number + 2].tolist())
         for side in (block, block.other):
             if side is not None:
-                _put(rows[here], bodies[side.body], side.rows)
-                _put(tangents[here], bodies[side.body], side.tangents)
+                rows[here, bodies[side.body].coordinates] = side.rows
+                tangents[here, bodies[side.body].coordinates] = side.tangents
         residual[here, here] = block.residual
         if slide is not None:
-            _put(functions[there], bodies[slide.body], slide.rows)
+            functions[there, bodies[slide.body].coordinates] = slide.rows
             function_residual[there, there] = slide.residual
         shared = {entry.name: getattr(block, entry.name) for entry in fields(ContactPoints)}
         contacts.append(ContactRows(**shared, rows=here, master=slide, functions=there))
@@ -132,11 +130,6 @@ def _contacts(
         "rows": rows, "residual": residual, "functions": functions, "function_residual": function_residual,
         "tangents": tangents,
     }  # fmt: skip
-
-
-def _put(target: np.ndarray, body: FlexibleBody, block: np.ndarray) -> None:
-    """Write rows over a body's coordinates into rows over all coordinates."""
-    target[:, body.first : body.first + block.shape[1]] = block
 
 
 def _couple(

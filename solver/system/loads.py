@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import LoadModes, TractionModes
-from gudgeon.modaldb.traction import inside, spline_weights
+from gudgeon.modaldb.records.modes import LoadModes
+from gudgeon.modaldb.traction import inside, spread
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
@@ -29,6 +29,11 @@ class HeldPoint:
     joint: Joint
     anchor: np.ndarray
     """Lateral and along coordinate of its point at q = 0 [m], (2,)."""
+
+    def turn(self) -> np.ndarray:
+        """Return heights of the undeformed point along [m] over one turn of the crank, (t,)."""
+        angles = np.linspace(0.0, 2 * np.pi / self.joint.rate, 721)
+        return self.joint.piston_pin(angles, self.anchor[0])[:, 0]
 
 
 @dataclass(frozen=True)
@@ -78,23 +83,6 @@ class Driving:
             yield load, slice(first, last)
             first = last
 
-    def deflections(self, time: np.ndarray, frames: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the displacement under each moving force, along it [m], (t,), where the force is never zero.
-
-        Args:
-            time: Times [s], (t,).
-            frames: All coordinates at these times, (t, m).
-        """
-        loads = self.loads(time, 0.0)
-        moved = frames @ self.rows.T + loads @ self.residual
-        found = {}
-        for load, at in self.given_rows():
-            # Splines add up to one, so that their forces add up to the total force.
-            size = np.abs(loads[:, at].sum(axis=1))
-            if load.travels and (size > 0).all():
-                found[load.name] = np.einsum("tk,tk->t", loads[:, at], moved[:, at]) / size
-        return found
-
     def crank(self, time: np.ndarray) -> np.ndarray:
         """Return the crank pin of each joint at given times, (t, j, 4)."""
         pins = [held.joint.crank_pin(time) for held in self.joints]
@@ -114,9 +102,8 @@ class Driving:
             loads[at] *= not load.travels
         for number, held in enumerate(self.joints):
             body, along = bodies[held.joint.body], held.joint.axes[0]
-            turn = np.linspace(0.0, 2 * np.pi / held.joint.rate, 721)
             try:
-                held.joint.piston_pin(turn, held.anchor[0])
+                held.turn()
             except ValueError as error:
                 raise SceneError(
                     f"joint.{held.name}.rod_length: {held.joint.rod_length} m is below crank_radius plus the offset of"
@@ -168,19 +155,19 @@ def compile_driving(
         along, lateral = joint.axes
         place = load.point + np.asarray(scene.body[joint.body].position)
         joints.append(HeldPoint(name, joint, np.array([place @ lateral, place @ along])))
-        for axis in (lateral, along):
-            rows.append(_over_all(body, axis @ body.wrench_rows(load.resultant), axis @ load.rows, size))
-        owners.append((joint.body, joint.interface, np.array([lateral, along])))
+        mix = np.array([lateral, along])
+        rows.append(_over_all(body, mix @ body.wrench_rows(load.resultant), mix @ load.rows, size))
+        owners.append((joint.body, joint.interface, mix))
     for name, force in scene.given().items():
         body = bodies[force.body]
         make = _travelling if isinstance(force, MovingForce) else _pressing
         load, elastic = make(scene, name, body)
         given.append(load)
-        for rigid, row in zip(body.wrench_rows(load.resultant), elastic, strict=True):
-            rows.append(_over_all(body, rigid, row, size))
+        rows.append(_over_all(body, body.wrench_rows(load.resultant), elastic, size))
         owners.append((force.body, force.interface, np.eye(len(elastic))))
-    residual = np.zeros((len(rows), len(rows)))
-    to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(rows)))
+    stacked = np.vstack([np.empty((0, size)), *rows])
+    residual = np.zeros((len(stacked), len(stacked)))
+    to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(stacked)))
     ends = np.cumsum([0, *(len(mix) for _, _, mix in owners)])
     places = [slice(int(first), int(last)) for first, last in pairwise(ends)]
     for (body, interface, mix), here in zip(owners, places, strict=True):
@@ -196,7 +183,6 @@ def compile_driving(
         if body.modal.participation is not None:
             gravity[body.elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
     damping = np.array([bodies[body].stiffness_factor for body, _, mix in owners for _ in mix])
-    stacked = np.array(rows).reshape(-1, size)
     return Driving(
         joints=joints, given=given, rows=stacked, residual=residual, to_gap=to_gap, damping=damping, gravity=gravity
     )
@@ -229,19 +215,11 @@ def _travelling(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad,
             f"{where}: it moves from {ends[0].tolist()} to {ends[1].tolist()} m across and along by run.duration, its"
             f" traction space reaches from {space.start.tolist()} to {end.tolist()}; change `at` or run.duration"
         )
-    return GivenLoad(name, body.name, force.interface, space.resultant, _spread(force, space), True), space.rows
-
-
-def _spread(force: MovingForce, space: TractionModes) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the forces on the functions over time, positive outward."""
 
     def amounts(time: np.ndarray) -> np.ndarray:
-        numbers, values = spline_weights(space, force.places(time))
-        found = np.zeros((len(time), len(space.resultant)))
-        np.put_along_axis(found, numbers, -force.amounts(time)[:, None] * values, axis=1)
-        return found
+        return spread(space, force.places(time), -force.amounts(time))
 
-    return amounts
+    return GivenLoad(name, body.name, force.interface, space.resultant, amounts, True), space.rows
 
 
 def _load(body: FlexibleBody, interface: str, where: str) -> LoadModes:
@@ -249,7 +227,7 @@ def _load(body: FlexibleBody, interface: str, where: str) -> LoadModes:
 
 
 def _over_all(body: FlexibleBody, rigid: np.ndarray, elastic: np.ndarray, size: int) -> np.ndarray:
-    """Return a row over all coordinates, (size,), of its rigid and elastic part."""
-    row = np.zeros(size)
-    row[body.rigid], row[body.elastic] = rigid, elastic
-    return row
+    """Return rows over all coordinates, (k, size), of their rigid and elastic parts, (k, r) and (k, m)."""
+    rows = np.zeros((len(rigid), size))
+    rows[:, body.coordinates] = np.column_stack([rigid, elastic])
+    return rows

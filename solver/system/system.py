@@ -13,6 +13,7 @@ from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.loads import Driving
 from gudgeon.solver.system.requirements import Term
 from gudgeon.solver.system.springs import Springs
+from gudgeon.solver.vectors import unit
 
 DEPENDENT = 1e-13
 """Pivot relative to the diagonal of the compliance below which a contact point depends on others."""
@@ -75,6 +76,25 @@ class System:
     def offsets(self) -> dict[str, int]:
         """First coordinate of each body."""
         return {name: body.first for name, body in self.bodies.items()}
+
+    @property
+    def contact_of(self) -> np.ndarray:
+        """Number of each row's contact, (c,)."""
+        return np.repeat(np.arange(len(self.contacts)), [len(item.points) for item in self.contacts])
+
+    @property
+    def directions(self) -> np.ndarray:
+        """Direction of each row's force on its body, (c, 3)."""
+        return np.concatenate([np.empty((0, 3)), *(item.directions for item in self.contacts)])
+
+    @property
+    def friction_lines(self) -> np.ndarray:
+        """Unit vector of each row's friction, zero without friction, (c, 3)."""
+        lines = np.zeros((len(self.gap), 3))
+        for item in self.contacts:
+            if (friction := self.scene.contact[item.name].friction) is not None:
+                lines[item.rows] = unit(friction.direction)
+        return lines
 
     @property
     def resolution(self) -> float:

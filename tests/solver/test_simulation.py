@@ -138,6 +138,7 @@ def test_step_is_automatic_obeyed_or_divided() -> None:
 
 def test_too_large_a_step_gives_the_same_answer_in_substeps(tmp_path: Path) -> None:
     scene = rod_scene()
+    scene["run"]["checks"] = False
     own = simulate(build(tmp_path / "own", rod_records(20), scene))
     scene["run"]["step"] = 200 * own.counts["step"]
     large = simulate(build(tmp_path / "large", rod_records(20), scene))

@@ -8,6 +8,15 @@ import numpy as np
 from scipy import sparse
 
 
+def isotropic(G: np.ndarray, lam: float, mu: float) -> np.ndarray:
+    """Return λ G_ij + μ G_ji + μ G_kk δ_ij, the stiffness of products G_ij of gradients along i and j, (e, d, d, …)."""
+    stiffness = lam * G + mu * G.swapaxes(1, 2)
+    shear = mu * np.einsum("eii...->e...", G)
+    for i in range(G.shape[1]):
+        stiffness[:, i, i] += shear
+    return stiffness
+
+
 class NodePairs:
     """Pairs of nodes that share an element, (p,), and the number of each element's pairs among them.
 

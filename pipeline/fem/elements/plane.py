@@ -9,29 +9,22 @@ from pydantic import BaseModel
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.reference import quadrature
+from gudgeon.pipeline.fem.elements.assembly import isotropic
+from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, STIFFNESS_ORDER, quadrature
 from gudgeon.pipeline.fem.model import FEModel, point_masses, scatter
 from gudgeon.pipeline.geometry.shapes.plane import PlanePart
 from gudgeon.pipeline.scenes.material import Material
-
-STIFFNESS_ORDER, MASS_ORDER = 4, 6
-"""Polynomial degree that the quadrature integrates exactly. Straight triangles need 2 and 4; the Jacobians of curved
-ones add to both."""
 
 
 def assemble_plane(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> FEModel:
     """Assemble a plane part, which moves along x and y; its inertia [kg m^2] is that of a thin lamina."""
     if not isinstance(geometry, PlanePart):
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
-    lam, mu = plane_lame(material, geometry)
     count, size = len(mesh.cells), 2 * len(mesh.nodes)
     _, grad, dx = quadrature(mesh, STIFFNESS_ORDER)
     flat = grad.reshape(count, 12, -1)
     G = np.matmul(flat * (geometry.thickness * dx)[:, None], flat.transpose(0, 2, 1)).reshape(count, 6, 2, 6, 2)
-    Ke = lam * G + mu * G.transpose(0, 1, 4, 3, 2)
-    shear = mu * np.einsum("eaibi->eab", G)
-    for i in range(2):
-        Ke[:, :, i, :, i] += shear
+    Ke = isotropic(G.transpose(0, 2, 4, 1, 3), *plane_lame(material, geometry)).transpose(0, 3, 1, 4, 2)
     N, _, dx = quadrature(mesh, MASS_ORDER)
     weights = material.rho * geometry.thickness * dx
     dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(count, 12)

@@ -10,16 +10,12 @@ from pydantic import BaseModel
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.assembly import NodePairs
-from gudgeon.pipeline.fem.elements.reference import quadrature, reference
+from gudgeon.pipeline.fem.elements.assembly import NodePairs, isotropic
+from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, STIFFNESS_ORDER, quadrature, reference, shape_functions
 from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
 from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.geometry.soundness import refuse_degenerate
 from gudgeon.pipeline.scenes.material import Material
-
-STIFFNESS_ORDER, MASS_ORDER = 4, 6
-"""Polynomial degree that the quadrature integrates exactly. A straight tet10 needs 2 and 4; the Jacobians of curved
-ones add to both. Higher degrees do not change the first seven digits of any frequency of the skirt."""
 
 BATCH = 4096
 """Elements assembled at once: the largest work array is about 60 MB."""
@@ -55,7 +51,7 @@ def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | N
 def straight_elements(mesh: MeshRecord) -> np.ndarray:
     """Return which tet10 have straight edges with the mid-side node in the middle, but for round-off, (e,)."""
     x = mesh.nodes[mesh.cells]
-    away = x[:, 4:] - 0.5 * (x[:, EDGES[:, 0]] + x[:, EDGES[:, 1]])
+    away = x[:, 4:] - x[:, EDGES[3]].mean(axis=2)
     return np.abs(away).max(axis=(1, 2)) <= STRAIGHT * np.abs(mesh.nodes).max(initial=0.0)
 
 
@@ -67,18 +63,13 @@ def _closed_form(
     ∫ ∂_i N_a ∂_j N_b is then linear in the nine products ∂_i ξ_m ∂_j ξ_n, with the integrals of ∂N_a/∂ξ_m ∂N_b/∂ξ_n
     on the reference element as coefficients: one matrix product for all elements.
     """
-    lam, mu = material.lame
     x = mesh.nodes[mesh.cells[cells]]
     J = (x[:, 1:4] - x[:, :1]).transpose(0, 2, 1)
     det = np.linalg.det(J)
     refuse_degenerate(x, det[:, None], cells)
     g = np.linalg.inv(J)
     products = np.einsum("emi,enj->eijmn", g, g)
-    strain = lam * products + mu * products.transpose(0, 2, 1, 3, 4)
-    trace = mu * np.einsum("eiimn->emn", products)
-    for i in range(3):
-        strain[:, i, i] += trace
-    strain *= det[:, None, None, None, None]
+    strain = isotropic(products, *material.lame) * det[:, None, None, None, None]
     _, dN, W = reference("tetra10", 2)
     gradients = np.einsum("amq,bnq,q->mnab", dN, dN, W)[:, :, pairs.first, pairs.second]
     stiffness = strain.reshape(-1, 9) @ gradients.reshape(9, -1)
@@ -91,27 +82,21 @@ def _by_quadrature(
     mesh: MeshRecord, material: Material, cells: np.ndarray, pairs: NodePairs
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return stiffness blocks (e, 3, 3, k) and masses (e, k) of curved tet10."""
-    lam, mu = material.lame
     _, grad, dx = quadrature(mesh, STIFFNESS_ORDER, cells)
     flat = grad.reshape(len(dx), 30, -1)
     G = np.matmul(flat * dx[:, None], flat.transpose(0, 2, 1)).reshape(-1, 10, 3, 10, 3)
     # Advanced indices apart: the pairs come first.
     G = G[:, pairs.first, :, pairs.second].transpose(1, 2, 3, 0)
-    stiffness = lam * G + mu * G.transpose(0, 2, 1, 3)
-    shear = mu * np.einsum("eiik->ek", G)
-    for i in range(3):
-        stiffness[:, i, i] += shear
     N, _, dx = quadrature(mesh, MASS_ORDER, cells)
     masses = material.rho * np.matmul(N * dx[:, None], N.T)
-    return stiffness, masses[:, pairs.first, pairs.second]
+    return isotropic(G, *material.lame), masses[:, pairs.first, pairs.second]
 
 
 def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
     """Return det(∂x/∂ξ) of every tet10 at its ten nodes, (e, 10); positive in a valid element."""
     from skfem import ElementTetP2
 
-    element = ElementTetP2()
-    dN = np.array([element.lbasis(element.doflocs.T, a)[1] for a in range(10)])
+    _, dN = shape_functions("tetra10", ElementTetP2().doflocs.T)
     return _determinants(mesh.nodes[mesh.cells], dN)
 
 
@@ -126,12 +111,7 @@ def mass_properties(mesh: MeshRecord, rho: float) -> MassProperties:
 def _determinants(x: np.ndarray, dN: np.ndarray) -> np.ndarray:
     """Return det(∂x/∂ξ) (e, q) of elements with nodes x (e, a, 3) and shape gradients dN (a, k, q)."""
     tangents = np.matmul(dN.transpose(1, 2, 0), x[:, None])
-    a, b, c = tangents[:, 0], tangents[:, 1], tangents[:, 2]
-    return (
-        a[..., 0] * (b[..., 1] * c[..., 2] - b[..., 2] * c[..., 1])
-        + a[..., 1] * (b[..., 2] * c[..., 0] - b[..., 0] * c[..., 2])
-        + a[..., 2] * (b[..., 0] * c[..., 1] - b[..., 1] * c[..., 0])
-    )
+    return (tangents[:, 0] * np.cross(tangents[:, 1], tangents[:, 2])).sum(axis=2)
 
 
 def solid_twists(properties: MassProperties) -> np.ndarray:

@@ -21,8 +21,6 @@ from gudgeon.pipeline.scenes.material import Material
 
 GAUSS_ORDER = 2
 """Of the rule with d + 1 points: 4 in a tetrahedron, 3 in a triangle, 2 on a line."""
-EDGES = {1: ((0, 1),), 2: ((0, 1), (1, 2), (2, 0)), 3: ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))}
-"""Corners of each side with a mid-node, in meshio's order, by dimension."""
 SHEARS = ((1, 2), (0, 2), (0, 1))
 """Directions of the shear components, in order."""
 Strains = Callable[[np.ndarray], np.ndarray]
@@ -59,25 +57,14 @@ def strain_samples(model: FEModel, material: Material, geometry: BaseModel | Non
 def _continuum(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
     _, grad, dx = quadrature(mesh, GAUSS_ORDER)
     if mesh.cell_type == "tetra10":
-        D = elasticity(material)
+        D = elasticity(*material.lame, 3)
     elif isinstance(geometry, PlanePart):
-        lam, mu = plane_lame(material, geometry)
-        D = geometry.thickness * np.array([[lam + 2 * mu, lam, 0.0], [lam, lam + 2 * mu, 0.0], [0.0, 0.0, mu]])
+        D = geometry.thickness * elasticity(*plane_lame(material, geometry), 2)
+    elif mesh.cell_type == "line3":
+        D = next(iter(mesh.surfaces.values())).shape["area"] * np.array([[material.E]])
     else:
         raise TypeError("a mesh of type triangle6 needs its plane geometry")
     return _sampled(mesh.cell_type, mesh.nodes, mesh.cells, dx.sum(axis=1), len(D), _from_gradients(mesh, grad, D))
-
-
-def _bar(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
-    area = next(iter(mesh.surfaces.values())).shape["area"]
-    _, dN, _ = reference("line3", GAUSS_ORDER)
-    h = element_lengths(mesh)
-    scale = np.sqrt(material.E * area)
-
-    def strains(columns: np.ndarray) -> np.ndarray:
-        return scale * np.einsum("aq,eak,e->eqk", dN[:, 0], columns[mesh.cells], 1 / h)[:, :, None]
-
-    return _sampled("line3", mesh.nodes, mesh.cells, h, 1, strains)
 
 
 def _beam(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
@@ -120,17 +107,16 @@ def _sampled(
 SAMPLERS: dict[str, Callable[[MeshRecord, Material, BaseModel | None], StrainSamples]] = {
     "tetra10": _continuum,
     "triangle6": _continuum,
-    "line3": _bar,
+    "line3": _continuum,
     "beam2": _beam,
     "beam3": _beam,
 }
 
 
-def elasticity(material: Material) -> np.ndarray:
-    """Return D of an isotropic solid [Pa] for strains xx, yy, zz and engineering shears yz, xz, xy, (6, 6)."""
-    lam, mu = material.lame
-    D = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
-    D[:3, :3] += lam
+def elasticity(lam: float, mu: float, d: int) -> np.ndarray:
+    """Return D of Lamé's constants [Pa] for strains xx, yy, zz and engineering shears yz, xz, xy, or xx, yy and xy."""
+    D = np.diag([2 * mu] * d + [mu] * (d * (d - 1) // 2))
+    D[:d, :d] += lam
     return D
 
 

@@ -6,9 +6,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.geometry.numbers import Length
-from gudgeon.pipeline.geometry.occ import TURN, Solid, build_solid, polygon_face, turned_solid
+from gudgeon.pipeline.geometry.occ import TURN, Solid, polygon_face, turned_solid
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
 
 ON_FACE = 1e-9
@@ -79,9 +78,6 @@ class BladedSector(Solid):
             "tip": plane((1, 0, 0), (self.tip_radius, 0, 0)),
         }
 
-    def build(self, size: float) -> MeshRecord:
-        return build_solid(self.draw, size, self.surface_shapes(), options=self.OPTIONS, prepare=self._tie)
-
     def draw(self, occ: Any) -> None:
         """Draw disk and blade as two solids with a common face."""
         angle = 2 * np.pi / self.sectors
@@ -101,7 +97,7 @@ class BladedSector(Solid):
         cut, _ = occ.cut([blade], [core])
         occ.fragment(disk, cut)
 
-    def _tie(self, model: Any) -> None:
+    def tie(self, model: Any) -> bool:
         """Let gmsh mesh the high face as the low one, rotated."""
         angle, shapes = 2 * np.pi / self.sectors, self.surface_shapes()
         found: dict[str, list[int]] = {"low": [], "high": []}
@@ -113,3 +109,4 @@ class BladedSector(Solid):
         turn = np.eye(4)
         turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
         model.mesh.setPeriodic(2, found["high"], found["low"], turn.ravel().tolist())
+        return True

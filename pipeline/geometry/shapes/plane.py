@@ -7,14 +7,14 @@ from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import compacted, side_counts, turned
+from gudgeon.pipeline.geometry.cells import EDGES, side_counts, turned
 from gudgeon.pipeline.geometry.numbers import Length, Strict
-from gudgeon.pipeline.geometry.occ import GMSH_TRIANGLE6, ON_SURFACE, meshing, positions_by_tag
-from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, plane
+from gudgeon.pipeline.geometry.occ import GMSH_TRIANGLE6, ON_SURFACE, meshing, nodes_and_cells
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, box_faces, distance
 
 UP = np.array([0.0, 0.0, 1.0])
 
-EDGES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])
+SIDES = np.column_stack([EDGES[2], [3, 4, 5]])
 """Corners and middle of each edge of a triangle of positive area, which is on the left of the edge."""
 
 
@@ -37,14 +37,9 @@ class Rectangle(PlanePart):
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
         """Return the named edges with the true shape of each."""
-        x, y = self.lx / 2, self.ly / 2
-        edges = {
-            "left": plane((-1, 0, 0), (-x, 0, 0)),
-            "right": plane((1, 0, 0), (x, 0, 0)),
-            "bottom": plane((0, -1, 0), (0, -y, 0)),
-            "top": plane((0, 1, 0), (0, y, 0)),
-        }
-        return {name: shape | {"thickness": self.thickness} for name, shape in edges.items()}
+        faces = box_faces(self.lx, self.ly, self.thickness)
+        edges = {"left": "left", "right": "right", "bottom": "front", "top": "back"}
+        return {name: faces[face] | {"thickness": self.thickness} for name, face in edges.items()}
 
     def build(self, size: float) -> MeshRecord:
         """Mesh the rectangle with triangles of six nodes and edge length `size` [m].
@@ -53,15 +48,14 @@ class Rectangle(PlanePart):
             InputError: the size is so large that nothing is meshed.
             StageError: gmsh failed.
         """
-        with meshing(size) as gmsh:
+        with meshing(size, {}) as gmsh:
             gmsh.model.occ.addRectangle(-self.lx / 2, -self.ly / 2, 0, self.lx, self.ly)
             gmsh.model.occ.synchronize()
             gmsh.model.mesh.generate(2)
             gmsh.model.mesh.setOrder(2)
-            _, corners = gmsh.model.mesh.getElementsByType(GMSH_TRIANGLE6)
-            if not len(corners):
-                raise InputError(f"mesh.size: at {size} m gmsh makes no element, try a smaller size")
-            nodes, cells, _ = compacted(positions_by_tag(gmsh.model.mesh), corners.astype(int).reshape(-1, 6))
+            nodes, cells, _ = nodes_and_cells(gmsh.model.mesh, GMSH_TRIANGLE6, list(range(6)))
+        if not len(cells):
+            raise InputError(f"mesh.size: at {size} m gmsh makes no element, try a smaller size")
         cells = turned(nodes, cells, UP)
         edges, surfaces = boundary_edges(cells), {}
         for name, shape in self.surface_shapes().items():
@@ -72,4 +66,4 @@ class Rectangle(PlanePart):
 
 def boundary_edges(cells: np.ndarray) -> np.ndarray:
     """Return the edges that belong to one triangle (e, 6) only, (f, 3), with the part on their left."""
-    return cells[:, EDGES][side_counts(cells, EDGES) == 1]
+    return cells[:, SIDES][side_counts(cells, SIDES) == 1]

@@ -22,8 +22,6 @@ def meeting_problem(job: Job) -> PointProblem:
         InputError: something is not supported, points start in penetration, or points of two bodies do not pair.
     """
     scene = job.scene
-    for name in scene.springs():
-        raise InputError(f"{job.path}: report.full_fe: springs are not supported; remove force.{name}")
     parts = [load_part(job, name, np.asarray(scene.run.gravity)) for name in scene.body]
     contacts = {name: _contact(job, name, parts) for name in scene.contact}
     if len({contact.law is None for contact in contacts.values()}) > 1:

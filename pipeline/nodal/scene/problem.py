@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import SplineGrid
-from gudgeon.modaldb.traction import along_direction, chart_coordinates
+from gudgeon.modaldb.traction import along_direction, chart_coordinates, spread
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.loads import load_rows
 from gudgeon.pipeline.interfaces.traction_space import traction_space
@@ -34,26 +34,29 @@ START_STEP = 1e-6
 def nodal_problem(job: Job) -> NodalProblem | PointProblem:
     """Return the scene in full FE, with the mesh of the changed design where there is one.
 
-    Scenes with points that slide over another body, with a joint, or with many points of one solid that press a layer
-    against an obstacle become a `NodalProblem`; all others a `PointProblem`.
+    Scenes with points that slide over another body, with a joint or a moving force, or with many points of one solid
+    that press a layer against an obstacle become a `NodalProblem`; all others a `PointProblem`.
 
     Raises:
         InputError: the scene has something that neither supports.
     """
     scene = job.scene
-    for name in scene.moving():
-        raise InputError(f"{job.path}: report.full_fe: moving forces are not supported; remove force.{name}")
-    if not scene.contact:
-        raise InputError(f"{job.path}: report.full_fe: the scene has no contact; needed: at least one")
+    for name in scene.springs():
+        raise InputError(f"{job.path}: report.full_fe: springs are not supported; remove force.{name}")
+    for name in scene.moving() if scene.contact or scene.joint else ():
+        where = f"{job.path}: report.full_fe: force.{name}"
+        raise InputError(f"{where}: moving forces beside contacts or joints are not supported; remove it")
+    if not (scene.contact or scene.moving()):
+        raise InputError(f"{job.path}: report.full_fe: the scene has no contact and no moving force; needed: one")
     refuse_contacts(job)
-    sliding = bool(scene.masters() or scene.joint)
+    sliding = bool(scene.masters() or scene.joint or scene.moving())
     return _sliding_problem(job) if sliding or _layered_solid(job) else meeting_problem(job)
 
 
 def _layered_solid(job: Job) -> bool:
     """Return whether the only body is a free solid whose points press layers against obstacles."""
     scene = job.scene
-    if scene.others() or len(scene.body) != 1 or scene.springs():
+    if scene.others() or len(scene.body) != 1:
         return False
     component = job.scene.component[scene.component_of(next(iter(scene.body)))]
     layers = all(contact.surface_stiffness is not None for contact in scene.contact.values())
@@ -62,12 +65,12 @@ def _layered_solid(job: Job) -> bool:
 
 def _sliding_problem(job: Job) -> NodalProblem:
     scene, masters = job.scene, job.scene.masters()
-    slaves = {contact.body for contact in scene.contact.values()}
+    slaves = {acting.body for acting in (*scene.contact.values(), *scene.moving().values())}
     over = {master.body for master in masters.values()}
     if len(slaves) != 1 or len(over) > 1 or slaves | over != set(scene.body) or len(scene.joint) > 1:
         raise InputError(
-            f"{job.path}: report.full_fe: with sliding points or a joint, all contacts must be contacts of one body,"
-            " against obstacles or one other body, with one joint at most"
+            f"{job.path}: report.full_fe: with sliding points, a joint or a moving force, all contacts and moving"
+            " forces must be those of one body, against obstacles or one other body, with one joint at most"
         )
     for name, contact in scene.contact.items():
         if contact.surface_stiffness is None or contact.against.shape == "body":
@@ -77,14 +80,15 @@ def _sliding_problem(job: Job) -> NodalProblem:
             )
     slave = _solid(job, slaves.pop(), np.asarray(scene.run.gravity))
     master = _solid(job, over.pop(), np.zeros(3)) if over else None
-    loads = *(_gas(job, name, slave) for name in scene.gas()), *slave.body.loads
+    gas = (_gas(job, name, slave) for name in scene.gas())
+    moving = (_moving(job, name, slave) for name in scene.moving())
     problem = NodalProblem(
-        replace(slave.body, loads=loads),
+        replace(slave.body, loads=(*gas, *moving, *slave.body.loads)),
         {name: _contact(job, name, slave, master) for name in scene.contact},
         scene.run.duration,
         master=master.body if master else None,
         rod=_rod(job, slave) if scene.joint else None,
-        frames=scene.run.frames if master else 0,
+        frames=scene.run.frames if master or scene.moving() else 0,
     )
     return static_start(problem, START_STEP) if scene.joint else problem
 
@@ -94,12 +98,12 @@ def _solid(job: Job, name: str, field: np.ndarray) -> Part:
     if part.model.mesh.cell_type not in ("tetra10", "line3"):
         raise InputError(
             f"{job.path}: component.{job.scene.component_of(name)}.geometry: '{part.component.geometry.kind}' given,"
-            " report.full_fe with sliding points or a joint allows solids and bars"
+            " report.full_fe with sliding points, a joint or a moving force allows solids and bars"
         )
     if part.model.held.any() and len(part.model.rigid_twists):
         raise InputError(
             f"{job.path}: component.{job.scene.component_of(name)}.supports: leave some rigid motions free,"
-            " report.full_fe with sliding points or a joint allows all or none"
+            " report.full_fe with sliding points, a joint or a moving force allows all or none"
         )
     return part
 
@@ -119,24 +123,30 @@ def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalCont
 
 
 def _surface(job: Job, name: str, slave: Part, master: Part, placed: np.ndarray) -> tuple[SlidingSurface, SplineGrid]:
-    over = job.scene.masters()[name]
-    space = traction_space(master.model.mesh, master.component.interface[over.interface], f"contact.{name}.against")
+    space, rows = _space(master, job.scene.masters()[name].interface, f"contact.{name}.against")
     weights = sliding_weights(space, chart_coordinates(space.chart, placed - master.position))
     along = np.tile(slave.model.directions @ along_direction(space.chart), len(slave.model.nodes))
     slide = (slave.model.M @ along @ slave.reduction) / slave.model.properties.mass
-    rows = sparse.csr_matrix(space.rows(master.model) @ master.reduction)
     return SlidingSurface(rows, weights, slide), space
+
+
+def _space(part: Part, interface: str, where: str) -> tuple[SplineGrid, sparse.csr_matrix]:
+    """Return a traction space and the outward displacement of its functions, (F, dofs of the body)."""
+    space = traction_space(part.model.mesh, part.component.interface[interface], where)
+    return space, sparse.csr_matrix(space.rows(part.model) @ part.reduction)
 
 
 def _gas(job: Job, name: str, slave: Part) -> NodalLoad:
     force = job.scene.gas()[name]
     joint = job.scene.joint[force.joint]
     rows = load_rows(slave.model, slave.component.interface[force.interface], f"force.{name}.interface")
+    return NodalLoad((rows.B @ slave.reduction).toarray(), lambda times: force.pressure(joint.angle(times))[:, None])
 
-    def mean(edges: np.ndarray) -> np.ndarray:
-        return force.pressure(joint.angle(0.5 * (edges[1:] + edges[:-1])))
 
-    return NodalLoad((rows.B @ slave.reduction).toarray()[0], mean)
+def _moving(job: Job, name: str, slave: Part) -> NodalLoad:
+    force = job.scene.moving()[name]
+    space, rows = _space(slave, force.interface, f"force.{name}.interface")
+    return NodalLoad(rows.toarray(), lambda times: spread(space, force.places(times), -force.amounts(times)), name)
 
 
 def _rod(job: Job, slave: Part) -> NodalRod:

@@ -18,7 +18,13 @@ from gudgeon.pipeline.measuring.clock import Clock, Seconds
 from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.loop import simulate_points
 from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
-from gudgeon.pipeline.nodal.quantities import body_quantities, energy_drift, named, resultant_quantities
+from gudgeon.pipeline.nodal.quantities import (
+    body_quantities,
+    energy_drift,
+    force_quantities,
+    named,
+    resultant_quantities,
+)
 from gudgeon.pipeline.nodal.sliding.contact import contact_energy
 from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
 
@@ -74,8 +80,9 @@ class _Run:
         self._rod_force = np.zeros((count, 2))
         self._motion = {body.name: np.zeros((count, 12)) for body, _ in self.bodies if body.twists is not None}
         shares = np.arange(1, problem.frames + 1) / max(1, problem.frames)
-        self._frames = np.unique(np.round(count * shares).astype(int))
+        self._frames = np.unique(np.maximum(np.round(count * shares), 1).astype(int))
         self._surfaces: list[np.ndarray] = []
+        self._under = {load.travels: (load, []) for load in problem.slave.loads if load.travels}
         self._start = [moving.q.copy() for _, moving in self.bodies]
 
     def advance(self, n: int) -> None:
@@ -127,6 +134,8 @@ class _Run:
             found |= named(name, resultant_quantities(self.times[1:], forces))
         for body, moving in self.bodies:
             found |= body_quantities(body.name, body.centre_motion(moving.motion()))
+        for load, moved in self._under.values():
+            found |= force_quantities(load, self.times[self._frames], np.array(moved))
         return found
 
     def _keep(self, n: int, found: StepForces) -> None:
@@ -142,6 +151,8 @@ class _Run:
                 self._motion[body.name][n, 6:] = moving.p @ body.twists
         if n + 1 in self._frames:
             self._surfaces.append(self.coupling.inward.copy())
+            for load, moved in self._under.values():
+                moved.append(load.rows @ self.slave.motion()[0])
 
     def _account(self, n: int, found: StepForces, way: np.ndarray, growth: np.ndarray) -> None:
         """Add a step to the energies and to what contacts exchange.

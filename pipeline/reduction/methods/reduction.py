@@ -94,7 +94,7 @@ def completed(
     residual = residual_shapes(model, rows.B, kept, rows.pressures, flexibility)
     lacking = _lacking(rows, kept, residual)
     residual = replace(residual, fields=residual.fields[:, lacking])
-    static = static_shapes(model, rows.B, residual, rows.pressures[:, lacking])
+    static = static_shapes(model, rows.B, residual)
     Phi = np.column_stack([kept.Phi, static.Phi])
     frequencies = np.concatenate([kept.angular_frequencies, static.angular_frequencies])
     if "ritz_dropped" in kept.quality and static.Phi.shape[1]:
@@ -108,7 +108,7 @@ def completed(
     R, least = _definite(static.residual_flexibility, residual.scale, _noise(model, frequencies))
     quality = kept.quality | {
         "basis_orthogonality": orthogonality,
-        "static_dropped": static.dropped + rows.pressures.shape[1] - len(lacking),
+        "static_dropped": rows.pressures.shape[1] - static.Phi.shape[1],
         "residual_lowest_eigenvalue": least,
     }
     return Reduction(frequencies, Phi, len(kept.angular_frequencies), R, quality)

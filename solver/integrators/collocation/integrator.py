@@ -71,7 +71,7 @@ class Collocation(capabilities.Collocation):
         self._record.open_samples(ends, stride * self._dt, out)
         if self._pending is not None:
             self._keep(self._pending, last)
-        while self._reached() < last:
+        while (self._motion.clock[TIME] if self._flight is None else self._flight.start) < last:
             if self._flight is None:
                 if not self._press(last):
                     return False
@@ -85,10 +85,6 @@ class Collocation(capabilities.Collocation):
             self._p, self._v = self._flight.motion.state(last - self._flight.start)
         self._record.keep_peaks()
         return bool(np.isfinite(out.energies).all())
-
-    def _reached(self) -> float:
-        """Return the time [s] up to which the motion is known as steps; during a flight, the flight's start."""
-        return float(self._motion.clock[TIME]) if self._flight is None else self._flight.start
 
     def outcome(self) -> Outcome:
         pressed = self._pressed if self._flight is None else np.zeros(len(self._system.gap))
@@ -211,8 +207,7 @@ class Collocation(capabilities.Collocation):
 
     def _states(self, done: "_Steps", times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return y, ẏ, (t, n) each, and contact forces, (t, c), at times within the steps."""
-        number = done.number(times)
-        tau = times - done.start[number]
+        number, tau = done.place(times)
         moved = free(self._omega, tau)
         scaled = done.cubics[number] / done.length[number][:, None, None] ** np.arange(4)
         load = np.einsum("tcm,cn->mtn", scaled, self._constants.rows)
@@ -270,24 +265,25 @@ class _Steps(arrays.Track):
         """Force coefficients of (τ/h)^m [N], (b, c, 4)."""
         return np.einsum("jm,tcj->tcm", kernel.MONOMIALS, self.values)
 
-    def number(self, times: np.ndarray) -> np.ndarray:
-        """Return the number of the step that each time is in, (t,)."""
-        return np.clip(np.searchsorted(self.start, times, side="left") - 1, 0, len(self.start) - 1)
+    def place(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the number of the step that each time is in, and the time since its start [s], (t,) each."""
+        number = np.clip(np.searchsorted(self.start, times, side="left") - 1, 0, len(self.start) - 1)
+        return number, times - self.start[number]
 
     def impulses(self, times: np.ndarray) -> np.ndarray:
         """Return the impulses [N s] from the first step's start to times, (t, c)."""
         powers = np.arange(1, 5)
         per_step = self.length[:, None] * (self.cubics @ (1 / powers))
         whole = np.concatenate([np.zeros((1, per_step.shape[1])), np.cumsum(per_step, axis=0)])
-        number = self.number(times)
-        local = (times - self.start[number]) / self.length[number]
+        number, tau = self.place(times)
+        local = tau / self.length[number]
         part = np.einsum("tcm,tm->tc", self.cubics[number], local[:, None] ** powers / powers)
         return whole[number] + self.length[number, None] * part
 
     def lost_at(self, times: np.ndarray) -> np.ndarray:
         """Return the energy lost by times [J], (t,), linear within a step."""
-        number = self.number(times)
-        share = (times - self.start[number]) / self.length[number]
+        number, tau = self.place(times)
+        share = tau / self.length[number]
         return (1 - share) * self.lost[number, 0] + share * self.lost[number, 1]
 
     def last(self) -> "_Steps":

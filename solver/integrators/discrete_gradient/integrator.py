@@ -24,11 +24,9 @@ class DiscreteGradient(capabilities.DiscreteGradient):
     def __init__(self, system: System, dt: float) -> None:
         self._system, self._place = system, uncoupled(system)
         rows, omega, start = self._place.rows, self._place.omega, self._place.start
-        c, times = len(rows), np.array([dt])
-        y, v = responses(omega, 0, times)
-        push = np.array([y[0, 0], v[0, 0]])
+        c, push = len(rows), np.array(responses(omega, 0, np.array([dt])))[:, 0, 0].copy()
         self._step = kernel.Step(
-            dt=dt, free=free(omega, times)[:, 0].copy(), push=push, constant=self._place.constant, rows=rows,
+            dt=dt, free=free(omega, dt), push=push, constant=self._place.constant, rows=rows,
             gap=system.gap, reach=(rows * push[0]) @ rows.T, law=_laws(system), floor=SLOWEST, stiffness=omega**2,
             start=start,
         )  # fmt: skip
@@ -49,17 +47,14 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         sound = kernel.march(self._step, self._state, first, stride, found)
         for number, item in enumerate(system.contacts):
             out.forces[:, number] = pressed[:, item.rows] @ item.directions
-        p, speed, r = y @ modes.T, v @ modes.T, len(system.rigid)
-        out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = p[:, system.rigid], speed[:, system.rigid]
-        if out.gauges.shape[1]:
-            out.gauges[:] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
-        out.paths.fill(slice(None), p, pressed)
-        out.peaks.keep_highest(first // stride, out.forces, p, speed, pressed)
+        p, v = y @ modes.T, v @ modes.T
+        out.set_states(slice(None), system, p, v, pressed)
+        out.peaks.keep_highest(first // stride, out.forces, p, v, pressed)
         self._time = (first + stride * len(out.forces)) * self._step.dt
         return bool(sound)
 
     def outcome(self) -> Outcome:
-        state, system, none, modes = self._state, self._system, np.empty(0), self._place.modes
+        state, system, modes = self._state, self._system, self._place.modes
         in_contact, iterations, ended = map(int, state.counts)
         going = [np.array([i, *entry]) for i, entry in enumerate(state.running) if entry[BEGINS] >= 0]
         for entry in going:
@@ -74,8 +69,7 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         extreme = np.array([*state.balance[:LOST], state.depth.max(initial=0.0), *span])
         return Outcome(
             q=modes @ state.y, v=modes @ state.v, multipliers=state.force.copy(), impulses=state.impulses.copy(),
-            extreme=extreme, counts=np.array([0, in_contact, iterations, -1]), masters=none, master_impulses=none,
-            drag_impulse=np.zeros(max(1, len(system.contacts))), impacts=impacts, work={"impacts": ended},
+            extreme=extreme, counts=np.array([0, in_contact, iterations, -1]), impacts=impacts, work={"impacts": ended},
         )  # fmt: skip
 
 

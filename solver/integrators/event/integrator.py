@@ -135,15 +135,10 @@ class Event(capabilities.Event):
                 record.parts(row, time, self._v)
             settle(self._equations, now, self._p, self._v)
         else:
-            self._slide(kind, row)
+            now.slip[row] = {Watch.STICKS: 0, Watch.SLIPS_BACK: -1, Watch.SLIPS_AHEAD: 1}[kind]
+            if kind is Watch.STICKS:
+                settle_slip(self._equations, now, self._p, self._v, row)
             record.slides(row, time, bool(now.slip[row]))
-
-    def _slide(self, kind: Watch, row: int) -> None:
-        if kind is Watch.STICKS:
-            self._now.slip[row] = 0
-            settle_slip(self._equations, self._now, self._p, self._v, row)
-        else:
-            self._now.slip[row] = -1 if kind is Watch.SLIPS_BACK else 1
 
     def _begin(self, start: float, after: tuple[Watch, int] | None = None) -> Segment:
         """Return the segment that starts at a time [s] under the present conditions."""

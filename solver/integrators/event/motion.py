@@ -12,18 +12,29 @@ from gudgeon.solver.integrators.event.basis import Basis, Linear
 class Probe:
     """Linear functions of displacement and velocity: c + H u + G ṗ, k of them."""
 
-    constant: np.ndarray
-    """(k,)"""
-    position: np.ndarray
-    """H, (k, n)."""
-    velocity: np.ndarray
-    """G, (k, n)."""
+    matrix: np.ndarray
+    """c, H and G side by side, (k, 1 + 2 n)."""
 
-    def __call__(self, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return self.constant + self.position @ p + self.velocity @ v
+    @classmethod
+    def of(cls, constant: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> "Probe":
+        """Return the functions with c (k,), H (k, n) and G (k, n)."""
+        return cls(np.column_stack([constant, position, velocity]))
 
-    def __getitem__(self, chosen: np.ndarray | list[int]) -> "Probe":
-        return Probe(self.constant[chosen], self.position[chosen], self.velocity[chosen])
+    @property
+    def constant(self) -> np.ndarray:
+        return self.matrix[:, 0]
+
+    @property
+    def position(self) -> np.ndarray:
+        return self.matrix[:, 1 : 1 + self.matrix.shape[1] // 2]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        return self.matrix[:, 1 + self.matrix.shape[1] // 2 :]
+
+    def __call__(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the values, (k,) or (t, k), at displacements and velocities, (n,) or (t, n) each."""
+        return self.constant + u @ self.position.T + v @ self.velocity.T
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Record of a run between located events: histories, impacts, energy and impulse balances."""
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import optimize
 
@@ -41,7 +39,7 @@ class Record:
         self._system = system
         c, k, springs = len(system.rows), max(1, len(system.contacts)), system.springs
         self._impulses, self._drags, self._pulls = np.zeros(c), np.zeros(c), np.zeros(len(springs.stiffness))
-        self._tension = Probe(
+        self._tension = Probe.of(
             springs.stiffness * springs.stretch,
             springs.stiffness[:, None] * springs.rows,
             springs.damping[:, None] * springs.rows,
@@ -53,11 +51,7 @@ class Record:
         self._start = (system.position.copy(), system.velocity.copy())
         energy = float(self._energies(*(part[None] for part in self._start))[0, :3].sum())
         self._extreme = np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0])
-        self._contact_of, self._directions = np.zeros(c, np.int64), np.zeros((c, 3))
-        for number, item in enumerate(system.contacts):
-            self._contact_of[item.rows] = number
-            self._directions[item.rows] = item.directions
-        self._lines = _lines(system, self._directions)
+        self._contact_of, self._directions, self._lines = system.contact_of, system.directions, system.friction_lines
         self._running: dict[int, list[float]] = {}
         self._impacts: list[list[list[float]]] = [[] for _ in range(k)]
         self.at_zero: set[int] = set()
@@ -94,15 +88,15 @@ class Record:
             for row in list(self._running):
                 self._find_peak(row, course[row], edges, segment.start)
         if len(self._pulls) and edges[-1] > edges[0]:
-            stretch = self._tension(segment.motion.start, np.zeros_like(segment.motion.v))
-            tension = segment.motion.course(replace(self._tension, constant=stretch))
+            tension = Probe(self._tension.matrix.copy())
+            tension.constant[:] = self._tension(segment.motion.start, np.zeros_like(segment.motion.v))
+            tension = segment.motion.course(tension)
             self.add_spring_impulses(np.diff(tension.integral(edges[[0, -1]]), axis=0)[0])
         lost = np.concatenate([[0.0], np.cumsum(self._dissipate(segment, edges))])
         at = np.searchsorted(edges, inside - segment.start)
         if len(inside):
             u, v = segment.motion.displacements(inside - segment.start)
-            forces = segment.regime.forces
-            pressed = forces.constant + u @ forces.position.T + v @ forces.velocity.T
+            pressed = segment.regime.forces(u, v)
             stored = _pressed_energy(u, segment.regime, len(self._pulls))
             belts = self._driven + driven[at]
             self.states(segment.motion.start + u, v, stored, self.lost + lost[at], pressed, belts)
@@ -156,7 +150,7 @@ class Record:
         """
         system, regime = self._system, segment.regime
         lost = np.zeros(len(edges) - 1)
-        sliding = np.any(regime.tangential.position) or np.any(regime.tangential.constant)
+        sliding = np.any(regime.tangential.matrix)
         if not np.any(regime.linear.dampers) and not sliding:
             return lost
         fastest = float(np.abs(segment.motion.exponents).max()) if len(segment.motion.exponents) else 0.0
@@ -165,15 +159,13 @@ class Record:
         owner = np.repeat(np.arange(len(spans)), panels)
         width = (spans / panels)[owner]
         start = edges[owner] + width * (np.arange(len(owner)) - np.repeat(np.cumsum(panels) - panels, panels))
-        tangential = regime.tangential
         for block in range(0, len(owner), PANELS):
             here = slice(block, block + PANELS)
             time = (start[here, None] + width[here, None] * 0.5 * (1 + NODES)).ravel()
             u, v = segment.motion.displacements(time)
             power = ((v @ regime.linear.rows.T) ** 2) @ regime.linear.dampers
             if sliding:
-                drag = tangential.constant + u @ tangential.position.T + v @ tangential.velocity.T
-                power = power - (drag * (v @ system.tangents.T - system.belt)).sum(axis=1)
+                power = power - (regime.tangential(u, v) * (v @ system.tangents.T - system.belt)).sum(axis=1)
             np.add.at(lost, owner[here], 0.5 * width[here] * (power.reshape(-1, len(NODES)) @ WEIGHTS))
         return lost
 
@@ -197,19 +189,14 @@ class Record:
             driven: Work of moving obstacles by friction so far [J], (t,).
             balanced: Whether the energy balance is computed elsewhere, at every step.
         """
-        energies, snapshots, gauges = self._out.energies, self._out.snapshots, self._out.gauges
         here = slice(self._done, self._done + len(p))
         parts = self._energies(p, v)
         parts[:, 2], parts[:, 3] = contact, lost
         parts[:, 4] += driven
-        energies[here] = parts
+        self._out.energies[here] = parts
         if not balanced:
             self._balance(p, v, parts)
-        system, r = self._system, len(self._system.rigid)
-        snapshots[here, :r], snapshots[here, r : 2 * r] = p[:, system.rigid], v[:, system.rigid]
-        if gauges.shape[1]:
-            gauges[here] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
-        self._out.paths.fill(here, p, pressed)
+        self._out.set_states(here, self._system, p, v, pressed)
         self._states.append((p, v, pressed))
         self._done += len(p)
 
@@ -343,7 +330,6 @@ class Record:
 
     def outcome(self, p: np.ndarray, v: np.ndarray, multipliers: np.ndarray, counts: np.ndarray) -> Outcome:
         """Return the state and the totals so far; impacts that have not ended end at the present time."""
-        none, k = np.empty(0), max(1, len(self._system.contacts))
         impacts = [list(entries) for entries in self._impacts]
         for row, entry in self._running.items():
             if row not in self._slack:
@@ -352,9 +338,8 @@ class Record:
             impacts[self._contact_of[row]].append(list(entry))
         return Outcome(
             q=p, v=v, multipliers=multipliers, impulses=self._impulses.copy(), extreme=self._extreme.copy(),
-            counts=counts, masters=none, master_impulses=none, drag_impulse=np.zeros(k),
-            impacts=[np.array(sorted(entries)).reshape(-1, 7) for entries in impacts], drags=self._drags.copy(),
-            springs=self._pulls.copy(), slips=[list(entries) for entries in self._slips],
+            counts=counts, impacts=[np.array(sorted(entries)).reshape(-1, 7) for entries in impacts],
+            drags=self._drags.copy(), springs=self._pulls.copy(), slips=[list(entries) for entries in self._slips],
         )  # fmt: skip
 
 
@@ -363,14 +348,3 @@ def _pressed_energy(u: np.ndarray, regime: Regime, springs: int) -> np.ndarray:
     soft = len(regime.linear.rows) - springs
     gaps = regime.linear.offsets[:soft] + u @ regime.linear.rows[:soft].T
     return 0.5 * np.einsum("ti,ij,tj->t", gaps, regime.linear.springs[:soft, :soft], gaps)
-
-
-def _lines(system: System, directions: np.ndarray) -> np.ndarray:
-    """Return the unit vector of each row's friction, (c, 3)."""
-    lines = np.zeros_like(directions)
-    for item in system.contacts:
-        friction = system.scene.contact[item.name].friction
-        if friction is not None:
-            line = np.asarray(friction.direction, float)
-            lines[item.rows] = line / np.linalg.norm(line)
-    return lines

@@ -1,8 +1,9 @@
 """Which contacts are closed or slip, and the equations of motion under these conditions."""
 
 from collections.abc import Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -68,15 +69,17 @@ class Equations:
     """A system, from which regimes are built."""
 
     system: System
-    frictional: np.ndarray = field(init=False)
-    """Rows with friction, (c,) bool."""
-    alone: np.ndarray = field(init=False)
-    """Rows whose gap does not change by other rows' forces through R, (c,) bool."""
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def frictional(self) -> np.ndarray:
+        """Rows with friction, (c,) bool."""
+        return self.system.friction[:, 0] > 0
+
+    @cached_property
+    def alone(self) -> np.ndarray:
+        """Rows whose gap does not change by other rows' forces through R, (c,) bool."""
         R = self.system.residual
-        object.__setattr__(self, "frictional", self.system.friction[:, 0] > 0)
-        object.__setattr__(self, "alone", ~np.any(R - np.diag(R.diagonal()), axis=1))
+        return ~np.any(R - np.diag(R.diagonal()), axis=1)
 
     def regime(self, now: Conditions, p: np.ndarray, zero: Set[int] = frozenset()) -> Regime:
         """Return the equations for displacements from a state p, (n,), at which the gaps of rows `zero` are zero."""
@@ -115,61 +118,49 @@ class Equations:
         self, now: Conditions, linear: Linear, soft: np.ndarray, hard: np.ndarray, stuck: np.ndarray
     ) -> tuple[Probe, Probe]:
         c, n = self.system.rows.shape
-        normal, tangential = _nothing(c, n), _nothing(c, n)
+        normal, tangential = np.zeros((2, c, 1 + 2 * n))
         if len(soft):
             inverse, rows = linear.springs[: len(soft), : len(soft)], linear.rows[: len(soft)]
-            normal.constant[soft] = -inverse @ linear.offsets[: len(soft)]
-            normal.position[soft] = -inverse @ rows
-            normal.velocity[soft] = -linear.dampers[: len(soft), None] * rows
+            elastic = inverse @ linear.offsets[: len(soft)], inverse @ rows
+            normal[soft] = -np.column_stack([*elastic, linear.dampers[: len(soft), None] * rows])
         if len(linear.rigid):
             free = acceleration(linear)
             solve = -np.linalg.solve(linear.rigid @ linear.pushed.T, linear.rigid)
-            held = Probe(solve @ free.constant, solve @ free.position, solve @ free.velocity)
-            _put(normal, hard, held[np.arange(len(hard))])
-            _put(tangential, stuck, held[np.arange(len(hard), len(linear.rigid))])
+            held = Probe.of(solve @ free.constant, solve @ free.position, solve @ free.velocity).matrix
+            normal[hard], tangential[stuck] = held[: len(hard)], held[len(hard) :]
             for row in hard[now.slip[hard] != 0]:
-                factor = -now.slip[row] * self.system.friction[row, 1]
-                one = normal[[row]]
-                _put(tangential, np.array([row]), Probe(*(factor * part for part in vars(one).values())))
-        return normal, tangential
+                tangential[row] = -now.slip[row] * self.system.friction[row, 1] * normal[row]
+        return Probe(normal), Probe(tangential)
 
     def _watched(
         self, now: Conditions, gaps: np.ndarray, forces: Probe, tangential: Probe
     ) -> tuple[Probe, list[tuple[Watch, int]]]:
-        system = self.system
-        couple = system.compliance
-        found: list[tuple[Watch, int, tuple[np.ndarray, np.ndarray, np.ndarray]]] = []
+        system, n = self.system, self.system.rows.shape[1]
+        gap_rows = Probe.of(gaps, system.rows, np.zeros_like(system.rows)).matrix
+        found: list[tuple[Watch, int, np.ndarray]] = []
         for row, status in enumerate(now.status):
-            gap = (gaps[row], system.rows[row], np.zeros_like(system.rows[row]))
+            gap, couple = gap_rows[row], system.compliance[row]
             if status == Status.OPEN:
                 # Its gap with the forces of closed points through R.
-                lifted = tuple(own + couple[row] @ part for own, part in zip(gap, vars(forces).values(), strict=True))
-                found.append((Watch.CLOSES, row, lifted))  # type: ignore[arg-type]
+                found.append((Watch.CLOSES, row, gap + couple @ forces.matrix))
             elif status == Status.SLACK:
-                stiffness = 1 / couple[row, row]
-                rate = system.dashpot[row] * system.rows[row]
-                found.append((Watch.CLOSES, row, (stiffness * gap[0], stiffness * gap[1], rate)))
-                found.append((Watch.LEAVES, row, (-gap[0], -gap[1], gap[2])))
+                force = 1 / couple[row] * gap
+                force[1 + n :] = system.dashpot[row] * system.rows[row]
+                found += [(Watch.CLOSES, row, force), (Watch.LEAVES, row, -gap)]
             elif status == Status.CLOSED:
-                normal = tuple(part[row] for part in vars(forces).values())
-                found.append((Watch.OPENS, row, normal))  # type: ignore[arg-type]
-                if self.frictional[row]:
-                    found += self._friction(now, row, normal, tuple(p[row] for p in vars(tangential).values()))
-        watched = Probe(*(np.array([entry[2][part] for entry in found]) for part in range(3)))
-        if not found:
-            watched = _nothing(0, system.rows.shape[1])
-        return watched, [(kind, row) for kind, row, _ in found]
-
-    def _friction(self, now: Conditions, row: int, normal: tuple, drag: tuple) -> list:  # type: ignore[type-arg]
-        system = self.system
-        if now.slip[row]:
-            sign, line = now.slip[row], system.tangents[row]
-            return [(Watch.STICKS, row, (-sign * system.belt[row], np.zeros_like(line), sign * line))]
-        limit = system.friction[row, 0]
-        return [
-            (kind, row, tuple(limit * n - sign * t for n, t in zip(normal, drag, strict=True)))
-            for kind, sign in ((Watch.SLIPS_BACK, 1.0), (Watch.SLIPS_AHEAD, -1.0))
-        ]
+                normal, drag = forces.matrix[row], tangential.matrix[row]
+                found.append((Watch.OPENS, row, normal))
+                sign, limit = now.slip[row], system.friction[row, 0]
+                if self.frictional[row] and sign:
+                    slide = np.concatenate([[-system.belt[row]], np.zeros(n), system.tangents[row]])
+                    found.append((Watch.STICKS, row, sign * slide))
+                elif self.frictional[row]:
+                    found += [
+                        (Watch.SLIPS_BACK, row, limit * normal - drag),
+                        (Watch.SLIPS_AHEAD, row, limit * normal + drag),
+                    ]
+        watched = np.array([function for _, _, function in found]).reshape(-1, 1 + 2 * n)
+        return Probe(watched), [(kind, row) for kind, row, _ in found]
 
 
 def acceleration(linear: Linear) -> Probe:
@@ -177,16 +168,7 @@ def acceleration(linear: Linear) -> Probe:
     through = linear.rows.T @ linear.springs
     position = -through @ linear.rows - np.diag(linear.stiffness)
     velocity = -(linear.rows.T * linear.dampers) @ linear.rows
-    return Probe(linear.force - through @ linear.offsets, position, velocity)
-
-
-def _nothing(count: int, size: int) -> Probe:
-    return Probe(np.zeros(count), np.zeros((count, size)), np.zeros((count, size)))
-
-
-def _put(target: Probe, rows: np.ndarray, values: Probe) -> None:
-    for whole, part in zip(vars(target).values(), vars(values).values(), strict=True):
-        whole[rows] = part
+    return Probe.of(linear.force - through @ linear.offsets, position, velocity)
 
 
 def all_open(system: System) -> Conditions:

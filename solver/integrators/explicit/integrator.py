@@ -46,37 +46,27 @@ class Explicit(capabilities.Explicit):
         return self._system.gauge_rows @ (vv * state.q - qv * state.v) + self._system.gauge_residual @ state.multipliers
 
     def outcome(self) -> Outcome:
-        state, none = self._state, np.empty(0)
+        state = self._state
         return Outcome(
             q=state.q, v=state.v, multipliers=state.multipliers, impulses=state.impulses, extreme=state.extreme,
-            counts=state.counts, masters=none, master_impulses=none, drag_impulse=np.zeros(len(self._system.contacts)),
+            counts=state.counts,
         )  # fmt: skip
 
 
 def _constants(system: System, dt: float) -> kernel.Constants:
-    contact = np.zeros(len(system.gap), np.int64)
-    normals = np.zeros((len(system.gap), 3))
-    for number, item in enumerate(system.contacts):
-        contact[item.rows] = number
-        normals[item.rows] = item.directions
     reach = np.abs(system.rows).max(axis=0) if len(system.gap) else np.zeros(len(system.velocity))
     compliance = system.compliance
     return kernel.Constants(
-        dt=dt, flight=_propagator(system, dt), stiffness=system.stiffness, rows=np.ascontiguousarray(system.rows),
-        columns=np.ascontiguousarray(system.rows.T), reach=reach, gap=system.gap, compliance=compliance,
-        matrix=fixed(compliance), coupled=system.coupled, dashpot=system.dashpot, normals=normals, contact=contact,
-        rigid=system.rigid,
+        dt=dt, flight=free(np.sqrt(system.stiffness), dt), stiffness=system.stiffness,
+        rows=np.ascontiguousarray(system.rows), columns=np.ascontiguousarray(system.rows.T), reach=reach,
+        gap=system.gap, compliance=compliance, matrix=fixed(compliance), coupled=system.coupled,
+        dashpot=system.dashpot, normals=system.directions, contact=system.contact_of, rigid=system.rigid,
     )  # fmt: skip
-
-
-def _propagator(system: System, dt: float) -> np.ndarray:
-    """Return q←q, q←q̇, q̇←q, q̇←q̇ over dt [s], (4, m)."""
-    return free(np.sqrt(system.stiffness), np.array([dt]))[:, 0].copy()
 
 
 def _state(system: System, dt: float) -> kernel.State:
     """Return the state at the first impulse, half a step after the start."""
-    half = _propagator(system, dt / 2)
+    half = free(np.sqrt(system.stiffness), dt / 2)
     v0 = system.velocity
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)
     return kernel.State(

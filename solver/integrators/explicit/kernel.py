@@ -17,17 +17,8 @@ import numpy as np
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet, solve_lcp
-from gudgeon.solver.integrators.outcome import (
-    ACTIVE,
-    CONTACT_STEPS,
-    DEEPEST,
-    ENERGY_ERROR,
-    EXCHANGED,
-    FIRST_CONTACT,
-    LAST_CONTACT,
-    PIVOTS,
-    START_ENERGY,
-)
+from gudgeon.solver.integrators.balance import note_contact, note_exchange
+from gudgeon.solver.integrators.outcome import ACTIVE, DEEPEST, ENERGY_ERROR, PIVOTS, START_ENERGY
 from gudgeon.solver.integrators.paths import keep_paths
 from gudgeon.solver.integrators.peaks import keep_peaks
 
@@ -110,7 +101,6 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
     """
     dt, m, c = constants.dt, len(state.q), len(constants.gap)
     q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, np.empty(0)
-    qq, qv, vq, vv = constants.flight[0], constants.flight[1], constants.flight[2], constants.flight[3]
     gap0, rows, columns, coupled = constants.gap, constants.rows, constants.columns, constants.coupled
     normals, contact, multipliers = constants.normals, constants.contact, state.multipliers
     jump = np.zeros(m)
@@ -148,14 +138,21 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
                 if state.counts[ACTIVE] == 0:
                     flight_energies(constants, state)
                 copy(state.energy, energies[sample])
-            for k in range(m):
-                position, velocity = q[k], v[k]
-                q[k] = qq[k] * position + qv[k] * velocity
-                v[k] = vq[k] * position + vv[k] * velocity
+            fly(constants.flight, q, v)
             number += 1
         keep_paths(out.paths, sample, q, multipliers)
         keep_peaks(out.peaks, forces[sample], number // stride, (q, v, multipliers), nothing)
     return True
+
+
+@inner
+def fly(flight, q, v):  # type: ignore[no-untyped-def]
+    """Move all coordinates to the next impulse."""
+    qq, qv, vq, vv = flight[0], flight[1], flight[2], flight[3]
+    for k in range(len(q)):
+        place, fast = q[k], v[k]
+        q[k] = qq[k] * place + qv[k] * fast
+        v[k] = vq[k] * place + vv[k] * fast
 
 
 @inner
@@ -277,19 +274,11 @@ def _push(constants, state, jump, time):  # type: ignore[no-untyped-def]
 @inner
 def keep_balance(state, time):  # type: ignore[no-untyped-def]
     """Update the largest error of the energy balance [J], the largest exchange [J] and the times [s] of contact."""
-    work, energy, extreme = state.work, state.energy, state.extreme
-    count = len(work) - 1
-    swing, all_rigid = 0.0, 0.0
-    for number in range(count):
-        swing += abs(work[number])
-        all_rigid += work[number]
-    extreme[EXCHANGED] = max(extreme[EXCHANGED], 0.5 * (swing + abs(work[count] - all_rigid) + energy[CONTACT]))
+    energy, extreme = state.energy, state.extreme
+    note_exchange(state.work, energy[CONTACT], extreme)
     total = energy[KINETIC] + energy[STRAIN] + energy[CONTACT] + energy[DISSIPATED]
     extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(total - extreme[START_ENERGY]))
-    state.counts[CONTACT_STEPS] += 1
-    if extreme[FIRST_CONTACT] < 0.0:
-        extreme[FIRST_CONTACT] = time
-    extreme[LAST_CONTACT] = time
+    note_contact(state.counts, extreme, time)
 
 
 @inner

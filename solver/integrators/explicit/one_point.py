@@ -15,6 +15,7 @@ from gudgeon.solver.integrators.explicit.kernel import (
     clear_steps,
     damped_force,
     flight_energies,
+    fly,
     keep_balance,
 )
 from gudgeon.solver.integrators.outcome import ACTIVE, DEEPEST
@@ -58,8 +59,9 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
                     flight_energies(constants, state)
                 copy(energy, energies[sample])
             if counts[ACTIVE] == 0:
-                gap, rate = _fly(constants.flight, q, v, row, clear == 0)
-                gap += constants.gap[0]
+                fly(constants.flight, q, v)
+                if clear == 0:
+                    gap, rate = constants.gap[0] + _dot(row, q), _dot(row, v)
             number += 1
         for axis in range(3):
             forces[sample, 0, axis] = pressed / stride * constants.normals[0, axis]
@@ -104,24 +106,3 @@ def _push_and_fly(constants, state, impulse, rate, mobility):  # type: ignore[no
         speed += row[k] * fast
     state.energy[KINETIC], state.energy[STRAIN] = 0.5 * kinetic, 0.5 * strain
     return constants.gap[0] + gap, speed
-
-
-@inner
-def _fly(flight, q, v, row, asked):  # type: ignore[no-untyped-def]
-    """Move to the next impulse; returns rows q [m] and rows q̇ [m/s] there, zeros unless asked for."""
-    qq, qv, vq, vv = flight[0], flight[1], flight[2], flight[3]
-    gap, speed = 0.0, 0.0
-    if asked:
-        for k in range(len(q)):
-            place, fast = q[k], v[k]
-            moved = qq[k] * place + qv[k] * fast
-            after = vq[k] * place + vv[k] * fast
-            q[k], v[k] = moved, after
-            gap += row[k] * moved
-            speed += row[k] * after
-        return gap, speed
-    for k in range(len(q)):
-        place, fast = q[k], v[k]
-        q[k] = qq[k] * place + qv[k] * fast
-        v[k] = vq[k] * place + vv[k] * fast
-    return gap, speed

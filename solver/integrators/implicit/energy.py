@@ -1,17 +1,10 @@
 """Energies and work of the implicit loop at every step, in short loops: vector units process few arrays at once."""
 
-from gudgeon.solver.compiled import copy, inner, ordered
+from gudgeon.solver.compiled import copy, inner
 from gudgeon.solver.contact.compliance import Listed, combine
-from gudgeon.solver.integrators.outcome import (
-    ACTIVE,
-    CONTACT_STEPS,
-    DEEPEST,
-    ENERGY_ERROR,
-    EXCHANGED,
-    FIRST_CONTACT,
-    LAST_CONTACT,
-    START_ENERGY,
-)
+from gudgeon.solver.integrators.balance import note_exchange
+from gudgeon.solver.integrators.implicit.open_contacts import least
+from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
 
 KINETIC, STRAIN, CONTACT, DISSIPATED, WORK = range(5)
 
@@ -111,7 +104,7 @@ def balance(modes, points, masters, matrix, energy, held):  # type: ignore[no-un
         layer += points.layer[points.pressed[1, n]] * points.amounts[1, n] ** 2
     for k in range(len(matrix.block)):
         if matrix.candidate[k]:
-            extreme[DEEPEST] = max(extreme[DEEPEST], _deepest(points.gaps[matrix.block[k, 0] : matrix.block[k, 1]]))
+            extreme[DEEPEST] = max(extreme[DEEPEST], -least(points.gaps[matrix.block[k, 0] : matrix.block[k, 1]]))
     own, displacement = masters.residual_force, masters.residual_displacement
     for f in range(len(own)):
         held += own[f] * displacement[f]
@@ -123,28 +116,9 @@ def balance(modes, points, masters, matrix, energy, held):  # type: ignore[no-un
 
 
 @inner
-def note_contact(energy, time):  # type: ignore[no-untyped-def]
-    """Count a step with active rows, which ends at a time [s], and update the first and the last time of contact."""
-    if energy.counts[ACTIVE] > 0:
-        energy.counts[CONTACT_STEPS] += 1
-        if energy.extreme[FIRST_CONTACT] < 0.0:
-            energy.extreme[FIRST_CONTACT] = time
-        energy.extreme[LAST_CONTACT] = time
-
-
-@ordered
-def _deepest(gaps):  # type: ignore[no-untyped-def]
-    """Return the deepest penetration of some gaps [m]."""
-    deepest = 0.0
-    for i in range(len(gaps)):
-        deepest = max(deepest, -gaps[i])
-    return deepest
-
-
-@inner
 def exchange(modes, points, energy):  # type: ignore[no-untyped-def]
     """Add the contacts' work [J] in the step on each rigid coordinate and on all, and update the largest exchange."""
-    moved, rigid, work, swing, count = modes.moved, energy.rigid, energy.work, 0.0, len(energy.rigid)
+    moved, rigid, work, count = modes.moved, energy.rigid, energy.work, len(energy.rigid)
     first, last = points.span[0], points.span[1]
     distance = moved[first:last]
     for moment in range(2):
@@ -156,9 +130,4 @@ def exchange(modes, points, energy):  # type: ignore[no-untyped-def]
             for k in range(len(distance)):
                 total += row[k] * distance[k]
             work[count] += amount * total
-    rest = work[count]
-    for number in range(count):
-        swing += abs(work[number])
-        rest -= work[number]
-    largest, exchanged = energy.extreme, 0.5 * (swing + abs(rest) + energy.parts[CONTACT])
-    largest[EXCHANGED] = max(largest[EXCHANGED], exchanged)
+    note_exchange(work, energy.parts[CONTACT], energy.extreme)

@@ -101,16 +101,14 @@ def _modes(system: System, dt: float) -> Modes:
 
 def _points(system: System, dt: float) -> Points:
     rows, c = np.ascontiguousarray(system.rows), len(system.rows)
-    counts = [len(item.points) for item in system.contacts]
-    beta = np.array([system.bodies[item.body].stiffness_factor for item in system.contacts])
-    directions = np.concatenate([np.empty((0, 3)), *(item.directions for item in system.contacts)])
+    beta = np.array([system.bodies[item.body].stiffness_factor for item in system.contacts])[system.contact_of]
     zeros = {name: np.zeros(c) for name in _PER_ROW}
     zeros["total_displacement"] = system.driving.to_gap @ system.loads
     return Points(
         rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), coordinates=np.arange(*_span(rows)),
         gap=system.gap, layer=system.layer,
-        residual=system.residual, memory=_memory(np.repeat(beta, counts), dt),
-        contact=np.repeat(np.arange(len(counts)), counts), active=empty_set(c), directions=directions,
+        residual=system.residual, memory=_memory(beta, dt), contact=system.contact_of, active=empty_set(c),
+        directions=system.directions,
         pressed=np.zeros((2, c), np.int64), amounts=np.zeros((2, c)), counts=np.zeros(2, np.int64),
         **zeros,
     )  # fmt: skip

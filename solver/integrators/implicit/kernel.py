@@ -18,14 +18,8 @@ import numpy as np
 from gudgeon.solver.compiled import copy, embedded, entry, inner, ordered
 from gudgeon.solver.contact.compliance import Listed, combine
 from gudgeon.solver.contact.lcp import solve_lcp
-from gudgeon.solver.integrators.implicit.energy import (
-    balance,
-    exchange,
-    load_work,
-    note_contact,
-    relax,
-    relax_masters,
-)
+from gudgeon.solver.integrators.balance import note_contact
+from gudgeon.solver.integrators.implicit.energy import balance, exchange, load_work, relax, relax_masters
 from gudgeon.solver.integrators.implicit.open_contacts import may_touch, next_step, sum_multipliers
 from gudgeon.solver.integrators.implicit.rods import direction, follow_contact_forces, force_without_contact
 from gudgeon.solver.integrators.implicit.sliding import (
@@ -40,6 +34,7 @@ from gudgeon.solver.integrators.implicit.sliding import (
     update_sliding_distance,
     update_weights,
 )
+from gudgeon.solver.integrators.outcome import ACTIVE, PIVOTS
 from gudgeon.solver.integrators.paths import keep_paths
 from gudgeon.solver.integrators.peaks import keep_peaks
 
@@ -82,7 +77,8 @@ def march(arrays, drive, out, first, stride):  # type: ignore[no-untyped-def]
             held = load_work(modes, points, loads, energy)
             balance(modes, points, masters, matrix, energy, held)
             exchange(modes, points, energy)
-            note_contact(energy, (first + step + 1) * dt)
+            if energy.counts[ACTIVE] > 0:
+                note_contact(energy.counts, energy.extreme, (first + step + 1) * dt)
             _sample(points, loads, out.forces[number], out.loads[number], stride)
         copy(energy.parts, out.energies[number])
         _snapshot(modes, loads, energy.rigid, out.snapshots[number])
@@ -224,10 +220,10 @@ def _solve_lcp(points, matrix, counts):  # type: ignore[no-untyped-def]
         if matrix.candidate[k]:
             scale = max(scale, _largest(shifted[matrix.block[k, 0] : matrix.block[k, 1]]))
     pivots = solve_lcp(matrix, shifted, active, multipliers, points.gaps, GAP_TOLERANCE * scale)
-    counts[0] = active.size[0]
-    counts[2] += pivots
+    counts[ACTIVE] = active.size[0]
+    counts[PIVOTS] += pivots
     count = 0
-    for a in range(counts[0]):
+    for a in range(counts[ACTIVE]):
         row = active.rows[a]
         if multipliers[row] != 0.0:
             points.pressed[1, count], points.amounts[1, count] = row, multipliers[row]

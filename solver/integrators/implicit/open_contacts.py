@@ -94,11 +94,11 @@ def may_touch(modes, points, matrix, loads, bounds, k):  # type: ignore[no-untyp
         for axis in range(2):
             i = 2 * j + axis
             closed += bounds.loads[k, i] * abs(loads.memory[1, i] * loads.direction[j, axis] * loads.correction[j])
-    return not _least(gaps) > closed
+    return not least(gaps) > closed
 
 
 @ordered
-def _least(values):  # type: ignore[no-untyped-def]
+def least(values):  # type: ignore[no-untyped-def]
     """Return the least of some values."""
     least = np.inf
     for i in range(len(values)):

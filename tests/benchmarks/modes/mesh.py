@@ -20,10 +20,17 @@ EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
 def make(path: str, size: float) -> None:
     """Mesh the part with edges of `size` [m] and write nodes, cells and the facets of the skirt (radius 40 mm)."""
-    from gudgeon.pipeline.geometry.occ import build_solid
-    from gudgeon.pipeline.geometry.surfaces import cylinder
+    from gudgeon.pipeline.geometry.occ import Solid
+    from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder
 
-    mesh = build_solid(_draw, size, {"skirt": cylinder(RADIUS)})
+    class Part(Solid):
+        def surface_shapes(self) -> dict[str, SurfaceRule]:
+            return {"skirt": cylinder(RADIUS)}
+
+        def draw(self, occ: Any) -> None:
+            _draw(occ)
+
+    mesh = Part().build(size)
     nodes = np.array(mesh.nodes)
     for middle, ends in enumerate(EDGES, start=4):
         nodes[mesh.cells[:, middle]] = nodes[mesh.cells[:, ends]].mean(axis=1)

@@ -11,7 +11,7 @@ from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.design_change.morph import Movement, move_nodes, moved_mesh, reuse
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.solid import mass_properties
-from gudgeon.pipeline.geometry.profile import ProfileTable, UniformProfile, read_profile
+from gudgeon.pipeline.geometry.profile import ProfileTable, read_profile
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.mesh import movement_of
@@ -26,7 +26,7 @@ def barrel(depth: float) -> ProfileTable:
     return ProfileTable(HEIGHTS, ANGLES, np.tile(deviation[:, None], 5), "barrel")
 
 
-def movement(table: ProfileTable | UniformProfile, surface: str = "skirt") -> Movement:
+def movement(table: ProfileTable | float, surface: str = "skirt") -> Movement:
     return Movement(surface, table, "component.skirt.change.profile")
 
 
@@ -152,7 +152,7 @@ def change(**profile: object) -> dict[str, object]:
 def test_offset_moves_like_a_constant_table(skirt_mesh: MeshRecord, offset: float) -> None:
     table = ProfileTable(HEIGHTS, ANGLES, np.full((7, 5), offset), "constant")
     by_table = move_nodes(skirt_mesh, movement(table))
-    by_offset = move_nodes(skirt_mesh, movement(UniformProfile(offset)))
+    by_offset = move_nodes(skirt_mesh, movement(offset))
     np.testing.assert_allclose(by_offset, by_table, atol=1e-15)
     on = np.unique(skirt_mesh.surfaces["skirt"].facets)
     np.testing.assert_allclose(np.hypot(*by_offset[on, :2].T), 0.04296 + offset, atol=1e-9)
@@ -193,7 +193,7 @@ def held(skirt_mesh: MeshRecord) -> ModalRecord:
 
 def test_held_body_is_moved_without_rigid_motion(skirt_mesh: MeshRecord, held: ModalRecord) -> None:
     surfaces = {"thrust": "skirt", "bottom": "open_end", "gas": "crown"}
-    design = reuse(skirt_mesh, ("a", "b"), held, surfaces, movement(UniformProfile(20e-6)), 2700.0)
+    design = reuse(skirt_mesh, ("a", "b"), held, surfaces, movement(20e-6), 2700.0)
     assert design.rigid_twists.shape == (0, 6)
     assert sorted(design.points) == ["bottom", "thrust"]
     radius = np.hypot(*design.points["thrust"][:, :2].T)

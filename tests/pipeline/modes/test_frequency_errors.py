@@ -21,10 +21,11 @@ from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.geometry.shapes.plane import Rectangle
 from gudgeon.pipeline.geometry.shapes.sphere import Sphere
 from gudgeon.pipeline.modes import bounds
-from gudgeon.pipeline.modes.bounds import ProvenCount, algebraic_errors, lumped_share, residuals, round_off
+from gudgeon.pipeline.modes.bounds import algebraic_errors, lumped_share, residuals, round_off
 from gudgeon.pipeline.modes.estimate import discretisation_errors
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.modes.patch_recovery import Recovery
+from gudgeon.pipeline.modes.problem import Count
 from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows, frequency_text
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
@@ -100,15 +101,15 @@ def dense(case: Case) -> tuple[np.ndarray, np.ndarray]:
     return values[rigid:], Phi[:, rigid:]
 
 
-def cut(dense: tuple[np.ndarray, np.ndarray]) -> ProvenCount:
+def cut(dense: tuple[np.ndarray, np.ndarray]) -> Count:
     """The widest gap after 5 to 11 modes, so that no multiplet is cut."""
     count = 5 + int(np.argmax(dense[0][5:12] / dense[0][4:11]))
-    return ProvenCount(float(dense[0][count - 1 : count + 1].mean()), count)
+    return float(dense[0][count - 1 : count + 1].mean()), count
 
 
 def ritz(model: FEModel, dense: tuple[np.ndarray, np.ndarray], noise: float) -> tuple[np.ndarray, np.ndarray]:
     """Ritz pairs of the lowest shapes with a little of all the others, less of the stiff ones."""
-    (values, Phi), count = dense, cut(dense).count
+    (values, Phi), count = dense, cut(dense)[1]
     rest = np.random.default_rng(3).standard_normal((Phi.shape[1] - count, count)) / values[count:, None]
     basis = Phi[:, :count] + Phi[:, count:] @ (noise * rest / np.linalg.norm(rest, axis=0))
     values, Z = linalg.eigh(basis.T @ (model.K @ basis), basis.T @ (model.M @ basis))

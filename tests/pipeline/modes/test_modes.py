@@ -183,7 +183,7 @@ def test_static_shapes_are_orthonormal_and_leave_the_rest_to_R(
     spread = np.linspace(-1, 1, len(areas))
     fields = pressure_fields(np.column_stack([spread, np.sin(9 * spread)]), areas, count)
     residual = residual_shapes(tiny, B, modes, fields)
-    shapes = static_shapes(tiny, B, residual, fields)
+    shapes = static_shapes(tiny, B, residual)
     basis = np.column_stack([modes.Phi, shapes.Phi])
     np.testing.assert_allclose(basis.T @ (tiny.M @ basis), np.eye(basis.shape[1]), atol=1e-9)
     stiffness = basis.T @ (tiny.K @ basis)
@@ -199,13 +199,14 @@ def test_dependent_static_shapes_are_dropped_and_counted(
     tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix
 ) -> None:
     fields = np.eye(B.shape[0])[:, [0, 1, 1]]
-    assert static_shapes(tiny, B, residual_shapes(tiny, B, modes, fields), fields).dropped == 1
+    shapes = static_shapes(tiny, B, residual_shapes(tiny, B, modes, fields))
+    assert shapes.Phi.shape[1] == fields.shape[1] - 1
 
 
 def test_ritz_frequencies_are_never_below_the_full_models(
     dense: tuple[np.ndarray, np.ndarray], tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix
 ) -> None:
     fields = np.eye(B.shape[0])[:, :10]
-    shapes = static_shapes(tiny, B, residual_shapes(tiny, B, modes, fields), fields)
+    shapes = static_shapes(tiny, B, residual_shapes(tiny, B, modes, fields))
     full = np.sqrt(dense[0][6 + COUNT : 6 + COUNT + len(shapes.angular_frequencies)])
     assert np.all(shapes.angular_frequencies >= full * (1 - 1e-9))

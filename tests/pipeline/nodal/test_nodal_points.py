@@ -421,7 +421,7 @@ def test_what_is_not_carried_is_refused(contact: str, extra: str, message: str, 
 def test_a_scene_without_contact_is_refused(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(BALL[: BALL.index("[contact.pair]")] + "[run]\nduration = 1e-3\n")
     job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
-    with pytest.raises(InputError, match=r"report\.full_fe: the scene has no contact; needed: at least one"):
+    with pytest.raises(InputError, match=r"report\.full_fe: the scene has no contact and no moving force; needed: one"):
         nodal_problem(job)
 
 

@@ -281,7 +281,7 @@ def test_errors_are_relative_to_the_reference() -> None:
     times = np.linspace(0, 1e-3, 501)[1:]
     force = np.zeros((500, 3))
     force[100:200, 0] = 5.0
-    exact = ForceReference("test", grid, smooth(times, force, grid, 4e-5), 5.0 * 2e-4, 4e-5)
+    exact = ForceReference(grid, smooth(times, force, grid, 4e-5), 5.0 * 2e-4, 4e-5)
     np.testing.assert_allclose(exact.errors(times, force), [0, 0], atol=1e-12)
     np.testing.assert_allclose(exact.errors(times, 1.1 * force), [0.1, 0.1], rtol=1e-9)
     assert exact.errors(times, np.roll(force, 50, axis=0))[0] == pytest.approx(0.0, abs=1e-12)

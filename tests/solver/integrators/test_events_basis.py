@@ -197,7 +197,7 @@ def damped_course() -> tuple[Motion, Probe, Course]:
     case = regime(KINDS["damped"], 5)
     n, rng = len(case.stiffness), np.random.default_rng(6)
     motion = Motion.begin(solve(case), case, np.zeros(n), rng.standard_normal(n))
-    probe = Probe(rng.standard_normal(2), rng.standard_normal((2, n)), rng.standard_normal((2, n)))
+    probe = Probe.of(rng.standard_normal(2), rng.standard_normal((2, n)), rng.standard_normal((2, n)))
     return motion, probe, motion.course(probe)
 
 

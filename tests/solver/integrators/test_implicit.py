@@ -143,7 +143,7 @@ def test_a_given_step_is_obeyed_however_large(tmp_path: Path) -> None:
 
 def test_step_by_itself(tmp_path: Path) -> None:
     scene = block_scene(duration=4e-3)
-    scene["run"] |= {"integrator": "implicit", "frames": 4}
+    scene["run"] |= {"integrator": "implicit", "frames": 4, "checks": False}
     run = simulate(build(tmp_path, block_records(5), scene))
     assert 0.9 * 4.0 < run.counts["step"] * run.counts["critical_frequency"] <= 4.0 * (1 + 1e-12)
     assert run.times[-1] == pytest.approx(scene["run"]["duration"], rel=1e-12)
