@@ -19,6 +19,7 @@ from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.reading import read_tables, scene_path
 from gudgeon.pipeline.stages.base import Place, SceneJob
+from gudgeon.pipeline.stages.folder import check_owner
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
 if TYPE_CHECKING:
@@ -106,17 +107,19 @@ def open_job(
         scene: The scene's folder or TOML file.
         set: Overrides, `path.to.key=value` texts or a mapping of such paths to values.
         db: Folder of the database.
-        out: Folder of the results; `out/<scene>` by default.
+        out: Folder of the results; `out/<folder>/<scene>`, the names of the scene's folder and file, by default.
 
     Raises:
-        InputError: the scene is wrong; every mistake is listed.
+        InputError: the scene is wrong, and every mistake is listed; or `out` has the results of another scene.
     """
     path = scene_path(scene)
     set = [set] if isinstance(set, str) else set
     texts = [f"{key}={json.dumps(value)}" for key, value in set.items()] if isinstance(set, Mapping) else set
     tables = read_tables(path, texts)
-    name = path.parent.resolve().name if path.name == "scene.toml" else path.stem
-    target = Path(out) if out is not None else Path(DEFAULT_OUT) / name
+    folder = path.parent.resolve().name
+    name = folder if path.name == "scene.toml" else path.stem
+    target = Path(out) if out is not None else Path(DEFAULT_OUT) / folder / path.stem
+    check_owner(target, path)
     first, *others = KINDS
     kind = KINDS[next((table for table in others if table in tables), first)]
     return kind.open(Place(name, path, tables, modaldb.open(db), target, tuple(texts)))

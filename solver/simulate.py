@@ -71,7 +71,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     result, done, reason = Result.FINISHED, 0, ""
     for frame in range(schedule.frames):
         here = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
-        sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.part(here))
+        sound = integrator.advance(here.start * schedule.stride, schedule.stride, histories.samples.part(here))
         if not sound or not np.isfinite(histories.samples.energies[here]).all():
             result = integrator.failure if not sound else Result.DIVERGED
             break
@@ -80,7 +80,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         histories.multipliers[frame], histories.masters[frame] = now.multipliers, now.masters
         done = frame + 1
         times = schedule.interval * np.arange(here.start + 1, here.stop + 1)
-        left = limits.test(times, histories.part(here), now.q, sampled=plan.integrator.records_motion)
+        left = limits.test(times, histories.samples.part(here), now.q, sampled=plan.integrator.records_motion)
         if left is not None:
             result, reason = left
             break

@@ -22,6 +22,15 @@ class ContactHistory:
     master: Array | None = None
     """For a contact on another body's traction space: mean outward normal displacement under each of its functions at
     each frame [m], (f, functions)."""
+    path: Array | None = None
+    """Of a contact of one point: displacement along the force on the body, of its point and of the other body's, at the
+    end of each sample interval [m], (s, 1 or 2)."""
+    peak: int = -1
+    """Number of its own largest force among `Trajectory.peak_times`; −1 where it was open throughout."""
+    peak_multipliers: Array | None = None
+    """Contact force of each point at each of `Trajectory.peak_times` [N], (p, c)."""
+    peak_master: Array | None = None
+    """As `master`, at each of `Trajectory.peak_times` [m], (p, functions)."""
 
 
 @dataclass(frozen=True)
@@ -76,5 +85,12 @@ class Trajectory:
     speed at the first time and opening speed at the last [m/s], (b, 7); empty where it locates no impacts."""
     gauges: dict[str, Array] = field(default_factory=dict)
     """`body.gauge` → value at the end of each sample interval, (s, k)."""
+    peak_times: Array | None = None
+    """End of the sample of the largest mean force of each contact that ever closed, see `ContactHistory.peak` [s],
+    (p,). Pictures show a contact at this time."""
+    peak_frames: Array | None = None
+    """All coordinates at each of `peak_times` [m kg^½], (p, coordinates)."""
+    peak_velocities: Array | None = None
+    """All velocities at each of `peak_times` [m kg^½/s], (p, coordinates)."""
     estimates: Json = field(default_factory=dict)
     """Estimated relative errors of the run by name, such as `step.impulse`; empty where none was made."""

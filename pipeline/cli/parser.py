@@ -125,7 +125,8 @@ def _command(names: Any, name: str, text: str, action: Action, description: str 
     text = "override a key of the scene, for instance run.duration=1e-3; may be repeated"
     add("--set", action="append", default=[], metavar="path.to.key=value", help=text)
     add("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
-    add("--out", metavar="PATH", help="folder of the results (default out/SCENE)")
+    text = "folder of the results (default out/FOLDER/FILE of the scene, such as out/piston/stroke)"
+    add("--out", metavar="PATH", help=text)
     add("--json", action="store_true", help="print one JSON document on stdout and everything else on stderr")
     add("--jobs", type=_positive, metavar="N", help="number of cores to use (default all)")
     add("-v", "--verbose", action="store_true", help="print log messages of the library")

@@ -1,5 +1,6 @@
 """The family of exporters: modules that write modes and trajectories, each in one file format."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
 
@@ -21,6 +22,12 @@ class Exporter(Protocol):
         self, folder: Path, records: BodyRecords, trajectory: Trajectory, body: str, every: int
     ) -> list[Path]:
         """Write every `every`-th frame of one body and return the paths of the files."""
+        ...
+
+    def write_results(
+        self, folder: Path, bodies: Mapping[str, BodyRecords], trajectory: Trajectory, every: int
+    ) -> list[Path]:
+        """Write every `every`-th frame of all bodies, with one file that opens all of them, and return the paths."""
         ...
 
 

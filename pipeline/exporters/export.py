@@ -1,28 +1,33 @@
 """`gudgeon export`: a scene's mode shapes or results as .vtu files."""
 
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from gudgeon.pipeline.exporters import EXPORTERS
 from gudgeon.pipeline.exporters.vtu import BodyRecords
-from gudgeon.pipeline.stages.job import Job, free_twists
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.base.stress import nodal_stress, stress_gauges
+from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
 
 
 def export(job: Job, what: str, every: int) -> list[Path]:
     """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder."""
     run_job(job, "modes" if what == "modes" else "solve")
-    files, exporter = [], EXPORTERS["vtu"]
-    for body in job.scene.body:
-        steps = job.components()[job.scene.component_of(body)]
-        mesh, modal = (job.store.get(steps[kind].key, kind) for kind in ("mesh", "modes"))
-        if what == "modes":
+    exporter = EXPORTERS["vtu"]
+    if what == "modes":
+        files = []
+        for body in job.scene.body:
+            steps = job.components()[job.scene.component_of(body)]
             files.append(job.out / "vtu" / f"{body}-modes.vtu")
-            exporter.write_modes(files[-1], mesh, modal)
-        else:
-            # Rigid motions that the scene fixes have no coordinates in the trajectory.
-            morph = replace(job.store.get(steps["morph"].key, "morph"), rigid_twists=free_twists(job, body))
-            trajectory = job.store.get(job.trajectory().key, "trajectory")
-            records = BodyRecords(mesh, modal, morph)
-            files += exporter.write_trajectory(job.out / "vtu" / body, records, trajectory, body, every)
-    return files
+            exporter.write_modes(files[-1], *(job.store.get(steps[kind].key, kind) for kind in ("mesh", "modes")))
+        return files
+    drawing = Drawing(job.store, job.trajectory().key, job.name, job.out, job.out, lambda name: None)
+    bodies = {name: _records(drawing, name, number) for number, name in enumerate(job.scene.body)}
+    return exporter.write_results(job.out / "vtu", bodies, drawing.trajectory, every)
+
+
+def _records(drawing: Drawing, name: str, number: int) -> BodyRecords:
+    body = drawing.body(name)
+    stress = partial(nodal_stress, drawing, body) if stress_gauges(drawing, body) else None
+    return BodyRecords(body.mesh, body.modal, body.morph, drawing.position(name), number, stress)

@@ -1,5 +1,6 @@
 """VTK's unstructured grids for ParaView: mode shapes in one .vtu, a trajectory as one .vtu per frame and a .pvd."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import whole_file, write_text
+from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.reduction.expansion import displacement
 
 LINES = {"beam2": "line", "beam3": "line3"}
@@ -37,13 +39,21 @@ class BodyRecords(NamedTuple):
     modal: ModalRecord
     morph: MorphRecord
     """With the rigid twists that are free in the scene."""
+    position: np.ndarray = np.zeros(3)
+    """Of the body's origin in the scene [m], (3,)."""
+    number: int = 0
+    """Of the body in the scene, from 0."""
+    stress: Callable[[int], np.ndarray] | None = None
+    """Returns the stress at the nodes in a frame [Pa], (n, 6), NaN where no gauge has it; None without such gauges."""
 
 
 def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory, body: str, every: int) -> list[Path]:
     """Write frames of one body as `frame_000.vtu`, … and their times as `frames.pvd`; return these files.
 
-    Each file has the undeformed design with `displacement` [m] and `contact_pressure` [Pa], zero except at contact
-    points. Every `every`-th frame is written; a file has the number of its frame.
+    Each file has the undeformed design where it stands in the scene, with `displacement` [m], `velocity` [m/s],
+    `contact_pressure` [Pa], zero except at contact points, `body_id`, and `stress` (xx, yy, zz, xy, yz, zx) and
+    `von_mises` [Pa] where gauges record them, NaN elsewhere. Every `every`-th frame is written; a file has the number
+    of its frame.
 
     Raises:
         InputError: the trajectory has no such body, `every` is not positive, or the folder cannot be written.
@@ -53,7 +63,7 @@ def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory,
         raise InputError(f"{folder}: the trajectory has no body '{body}', it has {have}")
     if every < 1:
         raise InputError(f"{folder}: every = {every} given; allowed: 1 or more")
-    mesh, modal, morph = records
+    mesh, modal, morph = records[:3]
     nodes = mesh.nodes if morph.nodes is None else morph.nodes
     first = trajectory.coordinate_offsets[body]
     own = slice(first, first + len(morph.rigid_twists) + len(modal.angular_frequencies))
@@ -61,14 +71,43 @@ def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory,
     for frame in range(0, len(trajectory.frames), every):
         fields = {
             "displacement": displacement(nodes, morph, modal, trajectory.frames[frame, own]),
+            "velocity": displacement(nodes, morph, modal, trajectory.velocities[frame, own]),
             "contact_pressure": _contact_pressure(len(nodes), modal, trajectory, body, frame),
+            "body_id": np.full(len(nodes), records.number),
         }
+        if records.stress is not None:
+            stress = records.stress(frame)
+            fields |= {"stress": stress, "von_mises": von_mises(stress)}
         files.append(folder / f"frame_{frame:03d}.vtu")
-        _write_grid(files[-1], mesh, nodes, fields)
-        entries.append(f'<DataSet timestep="{trajectory.frame_times[frame]:.17g}" part="0" file="{files[-1].name}"/>')
-    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>'
-    write_text(folder / "frames.pvd", "\n".join([head, *entries, "</Collection></VTKFile>\n"]))
+        _write_grid(files[-1], mesh, nodes + records.position, fields)
+        entries.append((float(trajectory.frame_times[frame]), records.number, files[-1].name))
+    _write_collection(folder / "frames.pvd", entries)
     return [*files, folder / "frames.pvd"]
+
+
+def write_results(folder: Path, bodies: Mapping[str, BodyRecords], trajectory: Trajectory, every: int) -> list[Path]:
+    """Write frames of all bodies, see `write_trajectory`, into a folder of each, and `results.pvd` with all of them.
+
+    Raises:
+        InputError: as `write_trajectory`.
+    """
+    files, entries = [], []
+    for name, records in bodies.items():
+        own = write_trajectory(folder / name, records, trajectory, name, every)
+        files += own
+        entries += [
+            (float(trajectory.frame_times[frame]), records.number, f"{name}/{path.name}")
+            for frame, path in zip(range(0, len(trajectory.frames), every), own, strict=False)
+        ]
+    _write_collection(folder / "results.pvd", sorted(entries))
+    return [*files, folder / "results.pvd"]
+
+
+def _write_collection(path: Path, entries: list[tuple[float, int, str]]) -> None:
+    """Write a ParaView collection of files by time [s] and part."""
+    lines = [f'<DataSet timestep="{time:.17g}" part="{part}" file="{file}"/>' for time, part, file in entries]
+    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>'
+    write_text(path, "\n".join([head, *lines, "</Collection></VTKFile>\n"]))
 
 
 def _contact_pressure(count: int, modal: ModalRecord, trajectory: Trajectory, body: str, frame: int) -> np.ndarray:

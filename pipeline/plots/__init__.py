@@ -13,6 +13,7 @@ import uuid
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from gudgeon.pipeline.errors import InputError
 
@@ -32,6 +33,7 @@ PLOTS: Pictures = {
     "rendered": {
         "deformation": "gudgeon.pipeline.plots.deformation.solid:draw_deformation",
         "stress": "gudgeon.pipeline.plots.deformation.solid:draw_stress",
+        "modes": "gudgeon.pipeline.plots.deformation.modes:draw_modes",
         "movie": "gudgeon.pipeline.plots.deformation.movie:draw_movie",
     },
 }
@@ -44,6 +46,7 @@ DRIVEN: Pictures = {
     },
     "rendered": {
         "deformation": "gudgeon.pipeline.plots.driven.assembly:draw_assembly",
+        "modes": PLOTS["rendered"]["modes"],
         "movie": "gudgeon.pipeline.plots.driven.movie:draw_cycle_movie",
     },
 }
@@ -51,7 +54,7 @@ DRIVEN: Pictures = {
 
 FILES = (
     "force.png", "energy.png", "impacts.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png",
-    "stress.png", "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
+    "stress.png", "modes.png", "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
 )  # fmt: skip
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""
 
@@ -67,6 +70,7 @@ def render(
     compare: Mapping[str, str] = ALONE,
     *,
     pictures: Pictures | None = None,
+    reference: Mapping[str, Any] | None = None,
 ) -> tuple[list[Path], list[str]]:
     """Draw all pictures of a trajectory, or of a wheel, into a folder.
 
@@ -75,6 +79,8 @@ def render(
         compare: Keys of other runs of the same scene, by their labels in `cycle.png`; the trajectory's own key may be
             among them, for its label.
         pictures: Of another kind of scene; the default is `PLOTS` or `DRIVEN`.
+        reference: Of the force in `force.png`: its `label`, and `times` [s] and `force` [N] or the `key` of a full-FE
+            run.
 
     Returns:
         The files that were drawn, and a note for each picture that could not be drawn.
@@ -95,6 +101,7 @@ def render(
             job = {
                 "store": str(store_root.resolve()), "key": key, "pictures": pictures, "scene": scene_name,
                 "compare": dict(compare), "out": str(out.resolve()), "scratch": str(scratch.resolve()), "group": group,
+                "reference": reference,
             }  # fmt: skip
             path = scratch / f"{group}.json"
             path.write_text(json.dumps(job))

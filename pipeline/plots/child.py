@@ -25,6 +25,7 @@ def main(job_path: str) -> None:
         scratch=Path(job["scratch"]),
         tell=lambda name: _tell("drawn", name),
         compare=job["compare"],
+        reference=job["reference"],
     )
     foreign = job["pictures"]
     for name, function in (foreign or (DRIVEN if drawing.driven else PLOTS))[job["group"]].items():

@@ -37,6 +37,11 @@ class Report(Strict):
         default={}, description="Quantity of the run → name under `expected` in the reference"
     )
     pulse: Pulse | None = Field(default=None, description="Compare the force with an exact rectangular pulse")
+    history: str | None = Field(
+        default=None,
+        description="Force of the contact in force.png: path under `histories` in the reference, '.' for itself, to `t`"
+        " [s] and `F` [N]",
+    )
     window: float = Field(
         default=40e-6, ge=0, description="Full width of the Hann window on forces, both sides [s]; 0: none"
     )

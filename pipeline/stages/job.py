@@ -11,7 +11,8 @@ from gudgeon.pipeline.scenes.checks import checked
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import merged, named
 from gudgeon.pipeline.stages.base import Place, SceneJob
-from gudgeon.pipeline.stages.products import STAGES, Product, component_products, plot_inputs, product
+from gudgeon.pipeline.stages.products import STAGES, Product, component_products, nodal_product, plot_inputs, product
+from gudgeon.pipeline.stages.reference_curve import reference_curve
 from gudgeon.solver.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -52,7 +53,19 @@ class Job(SceneJob):
 
     def pictures(self) -> dict[str, Any]:
         others = {name: job.trajectory().key for name, job in self.compared().items()}
-        return plot_inputs(self.trajectory().key, others | {"": self.scene.plot.label} if others else {})
+        inputs = plot_inputs(self.trajectory().key, others | {"": self.scene.plot.label} if others else {})
+        curve = self.reference()
+        return inputs | ({"reference": curve} if curve is not None else {})
+
+    def reference(self) -> dict[str, Any] | None:
+        """Return the reference of the contact force, see `reference_curve`."""
+        return reference_curve(self.path, self.scene, self._full_fe)
+
+    def _full_fe(self, step: float) -> str | None:
+        """Return the key of the full-FE run with a step [s] if it is in the database."""
+        parts = {name: (made["modes"].inputs, made["morph"].inputs) for name, made in self.components().items()}
+        key = nodal_product(self.name, self.dynamics(), parts, step).key
+        return key if self.store.has(key) else None
 
     def dynamics(self) -> dict[str, Any]:
         """Return the solver's part of the scene, as JSON."""

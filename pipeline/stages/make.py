@@ -12,6 +12,7 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.base import SceneJob
+from gudgeon.pipeline.stages.folder import PICTURES, claim, remove_pictures
 from gudgeon.pipeline.stages.products import Product, combined
 from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.status import fresh_pictures, remember
@@ -49,9 +50,12 @@ def run_stages(
     """
     if until not in job.stages:
         raise InputError(f"{job.path}: no stage '{until}'; its stages are {', '.join(job.stages)}")
+    claim(job)
     wanted = job.stages[: job.stages.index(until) + 1]
     stages = {stage: make_stage(job, stage, tasks, tell) for stage in wanted if stage != "plot"}
     report, pictures, notes = finish(until), [], []
+    if report.result is not None:
+        remove_pictures(job.out, content_key(job.pictures()))
     if "plot" in wanted and report.result != Result.DIVERGED.name:
         stages["plot"], pictures, notes = plot_stage(job, draw, tell)
     remember(job, wanted)
@@ -81,8 +85,8 @@ def plot_stage(job: SceneJob, draw: Draw, tell: Progress) -> tuple[StageReport, 
     if (pictures := fresh_pictures(job, key)) is not None:
         return StageReport("fresh", time.perf_counter() - start, key), pictures, []
     drawn, notes = draw()
-    if not notes:
-        digests = {path.name: file_digest(path) for path in drawn}
-        write_text(job.out / "pictures.json", json.dumps({"key": key, "files": digests}, indent=1))
+    digests = {path.name: file_digest(path) for path in drawn}
+    noted = {"key": key, "files": digests, "complete": not notes}
+    write_text(job.out / PICTURES, json.dumps(noted, indent=1))
     tell("plot", 1.0)
     return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes

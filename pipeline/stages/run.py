@@ -185,7 +185,10 @@ def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
             make_stage(other, stage, partial(_tasks, other, tell=tell), tell)
         compare[name] = other.trajectory().key
     tell("plot", 0.0)
-    return render(job.store.root, job.trajectory().key, job.out, job.name, compare if len(compare) > 1 else {})
+    alone, curve = len(compare) < 2, job.reference()
+    return render(
+        job.store.root, job.trajectory().key, job.out, job.name, {} if alone else compare, reference=curve
+    )  # fmt: skip
 
 
 def _frequencies(job: Job) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:

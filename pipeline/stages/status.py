@@ -7,6 +7,7 @@ from typing import Any
 from gudgeon.modaldb.keys import content_key, differences, file_digest
 from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.stages.base import SceneJob
+from gudgeon.pipeline.stages.folder import PICTURES
 from gudgeon.pipeline.stages.products import Product, combined
 
 INPUTS = "inputs.json"
@@ -39,9 +40,13 @@ def remember(job: SceneJob, stages: Sequence[str]) -> None:
 def fresh_pictures(job: SceneJob, key: str) -> list[str] | None:
     """Return the pictures in the job's folder if they were drawn for `key` and are undamaged, else None."""
     try:
-        noted = json.loads((job.out / "pictures.json").read_text())
+        noted = json.loads((job.out / PICTURES).read_text())
         paths = [job.out / name for name in noted["files"]]
-        fresh = noted["key"] == key and [file_digest(path) for path in paths] == [*noted["files"].values()]
+        fresh = (
+            noted["key"] == key
+            and noted.get("complete", True)
+            and [file_digest(path) for path in paths] == [*noted["files"].values()]
+        )
     except (OSError, ValueError, KeyError):
         return None
     return [str(path) for path in paths] if fresh else None

@@ -5,6 +5,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from gudgeon.solver.integrators.paths import NO_PATHS, Paths
+from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
@@ -29,12 +31,25 @@ class Samples(NamedTuple):
     """Rigid coordinates, their rates, length errors of the joints, at the end of the sample, (s, 2 r + j)."""
     gauges: np.ndarray
     """At the end of the sample, (s, G); no columns where the integrator reads none."""
+    peaks: Peaks = Peaks.empty()
+    """State at each contact's largest force of all samples so far; of no contact where nothing is to be kept."""
+    paths: Paths = NO_PATHS
+    """Displacements of the points of contacts that have one."""
+
+    def part(self, here: slice) -> "Samples":
+        """Return a range of the samples, with the peaks of all."""
+        return self._replace(
+            forces=self.forces[here], energies=self.energies[here], loads=self.loads[here],
+            snapshots=self.snapshots[here], gauges=self.gauges[here],
+            paths=self.paths._replace(values=self.paths.values[here]),
+        )  # fmt: skip
 
     def set_states(self, here: slice, system: System, p: np.ndarray, v: np.ndarray, pressed: np.ndarray) -> None:
-        """Set rigid motion and gauges at the ends of t samples: states p, v, (t, m), contact forces [N], (t, c)."""
+        """Set what t samples record at their ends, of states p, v, (t, m), and contact forces [N], (t, c)."""
         r = len(system.rigid)
         self.snapshots[here, :r], self.snapshots[here, r : 2 * r] = p[:, system.rigid], v[:, system.rigid]
         self.gauges[here] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
+        self.paths.fill(here, p, pressed)
 
 
 @dataclass(frozen=True)

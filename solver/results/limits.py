@@ -74,7 +74,7 @@ class Limits:
         if not r:
             return None
         if not sampled:
-            times, samples = times[-1:], Samples(*(part[-1:] for part in samples))
+            times, samples = times[-1:], samples.part(slice(-1, None))
         places = samples.snapshots[:, :r] if sampled else q[None, self._system.rigid]
         found = [*self._turned(times, places), *self._moved_aside(times, places, samples.forces)]
         if sampled:

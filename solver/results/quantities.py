@@ -3,6 +3,7 @@
 import numpy as np
 
 from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.contact.pressure import patches, pressure_peak
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import FIRST_CONTACT, LAST_CONTACT, Outcome
 from gudgeon.solver.integrators.steps import Plan
@@ -23,14 +24,16 @@ SLIPS = 3
 """Number of changes between sliding and sticking that are quantities."""
 
 
-def quantities(system: System, plan: Plan, end: Outcome, forces: np.ndarray, multipliers: np.ndarray) -> Json:
+def quantities(
+    system: System, plan: Plan, end: Outcome, forces: np.ndarray, states: tuple[np.ndarray, np.ndarray]
+) -> Json:
     """Return the quantities of all contacts and bodies, `CONTACT.name` or `BODY.name` → {"value", "unit"}.
 
     Args:
         forces: Mean resultants over each sample [N], (s, k, 3).
-        multipliers: Contact forces at each frame [N], (f, c).
+        states: Times of frames and peaks [s], (f,), and contact forces then [N], (f, c).
     """
-    found, interval = Json(), plan.schedule.interval
+    found, interval, (times, multipliers) = Json(), plan.schedule.interval, states
     for number, contact in enumerate(system.contacts):
         impulse = (end.impulses[contact.rows, None] * contact.directions).sum(axis=0)
         size = float(np.linalg.norm(impulse))
@@ -50,9 +53,8 @@ def quantities(system: System, plan: Plan, end: Outcome, forces: np.ndarray, mul
             values |= _rebound(system, end, contact, along)
         if number < len(end.slips):
             values |= _of_slips(end.slips[number])
-        if contact.areas is not None and multipliers.size:
-            pressure = multipliers[:, contact.rows] / contact.areas
-            values["pressure_peak"] = (float(pressure.max()), "Pa")
+        if contact.areas is not None and multipliers.any():
+            values |= _of_pressure(contact, times, multipliers[:, contact.rows], end.impulses[contact.rows])
         found |= named(contact.name, values)
     return found | (_leaving(system, end) if plan.integrator.counts_impacts else {})
 
@@ -102,6 +104,29 @@ def _of_samples(
         "duration": (float(last - first + dt), "s"),
     }
     return values | (smoothed_peak(pushed, interval, system.resolution) if len(contact.points) == 1 else {})
+
+
+def _of_pressure(
+    contact: ContactRows, times: np.ndarray, multipliers: np.ndarray, impulses: np.ndarray
+) -> dict[str, Quantity]:
+    """Return the largest mean pressure over a patch, the patch's area, time and place; the share of slivers.
+
+    Args:
+        times: [s], (f,)
+        multipliers: Of the contact's points [N], (f, c).
+        impulses: [N s], (c,)
+    """
+    assert contact.areas is not None
+    over = patches(contact.points, contact.areas)
+    most = pressure_peak(over, multipliers)
+    values: dict[str, Quantity] = {
+        "pressure_peak": (most.pressure, "Pa"),
+        "pressure_patch": (most.area, "m^2"),
+        "pressure_time": (float(times[most.frame]), "s"),
+    }
+    values |= {f"pressure_{x}": (float(at), "m") for x, at in zip("xyz", contact.points[most.point], strict=True)}
+    share = float(impulses[over.slivers].sum())
+    return values | ({"sliver_share": (share / float(impulses.sum()), "1")} if share > 0 else {})
 
 
 def _of_slips(changes: list[tuple[float, bool]]) -> dict[str, Quantity]:

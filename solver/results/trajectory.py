@@ -6,12 +6,15 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, Outcome, Samples
+from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
 from gudgeon.solver.results.momentum import momentum_residual
 from gudgeon.solver.results.nearest import nearest
+from gudgeon.solver.results.paths import empty_paths, recorded_paths
 from gudgeon.solver.results.quantities import deflections, quantities
 from gudgeon.solver.system.system import System
 
@@ -35,20 +38,20 @@ class Histories(NamedTuple):
         driving, count = system.driving, schedule.frames * schedule.samples_per_frame
         widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints), len(system.gauges)
         loads, snapshots, gauges = (np.zeros((count, width)) for width in widths)
-        samples = Samples(
-            np.zeros((count, max(1, len(system.contacts)), 3)), np.zeros((count, 5)), loads, snapshots, gauges
-        )
-        sizes = len(system.velocity), len(system.velocity), len(system.gap), len(system.functions)
+        size = len(system.velocity)
+        peaks = Peaks.empty(len(system.contacts), size, len(system.gap), len(system.functions))
+        forces = np.zeros((count, max(1, len(system.contacts)), 3))
+        paths = empty_paths(system, count)
+        samples = Samples(forces, np.zeros((count, 5)), loads, snapshots, gauges, peaks=peaks, paths=paths)
+        sizes = size, size, len(system.gap), len(system.functions)
         return cls(samples, *(np.zeros((schedule.frames, size)) for size in sizes))
-
-    def part(self, here: slice) -> Samples:
-        """Return a range of the samples."""
-        return Samples(*(one[here] for one in self.samples))
 
     def cut(self, frames: int, schedule: Schedule) -> "Histories":
         """Return the first frames and their samples."""
         _, *states = self
-        return Histories(self.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states))
+        return Histories(
+            self.samples.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states)
+        )
 
 
 class Ending(NamedTuple):
@@ -66,7 +69,13 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
     schedule, interval, samples = plan.schedule, plan.schedule.interval, found.samples
     times = interval * np.arange(1, len(samples.forces) + 1)
     frame_times = interval * schedule.samples_per_frame * np.arange(1, len(found.frames) + 1)
+    paths = recorded_paths(system, samples.paths.values)
+    closed = np.flatnonzero(samples.peaks.force > 0)
+    peaks = Peaks(*(part[closed] for part in samples.peaks))
+    peak_masters = _outward(system, peaks)
     readings = recorded_gauges(system, samples.gauges)
+    peak_times = interval * peaks.sample
+    states = np.append(frame_times, peak_times), np.concatenate([found.multipliers, peaks.multipliers])
     contacts = {
         contact.name: ContactHistory(
             body=contact.body,
@@ -75,8 +84,11 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
             multipliers=found.multipliers[:, contact.rows],
             areas=contact.areas,
             points=contact.points,
-            # In the order of the record.
-            master=found.masters[:, contact.functions][:, np.argsort(over.order)] if (over := contact.master) else None,
+            master=_recorded(found.masters, contact),
+            path=paths.get(contact.name),
+            peak=int(np.flatnonzero(closed == number)[0]) if number in closed else -1,
+            peak_multipliers=peaks.multipliers[:, contact.rows],
+            peak_master=_recorded(peak_masters, contact),
         )
         for number, contact in enumerate(system.contacts)
     }
@@ -90,7 +102,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         frame_times=frame_times,
         frames=found.frames,
         velocities=found.velocities,
-        quantities=quantities(system, plan, end, samples.forces, found.multipliers)
+        quantities=quantities(system, plan, end, samples.forces, states)
         | gauge_quantities(system, readings)
         | deflections(system, frame_times, found.frames)
         | nearest(system, end, frame_times, found.frames, found.velocities),
@@ -101,6 +113,9 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
         impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=False)},
         gauges=readings,
+        peak_times=peak_times,
+        peak_frames=peaks.q,
+        peak_velocities=peaks.v,
     )
 
 
@@ -118,6 +133,17 @@ def _counts(system: System, plan: Plan, end: Outcome) -> Json:
         "contact_rows": len(system.gap),
         "functions": len(system.functions),
     } | end.work
+
+
+def _outward(system: System, peaks: Peaks) -> np.ndarray:
+    """Return the outward displacements of all functions at the peaks [m], (p, F)."""
+    return -(peaks.q @ system.functions.T + peaks.functions @ system.function_residual)
+
+
+def _recorded(masters: np.ndarray, contact: ContactRows) -> np.ndarray | None:
+    """Return the displacements of a contact's traction space in the order of the record [m], (f, F)."""
+    over = contact.master
+    return None if over is None else masters[:, contact.functions][:, np.argsort(over.order)]
 
 
 def _joints(system: System, times: np.ndarray, samples: Samples) -> dict[str, JointHistory]:

@@ -100,6 +100,37 @@ def test_balances_close(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(INTEGRATORS))
+def test_the_state_at_the_largest_force_is_kept(name: str, tmp_path: Path) -> None:
+    """Beside four frames, the state at the end of the sample of the largest force: that of a run with all as frames."""
+    given = {"duration": WHOLE, "samples": 40} | ({} if INTEGRATORS[name].own_steps else {"step": WHOLE / 800})
+    every = solved(tmp_path / "every", name, METHODS[name], frames=40, **given)
+    few = solved(tmp_path / "few", name, METHODS[name], frames=4, **given)
+    assert len(every.times) == len(few.times) == len(every.frames)
+    force = few.contacts["wall"].force
+    highest = int(np.linalg.norm(force, axis=1).argmax())
+    assert (highest + 1) % 10  # No frame ends there.
+    assert few.contacts["wall"].peak == 0
+    np.testing.assert_allclose(few.peak_times, few.times[[highest]], rtol=1e-14)
+    largest = np.abs(every.frames).max()
+    np.testing.assert_allclose(few.peak_frames, every.frames[[highest]], rtol=0, atol=1e-12 * largest)
+    np.testing.assert_allclose(few.peak_velocities, every.velocities[[highest]], rtol=0, atol=1e-11)
+    pressed = every.contacts["wall"].multipliers[[highest]]
+    if name == "discrete-gradient":  # The force is constant within its steps; a sample has their mean.
+        pressed = -force[[highest], :1]
+    np.testing.assert_allclose(few.contacts["wall"].peak_multipliers, pressed, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", sorted(INTEGRATORS))
+def test_no_state_is_kept_of_a_contact_that_stayed_open(name: str, tmp_path: Path) -> None:
+    away = scene(name, METHODS[name])
+    away["body"]["part"]["velocity"] = [-1.0, 0, 0]
+    found = simulate(build(tmp_path / "away", rod_records(8), away))
+    assert found.peak_times is not None
+    assert found.contacts["wall"].peak == -1
+    assert len(found.peak_times) == 0
+
+
+@pytest.mark.parametrize("name", sorted(INTEGRATORS))
 def test_the_drift_of_a_whole_impact_is_as_promised(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     undivided(name, monkeypatch)
     given = {"step": DRIFTING[name]} if name in DRIFTING else {}

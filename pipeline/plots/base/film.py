@@ -73,6 +73,7 @@ def shoot(path: Path, figure: Figure, stage: Stage, frames: np.ndarray, turn_to:
         frames: Numbers of the frames.
         turn_to: Moves the scene to a frame and returns its mark, text and arrows.
     """
+    style.fit(figure)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     ground = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,12 +14,36 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.pipeline.plots.base.hardest import Hardest, hardest, with_peaks
 from gudgeon.pipeline.reduction.expansion import displacement
 from gudgeon.solver.bodies.small_motion import free_twists
 from gudgeon.solver.scene.body import Body
 
 LINES = ("line3", "beam2", "beam3")
 """Kinds of cells of bars and beams."""
+
+
+class Press(NamedTuple):
+    """A contact as it presses on one of its bodies."""
+
+    interface: str
+    """Of the body."""
+    points: np.ndarray
+    """In the body's design position [m], (c, 3)."""
+    outward: np.ndarray
+    """Unit normals out of the body; forces act against them, (c, 3)."""
+    multipliers: np.ndarray
+    """[N], (f, c)"""
+
+
+class Curve(NamedTuple):
+    """A force over time."""
+
+    label: str
+    times: np.ndarray
+    """[s], (t,)"""
+    force: np.ndarray
+    """Its size [N], (t,)."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +71,9 @@ class BodyMotion:
         return replace(self, modal=modal, nodes=points)
 
     def surface(self, interface: str) -> Surface | None:
-        """Return the named surface with all nodes of an interface, the one with the fewest facets."""
+        """Return the named surface with all nodes of an interface of points, the one with the fewest facets."""
+        if interface not in self.modal.interfaces:
+            return None
         nodes = self.modal.interfaces[interface].nodes
         holders = [one for one in self.mesh.surfaces.values() if np.isin(nodes, one.facets).all()]
         return min(holders, key=lambda one: len(one.facets), default=None)
@@ -85,11 +111,24 @@ class Drawing:
     """Receives the name of each complete file."""
     compare: Mapping[str, str] = field(default_factory=dict)
     """Keys of other runs of the same scene, by their labels."""
+    reference: Mapping[str, Any] | None = None
+    """As `render` takes it."""
+
+    def reference_force(self, contact: str) -> Curve | None:
+        """Return the reference of the force of a contact; None if there is none."""
+        if self.reference is None:
+            return None
+        label = self.reference["label"]
+        if "key" not in self.reference:
+            return Curve(label, np.array(self.reference["times"]), np.array(self.reference["force"]))
+        record = self.store.get(self.reference["key"], "nodal", only=["times", "force", "forces"])
+        force = record.forces.get(contact, record.force if len(self.trajectory.contacts) == 1 else None)
+        return None if force is None else Curve(label, record.times, np.linalg.norm(force, axis=1))
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """The whole trajectory."""
-        return self.store.get(self.key, "trajectory")
+        """The whole trajectory, with the states at the largest forces among its frames."""
+        return with_peaks(self.store.get(self.key, "trajectory"))
 
     @cached_property
     def scene(self) -> dict[str, Any]:
@@ -138,9 +177,9 @@ class Drawing:
         return [name for name in found if self.cell_type(name) in LINES]
 
     def touched(self, cell_type: str) -> list[str]:
-        """Return the bodies of a cell type with a closed contact of their own in some frame."""
+        """Return the bodies of a cell type on which a contact, their own or another's, acts in some frame."""
         bodies = self.trajectory.bodies
-        found = [name for name in bodies if any(c.multipliers.any() for c in self.contacts_of(name).values())]
+        found = [name for name in bodies if any(c.multipliers.any() for c in self.contacts_on(name).values())]
         return [name for name in found if self.cell_type(name) == cell_type]
 
     def shaped(self, names: Iterable[str]) -> Iterator[BodyMotion]:
@@ -155,16 +194,30 @@ class Drawing:
 
     def frame_force(self, body: str) -> np.ndarray:
         """Return the sum of all contact forces on a body at each frame [N], (f,)."""
-        return np.sum([contact.multipliers.sum(axis=1) for contact in self.contacts_of(body).values()], axis=0)
+        return np.sum([contact.multipliers.sum(axis=1) for contact in self.contacts_on(body).values()], axis=0)
 
-    def strongest_contact(self, body: str) -> str:
-        """Return the contact of a body with the largest force in any frame."""
-        contacts = self.contacts_of(body)
-        return max(contacts, key=lambda name: contacts[name].multipliers.sum(axis=1).max())
+    def hardest(self, body: str) -> Hardest:
+        """Return the largest force of all contacts on a body, of which some frame must show one closed."""
+        found = hardest(self.trajectory, self.contacts_on(body))
+        assert found is not None
+        return found
 
-    def strongest_frame(self, body: str) -> int:
-        """Return the number of the frame of the largest contact force on a body."""
-        return int(np.argmax(self.frame_force(body)))
+    def presses(self, body: str) -> dict[str, Press]:
+        """Return the closed contacts on a body, own ones and those of other bodies."""
+        found = {}
+        for name, contact in self.contacts_on(body).items():
+            normals = self._normals(contact)
+            points, outward, interface = contact.points, normals, contact.interface
+            if contact.body != body:
+                points, outward = points + self.position(contact.body) - self.position(body), -normals
+                interface = self.scene["contact"][name]["against"]["interface"]
+            found[name] = Press(interface, points, outward, contact.multipliers)
+        return found
+
+    def _normals(self, contact: ContactHistory) -> np.ndarray:
+        """Return the outward unit normals at the points of a contact, (c, 3)."""
+        morph = self.store.get(self.trajectory.bodies[contact.body], "morph", only=["modes_key"])
+        return self.store.get(morph.modes_key, "modes", only=["interfaces"]).interfaces[contact.interface].normals
 
     def unseen(self) -> list[str]:
         """Return the contacts that were closed, but in no frame, except those with located impacts."""

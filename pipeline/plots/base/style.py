@@ -10,13 +10,17 @@ import matplotlib
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from PIL.Image import Image
 
+from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.files import whole_file
+from gudgeon.pipeline.plots.base.hardest import Hardest
 
 WIDTH, HEIGHT, DPI = 1600, 1200, 200
 """Size of a picture [px] and its resolution [px/in]."""
@@ -29,8 +33,15 @@ AROUND = ListedColormap(colormaps["Blues"](np.linspace(0.06, 0.85, 256)), "aroun
 PRESSURE = "magma_r"
 SIGNED = colormaps["RdBu_r"]
 
+BORDER, FITS = 0.006, 3
+"""Least distance of texts from the border, of the figure's width, and how often they are made smaller for it."""
+
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
 """Scale factors are one of these times a power of ten."""
+
+SHOWN = 0.05
+"""Largest drawn displacement, relative to a body's diagonal."""
+CAPPED = f"drawn displacement ≤ {SHOWN:.0%} of the body's size"
 
 IMAGE, BAR = (1340, 1000), (0.862, 0.17, 0.018, 0.6)
 """Size of a rendered picture [px], and place of the colour bar beside it."""
@@ -77,8 +88,25 @@ def new_figure(title: str, subtitle: str, *, height: int = HEIGHT, width: int = 
 
 def save(figure: Figure, path: Path) -> None:
     """Write a figure as PNG of its full size, in one step; see `whole_file`."""
+    fit(figure)
     with whole_file(path) as scratch:
         figure.savefig(scratch, dpi=DPI, facecolor="white", format="png")
+
+
+def fit(figure: Figure) -> None:
+    """Make texts smaller that would be cut off at the figure's border."""
+    canvas, edge = FigureCanvasAgg(figure), BORDER * figure.get_figwidth() * figure.dpi
+    size = np.array([figure.get_figwidth(), figure.get_figheight()]) * figure.dpi
+    for _ in range(FITS):
+        canvas.draw()
+        for text in figure.findobj(Text):
+            if not text.get_text().strip() or not text.get_visible():
+                continue
+            box = text.get_window_extent(canvas.get_renderer())
+            outside = max(edge - box.x0, box.x1 - size[0] + edge, edge - box.y0, box.y1 - size[1] + edge)
+            if outside > 0:
+                length = max(box.width, box.height)
+                text.set_fontsize(float(text.get_fontsize()) * max(0.5, 1 - (outside + 1) / length))
 
 
 def draw(file: AbstractContextManager[Path], make: Callable[..., Figure], *arguments: Any) -> None:
@@ -208,7 +236,7 @@ def digits(value: float) -> str:
 
 def signed(value: float, decimals: int) -> str:
     """Return a value as text with a true minus sign."""
-    return f"{value:.{decimals}f}".replace("-", "−")
+    return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
 
 
 def nice_scale(shown: float, largest: float) -> float:
@@ -237,6 +265,12 @@ def contact_span(times: np.ndarray, force: np.ndarray, margin: float) -> tuple[f
     first, last = times[hit[0]], times[hit[-1]]
     extra = margin * max(last - first, 4 * (times[1] - times[0]))
     return float(max(first - extra, min(times[0], 0.0))), float(min(last + extra, times[-1]))
+
+
+def moment_text(most: Hardest, trajectory: Trajectory) -> str:
+    """Return contact, size and time of a largest force as text."""
+    factor, unit = time_unit(float(trajectory.times[-1]))
+    return f"largest force of {most.contact}: {quantity(most.force, 'N')} at {digits(most.time * factor)} {unit}"
 
 
 def plain_axes(axes: Axes) -> None:

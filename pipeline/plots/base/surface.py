@@ -5,13 +5,14 @@ drawn at any frame without interpolation weights.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 import pyvista as pv
 
-from gudgeon.pipeline.plots.base.run import BodyMotion
+from gudgeon.pipeline.plots.base.run import LINES, BodyMotion
 
 CELLS = {6: pv.CellType.QUADRATIC_TRIANGLE, 10: pv.CellType.QUADRATIC_TETRA}
 """Kind of cell by its number of nodes."""
@@ -53,6 +54,26 @@ class Skin(NamedTuple):
     def colour(self, values: np.ndarray) -> None:
         """Set the values that colour the triangles, (p,); those of the edges are ignored."""
         self.surface.point_data["magnitude"] = values[: self.surface.n_points]
+
+
+class Thread(NamedTuple):
+    """The nodes of a bar or a beam with lines between them, or the points of a rigid body."""
+
+    surface: pv.PolyData
+    lines: bool
+
+    @property
+    def points(self) -> np.ndarray:
+        """(p, 3) [m]"""
+        return np.asarray(self.surface.points)
+
+    def move(self, points: np.ndarray) -> None:
+        """Move all points (p, 3)."""
+        self.surface.points = points
+
+    def colour(self, values: np.ndarray) -> None:
+        """Set the values that colour the points, (p,)."""
+        self.surface.point_data["magnitude"] = values
 
 
 class Cut(NamedTuple):
@@ -100,6 +121,18 @@ def skin_of(
     assert body.modal.shapes is not None
     skin = make_skin(body.nodes, body.mesh.cells, triangles, {**fields, "shapes": body.modal.shapes}, cut)
     return body.on(skin.points, skin.take("shapes")), skin
+
+
+def thread_of(body: BodyMotion) -> tuple[BodyMotion, Thread]:
+    """Return the motion of the nodes of a body without volume, and what is drawn of it."""
+    cells, lines = body.mesh.cells, body.mesh.cell_type in LINES
+    place = pv.PolyData(body.nodes.copy())
+    if lines:
+        place = pv.PolyData(body.nodes.copy(), lines=np.column_stack([np.full(len(cells), 2), cells[:, :2]]).ravel())
+    if body.modal.shapes is None or not body.modal.shapes.size:
+        rigid = replace(body.modal, shapes=np.zeros((len(body.nodes), 3, len(body.modal.angular_frequencies))))
+        body = replace(body, modal=rigid)
+    return body, Thread(place, lines)
 
 
 def _divided(grid: pv.UnstructuredGrid, level: int) -> pv.PolyData:

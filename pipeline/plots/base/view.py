@@ -13,7 +13,7 @@ from PIL import Image
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.base.surface import Skin
+from gudgeon.pipeline.plots.base.surface import Skin, Thread
 from gudgeon.solver.obstacles import Obstacle, basic_surface, obstacle_of
 from gudgeon.solver.vectors import unit
 
@@ -21,6 +21,9 @@ FINER = 2.0
 """Factor by which a picture is rendered larger before it is averaged."""
 LIGHTS = (((0.5, 0.8, 1.0), 0.55), ((-1.0, 0.2, 0.8), 0.3), ((0.2, -1.0, 0.7), 0.35))
 """Position relative to the camera and strength of each light: from above, and fill for what faces down."""
+
+LINE, POINT = 7.0, 24.0
+"""Width of a bar or a beam, and diameter of a rigid body's point [px]."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,14 @@ def add_skin(plotter: pv.Plotter, skin: Skin, colours: Colormap, limits: tuple[f
         smooth_shading=False, interpolate_before_map=True, ambient=0.42, diffuse=0.7, specular=0.1, specular_power=20,
     ).prop.interpolation = "Phong"  # fmt: skip
     add_edges(plotter, skin.edges, style.INK, width)
+
+
+def add_thread(plotter: pv.Plotter, thread: Thread, colours: Colormap, limits: tuple[float, float]) -> None:
+    """Add a moved and coloured line or points; the colours end at the limits."""
+    plotter.add_mesh(
+        thread.surface, scalars="magnitude", clim=limits, cmap=colours, show_scalar_bar=False, line_width=LINE,
+        render_lines_as_tubes=True, point_size=POINT, render_points_as_spheres=True, ambient=0.4,
+    )  # fmt: skip
 
 
 def add_arrow(plotter: pv.Plotter, tail: np.ndarray, tip: np.ndarray) -> None:

@@ -9,20 +9,23 @@ from matplotlib.figure import Figure
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, impact_count
 from gudgeon.pipeline.plots.contact.located import Touch, joined, touches
-from gudgeon.pipeline.plots.driven.drive import Drive, hardest_first, own_cycle, shown_angle
+from gudgeon.pipeline.plots.driven.drive import Drive, frame_degrees, hardest_first, own_cycle, shown_angle
 
 ENERGIES = (("kinetic", style.BLUE), ("strain", style.ORANGE), ("contact", style.RED), ("dissipated", style.GREEN))
 WORK = "#7a4fa3"
+ROOM = 1.16
+"""Height of axes with a contact's name, of those without."""
 ROUND_OFF = 1e-9
 """Share of the largest energy up to which another is round-off."""
 
 
 def draw_force(drawing: Drawing) -> None:
     """Draw the resultant of each contact over time or crank angle, or its impulses if samples do not resolve it."""
-    if drawing.trajectory.contacts:
+    if any(contact.force.any() for contact in drawing.trajectory.contacts.values()):
         style.draw(drawing.file("force.png"), _cycle_force if drawing.driven else _force, drawing)
 
 
@@ -46,7 +49,9 @@ def _force(drawing: Drawing) -> Figure:
             impact_axes(axes, touch, span)
         else:
             rubs = touch is not None and drawing.scene["contact"][name].get("friction") is not None
-            force_axes(axes, trajectory, name, abscissa.values, touch.direction if touch and rubs else None)
+            along = touch.direction if touch and rubs else None
+            reference = drawing.reference_force(name)
+            force_axes(axes, trajectory, name, abscissa.values, along, reference=reference)
         if count > 1:
             _name(axes, name)
     abscissa.finish(panels)
@@ -60,13 +65,17 @@ def _cycle_force(drawing: Drawing) -> Figure:
     figure = style.new_figure("Contact force", drawing.scene_name)
     panels = style.rows(figure, [1.0] * len(names), 0.35)
     for axes, name in zip(panels, names, strict=True):
-        angle = shown_angle(run.drive, force_axes(axes, run.trajectory, name, run.degrees), 1)
-        _name(axes, f"{name}: largest force at {angle}°")
+        force_axes(axes, run.trajectory, name, run.degrees, reference=drawing.reference_force(name))
+        most = hardest(run.trajectory, [name])
+        angle = "" if most is None else f" at {shown_angle(float(frame_degrees(drawing, run.drive)[most.frame]), 1)}°"
+        _name(axes, name if most is None else f"{name}: largest force {style.quantity(most.force, 'N')}{angle}")
     run.abscissa.finish(panels)
     return figure
 
 
 def _name(axes: Axes, text: str) -> None:
+    """Write the name of a contact above its curves."""
+    axes.set_ylim(top=ROOM * axes.get_ylim()[1])
     axes.text(0.99, 0.96, text, transform=axes.transAxes, ha="right", va="top", fontweight="bold")
 
 
@@ -98,6 +107,8 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
 
 def draw_energy(drawing: Drawing) -> None:
     """Draw kinetic, strain, contact and dissipated energy, and their balance, over time or the crank angle."""
+    if not drawing.trajectory.energies.any():
+        return
     style.draw(drawing.file("energy.png"), _cycle_energy if drawing.driven else _energy, drawing)
 
 

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.measuring.force_window import hann_filter
 from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.run import Curve
 from gudgeon.pipeline.plots.contact.located import Touch
 
 WINDOW = 40e-6
@@ -52,13 +53,20 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
 
 
 def force_axes(
-    axes: Axes, trajectory: Trajectory, name: str, abscissa: np.ndarray, normal: np.ndarray | None = None
-) -> float:
-    """Draw the resultant's magnitude at samples, and its smoothed curve; returns the abscissa of the last curve's peak.
+    axes: Axes,
+    trajectory: Trajectory,
+    name: str,
+    abscissa: np.ndarray,
+    normal: np.ndarray | None = None,
+    *,
+    reference: Curve | None = None,
+) -> None:
+    """Draw the resultant's magnitude at samples, its largest value, and its smoothed curve.
 
     Args:
         abscissa: Of each sample, (s,).
         normal: Unit vector of the component to draw, for a contact with friction, (3,).
+        reference: Drawn within the same window.
     """
     times, force = trajectory.times, trajectory.contacts[name].force
     if normal is not None:
@@ -76,10 +84,42 @@ def force_axes(
         axes.plot(abscissa, top * scale, color=style.BLUE, lw=1.6, label=label)
     area = f"impulse {style.quantity(impulse, 'N·s')}"
     axes.fill_between(abscissa, top * scale, color=style.BLUE, alpha=0.1, lw=0, label=area)
-    axes.set_ylim(0, 1.06 * float(raw.max()) * scale or 1.0)
+    highest = float(raw.max())
+    if reference is not None:
+        shown = windowed(trajectory, name, reference) if window else reference
+        shown = Curve(shown.label, shown.times, shown.force * scale)
+        highest = max(highest, _reference_line(axes, trajectory.times, abscissa, shown) / scale)
+    axes.set_ylim(0, 1.06 * highest * scale or 1.0)
     axes.set_ylabel(f"{'contact' if normal is None else 'normal'} force [{unit}]")
+    if raw.any():
+        axes.plot(abscissa[raw.argmax()], raw.max() * scale, "o", color=style.RED, ms=4, clip_on=False)
     style.legend(axes)
-    return float(abscissa[top.argmax()])
+
+
+def windowed(trajectory: Trajectory, name: str, reference: Curve) -> Curve:
+    """Return a reference within the window of the run's own curve, see `smoothed`, on a grid as fine as the run's."""
+    from scipy.ndimage import uniform_filter1d
+
+    interval = float(trajectory.times[1] - trajectory.times[0])
+    times = interval * np.arange(1, int(min(reference.times[-1], trajectory.times[-1]) / interval) + 1)
+    force = np.interp(times, reference.times, reference.force)
+    if (own := trajectory.quantities.get(f"{name}.force_window")) is not None:
+        return Curve(reference.label, times, uniform_filter1d(force, round(own["value"] / interval), mode="reflect"))
+    return Curve(reference.label, times, hann_filter(times, force[:, None], WINDOW)[:, 0])
+
+
+def _reference_line(axes: Axes, times: np.ndarray, abscissa: np.ndarray, reference: Curve) -> float:
+    """Draw a reference, its force in the unit of the axes, and return its highest ordinate.
+
+    Args:
+        times, abscissa: Of the samples of the run, (s,).
+    """
+    before = [2 * part[0] - part[1] for part in (times, abscissa)]
+    places = np.interp(reference.times, np.append(before[0], times), np.append(before[1], abscissa))
+    seen = reference.times <= times[-1]
+    ink = {"color": style.INK, "lw": 1.1, "ls": (0, (4, 2))}
+    axes.plot(places[seen], reference.force[seen], label=f"reference {reference.label}", **ink)
+    return float(reference.force[seen].max(initial=0.0))
 
 
 def impact_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:

@@ -19,7 +19,7 @@ PANEL, MOST = 420, 6
 
 def draw_gauges(drawing: Drawing) -> None:
     """Draw one panel for each gauge."""
-    gauges = [(name, values) for name, values in drawing.trajectory.gauges.items() if values.size][:MOST]
+    gauges = [(name, values) for name, values in drawing.trajectory.gauges.items() if values.any()][:MOST]
     if gauges:
         style.draw(drawing.file("gauges.png"), _figure, drawing, dict(gauges))
 

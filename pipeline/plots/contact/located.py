@@ -192,6 +192,13 @@ def normal_courses(drawing: Drawing, touch: Touch) -> list[Course]:
     """Return the motion of both points along the contact's direction, relative to the start of the other point."""
     flexible = drawing.scene["contact"][touch.name].get("method") == "residual"
     pressed = -touch.contact.multipliers if flexible else None
+    path, times = touch.contact.path, np.append(0.0, touch.trajectory.times)
+    if path is not None:
+        sides = [(touch.side, touch.gap)] + ([(touch.other, 0.0)] if touch.other else [])
+        return [
+            Course(side.label, times, np.append(0.0, place) + start)
+            for (side, start), place in zip(sides, path.T, strict=True)
+        ]
     own = course(drawing, touch.side, touch.direction, pressed, start=touch.gap)
     if touch.other is None:
         return [own]

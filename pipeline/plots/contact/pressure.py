@@ -1,6 +1,8 @@
 """`pressure.png`: contact pressure over the unrolled interface, at the largest contact force and as peak over time.
 
-A driven scene has one picture, with a panel for each contact at its own largest force.
+A driven scene has one picture, with a panel for each contact at its own largest force. Values between points are
+interpolated linearly. The printed peak is the largest mean over a patch of stated area; a point whose area is a sliver
+shows the mean over its patch.
 """
 
 from collections.abc import Sequence
@@ -9,19 +11,23 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.collections import TriMesh
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, to_rgba
 from matplotlib.figure import Figure
-from matplotlib.tri import TriAnalyzer, Triangulation
+from matplotlib.tri import LinearTriInterpolator, TriAnalyzer, Triangulation
 
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.driven.drive import drive_of, frame_degrees, hardest_first, shown_angle
+from gudgeon.solver.contact.pressure import Patches, patches, pressure_peak
 
 LEAST_POINTS = 4
 """Least number of points of a map."""
+GRID = 600
+"""Values interpolated along each side of a map."""
 SLIVER = 0.02
 """Least ratio of in- to circumradius (times two) of a triangle at the map's border."""
 
@@ -82,10 +88,29 @@ class Map:
     plane: Chart
     pressure: np.ndarray
     """At all frames [Pa], (f, c)."""
-    frame: int
-    """Number of the frame of its largest force."""
-    force: float
-    """Resultant in that frame [N]."""
+    most: Hardest
+    """Its largest force."""
+    over: Patches
+    multipliers: np.ndarray
+    """[N], (f, c)"""
+
+    def peak_text(self, frame: int | None = None) -> str:
+        """Return the largest mean over a patch, in one frame or in all, with the patch's area and place."""
+        shown = self.multipliers if frame is None else self.multipliers[frame : frame + 1]
+        peak = pressure_peak(self.over, shown)
+        place = self.plane.shown[peak.point]
+        units = (" " + label.partition("[")[2].rstrip("]") for label in self.plane.labels)
+        at = ", ".join(style.signed(x, 1) + unit.replace(" deg", "°") for x, unit in zip(place, units, strict=True))
+        return f"{style.quantity(peak.pressure, 'Pa')} over {peak.area * 1e6:.3g} mm² at {at}"
+
+    @property
+    def sliver_text(self) -> str:
+        """Return what the picture does with points whose area is a sliver, and the force that they carry."""
+        count = int(self.over.slivers.sum())
+        if not count:
+            return ""
+        share = self.multipliers[self.most.frame, self.over.slivers].sum() / self.multipliers[self.most.frame].sum()
+        return f"  ·  {count} border points with slivers of area ({share:.1%} of the force) show their patch's mean"
 
 
 def _strongest(drawing: Drawing, name: str) -> Map | None:
@@ -95,23 +120,26 @@ def _strongest(drawing: Drawing, name: str) -> Map | None:
     plane = chart(contact.points, body.surface(contact.interface))
     if plane is None:
         return None
-    frame = int(np.argmax(contact.multipliers.sum(axis=1)))
+    most = hardest(drawing.trajectory, [name])
+    assert most is not None
     areas = interface.areas if contact.areas is None else contact.areas
-    force = float(np.linalg.norm(contact.multipliers[frame] @ interface.normals))
-    return Map(name, body.name, plane, contact.multipliers / areas, frame, force)
+    over = patches(contact.points, areas)
+    pressure = np.where(over.slivers, over.mean(contact.multipliers), contact.multipliers / areas)
+    return Map(name, body.name, plane, pressure, most, over=over, multipliers=contact.multipliers)
 
 
 def _picture(drawing: Drawing, found: Map) -> Figure:
     """Draw one contact at its largest force, and the peak of each of its points."""
-    subtitle = f"{drawing.scene_name}  ·  {found.name}  ·  {len(found.plane.shown)} contact points on body {found.body}"
+    points = f"{len(found.plane.shown)} contact points on body {found.body}"
+    subtitle = f"{drawing.scene_name}  ·  {points}{found.sliver_text}"
     figure = style.new_figure("Contact pressure", subtitle)
-    time = float(drawing.trajectory.frame_times[found.frame])
-    shown, unit = style.time_unit(float(drawing.trajectory.times[-1]))
-    moment = f"largest force: t = {style.digits(time * shown)} {unit}, {style.quantity(found.force, 'N')}"
-    panels = {moment: found.pressure[found.frame], "peak over all frames": found.pressure.max(axis=0)}
+    most = found.most
+    moment = f"{style.moment_text(most, drawing.trajectory)}\npeak {found.peak_text(most.frame)}"
+    every = f"largest of each point in all frames\npeak {found.peak_text()}"
+    panels = {moment: found.pressure[most.frame], every: found.pressure.max(axis=0)}
     boxes = [(0.085 + 0.405 * column, 0.11, 0.37, 0.70) for column in range(2)]
     for column, axes in enumerate(_panels(figure, [(found.plane, values) for values in panels.values()], boxes)):
-        axes.set_title([*panels][column], loc="left", fontsize=9.5)
+        axes.set_title([*panels][column], loc="left", fontsize=8.5, linespacing=1.5)
         if column:
             axes.set_yticklabels([])
     return figure
@@ -119,18 +147,20 @@ def _picture(drawing: Drawing, found: Map) -> Figure:
 
 def _beside(drawing: Drawing, maps: Sequence[Map]) -> Figure:
     """Draw maps of several contacts, each at its largest force, side by side with one colour scale."""
-    drive, angles = drive_of(drawing), frame_degrees(drawing, drive_of(drawing))
+    angles = frame_degrees(drawing, drive_of(drawing))
     points = sum(found.pressure.shape[1] for found in maps)
-    subtitle = f"{drawing.scene_name}  ·  each contact in the frame of its largest force  ·  {points} contact points"
+    subtitle = f"{drawing.scene_name}  ·  each contact at its largest force  ·  {points} contact points"
+    hidden = sum(int(found.over.slivers.sum()) for found in maps)
+    subtitle += f", {hidden} of them slivers with their patch's mean" if hidden else ""
     figure = style.new_figure("Contact pressure", subtitle)
     width = (0.79 - 0.05 * (len(maps) - 1)) / len(maps)
     boxes = [(0.075 + (width + 0.05) * column, 0.11, width, 0.70) for column in range(len(maps))]
-    panels = [(found.plane, found.pressure[found.frame]) for found in maps]
-    for found, axes, (_, values) in zip(maps, _panels(figure, panels, boxes), panels, strict=True):
-        angle = shown_angle(drive, float(angles[found.frame]), 1)
-        title = f"{found.name}: {style.quantity(found.force, 'N')} at crank angle {angle}°"
-        peak = f"peak {style.quantity(float(values.max()), 'Pa')}"
-        axes.set_title(f"{title}\n{peak}", loc="left", fontsize=9.5, linespacing=1.5)
+    panels = [(found.plane, found.pressure[found.most.frame]) for found in maps]
+    for found, axes in zip(maps, _panels(figure, panels, boxes), strict=True):
+        angle = shown_angle(float(angles[found.most.frame]), 1)
+        title = f"{found.name}: {style.quantity(found.most.force, 'N')} at crank angle {angle}°"
+        peak = f"peak {found.peak_text(found.most.frame)}"
+        axes.set_title(f"{title}\n{peak}", loc="left", fontsize=9.5 if len(maps) < 3 else 7.5, linespacing=1.5)
     return figure
 
 
@@ -148,11 +178,17 @@ def _panels(figure: Figure, maps: Sequence[tuple[Chart, np.ndarray]], boxes: Seq
     return panels
 
 
-def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> TriMesh:
+def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> ScalarMappable:
     triangles = Triangulation(plane.metric[:, 0], plane.metric[:, 1])
     mask = TriAnalyzer(triangles).get_flat_tri_mask(SLIVER, rescale=False)
     shown = Triangulation(plane.shown[:, 0], plane.shown[:, 1], triangles.triangles[~mask])
-    image = axes.tripcolor(shown, values, shading="gouraud", cmap=_colours(), vmin=0.0, vmax=top, rasterized=True)
+    low, high = plane.shown.min(axis=0), plane.shown.max(axis=0)
+    across, up = (np.linspace(a, b, 2 * GRID + 1)[1::2] for a, b in zip(low, high, strict=True))
+    between = LinearTriInterpolator(shown, values)(*np.meshgrid(across, up))
+    image = axes.imshow(
+        between, extent=(low[0], high[0], low[1], high[1]), origin="lower", aspect="auto", interpolation="nearest",
+        cmap=_colours(), vmin=0.0, vmax=top,
+    )  # fmt: skip
     axes.plot(*plane.shown.T, ".", ms=1.6, color=style.INK, alpha=0.25, mew=0)
     style.plain_axes(axes)
     axes.margins(0.0)

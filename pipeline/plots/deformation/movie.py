@@ -1,4 +1,4 @@
-"""`impact.mp4` of a solid body: its motion in an impact, gaps and deformation magnified alike, above the force."""
+"""`impact.mp4` of solid bodies: all bodies in an impact, gaps and deformation magnified alike, above the force."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,10 +9,11 @@ from matplotlib.figure import Figure
 
 from gudgeon.pipeline.measuring.force_window import hann_filter
 from gudgeon.pipeline.plots.base import film, style, view
+from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.base.surface import Skin, make_skin
+from gudgeon.pipeline.plots.base.surface import Skin, Thread, make_skin, skin_of, thread_of
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
-from gudgeon.pipeline.plots.deformation.solid import Moment, elevation, strongest_moment
+from gudgeon.pipeline.plots.deformation.solid import Moment, elevation, moment_of
 
 SIZE = (960, 720)
 """Of the movie [px]."""
@@ -22,18 +23,28 @@ FRAMES = 120
 WALL = "#dfe5ea"
 TRIANGLES = 20_000
 """Number at which software rendering takes 0.1 s per frame."""
-SHOWN_TRAVEL = 0.2
-"""Largest drawn displacement relative to the body's diagonal, rigid motion included."""
-SHOWN_ELASTIC = 0.06
-LEAST_ELASTIC = 0.35
+LEAST_ELASTIC = 0.05
 """Rigid motion is omitted where it limits the scale to less than this share of the elastic part's own."""
 
 
 @dataclass(frozen=True)
-class Script:
-    """Content of the movie of one body."""
+class Actor:
+    """One body in the movie."""
 
+    body: BodyMotion
+    """On the points of what is drawn."""
+    drawn: Skin | Thread
+    position: np.ndarray
+    """Of its origin in the scene [m], (3,)."""
+
+
+@dataclass(frozen=True)
+class Script:
+    """Content of the movie."""
+
+    actors: list[Actor]
     moment: Moment
+    """Of the body with the hardest contact."""
     frames: np.ndarray
     """Numbers of the frames."""
     scale: float
@@ -41,38 +52,67 @@ class Script:
     """Whether rigid motion and the obstacle are shown, magnified like the deformation."""
     limit: float
     """Largest elastic displacement [m]."""
+    contact: str
+    """Name of the hardest contact."""
     force: np.ndarray
-    """Magnitude of the resultant of all contacts on the body within a window [N], (s,)."""
+    """Its size within a window [N], (s,)."""
 
 
 def draw_movie(drawing: Drawing) -> None:
-    """Make one movie for each solid body with contact."""
-    names = drawing.touched("tetra10")
-    for body in drawing.shaped(names):
-        script = _script(drawing, strongest_moment(drawing, body, TRIANGLES))
-        with style.styled(), drawing.file("impact.mp4", body.name, len(names)) as path:
-            figure, axes = _ground(drawing, script)
-            stage = film.Stage(BOX, [axes])
-            _set_up(stage, script, _wall(drawing, body, script.scale) if script.travels else None)
-            film.shoot(path, figure, stage, script.frames, _mover(drawing, script))
+    """Make one movie of all bodies, if a contact acts on a solid one."""
+    struck = [body.name for body in drawing.shaped(drawing.touched("tetra10"))]
+    if not struck:
+        return
+    script = _script(drawing, struck)
+    with style.styled(), drawing.file("impact.mp4") as path:
+        figure, axes = _ground(drawing, script)
+        stage = film.Stage(BOX, [axes])
+        _set_up(stage, script, _wall(drawing, script) if script.travels else None)
+        film.shoot(path, figure, stage, script.frames, _mover(drawing, script))
 
 
-def _script(drawing: Drawing, moment: Moment) -> Script:
+def _actors(drawing: Drawing) -> list[Actor]:
+    """Return all bodies: solids as skins, bars and beams as lines, rigid bodies as points."""
+    found = []
+    for name in drawing.trajectory.bodies:
+        body = drawing.body(name)
+        if body.mesh.cell_type == "tetra10" and body.modal.shapes is not None:
+            found.append(Actor(*skin_of(body, TRIANGLES), drawing.position(name)))
+        else:
+            found.append(Actor(*thread_of(body), drawing.position(name)))
+    return found
+
+
+def _script(drawing: Drawing, struck: list[str]) -> Script:
     """Choose frames around the contacts, and one scale for all of them."""
-    times, body = drawing.trajectory.frame_times, moment.body
-    first, last = style.contact_span(times, drawing.frame_force(body.name), 0.35)
+    trajectory = drawing.trajectory
+    most = hardest(trajectory, [contact for name in struck for contact in drawing.contacts_on(name)])
+    assert most is not None
+    lead = next((name for name in struck if name == trajectory.contacts[most.contact].body), None)
+    lead = lead or next(name for name in struck if most.contact in drawing.contacts_on(name))
+    times, pressed = trajectory.frame_times, np.sum([drawing.frame_force(name) for name in struck], axis=0)
+    first, last = style.contact_span(times, pressed, 0.35)
     within = np.flatnonzero((times >= first) & (times <= last))
     if len(within) < FRAMES // 4:
         within = np.arange(len(times))
     frames = within[np.unique(np.linspace(0, len(within) - 1, FRAMES).round().astype(int))]
-    limit = max(_longest(body.elastic(frame)) for frame in frames)
-    travel = max(_longest(body.total(frame)) for frame in frames)
-    alone = style.nice_scale(SHOWN_ELASTIC * body.size, limit)
-    together = style.nice_scale(SHOWN_TRAVEL * body.size, travel)
+    actors = _actors(drawing)
+    solid = [actor for actor in actors if actor.body.size > 0]
+    limits = [max(_longest(actor.body.elastic(frame)) for frame in frames) for actor in solid]
+    travel = max(_longest(actor.body.total(frame)) for actor in actors for frame in frames)
+    sizes = [style.SHOWN * actor.body.size for actor in solid]
+    alone = min(style.nice_scale(size, limit) for size, limit in zip(sizes, limits, strict=True) if limit > 0)
+    together = style.nice_scale(max(sizes), travel)
     travels = together >= LEAST_ELASTIC * alone
-    total = np.sum([contact.force for contact in drawing.contacts_of(body.name).values()], axis=0)
-    force = np.linalg.norm(hann_filter(drawing.trajectory.times, total, WINDOW), axis=1)
-    return Script(moment, frames, min(together, 2 * alone) if travels else alone, travels, limit, force)
+    scale = min(together, alone) if travels else alone
+    force = hann_filter(trajectory.times, trajectory.contacts[most.contact].force, WINDOW)
+    actor = next(actor for actor in actors if actor.body.name == lead)
+    assert isinstance(actor.drawn, Skin)
+    moment = moment_of(drawing, drawing.body(lead), actor.body, actor.drawn)
+    return Script(
+        actors, moment, frames, scale, travels, limit=max(limits), contact=most.contact,
+        force=np.linalg.norm(force, axis=1),
+    )  # fmt: skip
 
 
 def _longest(displacement: np.ndarray) -> float:
@@ -80,31 +120,37 @@ def _longest(displacement: np.ndarray) -> float:
 
 
 def _set_up(stage: film.Stage, script: Script, wall: Skin | None) -> None:
-    """Add body and obstacle to the scene and aim the camera."""
-    moment, skin, plotter = script.moment, script.moment.skin, stage.plotter
-    magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
-    skin.move(moment.body.nodes)
-    skin.colour(magnitude)
-    view.add_skin(plotter, skin, style.MAGNITUDE, (0.0, script.limit or 1.0), 1.8)
-    seen = [skin.points]
+    """Add bodies and obstacle to the scene and aim the camera."""
+    moment, plotter, seen = script.moment, stage.plotter, []
+    for actor in script.actors:
+        actor.drawn.move(actor.body.nodes + actor.position)
+        actor.drawn.colour(np.linalg.norm(actor.body.elastic(moment.frame), axis=1))
+        if isinstance(actor.drawn, Skin):
+            view.add_skin(plotter, actor.drawn, style.MAGNITUDE, (0.0, script.limit or 1.0), 1.8)
+        else:
+            view.add_thread(plotter, actor.drawn, style.MAGNITUDE, (0.0, script.limit or 1.0))
+        seen.append(actor.drawn.points)
     if wall is not None:
         plotter.add_mesh(wall.surface, color=WALL, culling="front", ambient=0.5, smooth_shading=True)
         view.add_edges(plotter, wall.edges, style.FAINT, 2.4)
         seen.append(wall.points)
+    magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
     angle = 64.0 if elevation(moment.body.nodes, moment.up, magnitude) > 0 else -64.0
     view.aim(plotter, view.looking(moment.outward, moment.up, -75.0, angle), np.concatenate(seen))
 
 
 def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
-    """Return a function that moves the body to a frame."""
-    trajectory, body = drawing.trajectory, script.moment.body
+    """Return a function that moves all bodies to a frame."""
+    trajectory = drawing.trajectory
     shown, time_name = style.time_unit(float(trajectory.times[-1]))
     newtons, force_unit = style.prefixed(float(script.force.max()), "N")
 
     def turn_to(frame: int) -> film.Shot:
-        elastic = body.elastic(frame)
-        script.moment.skin.move(body.nodes + script.scale * (body.total(frame) if script.travels else elastic))
-        script.moment.skin.colour(np.linalg.norm(elastic, axis=1))
+        for actor in script.actors:
+            elastic = actor.body.elastic(frame)
+            moved = actor.body.total(frame) if script.travels else elastic
+            actor.drawn.move(actor.body.nodes + actor.position + script.scale * moved)
+            actor.drawn.colour(np.linalg.norm(elastic, axis=1))
         time = float(trajectory.frame_times[frame])
         force = float(np.interp(time, trajectory.times, script.force)) * newtons
         return film.Shot(time * shown, f"{time * shown:.0f} {time_name}     {force:.2f} {force_unit}")
@@ -112,25 +158,29 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
     return turn_to
 
 
-def _wall(drawing: Drawing, body: BodyMotion, scale: float) -> Skin | None:
+def _wall(drawing: Drawing, script: Script) -> Skin | None:
     """Return the obstacle opposite the contact surface, with gaps g magnified by s: x − s g(x) ∇g(x)."""
-    contact = drawing.strongest_contact(body.name)
-    surface = body.surface(drawing.trajectory.contacts[contact].interface)
-    obstacle = view.obstacle_at(drawing, contact)
-    if surface is None or obstacle is None:
+    contact = drawing.trajectory.contacts[script.contact]
+    body = drawing.body(contact.body)
+    surface, obstacle = body.surface(contact.interface), view.obstacle_at(drawing, script.contact)
+    if surface is None or obstacle is None or body.mesh.cell_type != "tetra10":
         return None
     wall = make_skin(body.nodes, surface.facets, TRIANGLES, {})
     placed = wall.points + drawing.position(body.name)
-    wall.move(wall.points - scale * obstacle.gap(placed)[:, None] * obstacle.direction(placed))
+    wall.move(placed - script.scale * obstacle.gap(placed)[:, None] * obstacle.direction(placed))
     return wall
 
 
 def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     """Return the static figure and its axes of the force."""
     trajectory = drawing.trajectory
-    what = f"gaps and deformation × {script.scale:g}  ·  grey: rigid obstacle"
+    what = f"gaps and deformation × {script.scale:g}" if script.travels else f"elastic deformation × {script.scale:g}"
+    what += f", {style.CAPPED}  ·  "
+    what += "bodies " * (len(script.actors) > 1) + ", ".join(_caption(actor) for actor in script.actors)
+    if script.travels and view.obstacle_at(drawing, script.contact) is not None:
+        what += "; grey: obstacle"
     if not script.travels:
-        what = f"elastic deformation × {script.scale:g}  ·  rigid motion not shown"
+        what += "; rigid motion not shown"
     figure = style.new_figure(drawing.scene_name, what, width=SIZE[0], height=SIZE[1], dpi=film.DPI)
     axes = figure.add_axes((0.075, 0.085, 0.9, 0.14))
     style.magnitude_bar(figure, script.limit, "elastic displacement", "m", (0.85, 0.31, 0.016, 0.5))
@@ -141,6 +191,13 @@ def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:
     ends = trajectory.frame_times[script.frames[[0, -1]]] * shown
     axes.set(xlim=ends, xlabel=f"time [{time_name}]", ylabel=f"force [{name}]")
     axes.set_ylim(0.0, 1.1 * float(script.force.max()) * scale or 1.0)
-    label = f"Hann window of {WINDOW * 1e6:.0f} µs"
+    label = f"contact {script.contact}, Hann window of {WINDOW * 1e6:.0f} µs"
     axes.text(0.995, 0.95, label, transform=axes.transAxes, ha="right", va="top", color=style.FAINT)
     return figure, axes
+
+
+def _caption(actor: Actor) -> str:
+    """Return a body's name, and what it is drawn as if that is not its surface."""
+    if isinstance(actor.drawn, Skin):
+        return actor.body.name
+    return f"{actor.body.name} (drawn as {'a line' if actor.drawn.lines else 'points'})"

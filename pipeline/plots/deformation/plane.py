@@ -10,12 +10,11 @@ from matplotlib.tri import Triangulation
 from gudgeon.pipeline.geometry.shapes.plane import boundary_edges
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
+from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
 from gudgeon.pipeline.plots.deformation import equivalent
 
 PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Flat triangles that make up one of six nodes."""
-SHOWN = 0.06
-"""Largest drawn displacement, relative to the part's diagonal."""
 ARROW = 0.14
 """Length of the force's arrow, relative to the diagonal."""
 
@@ -24,23 +23,23 @@ def draw_sheets(drawing: Drawing) -> None:
     """Draw the deformation of each plane part with contact, and its stress where a gauge records it."""
     names, count = drawing.touched("triangle6"), drawing.deformed_count()
     for body in drawing.shaped(names):
-        frame = drawing.strongest_frame(body.name)
+        frame = drawing.hardest(body.name).frame
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
         file = drawing.file("deformation.png", body.name, count)
         style.draw(file, _picture, drawing, body, magnitude, equivalent.DISPLACEMENT)
-        if equivalent.stress_gauges(drawing, body):
-            stress = equivalent.equivalent_stress(drawing, body, frame)
+        if stress_gauges(drawing, body):
+            stress = equivalent_stress(drawing, body, frame)
             file = drawing.file("stress.png", body.name, len(names))
             style.draw(file, _picture, drawing, body, stress, equivalent.STRESS)
 
 
 def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
     """Return a part coloured by values (n,), with texts such as `STRESS`."""
-    (title, name, unit), frame = text, drawing.strongest_frame(body.name)
+    (title, name, unit), frame = text, drawing.hardest(body.name).frame
     elastic, size = body.elastic(frame)[:, :2], body.size
-    scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
+    scale = style.nice_scale(style.SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     place = body.nodes[:, :2] + scale * elastic
-    subtitle = equivalent.strongest_text(drawing, body.name, float(drawing.frame_force(body.name)[frame]))
+    subtitle = equivalent.hardest_text(drawing, body.name)
     reach = np.ptp(place, axis=0) + 2 * ARROW * size
     height = int(np.clip(0.8 * style.WIDTH * reach[1] / reach[0] + 300, 700, style.HEIGHT))
     figure = style.new_figure(f"{title} × {scale:g}", subtitle, height=height)
@@ -80,13 +79,13 @@ def _colour(axes: Axes, body: BodyMotion, place: np.ndarray, values: np.ndarray,
 
 
 def _arrows(drawing: Drawing, body: BodyMotion, frame: int, axes: Axes, scale: float) -> None:
-    """Draw the resultant of each of the part's own contacts, with its tip at the point where it acts."""
-    for contact in drawing.contacts_of(body.name).values():
-        pressed, normals = contact.multipliers[frame], body.modal.interfaces[contact.interface].normals
-        force = -(pressed @ normals)[:2]
+    """Draw the resultant of each contact on the part, with its tip at the point where it acts."""
+    for press in drawing.presses(body.name).values():
+        pressed = press.multipliers[frame]
+        force = -(pressed @ press.outward)[:2]
         if not np.linalg.norm(force) > 0:
             continue
-        middle = (pressed @ contact.points / pressed.sum())[:2]
+        middle = (pressed @ press.points / pressed.sum())[:2]
         nearest = int(np.linalg.norm(body.nodes[:, :2] - middle, axis=1).argmin())
         tip = middle + scale * body.elastic(frame)[nearest, :2]
         tail = tip - ARROW * body.size * force / np.linalg.norm(force)

@@ -13,13 +13,12 @@ from PIL.Image import Image
 
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
+from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
 from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
 from gudgeon.pipeline.plots.deformation import equivalent
 
 TRIANGLES = 100_000
 """Target number of flat triangles."""
-SHOWN = 0.06
-"""Largest drawn displacement, relative to the body's diagonal."""
 PINCHED = 1e-3
 """Forces are in balance if their resultant is below this share of their sum."""
 ROUND_OFF = 1e-9
@@ -48,7 +47,7 @@ class Moment:
 
 
 def draw_deformation(drawing: Drawing) -> None:
-    """Draw one picture for each solid body with contact."""
+    """Draw one picture for each solid body on which a contact acts."""
     for body in drawing.shaped(drawing.touched("tetra10")):
         moment = strongest_moment(drawing, body, TRIANGLES)
         magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
@@ -58,9 +57,9 @@ def draw_deformation(drawing: Drawing) -> None:
 
 def draw_stress(drawing: Drawing) -> None:
     """Draw one picture for each solid body with contact and a gauge of stress on a surface."""
-    found = [body for body in drawing.shaped(drawing.touched("tetra10")) if equivalent.stress_gauges(drawing, body)]
+    found = [body for body in drawing.shaped(drawing.touched("tetra10")) if stress_gauges(drawing, body)]
     for body in found:
-        stress = equivalent.equivalent_stress(drawing, body, drawing.strongest_frame(body.name))
+        stress = equivalent_stress(drawing, body, drawing.hardest(body.name).frame)
         fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
         moment = strongest_moment(drawing, body, TRIANGLES, fields)
         values = values_where_known(moment.skin)
@@ -83,17 +82,22 @@ def strongest_moment(
     drawing: Drawing, body: BodyMotion, triangles: int, fields: Mapping[str, np.ndarray] = EMPTY
 ) -> Moment:
     """Return a body as a skin of so many triangles, at the frame of its largest contact force."""
-    frame = drawing.strongest_frame(body.name)
-    contacts = drawing.contacts_of(body.name)
-    points = np.concatenate([contact.points for contact in contacts.values()])
-    weights = np.concatenate([contact.multipliers[frame] for contact in contacts.values()])
-    normals = np.concatenate([body.modal.interfaces[contact.interface].normals for contact in contacts.values()])
+    return moment_of(drawing, body, *skin_of(body, triangles, fields))
+
+
+def moment_of(drawing: Drawing, body: BodyMotion, skinned: BodyMotion, skin: Skin) -> Moment:
+    """Return a body with its skin, and the body's motion there, at the frame of its largest contact force."""
+    most, presses = drawing.hardest(body.name), drawing.presses(body.name)
+    frame = most.frame
+    points = np.concatenate([press.points for press in presses.values()])
+    weights = np.concatenate([press.multipliers[frame] for press in presses.values()])
+    normals = np.concatenate([press.outward for press in presses.values()])
     force = -(weights @ normals)
     pinched = np.linalg.norm(force) < PINCHED * weights.sum()
     outward = normals[np.argmax(weights)] if pinched else -force / np.linalg.norm(force)
     middle = weights @ points / weights.sum()
-    up = view.axis_of(body.surface(contacts[drawing.strongest_contact(body.name)].interface), outward)
-    return Moment(*skin_of(body, triangles, fields), frame, force, middle, outward, up)
+    up = view.axis_of(body.surface(presses[most.contact].interface), outward)
+    return Moment(skinned, skin, frame, force, middle, outward=outward, up=up)
 
 
 def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
@@ -105,9 +109,9 @@ def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: tuple[s
     """
     (title, name, unit), largest = text, float(np.nanmax(values))
     size, elastic = moment.body.size, moment.body.elastic(moment.frame)
-    scale = style.nice_scale(SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
+    scale = style.nice_scale(style.SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     image = _render(moment, elastic, scale, values / (largest or 1.0))
-    subtitle = equivalent.strongest_text(drawing, moment.body.name, float(np.linalg.norm(moment.force)))
+    subtitle = equivalent.hardest_text(drawing, moment.body.name)
     figure = style.new_figure(f"{title} × {scale:g}", subtitle)
     style.show_image(figure, image, (0.02, 0.06))
     style.magnitude_bar(figure, largest, name, unit, style.BAR)

@@ -13,6 +13,7 @@ from PIL.Image import Image
 from scipy.spatial import KDTree
 
 from gudgeon.pipeline.plots.base import style, view
+from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Cut, Skin, make_skin, skin_of
 from gudgeon.pipeline.plots.driven.drive import Drive, drive_of, frame_degrees, own_cycle, shown_angle
@@ -22,8 +23,6 @@ IMAGE = (1180, 1020)
 """Size of the rendered part of the picture [px]."""
 TRIANGLES = 100_000
 """Target number of flat triangles of each body."""
-SHOWN = 0.045
-"""Largest drawn displacement across, relative to the driven body's diagonal."""
 NEAR = 1.3
 """Gaps up to this times the largest displacement are magnified; wider ones move by as much as that."""
 NEIGHBOURS = 4
@@ -86,11 +85,12 @@ class Assembly:
 def draw_assembly(drawing: Drawing) -> None:
     """Draw the bodies of a driven scene at the frame of the largest contact force."""
     body = drive_of(drawing).body
-    if not drawing.contacts_of(body):
+    most = hardest(drawing.trajectory, drawing.contacts_of(body))
+    if most is None:
         return
-    frame = drawing.strongest_frame(body)
+    frame = most.frame
     if (assembly := assemble(drawing, TRIANGLES, [frame])) is not None:
-        style.draw(drawing.file("deformation.png"), _picture, drawing, assembly, frame)
+        style.draw(drawing.file("deformation.png"), _picture, drawing, assembly, most)
 
 
 def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | None:
@@ -108,7 +108,7 @@ def assemble(drawing: Drawing, triangles: int, frames: list[int]) -> Assembly | 
     parts = {name: _part(drawing, drive, bodies.pop(name), triangles) for name in list(bodies)}
     moved = (part.body.total(frame) for part in parts.values() for frame in frames)
     largest = max(float(length_across(displacement, drive.along).max()) for displacement in moved)
-    scale = style.nice_scale(SHOWN * driven.size, largest)
+    scale = style.nice_scale(style.SHOWN * driven.size, largest)
     shift = gap_shift(drawing, driven, scale, NEAR * largest)
     shifts = make_skin(driven.nodes, driven.mesh.cells, triangles, {"shift": shift}).take("shift")
     parts[drive.body] = replace(parts[drive.body], still=parts[drive.body].still + shifts)
@@ -156,17 +156,19 @@ def gap_shift(drawing: Drawing, body: BodyMotion, scale: float, near: float) -> 
     return (scale - 1) * amount[:, None] * direction
 
 
-def _picture(drawing: Drawing, assembly: Assembly, frame: int) -> Figure:
-    drive, run = assembly.drive, own_cycle(drawing)
+def _picture(drawing: Drawing, assembly: Assembly, most: Hardest) -> Figure:
+    frame, drive, run = most.frame, assembly.drive, own_cycle(drawing)
     degrees = float(frame_degrees(drawing, drive)[frame])
     tilt, shift = (float(np.interp(degrees, run.degrees, values)) for values in (run.tilt, run.lateral))
     subtitle = (
-        f"{drawing.scene_name}  ·  largest contact force at crank angle {shown_angle(drive, degrees, 1)}°"
+        f"{drawing.scene_name}  ·  largest force of {most.contact}: {style.quantity(most.force, 'N')} at"
+        f" {shown_angle(degrees, 1)}°"
         f"  ·  {drive.body}: tilt {style.signed(tilt * 1e3, 2)} mrad, shift {style.signed(shift * 1e6, 0)} µm"
     )
     title = f"Deformation, lateral motion, tilt and gaps × {assembly.scale:g}"
     figure = style.new_figure(title, subtitle)
     tops = {name: float(part.moved(frame, drive.along, 0.0)[1].max()) for name, part in assembly.parts.items()}
+    figure.text(0.02, 0.012, style.CAPPED, fontsize=9.5, color=style.FAINT)
     image, forces = _render(drawing, assembly, frame, tops)
     axes = style.show_image(figure, image, (0.02, 0.02))
     for x, y, text in forces:
@@ -214,5 +216,7 @@ def arrows(drawing: Drawing, assembly: Assembly, frame: int) -> list[tuple[np.nd
         side = np.sign(force @ drive.right) * drive.right
         tip = 1.06 * outside * side + (point @ drive.along) * drive.along
         length = (LEAST_LENGTH + (1 - LEAST_LENGTH) * share) * ARROW * assembly.size
-        found.append((tip + length * side, tip, f"{name}\n{style.quantity(size, 'N')}"))
+        most = hardest(drawing.trajectory, [name])
+        shown = most.force if most is not None and most.frame == frame else size
+        found.append((tip + length * side, tip, f"{name}\n{style.quantity(shown, 'N')}"))
     return found

@@ -120,7 +120,7 @@ def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[Cycle], span: tuple[flo
     axes.set_ylim(low - margin * panel.height**2, high + margin)
     if whole:
         axes.set_ylabel(f"{panel.label} [{unit}]")
-    crank_axis(axes, runs[0].drive, *span)
+    crank_axis(axes, *span)
 
 
 def _draw_gas(drawing: Drawing, axes: Axes, run: Cycle, *, label: bool) -> None:
@@ -154,5 +154,5 @@ def _label(run: Cycle) -> str:
         return run.label
     peaks = {name: float(np.abs(curve).max()) for name, curve in run.sides.items()}
     name = max(peaks, key=lambda key: peaks[key])
-    angle = shown_angle(run.drive, hardest_angle(run), 1)
+    angle = shown_angle(hardest_angle(run), 1)
     return f"{run.label}: {style.quantity(peaks[name], 'N')} on {name} at {angle}°"

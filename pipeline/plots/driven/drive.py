@@ -21,8 +21,6 @@ FINE = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0)
 """Steps where less than two of these are shown."""
 MOST_TICKS = 8
 TURN = 360.0
-CLOSE = 1e-6
-"""Of a turn: angles that differ by less are the same."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ class Cycle:
     @property
     def abscissa(self) -> style.Abscissa:
         """The crank angle at samples."""
-        return style.Abscissa(self.degrees, "crank angle [deg]", lambda axes: crank_axis(axes, self.drive, *self.span))
+        return style.Abscissa(self.degrees, "crank angle [deg]", lambda axes: crank_axis(axes, *self.span))
 
 
 def drive_of(drawing: Drawing) -> Drive:
@@ -142,21 +140,19 @@ def frame_degrees(drawing: Drawing, drive: Drive) -> np.ndarray:
     return np.polyval(np.polyfit(times, angle, 1), trajectory.frame_times)
 
 
-def crank_axis(axes: Axes, drive: Drive, first: float, last: float) -> None:
-    """Set the limits of an axis over crank angles, with labels within one cycle."""
+def crank_axis(axes: Axes, first: float, last: float) -> None:
+    """Set the limits of an axis over crank angles; texts name the same angles, see `shown_angle`."""
     axes.set_xlim(first, last)
-    whole = first >= -CLOSE and last <= drive.cycle * (1 + CLOSE)
     steps = FINE if last - first < 2 * TICK else TICK * 2.0 ** np.arange(20)
     step = next((tick for tick in steps if (last - first) / tick <= MOST_TICKS), steps[-1])
     decimals = 0 if step >= 1 else 1
     axes.xaxis.set_major_locator(MultipleLocator(step))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda angle, _: shown_angle(drive, angle, decimals, whole=whole)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda angle, _: shown_angle(angle, decimals)))
 
 
-def shown_angle(drive: Drive, degrees: float, decimals: int, *, whole: bool = False) -> str:
-    """Return a crank angle as text, within one cycle unless it is `whole`."""
-    text = f"{degrees if whole else np.mod(degrees, drive.cycle):.{decimals}f}"
-    return "0" if not whole and float(text) == drive.cycle else text
+def shown_angle(degrees: float, decimals: int) -> str:
+    """Return a crank angle as the axes show it, counted on through cycles from the start of the run."""
+    return style.signed(degrees, decimals)
 
 
 def _gas(drawing: Drawing, joint: str) -> list[dict]:

@@ -69,7 +69,7 @@ def _mover(drawing: Drawing, assembly: Assembly, run: Cycle) -> Callable[[int], 
             part.skin.edges.points += LIFT * assembly.size * assembly.view.towards
         degrees = float(angles[frame])
         force = float(np.interp(degrees, run.degrees, run.side_force))
-        text = f"{shown_angle(run.drive, degrees, 0):>3}° crank angle     side force {style.signed(force / 1e3, 2)} kN"
+        text = f"{shown_angle(degrees, 0):>3}° crank angle     side force {style.signed(force / 1e3, 2)} kN"
         return film.Shot(degrees, text, arrows(drawing, assembly, frame))
 
     return turn_to

@@ -85,6 +85,7 @@ class Collocation(capabilities.Collocation):
         if self._flight is not None and self._flight.start <= last:
             self._record.add_segment(self._flight, min(self._flight.end, last))
             self._p, self._v = self._flight.motion.state(last - self._flight.start)
+        self._record.keep_peaks()
         return bool(np.isfinite(out.energies).all())
 
     def outcome(self) -> Outcome:

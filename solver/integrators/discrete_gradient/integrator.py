@@ -48,7 +48,9 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         sound = kernel.march(self._step, self._state, first, stride, found)
         for number, item in enumerate(system.contacts):
             out.forces[:, number] = pressed[:, item.rows] @ item.directions
-        out.set_states(slice(None), system, y @ modes.T, v @ modes.T, pressed)
+        p, v = y @ modes.T, v @ modes.T
+        out.set_states(slice(None), system, p, v, pressed)
+        out.peaks.keep_highest(first // stride, out.forces, p, v, pressed)
         self._time = (first + stride * len(out.forces)) * self._step.dt
         return bool(sound)
 

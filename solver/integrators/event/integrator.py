@@ -67,6 +67,7 @@ class Event(capabilities.Event):
                 break
             if not self._pass(segment):
                 return False
+        self._record.keep_peaks()
         self._p, self._v = segment.motion.state(float(ends[-1]) - segment.start)
         self._time = float(ends[-1])
         return True

@@ -69,6 +69,7 @@ class Record:
         for share in self._pending:
             np.add.at(out.forces[0], self._contact_of, share / interval)
         self._pending = []
+        self._states: list[tuple[np.ndarray, ...]] = []
         self._done, self._from = 0, float(ends[0]) - interval
 
     def add_segment(self, segment: Segment, until: float) -> None:
@@ -196,7 +197,15 @@ class Record:
         if not balanced:
             self._balance(p, v, parts)
         self._out.set_states(here, self._system, p, v, pressed)
+        self._states.append((p, v, pressed))
         self._done += len(p)
+
+    def keep_peaks(self) -> None:
+        """Keep the largest forces of the samples that are now filled."""
+        if self._states:
+            states = (np.concatenate(parts)[: self._done] for parts in zip(*self._states, strict=True))
+            before = round(float(self._ends[0]) / self._interval) - 1
+            self._out.peaks.keep_highest(before, self._out.forces[: self._done], *states)
 
     def waiting(self) -> np.ndarray:
         """Return the ends of the samples that are not filled yet [s], (t,)."""

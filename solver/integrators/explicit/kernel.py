@@ -19,6 +19,8 @@ from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet, solve_lcp
 from gudgeon.solver.integrators.balance import note_contact, note_exchange
 from gudgeon.solver.integrators.outcome import ACTIVE, DEEPEST, ENERGY_ERROR, PIVOTS, START_ENERGY
+from gudgeon.solver.integrators.paths import keep_paths
+from gudgeon.solver.integrators.peaks import keep_peaks
 
 GAP_TOLERANCE = 1e-12
 """Violation of a gap that is accepted, relative to the largest gap: four digits above round-off of rows·q."""
@@ -86,20 +88,19 @@ class State(NamedTuple):
 
 
 @entry
-def march(constants, state, first, forces, energies, stride):  # type: ignore[no-untyped-def]
-    """Advance `len(forces)` samples of `stride` steps each.
+def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
+    """Advance `len(out.forces)` samples of `stride` steps each.
 
     Args:
         constants, state: The Constants and the State; on entry q and q̇ are those before the first impulse.
         first: Number of the first impulse since the start of the run.
-        forces: Out: mean resultant on the body of each contact over each sample [N], (samples, k, 3).
-        energies: Out: `state.energy` at the last impulse of each sample [J], (samples, 4).
+        out: The Samples; forces, peaks, and energies but for the work are filled, those of a sample's last impulse.
 
     Returns:
         False where the contact rows are linearly dependent.
     """
     dt, m, c = constants.dt, len(state.q), len(constants.gap)
-    q, v = state.q, state.v
+    q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, np.empty(0)
     gap0, rows, columns, coupled = constants.gap, constants.rows, constants.columns, constants.coupled
     normals, contact, multipliers = constants.normals, constants.contact, state.multipliers
     jump = np.zeros(m)
@@ -139,6 +140,8 @@ def march(constants, state, first, forces, energies, stride):  # type: ignore[no
                 copy(state.energy, energies[sample])
             fly(constants.flight, q, v)
             number += 1
+        keep_paths(out.paths, sample, q, multipliers)
+        keep_peaks(out.peaks, forces[sample], number // stride, (q, v, multipliers), nothing)
     return True
 
 

@@ -4,6 +4,8 @@ The impulse of a step, the motion to the next and the gap and its rate there are
 loop to round-off, several times as fast.
 """
 
+import numpy as np
+
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.explicit.kernel import (
     CONTACT,
@@ -17,17 +19,19 @@ from gudgeon.solver.integrators.explicit.kernel import (
     keep_balance,
 )
 from gudgeon.solver.integrators.outcome import ACTIVE, DEEPEST
+from gudgeon.solver.integrators.paths import keep_paths
+from gudgeon.solver.integrators.peaks import keep_peaks
 
 
 @entry
-def march_one(constants, state, first, forces, energies, stride):  # type: ignore[no-untyped-def]
-    """Advance `len(forces)` samples of `stride` steps each; arguments as `kernel.march`, one row."""
+def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
+    """Advance `len(out.forces)` samples of `stride` steps each; arguments as `kernel.march`, one row."""
     dt, energy, extreme, counts = constants.dt, state.energy, state.extreme, state.counts
     row, q, v = constants.rows[0], state.q, state.v
     spring, dashpot = 1.0 / constants.compliance[0, 0], constants.dashpot[0]
     mobility = _dot(row, row)
     gap, rate = constants.gap[0] + _dot(row, q), _dot(row, v)
-    number, clear = first, 0
+    number, clear, forces, energies, nothing = first, 0, out.forces, out.energies, np.empty(0)
     for sample in range(len(forces)):
         pressed = 0.0
         for step in range(stride):
@@ -61,6 +65,8 @@ def march_one(constants, state, first, forces, energies, stride):  # type: ignor
             number += 1
         for axis in range(3):
             forces[sample, 0, axis] = pressed / stride * constants.normals[0, axis]
+        keep_paths(out.paths, sample, q, state.multipliers)
+        keep_peaks(out.peaks, forces[sample], number // stride, (q, v, state.multipliers), nothing)
     return True
 
 

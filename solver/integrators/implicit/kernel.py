@@ -35,6 +35,8 @@ from gudgeon.solver.integrators.implicit.sliding import (
     update_weights,
 )
 from gudgeon.solver.integrators.outcome import ACTIVE, PIVOTS
+from gudgeon.solver.integrators.paths import keep_paths
+from gudgeon.solver.integrators.peaks import keep_peaks
 
 GAP_TOLERANCE = 1e-12
 """Violation of a gap that is accepted, relative to the largest gap."""
@@ -80,6 +82,9 @@ def march(arrays, drive, out, first, stride):  # type: ignore[no-untyped-def]
             _sample(points, loads, out.forces[number], out.loads[number], stride)
         copy(energy.parts, out.energies[number])
         _snapshot(modes, loads, energy.rigid, out.snapshots[number])
+        state, until = (modes.q, modes.v, points.multipliers), first // stride + number + 1
+        keep_paths(out.paths, number, modes.q, points.multipliers)
+        keep_peaks(out.peaks, out.forces[number], until, state, masters.residual_force)
     return True
 
 

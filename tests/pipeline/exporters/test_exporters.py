@@ -206,6 +206,37 @@ def test_frames_stand_where_the_design_stands(
     np.testing.assert_allclose(back.point_data["displacement"], expected, rtol=ROUND_OFF)
 
 
+def test_all_bodies_are_in_one_collection(
+    mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord, trajectory: Trajectory, tmp_path: Path
+) -> None:
+    place, stress = np.array([1.0, -2.0, 3.0]), np.arange(6.0 * len(mesh.nodes)).reshape(-1, 6)
+    stress[0] = np.nan
+    fast = replace(trajectory, velocities=2 * trajectory.frames)
+    bodies = {
+        "b": BodyRecords(mesh, modal, morph, place, 1, lambda frame: (1 + frame) * stress),
+        "a": BodyRecords(mesh, modal, replace(morph, rigid_twists=np.zeros((0, 6)))),
+    }
+    files = vtu.write_results(tmp_path, bodies, fast, 2)
+    back = meshio.read(tmp_path / "b" / "frame_002.vtu")
+    np.testing.assert_allclose(back.points, mesh.nodes + place, rtol=ROUND_OFF)
+    np.testing.assert_allclose(back.point_data["velocity"], 2 * back.point_data["displacement"], rtol=ROUND_OFF)
+    np.testing.assert_array_equal(back.point_data["stress"], 3 * stress)
+    assert np.isnan(back.point_data["von_mises"]).tolist() == [True] + [False] * (len(mesh.nodes) - 1)
+    assert set(back.point_data["body_id"]) == {1}
+    other = meshio.read(tmp_path / "a" / "frame_002.vtu")
+    assert set(other.point_data["body_id"]) == {0}
+    assert "stress" not in other.point_data
+    entries = ElementTree.parse(files[-1]).getroot().findall("Collection/DataSet")
+    assert files[-1].name == "results.pvd"
+    found = [(float(one.get("timestep", math.nan)), one.get("part"), one.get("file")) for one in entries]
+    times = trajectory.frame_times[::2].tolist()
+    assert found == [
+        (time, str(part), f"{name}/frame_{2 * k:03d}.vtu")
+        for k, time in enumerate(times)
+        for part, name in enumerate("ab")
+    ]
+
+
 @pytest.mark.parametrize("name", EXPORTERS)
 def test_every_exporter_refuses_in_one_line(
     name: str, mesh: MeshRecord, modal: ModalRecord, morph: MorphRecord, trajectory: Trajectory, tmp_path: Path

@@ -1,6 +1,7 @@
 """The pictures of a small skirt and a small rod, and what is left when drawing them goes wrong."""
 
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,13 @@ pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
 imageio = pytest.importorskip("imageio.v3")
 
+from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
+from matplotlib.text import Text  # noqa: E402
+
+from gudgeon.pipeline.plots.base import style  # noqa: E402
 from gudgeon.pipeline.plots.base.surface import SHARP, Cut, make_skin  # noqa: E402
+from gudgeon.pipeline.plots.contact.curves import draw_energy, draw_force  # noqa: E402
+from gudgeon.pipeline.plots.deformation.modes import lowest  # noqa: E402
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -105,26 +112,67 @@ def test_pictures_of_a_skirt(skirt: tuple[Path, str], tmp_path: Path) -> None:
     if any("rendering crashed" in note for note in notes):
         pytest.skip(notes[0])
     assert notes == []
-    names = ["force.png", "energy.png", "pressure.png", "deformation.png", "impact.mp4"]
+    names = ["force.png", "energy.png", "pressure.png", "deformation.png", "modes.png", "impact.mp4"]
     assert [path.name for path in drawn] == names
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
-    for path in drawn[:4]:
+    for path in drawn[:-1]:
         assert_picture(path)
-    movie = imageio.imread(drawn[4])
+    movie = imageio.imread(drawn[-1])
     assert movie.shape[1:] == (720, 960, 3)
-    assert len(movie) <= 20
+    assert len(movie) <= 21
     # The part above the force curve moves from each frame to the next.
     change = np.abs(np.diff(movie[:, 80:548, 8:776].astype(float), axis=0)).max(axis=(1, 2, 3))
     assert (change > 50).all()
-    assert drawn[4].stat().st_size < 1.5e6
+    assert drawn[-1].stat().st_size < 1.5e6
 
 
 def test_pictures_of_a_rod(rod: tuple[Path, str], tmp_path: Path) -> None:
     drawn, notes = plots.render(*rod, tmp_path, "rod")
     assert notes == []
-    assert [path.name for path in drawn] == ["force.png", "energy.png", "deformation.png"]
+    assert [path.name for path in drawn] == ["force.png", "energy.png", "deformation.png", "modes.png"]
     for path in drawn:
         assert_picture(path)
+
+
+def test_long_texts_are_not_cut_off() -> None:
+    figure = style.new_figure("Title", "a subtitle that is much too long for its picture " * 4)
+    axes = figure.add_axes((0.1, 0.1, 0.8, 0.7))
+    axes.plot([0, 1], [0, 1], label="the first of three long labels of a legend")
+    axes.plot([0, 1], [1, 1], label="the second of three long labels of a legend")
+    axes.plot([0, 1], [0, 0], label="the third of three long labels of a legend")
+    style.legend(axes)
+    style.fit(figure)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    boxes = [text.get_window_extent(canvas.get_renderer()) for text in [*figure.texts, *figure.findobj(Text)]]
+    assert max(box.x1 for box in boxes) <= style.WIDTH
+    assert min(box.x0 for box in boxes) >= 0
+
+
+def test_modes_of_a_rod_have_their_exact_frequencies(rod: tuple[Path, str], tmp_path: Path) -> None:
+    drawing = Drawing(modaldb.open(rod[0]), rod[1], "rod", tmp_path, tmp_path, lambda name: None)
+    body = drawing.body("rod")
+    numbers = lowest(body)
+    exact = np.sqrt(210e9 / 7850.0) / 2 * np.arange(1, 7)
+    np.testing.assert_allclose(body.modal.angular_frequencies[numbers] / (2 * np.pi), exact, rtol=1e-3)
+    # The highest modes of a beam are thousands of times as fast as its first.
+    wide = replace(body, modal=replace(body.modal, angular_frequencies=np.geomspace(1.0, 1e5, 20)))
+    assert lowest(wide).tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_nothing_is_drawn_of_nothing(rod: tuple[Path, str], tmp_path: Path) -> None:
+    """A rod that flies away has no force; a picture of it is not written."""
+    store, told = modaldb.open(rod[0]), []
+    found = store.get(rod[1], "trajectory")
+    contact = found.contacts["wall"]
+    still = replace(contact, force=0 * contact.force, multipliers=0 * contact.multipliers, peak=-1)
+    free = replace(found, contacts={"wall": still}, energies=0 * found.energies, peak_times=None)
+    store.put("1" * 64, "trajectory", free, store.provenance(rod[1]))
+    drawing = Drawing(store, "1" * 64, "rod", tmp_path, tmp_path, told.append)
+    draw_force(drawing)
+    draw_energy(drawing)
+    assert told == []
+    assert drawing.touched("line3") == []
 
 
 def test_crash_of_rendering_spares_the_rest(

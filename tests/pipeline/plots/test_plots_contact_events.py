@@ -9,15 +9,15 @@ from gudgeon import modaldb
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.base.run import Curve, Drawing
 from gudgeon.pipeline.stages.run import run_job
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
 
 from gudgeon.pipeline.plots.contact.curves import balance, energy_curves
-from gudgeon.pipeline.plots.contact.force_axes import WRITTEN, smoothed, spaced
-from gudgeon.pipeline.plots.contact.located import Touch, joined, normal_courses, touches
+from gudgeon.pipeline.plots.contact.force_axes import WRITTEN, smoothed, spaced, windowed
+from gudgeon.pipeline.plots.contact.located import Touch, course, joined, normal_courses, touches
 from tests.pipeline.plots.test_plots import assert_picture
 
 RIGID = """
@@ -93,7 +93,7 @@ frames = 40
 NAMES = {
     "ball": ["force.png", "energy.png", "impacts.png"],
     "belt": ["force.png", "energy.png", "impacts.png"],
-    "beam": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png"],
+    "beam": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "modes.png"],
 }
 
 
@@ -145,6 +145,31 @@ def test_points_meet_in_impacts_and_nowhere_else(scene: tuple[str, Path, str], t
     inside = ((own.times[:, None] >= touch.impacts[:, 0]) & (own.times[:, None] <= touch.impacts[:, 1])).any(axis=1)
     free = ~inside & (own.times > 0)
     assert (apart[free] > -resolved - 1e-12).all()
+
+
+def test_paths_at_samples_pass_through_the_frames(scene: tuple[str, Path, str], tmp_path: Path) -> None:
+    """What is drawn at every sample is, at frames, the motion that coordinates and R give."""
+    drawing = drawing_of(scene, tmp_path)
+    (touch,) = touches(drawing)
+    courses = normal_courses(drawing, touch)
+    contact = drawing.scene["contact"][touch.name]
+    pressed = -touch.contact.multipliers if contact.get("method") == "residual" else None
+    size = max(float(np.ptp(one.place)) for one in courses)
+    for found, side, start in zip(courses, (touch.side, touch.other), (touch.gap, 0.0), strict=False):
+        assert len(found.times) == len(touch.trajectory.times) + 1
+        assert side is not None
+        expected = course(drawing, side, touch.direction, pressed, start=start)
+        np.testing.assert_allclose(
+            np.interp(expected.times, found.times, found.place), expected.place, rtol=0, atol=1e-9 * size
+        )
+
+
+def test_a_reference_is_drawn_within_the_window_of_the_run() -> None:
+    rough = 1.0 + 0.5 * (-1.0) ** np.arange(200)
+    trajectory = made(np.array([[0.0, 200.0, 200.0, 1.5, 1.0, 1, 1]]), rough, 10.0)
+    found = windowed(trajectory, "c", Curve("file", np.arange(1.0, 151.0), rough[:150]))
+    assert found.times[-1] == 150
+    np.testing.assert_allclose(found.force[20:-20], 1.0, rtol=1e-12)
 
 
 def test_energy_curves_hold_work_and_no_round_off() -> None:

@@ -11,7 +11,7 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.deformation.equivalent import equivalent_stress, row_forces
+from gudgeon.pipeline.plots.base.stress import equivalent_stress, row_forces
 from gudgeon.pipeline.stages.run import run_job
 
 pytest.importorskip("matplotlib")
@@ -51,10 +51,8 @@ SCENES = {
     "sheet": PART.format(geometry='{ kind = "rectangle", lx = 0.04, ly = 0.02, thickness = 0.01 }', surface="skin"),
     "block": PART.format(geometry='{ kind = "box", lx = 0.04, ly = 0.02, lz = 0.02 }', surface="top"),
 }
-NAMES = {
-    "sheet": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "stress.png"],
-    "block": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "stress.png", "impact.mp4"],
-}
+SHARED = ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "stress.png", "modes.png"]
+NAMES = {"sheet": SHARED, "block": [*SHARED, "impact.mp4"]}
 
 
 @pytest.fixture(scope="module", params=SCENES)

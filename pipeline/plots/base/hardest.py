@@ -1,0 +1,79 @@
+"""The one moment that all pictures show of a contact: the sample of its largest mean force, the state at its end."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gudgeon.modaldb.records.trajectory import Trajectory
+
+SAME = 1e-6
+"""Difference of two times, in sample intervals, that is round-off."""
+
+
+@dataclass(frozen=True)
+class Hardest:
+    """The largest force of some contacts."""
+
+    contact: str
+    frame: int
+    """Number of the frame of that state."""
+    time: float
+    """[s]"""
+    force: float
+    """Mean resultant over the sample that ends then [N]; at the frame itself where no sample resolves the contact."""
+
+
+def with_peaks(trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory whose frames include, in order of time, the states kept at the largest forces."""
+    times, contacts = trajectory.peak_times, trajectory.contacts
+    if times is None or trajectory.peak_frames is None or trajectory.peak_velocities is None or not len(times):
+        return trajectory
+    apart = np.abs(times[:, None] - trajectory.frame_times)
+    new = np.flatnonzero(apart.min(axis=1, initial=np.inf) > SAME * trajectory.times[0])
+    new = new[np.unique(times[new], return_index=True)[1]]
+    order = np.argsort(np.append(trajectory.frame_times, times[new]), kind="stable")
+
+    def joined(frames: np.ndarray, peaks: np.ndarray | None) -> np.ndarray:
+        assert peaks is not None
+        return np.concatenate([frames, peaks[new]])[order]
+
+    return replace(
+        trajectory,
+        frame_times=joined(trajectory.frame_times, times),
+        frames=joined(trajectory.frames, trajectory.peak_frames),
+        velocities=joined(trajectory.velocities, trajectory.peak_velocities),
+        contacts={
+            name: replace(
+                contact,
+                multipliers=joined(contact.multipliers, contact.peak_multipliers),
+                master=None if contact.master is None else joined(contact.master, contact.peak_master),
+            )
+            for name, contact in contacts.items()
+        },
+    )
+
+
+def hardest(trajectory: Trajectory, names: Iterable[str]) -> Hardest | None:
+    """Return the largest force of some contacts; None if no frame shows any of them closed.
+
+    Args:
+        trajectory: With the peaks among its frames, see `with_peaks`.
+    """
+    found = [one for name in names if (one := _of_contact(trajectory, name)) is not None]
+    return max(found, key=lambda one: one.force, default=None)
+
+
+def _of_contact(trajectory: Trajectory, name: str) -> Hardest | None:
+    contact = trajectory.contacts[name]
+    if not contact.multipliers.any():
+        return None
+    if trajectory.peak_times is not None and contact.peak >= 0:
+        time = float(trajectory.peak_times[contact.peak])
+        frame = int(np.abs(trajectory.frame_times - time).argmin())
+        if contact.multipliers[frame].any():
+            return Hardest(name, frame, time, float(np.linalg.norm(contact.force, axis=1).max()))
+    # A record without kept states, or an impact within one sample.
+    frame = int(contact.multipliers.sum(axis=1).argmax())
+    force = float(contact.multipliers[frame].sum())
+    return Hardest(name, frame, float(trajectory.frame_times[frame]), force)

@@ -1,0 +1,53 @@
+"""The folder of a scene's results: it belongs to one scene file, and its pictures show the results beside them."""
+
+import contextlib
+import json
+from pathlib import Path
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.stages.base import Place
+
+OWNER, PICTURES = "scene.json", "pictures.json"
+"""Files that name the scene file of a folder, and its pictures with the key of what they show."""
+
+
+def check_owner(out: Path, scene: Path) -> None:
+    """Check that a folder has no results of another scene file that still exists.
+
+    Raises:
+        InputError: it has.
+    """
+    owner = Path(_read(out / OWNER).get("scene", ""))
+    if owner.is_file() and owner != scene.resolve():
+        raise InputError(f"--out {out}: holds the results of {owner}; {scene} needs a folder of its own")
+
+
+def claim(job: Place) -> None:
+    """Write into the folder of a job which scene file it belongs to.
+
+    Raises:
+        InputError: the folder has the results of another scene, or cannot be written.
+    """
+    check_owner(job.out, job.path)
+    content = {"scene": str(job.path.resolve())}
+    if _read(job.out / OWNER) != content:
+        write_text(job.out / OWNER, json.dumps(content, indent=1))
+
+
+def remove_pictures(out: Path, key: str) -> None:
+    """Remove the pictures of a folder unless they were drawn for `key`."""
+    noted = _read(out / PICTURES)
+    if not noted or noted.get("key") == key:
+        return
+    for name in [*noted.get("files", ()), PICTURES]:
+        with contextlib.suppress(FileNotFoundError):
+            (out / Path(name).name).unlink()
+
+
+def _read(path: Path) -> dict:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,75 @@
+"""The state at the largest force of each contact, which every integrator keeps while it runs."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.compiled import copy, inner
+
+
+class Peaks(NamedTuple):
+    """State at the end of the sample of each contact's largest mean force so far.
+
+    Shapes: k contacts, m coordinates, c contact rows, F functions of traction spaces.
+    """
+
+    force: np.ndarray
+    """Size of the mean resultant over that sample [N], (k,); 0 where the contact was open so far."""
+    sample: np.ndarray
+    """Number of samples from the start of the run to the end of that one, (k,)."""
+    q: np.ndarray
+    """(k, m)"""
+    v: np.ndarray
+    """(k, m)"""
+    multipliers: np.ndarray
+    """Of all rows [N], (k, c)."""
+    functions: np.ndarray
+    """Forces on the residual flexibility of all functions [N], (k, F)."""
+
+    @classmethod
+    def empty(cls, contacts: int = 0, coordinates: int = 0, rows: int = 0, functions: int = 0) -> "Peaks":
+        """Return the peaks of contacts that were open so far."""
+        widths = coordinates, coordinates, rows, functions
+        state = (np.zeros((contacts, width)) for width in widths)
+        return cls(np.zeros(contacts), np.zeros(contacts, np.int64), *state)
+
+    def keep_highest(
+        self, before: int, forces: np.ndarray, q: np.ndarray, v: np.ndarray, multipliers: np.ndarray
+    ) -> None:
+        """Keep the highest of some samples where it exceeds what is kept.
+
+        Args:
+            before: Number of samples before these.
+            forces: Mean resultants [N], (s, k, 3).
+            q, v: At the ends of the samples, (s, m).
+            multipliers: (s, c)
+        """
+        if not len(forces):
+            return
+        for number in range(len(self.force)):
+            sizes = np.linalg.norm(forces[:, number], axis=1)
+            at = int(sizes.argmax())
+            if sizes[at] > self.force[number]:
+                self.force[number], self.sample[number] = sizes[at], before + at + 1
+                self.q[number], self.v[number], self.multipliers[number] = q[at], v[at], multipliers[at]
+
+
+@inner
+def keep_peaks(peaks, forces, sample, state, functions):  # type: ignore[no-untyped-def]
+    """Keep the state at the end of a sample for each contact whose mean force exceeds what is kept.
+
+    Args:
+        forces: Mean resultants over the sample [N], (k, 3).
+        sample: Number of samples to its end.
+        state: q, v, (m,) each, and the multipliers [N], (c,).
+        functions: Forces on the residual flexibility of functions [N], (F,).
+    """
+    for number in range(len(peaks.force)):
+        x, y, z = forces[number, 0], forces[number, 1], forces[number, 2]
+        size = np.sqrt(x * x + y * y + z * z)
+        if size > peaks.force[number]:
+            peaks.force[number], peaks.sample[number] = size, sample
+            copy(state[0], peaks.q[number])
+            copy(state[1], peaks.v[number])
+            copy(state[2], peaks.multipliers[number])
+            copy(functions, peaks.functions[number])
