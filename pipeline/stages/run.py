@@ -12,6 +12,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file
 from gudgeon.pipeline.scenes.checks import law_notes
 from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.basis_notes import basis_notes
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
 from gudgeon.pipeline.stages.products import STAGES, Product
@@ -136,7 +137,7 @@ def _finish(job: Job, until: str) -> RunReport:
         copy_file(job.store.path(key), job.out / "trajectory.h5")
         summary = write_summary(job.out, key, expected, job.store.get(key, "trajectory", only=["times"]))
     notes = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
-    notes += _energy_notes(job, summary)
+    notes += _energy_notes(job, summary) + basis_notes(job.scene, summary["estimates"])
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
