@@ -60,7 +60,14 @@ def true_errors(found: Trajectory, exact: Trajectory, window: float) -> dict[str
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 10.0])
 @pytest.mark.parametrize(
     "contact",
-    [{"method": "constraint"}, {}, {"dashpot": "wave-guide"}, {"method": "penalty"} | STIFF, {"method": "penalty"} | LAYER, LAYER],
+    [
+        {"method": "constraint"},
+        {},
+        {"dashpot": "wave-guide"},
+        {"method": "penalty"} | STIFF,
+        {"method": "penalty"} | LAYER,
+        LAYER,
+    ],  # fmt: skip
     ids=["constraint", "residual", "dashpot", "stiff", "penalty", "layer"],
 )
 @pytest.mark.parametrize("count", [10, 40])

@@ -24,7 +24,9 @@ def record(scene: str, name: str, count: int, folder: Path) -> ModalRecord:
     return reduce_component(component.geometry.build(component.mesh.size), "mesh", component, name)
 
 
-@pytest.mark.parametrize(("scene", "name"), [("rod-wall", "rod"), ("rod-mass/free.toml", "rod"), ("beam-sphere", "beam")])
+@pytest.mark.parametrize(
+    ("scene", "name"), [("rod-wall", "rod"), ("rod-mass/free.toml", "rod"), ("beam-sphere", "beam")]
+)
 def test_half_a_record_is_the_record_of_half_the_modes(scene: str, name: str, tmp_path: Path) -> None:
     more, fewer = (record(scene, name, count, tmp_path) for count in (12, 6))
     found = truncated(more, 0.5)

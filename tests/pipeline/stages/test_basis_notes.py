@@ -34,7 +34,9 @@ def test_small_errors_and_those_of_the_step_give_none() -> None:
         ("beam-sphere", {"contact__pair__method": "penalty"}, SEVERAL, ["contact.pair.method = 'residual'"]),
     ],
 )
-def test_a_note_names_the_key(scene: str, changes: dict[str, Any], estimates: dict[str, float], keys: list[str]) -> None:
+def test_a_note_names_the_key(
+    scene: str, changes: dict[str, Any], estimates: dict[str, float], keys: list[str]
+) -> None:
     (note,) = notes(scene, estimates, **changes)
     assert all(key in note for key in keys)
     assert "50.0%" not in note
@@ -54,7 +56,9 @@ def test_a_run_with_few_modes_gives_the_note_and_with_many_modes_not(tmp_path: P
 
 @pytest.mark.parametrize(("size", "count"), [(0.1, 30), (0.01, 60), (0.001, 150)])
 def test_a_bar_has_as_many_modes_as_its_mesh_resolves(size: float, count: int) -> None:
-    job = open_job(DATA / "rod-wall", set={"component.rod.modes.normal_count": "unset", "component.rod.mesh.size": size})
+    job = open_job(
+        DATA / "rod-wall", set={"component.rod.modes.normal_count": "unset", "component.rod.mesh.size": size}
+    )
     assert job.scene.component["rod"].modes.normal_count == count
 
 
