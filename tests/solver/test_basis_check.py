@@ -67,7 +67,7 @@ def true_errors(found: Trajectory, exact: Trajectory, window: float) -> dict[str
         {"method": "penalty"} | STIFF,
         {"method": "penalty"} | LAYER,
         LAYER,
-    ],  # fmt: skip
+    ],
     ids=["constraint", "residual", "dashpot", "stiff", "penalty", "layer"],
 )
 @pytest.mark.parametrize("count", [10, 40])

@@ -88,9 +88,11 @@ def test_sweeps_run_without_checks(command: str, tmp_path: Path, monkeypatch: py
     monkeypatch.setattr(robustness, "run_job", look)
     job = open_job(DATA / "rod-wall", db=tmp_path / "db", out=tmp_path / "out")
     assert job.scene.run.checks
+    kind = kind_of(job)
+    sweep = {
+        "report": lambda: bodies.report_job(job, None, lambda *_: None),  # type: ignore[arg-type]
+        "robustness": lambda: kind.robustness(job, None, (), lambda *_: None),
+    }[command]
     with pytest.raises(Stop):
-        if command == "report":
-            bodies.report_job(job, None, lambda *_: None)  # type: ignore[arg-type]
-        else:
-            kind_of(job).robustness(job, None, (), lambda *_: None)
+        sweep()
     assert not seen[0].checks
