@@ -39,8 +39,8 @@ class Difference(NamedTuple):
     """Largest difference of the coordinates at a frame over their largest values; 0 where there are contacts."""
 
 
-def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) -> Trajectory:
-    """Return the first run, of steps halved from those of a plan, whose estimated errors are below an accuracy.
+def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) -> tuple[Trajectory, Plan]:
+    """Return the first run whose estimated errors are below an accuracy, and its plan: a given one with halved steps.
 
     A run whose errors stay above it at every step tried, or do not decrease, ends as `Result.INACCURATE`.
 
@@ -53,14 +53,15 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
     found, halvings, jump, first = run(plan), 0, 1, 0.0
     while True:
         before, halvings = found, halvings + jump
-        found = run(plan.finer(halvings, settings.samples))
+        finer = plan.finer(halvings, settings.samples)
+        found = run(finer)
         if found.result not in (Result.FINISHED.name, Result.ENERGY.name):
-            return found
+            return found, finer
         if before.result not in (Result.FINISHED.name, Result.ENERGY.name):
             # A run that ends early with a larger step has no results to compare.
             jump = 1
             if halvings >= MOST_HALVINGS:
-                return replace(found, result=Result.INACCURATE.name)
+                return replace(found, result=Result.INACCURATE.name), finer
             continue
         differences = difference(before, found, system.resolution)
         errors = {f"step.{name}": value / 2 ** (jump - 1) for name, value in differences._asdict().items() if value}
@@ -69,9 +70,9 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
         worst = max(error, 0.0 if plan.integrator.conserves_energy else found.energy_drift)
         first = first or error
         if worst <= accuracy:
-            return found
+            return found, finer
         if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and error > 0.5 * first):
-            return replace(found, result=Result.INACCURATE.name)
+            return replace(found, result=Result.INACCURATE.name), finer
         needed = math.ceil(math.log2(worst / accuracy) / EXPECTED_ORDER)
         jump = min(max(1, needed), LARGEST_JUMP, MOST_HALVINGS - halvings)
 

@@ -1,12 +1,14 @@
 """Run a compiled system and collect its trajectory."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.accuracy import controlled
+from gudgeon.solver.basis_check import basis_estimates
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
@@ -42,7 +44,8 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     """Integrate a system over its scene's duration.
 
     Where run.step is left out and the integrator has a step, the run is repeated with finer steps until impulses,
-    windowed forces and the energy balance are within run.accuracy; see `solver.accuracy`.
+    windowed forces and the energy balance are within run.accuracy; see `solver.accuracy`. A run with contacts is
+    repeated with fewer elastic coordinates, which gives the error of the basis; see `solver.basis_check`.
 
     Returns:
         The trajectory; that of a run that failed physically ends with its last good frame, with the reason in `result`.
@@ -51,9 +54,16 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         SolverError: the contact's compliance is singular.
     """
     run, plan = system.scene.run, plan_run(system)
-    if plan.integrator.own_steps or run.step is not None or not run.checks:
+    if not run.checks:
         return _march(system, plan, progress)
-    return controlled(system, plan_run(system, COARSER), lambda one: _march(system, one, progress))
+    if plan.integrator.own_steps or run.step is not None:
+        found = _march(system, plan, progress)
+    else:
+        found, plan = controlled(system, plan_run(system, COARSER), lambda one: _march(system, one, progress))
+    if not Result[found.result].ok:
+        return found
+    errors = basis_estimates(system, found, lambda fewer: _march(fewer, plan, progress))
+    return replace(found, estimates=found.estimates | errors)
 
 
 def start(system: System, plan: Plan) -> Marching:

@@ -13,9 +13,9 @@ from gudgeon.modaldb.records.report import ReportRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.report.document import Budget, Choice, Document, Quantity, Run
 from gudgeon.pipeline.report.page.words import seconds_text, size_text, term_text, tick_text
-from gudgeon.pipeline.scenes.reading import find_file
+from gudgeon.pipeline.scenes.reading import find_file, merged
 from gudgeon.pipeline.stages.base import SceneJob
-from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.job import UNCHECKED, Job, variant
 from gudgeon.pipeline.stages.products import Product, product
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
@@ -151,7 +151,7 @@ def chosen(job: SceneJob, tolerance: float, same_mesh: bool = False) -> tuple[Jo
         raise InputError(f"{job.path}: --tolerance: {found.why}")
     taken = f"in {seconds_text(found.cpu_seconds)} of CPU time"
     said = f"{found.run}: error {size_text(found.error)} ({found.of}) {taken}, {found.why}"
-    return replace(variant(job, found.settings or {}), out=job.out), said
+    return replace(variant(job, merged(found.settings or {}, UNCHECKED)), out=job.out), said
 
 
 def run_chosen(

@@ -15,9 +15,10 @@ from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
 from gudgeon.pipeline.robustness.operations import OPERATIONS, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import REFUSALS, Trial, run_trial, sizes
 from gudgeon.pipeline.robustness.verdict import Verdict, judge
+from gudgeon.pipeline.scenes.reading import merged
 from gudgeon.pipeline.scenes.robustness import Case, Robustness
 from gudgeon.pipeline.stages.folder import claim
-from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.job import UNCHECKED, Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
 
@@ -35,8 +36,8 @@ def robustness_job(
     """Run the robustness cases of a scene of bodies; see `chosen_cases` and `robustness_cases`."""
     settings: Robustness = job.scene.robustness
     chosen = chosen_cases(settings, cases, only, job.path)
-    own = job if settings.duration is None else variant(job, {"run": {"duration": settings.duration}})
-
+    lasting = {} if settings.duration is None else {"run": {"duration": settings.duration}}
+    own = variant(job, merged(UNCHECKED, lasting))
     run_job(own, "morph", progress)
     meshes = {n: own.store.get(steps["base-mesh"].key, "mesh") for n, steps in own.components().items()}
     subject = Subject(

@@ -82,7 +82,7 @@ def _solved(job: Job, tell: Callable[[str, float], None]) -> Evidence:
 def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | None:
     """Return a run's first contact, if any; separations shorter than `resolution` [s] do not end it.
 
-    The resolution is the period of the highest kept frequency.
+    The resolution is that of the system.
     """
     found, interval = [], float(trajectory.times[0])
     for name, history in trajectory.contacts.items():
@@ -200,9 +200,9 @@ def _ringing(system: System, found: Trajectory, contact: FirstContact | None) ->
     """Return the relative round-off of the contact force, from that of frequencies; docs/robustness.md derives it."""
     damped = bool(system.dashpot.any())  # Vibration decays before its phase has an error.
     exact = math.isinf(INTEGRATORS[found.counts["integrator"]].order)
-    if contact is None or not exact or system.resolution == 0 or damped:
+    if contact is None or not exact or system.shortest_period == 0 or damped:
         return 0.0
-    phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.resolution) ** 2 / (2 * np.pi)
+    phase = float(np.finfo(float).eps) * (2 * np.pi * contact.duration / system.shortest_period) ** 2 / (2 * np.pi)
     elastic, worst = system.stiffness > 0, 0.0
     yields = np.diag(system.residual) + system.layer
     pressed = _multipliers(system, found)

@@ -6,11 +6,19 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry import Geometry
 from gudgeon.pipeline.geometry.numbers import Coordinate, Finite, Length, Positive, Strict
+from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.scenes.gauge import Gauge
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.modes import ModesSettings
 from gudgeon.pipeline.scenes.supports import SupportEntry
+
+BAR_COUNT = 150
+"""Default number of normal modes of a bar: with 100, impacts by and on it have errors of 1 % in impulse and rebound."""
+RESOLVED = 0.6
+"""Modes per quadratic element of a bar whose frequencies have a discretisation error below 1 %."""
+NORMAL_MODES = ("macneal", "normal+static", "fixed-reference", "rubin")
+"""Reductions to normal modes."""
 
 
 class MeshSettings(Strict):
@@ -102,11 +110,21 @@ class Component(Strict):
     def _fits_the_kind(cls, value: ModesSettings, info: ValidationInfo) -> ModesSettings:
         if info.data.get("gauge") and value.reduction == "rigid":
             raise ValueError("reduction 'rigid' given; a gauge needs a reduction with elastic coordinates")
+        if isinstance(bar := info.data.get("geometry"), Bar):
+            return _counted(value, bar, info.data.get("mesh", MeshSettings()).size)
         if _kind(info) != "rigid" or value.reduction == "rigid":
             return value
         if "reduction" in value.model_fields_set:
             raise ValueError(f"reduction '{value.reduction}' given; geometry 'rigid' allows 'rigid' only")
         return value.model_copy(update={"reduction": "rigid"})
+
+
+def _counted(modes: ModesSettings, bar: Bar, size: float | None) -> ModesSettings:
+    """Return the settings with the default number of modes of a bar on elements of a size [m]."""
+    if "normal_count" in modes.model_fields_set or modes.reduction not in NORMAL_MODES or size is None:
+        return modes
+    resolved = int(RESOLVED * bar.elements(size))
+    return modes.model_copy(update={"normal_count": max(modes.normal_count, min(BAR_COUNT, resolved))})
 
 
 def _kind(info: ValidationInfo) -> str | None:

@@ -18,6 +18,9 @@ from gudgeon.solver.scene.scene import Scene
 if TYPE_CHECKING:
     import numpy as np
 
+UNCHECKED = {"run": {"checks": False}}
+"""Changes of a scene for the runs of a sweep, which judges their errors itself."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Job(SceneJob):

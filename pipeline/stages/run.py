@@ -16,6 +16,7 @@ from gudgeon.pipeline.files import copy_file
 from gudgeon.pipeline.scenes.checks import law_notes, unit_notes
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.basis_notes import basis_notes
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
@@ -166,6 +167,7 @@ def _finish(job: Job, until: str) -> RunReport:
         summary = write_summary(job.out, key, expected, job.store.get(key, "trajectory", only=["times"]))
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     own += _energy_notes(job, summary) + _gap_notes(job, summary["quantities"])
+    own += basis_notes(job.scene, summary["estimates"])
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],

@@ -33,6 +33,6 @@ def choose(system: System) -> tuple[str, float]:
     integrator = INTEGRATORS[name]
     if integrator.own_steps:
         return name, 0.0
-    if system.resolution > 0:
-        return name, min(critical(), integrator.stiffest * 2 * np.pi / system.resolution)
+    if (period := system.shortest_period) > 0:
+        return name, min(critical(), integrator.stiffest * 2 * np.pi / period)
     return name, critical()

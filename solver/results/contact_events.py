@@ -70,7 +70,7 @@ def merged(impacts: np.ndarray, resolution: float) -> np.ndarray:
 
     Args:
         impacts: (b, 7), in order of time, see `Trajectory.impacts`.
-        resolution: Period of the highest kept frequency [s].
+        resolution: That of the system [s].
     """
     found: list[np.ndarray] = []
     for impact in impacts:
@@ -86,7 +86,7 @@ def merged(impacts: np.ndarray, resolution: float) -> np.ndarray:
 
 
 def smoothed_peak(history: np.ndarray, interval: float, resolution: float) -> dict[str, Quantity]:
-    """Return the largest mean force over one period of the highest kept frequency [N], and that period [s].
+    """Return the largest mean force over the time that a system resolves [N], and that time [s].
 
     A force over a shorter time contains the cut-off frequency and does not converge.
 

@@ -15,7 +15,7 @@ from gudgeon.solver.system.equilibrium import settled
 from gudgeon.solver.system.friction import refuse_motion_across
 from gudgeon.solver.system.gauges import compile_gauges
 from gudgeon.solver.system.loads import Driving, compile_driving
-from gudgeon.solver.system.requirements import Stock, fields_read, scene_terms
+from gudgeon.solver.system.requirements import Stock, Term, fields_read, scene_terms
 from gudgeon.solver.system.springs import compile_springs
 from gudgeon.solver.system.system import System
 
@@ -48,6 +48,16 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
             "body: all rigid motions are fixed by supports and freedom, and no body is elastic; release at least one"
             " motion"
         )
+    return assembled(scene, bodies, terms)
+
+
+def assembled(scene: Scene, bodies: dict[str, FlexibleBody], terms: list[Term]) -> System:
+    """Build the system of bodies whose records have been read, one after the other in the coordinates.
+
+    Raises:
+        SceneError: as `compile_system`.
+    """
+    size = max(body.elastic.stop for body in bodies.values())
     contacts, arrays = _contacts(scene, bodies, size)
     driving = compile_driving(scene, bodies, contacts, size)
     position, velocity = np.zeros(size), _start(scene, bodies, size)

@@ -108,10 +108,21 @@ class System:
         return lines
 
     @property
+    def shortest_period(self) -> float:
+        """Period of the highest kept frequency of all bodies [s]; 0 where nothing is elastic."""
+        return _period(self.stiffness)
+
+    @property
     def resolution(self) -> float:
-        """Period of the highest kept frequency [s]; 0 where nothing is elastic."""
-        top = float(self.stiffness.max(initial=0.0))
-        return 2 * np.pi / np.sqrt(top) if top > 0 else 0.0
+        """Time that the model resolves [s]: the longest of the shortest periods of the elastic bodies in contact.
+
+        A force over a shorter time contains frequencies that one of them lacks. 0 where none is elastic; that of all
+        bodies where there are no contacts.
+        """
+        sides = [(contact.body, *(side.body for side in (contact.other, contact.master) if side is not None))
+                 for contact in self.contacts]  # fmt: skip
+        names = {name for side in sides for name in side} or set(self.bodies)
+        return max(_period(self.bodies[name].stiffness) for name in names)
 
     @property
     def rigid_contact(self) -> np.ndarray:
@@ -128,7 +139,7 @@ class System:
         """Whether R couples the gap of one point with the contact force of another."""
         return bool(np.any(self.residual - np.diag(self.residual.diagonal())))
 
-    def _yielding(self) -> np.ndarray:
+    def yielding(self) -> np.ndarray:
         """Return the compliance of each nonlinear law at the largest indentation that the start can cause [m/N], (c,).
 
         Its energy is the kinetic energy of a row's effective mass at its largest possible speed, and the work of
@@ -153,7 +164,7 @@ class System:
         """
         springs = self.springs
         if len(self.gap) == 1 and not len(springs.stiffness):
-            return _single(self.stiffness, self.rows[0], self.compliance[0, 0] + self._yielding()[0])
+            return _single(self.stiffness, self.rows[0], self.compliance[0, 0] + self.yielding()[0])
         matrix = np.diag(self.stiffness) + springs.rows.T @ (springs.rows * springs.stiffness[:, None])
         if len(self.gap):
             compliance = self.compliance
@@ -165,9 +176,15 @@ class System:
                         f"contact {', '.join(self.scene.contact)}: {Result.DEPENDENT_ROWS.value}"
                     ) from None
             else:
-                matrix = matrix + self.rows.T @ (self.rows / (compliance.diagonal() + self._yielding())[:, None])
+                matrix = matrix + self.rows.T @ (self.rows / (compliance.diagonal() + self.yielding())[:, None])
         top = len(matrix) - 1
         return float(np.sqrt(linalg.eigvalsh(matrix, subset_by_index=[top, top])[0]))
+
+
+def _period(stiffness: np.ndarray) -> float:
+    """Return the period of the highest of some frequencies, given by their squares [rad²/s²], 0 where all are zero."""
+    top = float(stiffness.max(initial=0.0))
+    return 2 * np.pi / np.sqrt(top) if top > 0 else 0.0
 
 
 def _factored(compliance: np.ndarray) -> np.ndarray:

@@ -17,9 +17,13 @@ class Bar(Strict):
     length: Length
     area: Positive = Field(description="Cross-section [m^2]", json_schema_extra={"unit": "m^2"})
 
+    def elements(self, size: float) -> int:
+        """Return the number of elements no longer than `size` [m]."""
+        return max(1, int(np.ceil(self.length / size * (1 - 1e-12))))
+
     def build(self, size: float) -> MeshRecord:
         """Divide the bar into quadratic line elements no longer than `size` [m]."""
-        count = max(1, int(np.ceil(self.length / size * (1 - 1e-12))))
+        count = self.elements(size)
         nodes = np.zeros((2 * count + 1, 3))
         nodes[:, 0] = np.linspace(0.0, self.length, 2 * count + 1)
         first = 2 * np.arange(count)

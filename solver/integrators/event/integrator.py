@@ -110,7 +110,7 @@ class Event(capabilities.Event):
             record.impact(impact, time, self._v, now)
             self._gained = self._gained or impact.lost < -GAIN * (abs(impact.lost) + impact.compressed)
             self._struck = {int(one) for one in rows}
-            if system.resolution > 0 and now.status[row] == Status.CLOSED:
+            if system.shortest_period > 0 and now.status[row] == Status.CLOSED:
                 self._patient.add((Watch.OPENS, row))
         elif kind is Watch.CLOSES:
             self._reclosed = bool(now.status[row] == Status.SLACK)
@@ -159,7 +159,7 @@ class Event(capabilities.Event):
             if event in functions:
                 course.a[number] = 0.0
         guarded = [number for number, event in enumerate(regime.events) if event in self._patient]
-        course = course.averaged(guarded, self._system.resolution)
+        course = course.averaged(guarded, self._system.shortest_period)
         return segment(start, motion, regime, course, self._last, floor=self._floor(regime))
 
     def _floor(self, regime: Regime) -> np.ndarray:

@@ -1,0 +1,76 @@
+"""Notes on the estimated error of the modal basis, each with the key that reduces it."""
+
+from collections.abc import Mapping
+
+from gudgeon.pipeline.scenes.bodies import SceneFile
+from gudgeon.solver.methods import METHODS
+
+NOTICED = 0.01
+"""Estimated relative error of the basis above which a run gives a note."""
+WORDS = {"basis.impulse": "impulse", "basis.force": "windowed force", "basis.rebound": "rebound velocity"}
+RESOLVING = ("bar", "beam")
+"""Geometries that a contact law and residual flexibility can be combined on: they have no local compliance."""
+COUNTED = {
+    "macneal": "normal_count", "normal+static": "normal_count", "fixed-reference": "normal_count",
+    "rubin": "normal_count", "ritz": "normal_count", "craig-bampton": "fixed_count", "interface": "fixed_count",
+    "partial-interface": "fixed_count",
+}  # fmt: skip
+"""Key of `modes` that adds elastic coordinates, by reduction."""
+
+
+def basis_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
+    """Return a note where the estimated error of the basis is above `NOTICED`; it names the keys that reduce it.
+
+    Args:
+        estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
+    """
+    errors = {word: error for name, word in WORDS.items() if (error := estimates.get(name, 0.0)) > NOTICED}
+    if not errors:
+        return []
+    ways = _methods(scene) or ([] if set(errors) == {"windowed force"} else _counts(scene))
+    ways = ways or _dashpots(scene) or _counts(scene)
+    told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
+    return [f"the estimated error of the modal basis is {told}; set {', '.join(ways)}" if ways else
+            f"the estimated error of the modal basis is {told}"]  # fmt: skip
+
+
+def _touching(scene: SceneFile, contact: str) -> list[str]:
+    """Return the elastic components of a contact."""
+    others = scene.others()
+    bodies = [scene.contact[contact].body, *([others[contact].body] if contact in others else [])]
+    names = dict.fromkeys(scene.component_of(body) for body in bodies)
+    return [name for name in names if scene.component[name].modes.reduction != "rigid"]
+
+
+def _methods(scene: SceneFile) -> list[str]:
+    """Return method 'residual' for each penalty contact whose records store R, and where it does not count twice."""
+    ways = []
+    for name, contact in scene.contact.items():
+        method, parts = METHODS[contact.method], [scene.component[one] for one in _touching(scene, name)]
+        stored = parts and all(part.modes.reduction != "normal+static" for part in parts)
+        once = contact.law is None or all(part.geometry.kind in RESOLVING for part in parts)
+        if stored and once and not (method.flexible or method.rigid):
+            ways.append(f"contact.{name}.method = 'residual'")
+    return ways
+
+
+def _dashpots(scene: SceneFile) -> list[str]:
+    """Return the wave-guide dashpot for each contact of bars: the force of a wave front rings without it."""
+    return [
+        f"contact.{name}.dashpot = 'wave-guide'" + ("" if contact.method == "residual" else " with method 'residual'")
+        for name, contact in scene.contact.items()
+        if contact.dashpot == "none"
+        and contact.law is None
+        and (parts := _touching(scene, name))
+        and all(scene.component[part].geometry.kind == "bar" for part in parts)
+    ]
+
+
+def _counts(scene: SceneFile) -> list[str]:
+    """Return twice the number of modes for each elastic component of a contact."""
+    ways = []
+    for name in dict.fromkeys(part for contact in scene.contact for part in _touching(scene, contact)):
+        modes = scene.component[name].modes
+        if (key := COUNTED.get(modes.reduction)) is not None:
+            ways.append(f"component.{name}.modes.{key} = {2 * getattr(modes, key)}")
+    return ways

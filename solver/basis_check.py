@@ -1,0 +1,103 @@
+"""What the modal basis of a run lacks, estimated from a run with half of each body's elastic coordinates.
+
+Both runs take the same steps and start from the same state. With n and n/2 coordinates, an error c n^(-p) is the
+difference of the two runs over 2^p - 1:
+
+- impulses and rebound velocities: p = 1, the order at rigid contact of a rod (measured 0.9 to 1.1);
+- forces averaged over the time that a model resolves: p = 1/2, that of a series of modes at a jump, where the
+  overshoot does not decrease. A difference can be zero by chance, so that the larger one of two windows is taken, as
+  long as the run with n/2 coordinates resolves and half as long again;
+- contact by a penalty, without residual flexibility: the missing compliance makes it too stiff, and its error is
+  irregular in n, so that the difference may be too small. Windowed forces of rods struck through springs change by 0.04
+  to 0.2 of the share of the missing compliance, impulses and velocities by 0.01 to 0.2 of it: `STIFFENED` is the least
+  estimate. What n coordinates lack is taken to be what the upper half of them adds, as in a series of 1/n^2.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.methods import METHODS
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.nested import nested
+from gudgeon.solver.system.system import System
+
+REBOUND = ("rebound_velocity", "rebound_velocity_other")
+WINDOWS = (1.0, 1.5)
+"""Windows over which forces are compared, over the time that the run with fewer coordinates resolves."""
+STIFFENED = {"basis.force": 0.3, "basis.impulse": 0.1, "basis.rebound": 0.1}
+"""Least relative errors over the share of the compliance that a contact by a penalty lacks."""
+FORCE_ORDER = 0.5
+"""Order in the number of coordinates with which windowed forces converge where a force jumps."""
+
+
+def basis_estimates(system: System, found: Trajectory, run: Callable[[System], Trajectory]) -> dict[str, float]:
+    """Return estimated relative errors of a finished run due to its modal basis.
+
+    Args:
+        system: The one that was run.
+        found: Its trajectory.
+        run: Integrates another system with the same steps.
+
+    Returns:
+        `basis.impulse`: the largest error of a contact's impulse, over its largest impulse up to any time;
+        `basis.force`: of its largest windowed force, over that force; `basis.rebound`: of a rebound velocity, over the
+        largest speed of a body at the start, where the contact has a restitution. Each is 1 where the run with fewer
+        coordinates fails. Empty where nothing touches or no body has two elastic coordinates.
+    """
+    if not any(np.any(contact.force) for contact in found.contacts.values()) or (fewer := nested(system)) is None:
+        return {}
+    other = run(fewer)
+    if not Result[other.result].ok:
+        return {"basis.impulse": 1.0, "basis.force": 1.0}
+    speeds = [body.centre_motion(system.velocity[body.rigid])[:3] for body in system.bodies.values()]
+    errors = _errors(found, other, fewer.resolution, float(np.linalg.norm(speeds, axis=1).max()))
+    share = _lacking(system, fewer)
+    return {name: max(error, STIFFENED[name] * share) for name, error in errors.items()}
+
+
+def _lacking(system: System, fewer: System) -> float:
+    """Return the largest share of the compliance that a contact without R lacks, estimated; 0 where all have it."""
+    static = [_flexibility(one) for one in (system, fewer)]
+    missing, own, most = static[0] - static[1], system.layer + system.yielding(), 0.0
+    for contact in system.contacts:
+        method = METHODS[system.scene.contact[contact.name].method]
+        if not (method.flexible or method.rigid):
+            added = float(missing[contact.rows].sum())
+            most = max(most, added / (added + float(own[contact.rows].sum())))
+    return most
+
+
+def _flexibility(system: System) -> np.ndarray:
+    """Return the static displacement of each contact row per unit force on it, by elastic coordinates [m/N], (c,)."""
+    elastic = system.stiffness > 0
+    return (system.rows[:, elastic] ** 2 / system.stiffness[elastic]).sum(axis=1)
+
+
+def _errors(found: Trajectory, other: Trajectory, window: float, speed: float) -> dict[str, float]:
+    """Return the estimated errors of the first of two runs with the same samples, see `basis_estimates`.
+
+    Args:
+        window: Time that the second run resolves [s].
+        speed: Of the fastest body at the start [m/s].
+    """
+    errors = {"basis.impulse": 0.0, "basis.force": 0.0}
+    widths = [max(1, round(factor * window / float(found.times[0]))) for factor in WINDOWS]
+    for name, contact in found.contacts.items():
+        if not np.any(contact.force):
+            continue
+        sums = [np.cumsum(np.vstack([np.zeros(3), one.contacts[name].force]), axis=0) for one in (found, other)]
+        apart = np.linalg.norm(sums[0][-1] - sums[1][-1]) / np.linalg.norm(sums[0], axis=1).max()
+        errors["basis.impulse"] = max(errors["basis.impulse"], float(apart))
+        for width in widths:
+            peaks = [np.linalg.norm(one[width:] - one[:-width], axis=1).max(initial=0.0) for one in sums]
+            if peaks[0] > 0:
+                apart = abs(peaks[0] - peaks[1]) / peaks[0] / (2**FORCE_ORDER - 1)
+                errors["basis.force"] = max(errors["basis.force"], float(apart))
+        if f"{name}.restitution" in found.quantities and speed > 0:
+            keys = [key for key in (f"{name}.{one}" for one in REBOUND) if key in found.quantities]
+            ours, theirs = (np.array([one.quantities[key]["value"] for key in keys]) for one in (found, other))
+            apart = np.abs(ours - theirs).max() / speed
+            errors["basis.rebound"] = max(errors.get("basis.rebound", 0.0), float(apart))
+    return errors

@@ -1,0 +1,92 @@
+"""The nested system: the same bodies with fewer elastic coordinates, as the pipeline reduces them.
+
+What a coordinate that is left out answers to a slow force, φ φᵀ/ω², becomes part of the residual flexibility, so that
+the static response of each body is unchanged:
+
+  R' = R + B φ φᵀ Bᵀ / ω²,   S' = S + G φ φᵀ Bᵀ / ω²
+
+over the rows B of interfaces, traction spaces and loads, and G of gauges.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from gudgeon.modaldb.records.modes import (
+    GaugeModes,
+    InterfaceModes,
+    LoadModes,
+    ModalRecord,
+    TractionModes,
+)
+from gudgeon.solver.system.compile import assembled
+from gudgeon.solver.system.system import System
+
+Rows = TypeVar("Rows", InterfaceModes, TractionModes, LoadModes, GaugeModes)
+
+HALF = 0.5
+"""Share of the elastic coordinates of each body that a nested system keeps."""
+
+
+def nested(system: System, share: float = HALF) -> System | None:
+    """Return a system with the lower part of each body's elastic coordinates, by frequency; one at least.
+
+    Returns:
+        None where no body has a coordinate to leave out.
+    """
+    bodies, first = {}, 0
+    for name, body in system.bodies.items():
+        bodies[name] = replace(body, modal=truncated(body.modal, share), first=first)
+        first = bodies[name].elastic.stop
+    if first == len(system.velocity):
+        return None
+    return assembled(system.scene, bodies, system.terms)
+
+
+def truncated(modal: ModalRecord, share: float) -> ModalRecord:
+    """Return a modal record with the lower part of its elastic coordinates; R answers for the others.
+
+    Args:
+        modal: With the fields that a scene reads.
+        share: Of the number of coordinates; the number is rounded up.
+    """
+    omega = modal.angular_frequencies
+    order = np.argsort(omega, kind="stable")
+    count = int(np.ceil(share * len(omega)))
+    kept, dropped = np.sort(order[:count]), order[count:]
+    places = {**modal.interfaces, **modal.tractions, **modal.loads}
+    flexible = _shapes(places, modal, dropped) / omega[dropped]
+    residual, gauges = modal.residual_flexibility, _fewer(modal.gauges, kept)
+    if residual is not None:
+        residual = residual + flexible @ flexible.T
+    for name, gauge in modal.gauges.items():
+        if gauge.residual.shape[1]:
+            static = gauge.residual + (gauge.rows[:, dropped] / omega[dropped]) @ flexible.T
+            gauges[name] = replace(gauges[name], residual=static)
+    return replace(
+        modal,
+        normal_count=min(modal.normal_count, count),
+        angular_frequencies=omega[kept],
+        interfaces=_fewer(modal.interfaces, kept),
+        tractions=_fewer(modal.tractions, kept),
+        loads=_fewer(modal.loads, kept),
+        gauges=gauges,
+        residual_flexibility=residual,
+        participation=None if modal.participation is None else modal.participation[:, kept],
+        shapes=None, inertia_couplings=None, residuals=None, algebraic_errors=None, discretisation_errors=None,
+    )  # fmt: skip
+
+
+def _fewer(places: Mapping[str, Rows], kept: np.ndarray) -> dict[str, Rows]:
+    """Return places of a record with some of the columns of their rows."""
+    return {name: replace(place, rows=place.rows[:, kept]) for name, place in places.items()}
+
+
+def _shapes(places: Mapping[str, Rows], modal: ModalRecord, columns: np.ndarray) -> np.ndarray:
+    """Return B φ of some coordinates over all rows of R, (C, k); zero at places that the scene does not read."""
+    rows = np.zeros((max((last for _, last in modal.interface_rows.values()), default=0), len(columns)))
+    for name, place in places.items():
+        rows[slice(*modal.interface_rows[name])] = place.rows[:, columns]
+    return rows

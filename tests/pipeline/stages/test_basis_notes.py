@@ -1,0 +1,98 @@
+"""Notes on the error of the modal basis name the keys that reduce it; sweeps run without the estimates."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.stages.basis_notes import basis_notes
+from gudgeon.solver.scene.run import Run
+from tests.validation.scenes import DATA
+
+SEVERAL = {"basis.impulse": 0.03, "basis.force": 0.2, "step.force": 0.5}
+
+
+def notes(scene: str, estimates: dict[str, float], **changes: Any) -> list[str]:
+    job = open_job(DATA / scene, set={key.replace("__", "."): value for key, value in changes.items()})
+    return basis_notes(job.scene, estimates)
+
+
+def test_small_errors_and_those_of_the_step_give_none() -> None:
+    assert not notes("rod-wall", {"basis.impulse": 0.009, "step.force": 0.5})
+
+
+@pytest.mark.parametrize(
+    ("scene", "changes", "estimates", "keys"),
+    [
+        ("rod-wall", {}, SEVERAL, ["component.rod.modes.normal_count = 200"]),
+        ("rod-wall", {}, {"basis.force": 0.2}, ["contact.wall.dashpot = 'wave-guide'"]),
+        ("rod-wall", {"contact__wall__method": "constraint"}, {"basis.force": 0.2}, ["with method 'residual'"]),
+        ("rod-wall", {"contact__wall__dashpot": "wave-guide"}, {"basis.force": 0.2}, ["normal_count = 200"]),
+        ("skirt", {"contact__bore__method": "penalty"}, SEVERAL, ["contact.bore.method = 'residual'"]),
+        ("bars-longitudinal", {}, SEVERAL, ["component.bar.modes.fixed_count = 120"]),
+        ("beam-sphere", {"contact__pair__method": "penalty"}, SEVERAL, ["contact.pair.method = 'residual'"]),
+    ],
+)
+def test_a_note_names_the_key(
+    scene: str, changes: dict[str, Any], estimates: dict[str, float], keys: list[str]
+) -> None:
+    (note,) = notes(scene, estimates, **changes)
+    assert all(key in note for key in keys)
+    assert "50.0%" not in note
+    assert all(f"{error:.1%}" in note for name, error in estimates.items() if name.startswith("basis"))
+
+
+def test_a_run_with_few_modes_gives_the_note_and_with_many_modes_not(tmp_path: Path) -> None:
+    said = {}
+    for count in (3, 100):
+        changes = {"component.rod.modes.normal_count": count, "contact.wall.dashpot": "wave-guide"}
+        report = run(DATA / "rod-wall", set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+        said[count] = [note for note in report.notes if "modal basis" in note and "impulse" in note]
+        assert report.estimates["basis.impulse"] > 0
+    assert len(said[3]) == 1
+    assert not said[100]
+
+
+@pytest.mark.parametrize(("size", "count"), [(0.1, 30), (0.01, 60), (0.001, 150)])
+def test_a_bar_has_as_many_modes_as_its_mesh_resolves(size: float, count: int) -> None:
+    job = open_job(
+        DATA / "rod-wall", set={"component.rod.modes.normal_count": "unset", "component.rod.mesh.size": size}
+    )
+    assert job.scene.component["rod"].modes.normal_count == count
+
+
+@pytest.mark.parametrize(("reduction", "count"), [("craig-bampton", 30), ("ritz", 30), ("rubin", 150)])
+def test_other_reductions_keep_their_default(reduction: str, count: int) -> None:
+    modes = {"component.rod.modes.normal_count": "unset", "component.rod.modes.reduction": reduction}
+    job = open_job(DATA / "rod-wall", set=modes | {"component.rod.mesh.size": 0.001})
+    assert job.scene.component["rod"].modes.normal_count == count
+
+
+@pytest.mark.parametrize("command", ["report", "robustness"])
+def test_sweeps_run_without_checks(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from gudgeon.pipeline.kinds import kind_of
+    from gudgeon.pipeline.report import bodies
+    from gudgeon.pipeline.robustness import run as robustness
+
+    seen: list[Run] = []
+
+    class Stop(Exception):
+        pass
+
+    def look(job: Any, *rest: Any) -> None:
+        seen.append(job.scene.run)
+        raise Stop
+
+    monkeypatch.setattr(bodies, "run_job", look)
+    monkeypatch.setattr(robustness, "run_job", look)
+    job = open_job(DATA / "rod-wall", db=tmp_path / "db", out=tmp_path / "out")
+    assert job.scene.run.checks
+    kind = kind_of(job)
+    sweep = {
+        "report": lambda: bodies.report_job(job, None, lambda *_: None),  # type: ignore[arg-type]
+        "robustness": lambda: kind.robustness(job, None, (), lambda *_: None),
+    }[command]
+    with pytest.raises(Stop):
+        sweep()
+    assert not seen[0].checks

@@ -1,0 +1,109 @@
+"""The nested system is the one that is compiled from records with half the modes."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gudgeon.modaldb.records.modes import GaugeModes
+from gudgeon.solver.system.nested import nested, truncated
+from gudgeon.solver.system.system import System
+from tests.solver.systems import (
+    arrays,
+    block_records,
+    block_scene,
+    build,
+    build_all,
+    driven_pair_records,
+    driven_pair_scene,
+    rod_records,
+    rod_scene,
+)
+
+ROUND_OFF = 1e-9
+"""Relative to the largest entry: R of few modes is a difference of sums over more of them."""
+
+
+def close(one: np.ndarray, other: np.ndarray) -> bool:
+    return one.shape == other.shape and np.allclose(one, other, rtol=0, atol=ROUND_OFF * np.abs(other).max(initial=0.0))
+
+
+@pytest.mark.parametrize("contact", [{}, {"dashpot": "wave-guide"}, {"method": "constraint"}])
+@pytest.mark.parametrize("count", [1, 6, 15])
+def test_a_nested_rod_is_the_rod_with_half_the_modes(tmp_path: Path, contact: dict[str, Any], count: int) -> None:
+    scene = rod_scene(**contact)
+    more, fewer = (build(tmp_path / str(n), rod_records(n), scene) for n in (2 * count, count))
+    found = nested(more)
+    assert found is not None
+    assert all(close(one, other) for one, other in zip(arrays(found), arrays(fewer), strict=True))
+    assert found.resolution == pytest.approx(fewer.resolution)
+
+
+def test_contact_without_residual_flexibility_gets_none(tmp_path: Path) -> None:
+    found = nested(build(tmp_path, block_records(3), block_scene(method="penalty", surface_stiffness=1e13)))
+    assert found is not None
+    assert not found.residual.any()
+
+
+def test_coupled_points_traction_spaces_joints_and_loads_get_the_static_response(tmp_path: Path) -> None:
+    """The displacement of all rows under any static forces on them is that of the whole system."""
+    system = build_all(tmp_path, driven_pair_records(6), driven_pair_scene())
+    found = nested(system)
+    assert found is not None
+    assert len(found.velocity) < len(system.velocity)
+    assert close(system.residual + static(system.rows, system), found.residual + static(found.rows, found))
+    assert close(
+        system.driving.residual + static(system.driving.rows, system),
+        found.driving.residual + static(found.driving.rows, found),
+    )
+    assert close(
+        system.function_residual + static(system.functions, system),
+        found.function_residual + static(found.functions, found),
+    )
+    assert close(
+        system.driving.to_gap + static(system.rows, system, system.driving.rows),
+        found.driving.to_gap + static(found.rows, found, found.driving.rows),
+    )
+
+
+def static(rows: np.ndarray, system: System, other: np.ndarray | None = None) -> np.ndarray:
+    """Return the displacement of rows under unit forces on other rows by the elastic coordinates alone."""
+    elastic = system.stiffness > 0
+    return (rows[:, elastic] / system.stiffness[elastic]) @ (rows if other is None else other)[:, elastic].T
+
+
+def test_a_gauge_keeps_its_static_response() -> None:
+    rng, (modal, _) = np.random.default_rng(2), block_records(4)
+    gauge = GaugeModes(rng.standard_normal((2, 8)), rng.standard_normal((2, 4)), "Pa")
+    fewer = truncated(replace(modal, gauges={"g": gauge}), 0.5)
+
+    def response(record: Any) -> np.ndarray:
+        rows = record.interfaces["face"].rows
+        return record.gauges["g"].residual + (record.gauges["g"].rows / record.angular_frequencies**2) @ rows.T
+
+    assert fewer.gauges["g"].rows.shape == (2, 4)
+    assert close(response(fewer), response(replace(modal, gauges={"g": gauge})))
+
+
+def test_static_shapes_of_high_frequency_are_left_out_first() -> None:
+    modal, _ = block_records(4)
+    shuffled = np.random.default_rng(3).permutation(8)
+    face = modal.interfaces["face"]
+    mixed = replace(
+        modal,
+        angular_frequencies=modal.angular_frequencies[shuffled],
+        interfaces={"face": replace(face, rows=face.rows[:, shuffled])},
+    )
+    ordered, found = truncated(modal, 0.5), truncated(mixed, 0.5)
+    assert set(found.angular_frequencies) == set(ordered.angular_frequencies)
+    assert close(found.residual_flexibility, ordered.residual_flexibility)
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_nothing_is_left_out_of_a_body_with_one_elastic_coordinate(tmp_path: Path, count: int) -> None:
+    records = block_records(3, mode_count=count)
+    if not count:
+        records = (replace(records[0], reduction="rigid", residual_flexibility=None), records[1])
+    assert nested(build(tmp_path, records, block_scene(surface_stiffness=1e13))) is None

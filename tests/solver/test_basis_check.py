@@ -1,0 +1,159 @@
+"""The estimated error of the basis against the true one, that of a run with many more modes."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver import simulate as solver
+from gudgeon.solver.result import Result
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.system import System
+from tests.solver.systems import block_records, block_scene, build, build_all, rigid_records, rod_records, rod_scene
+
+MANY = 400
+"""Modes whose error is small beside that of 10 to 40."""
+LAYER = {"surface_stiffness": 2.5e9}
+"""Compliance of 4e-10 m/N, area 1 m²; R of a rod with 10 modes is 3.9e-10 m/N, with 40 modes 1e-10 m/N."""
+STIFF = {"surface_stiffness": 2.5e13}
+LEAST, MOST = 1 / 3, 10.0
+"""Of an estimate over a true error that is above 1 %."""
+
+
+def striker_scene(ratio: float, **contact: Any) -> dict[str, Any]:
+    """A rigid mass, over that of the rod, strikes the rod's end at x = LENGTH at 1 m/s; their distance is 1 nm."""
+    against = {"shape": "body", "body": "part", "interface": "tip"}
+    return {
+        "body": {"part": {}, "mass": {"position": [1.0 + 1e-9, 0, 0], "velocity": [-1.0, 0, 0]}},
+        "contact": {"pair": {"body": "mass", "interface": "face", "against": against} | contact},
+        "run": {"duration": {0.1: 6e-4, 1.0: 8e-4, 10.0: 3e-3}[ratio]},
+    }
+
+
+def struck(folder: Path, ratio: float, count: int, **contact: Any) -> System:
+    mass = rigid_records(2.0 * ratio, {"face": ([0.0, 0, 0], [-1.0, 0, 0])}, axes=(0,))
+    return build_all(folder, {"part": rod_records(count), "mass": mass}, striker_scene(ratio, **contact))
+
+
+def windowed_peak(found: Trajectory, window: float) -> float:
+    sums = np.concatenate([[0.0], np.cumsum(np.linalg.norm(found.contacts["pair"].force, axis=1))]) * found.times[0]
+    times = np.concatenate([[0.0], found.times])
+    begin = np.linspace(0, times[-1] - window, 20_001)
+    return float((np.interp(begin + window, times, sums) - np.interp(begin, times, sums)).max() / window)
+
+
+def true_errors(found: Trajectory, exact: Trajectory, window: float) -> dict[str, float]:
+    impulses, speeds = (
+        [one.quantities[f"pair.{name}"]["value"] for one in (found, exact)] for name in ("impulse", "rebound_velocity")
+    )
+    peaks = [windowed_peak(one, window) for one in (found, exact)]
+    return {
+        "basis.impulse": abs(impulses[0] / impulses[1] - 1),
+        "basis.force": abs(peaks[0] / peaks[1] - 1),
+        "basis.rebound": abs(speeds[0] - speeds[1]),
+    }
+
+
+@pytest.mark.parametrize("ratio", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize(
+    "contact",
+    [
+        {"method": "constraint"},
+        {},
+        {"dashpot": "wave-guide"},
+        {"method": "penalty"} | STIFF,
+        {"method": "penalty"} | LAYER,
+        LAYER,
+    ],
+    ids=["constraint", "residual", "dashpot", "stiff", "penalty", "layer"],
+)
+@pytest.mark.parametrize("count", [10, 40])
+def test_the_estimate_is_close_to_the_true_error(
+    tmp_path: Path, ratio: float, contact: dict[str, Any], count: int
+) -> None:
+    layer = {key: contact[key] for key in LAYER if key in contact}
+    exact = struck(tmp_path / "exact", ratio, MANY, **layer)
+    system = struck(tmp_path / "kept", ratio, count, **contact)
+    found = simulate(system)
+    errors = true_errors(found, simulate(exact), system.resolution)
+    assert set(found.estimates) >= set(errors)
+    for name, error in errors.items():
+        estimate = found.estimates[name]
+        assert error < 0.01 or LEAST * error < estimate < MOST * error, (name, estimate, error)
+
+
+def test_the_run_with_fewer_modes_takes_the_same_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    steps, march = [], solver._march
+
+    def counted(system: System, *rest: Any) -> Trajectory:
+        found = march(system, *rest)
+        steps.append((len(system.velocity), found.counts["step"]))
+        return found
+
+    monkeypatch.setattr(solver, "_march", counted)
+    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    assert steps[-2:] == [(13, found.counts["step"]), (7, found.counts["step"])]
+    assert "basis.impulse" in found.estimates
+
+
+def test_a_run_without_checks_is_taken_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs, march = [], solver._march
+    monkeypatch.setattr(solver, "_march", lambda *all_of_it: runs.append(all_of_it) or march(*all_of_it))
+    scene = rod_scene(method="constraint")
+    scene["run"] |= {"checks": False}
+    assert not simulate(build(tmp_path, rod_records(12), scene)).estimates
+    assert len(runs) == 1
+
+
+def test_nothing_is_estimated_where_nothing_touches(tmp_path: Path) -> None:
+    scene = rod_scene()
+    scene["body"]["part"]["velocity"] = [-1.0, 0.0, 0.0]
+    assert not any(name.startswith("basis") for name in simulate(build(tmp_path, rod_records(12), scene)).estimates)
+
+
+def test_a_failure_of_the_run_with_fewer_modes_is_an_error_of_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    march = solver._march
+
+    def fails(system: System, *rest: Any) -> Trajectory:
+        found = march(system, *rest)
+        return found if len(system.velocity) == 13 else replace(found, result=Result.CHATTER.name)
+
+    monkeypatch.setattr(solver, "_march", fails)
+    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    assert found.result == Result.FINISHED.name
+    assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
+
+
+def test_resting_and_multipoint_contacts_have_an_estimate(tmp_path: Path) -> None:
+    scene = block_scene()
+    scene["run"] |= {"gravity": [9.81, 0.0, 0.0]}
+    found = simulate(build(tmp_path, block_records(5), scene))
+    assert 0 < found.estimates["basis.impulse"] < 1
+    assert "basis.rebound" not in found.estimates
+
+
+def test_the_resolution_is_that_of_the_body_with_the_lowest_cut_off(tmp_path: Path) -> None:
+    """The other body's shorter periods do not make forces converge that this one cannot carry."""
+    fast, slow = rod_records(20), rod_records(20)
+    slow = (replace(slow[0], angular_frequencies=0.01 * slow[0].angular_frequencies), slow[1])
+    facing = replace(fast[0].interfaces["tip"], normals=np.array([[-1.0, 0, 0]]))
+    fast = (replace(fast[0], interfaces={"tip": facing}), fast[1])
+    scene = {
+        "body": {"slow": {}, "fast": {"position": [0.0, 0, 0]}, "aside": {"component": "slow"}},
+        "contact": {
+            "pair": {
+                "body": "slow",
+                "interface": "tip",
+                "against": {"shape": "body", "body": "fast", "interface": "tip"},
+            }
+        },
+        "run": {"duration": 1e-3},
+    }
+    system = build_all(tmp_path, {"slow": slow, "fast": fast}, scene)
+    assert system.resolution == pytest.approx(2 * np.pi / slow[0].angular_frequencies.max())
+    assert system.shortest_period == pytest.approx(2 * np.pi / fast[0].angular_frequencies.max())
