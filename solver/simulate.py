@@ -1,6 +1,7 @@
 """Run a compiled system and collect its trajectory."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -84,6 +85,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     drift = _drift(system, end, histories)
     if result.ok and drift > CREATED_ENERGY:
         result = Result.ENERGY
+    end = replace(end, impacts=integrator.impacts())
     return trajectory_of(system, plan, end, histories, result, drift)
 
 

@@ -23,8 +23,7 @@ BEYOND = "force, whole run"
 HISTORIES = ("force", "liner displacement", BEYOND)
 """Quantities whose error is a relative L2 norm."""
 USUAL = (
-    "impulse", "start", "duration", "first_duration", "first_impulse", "restitution", "largest_force", "force_peak",
-    "pressure_peak", "deflection_peak", "deflection_end",
+    "impulse", "start", "duration", "restitution", "force_peak", "pressure_peak", "deflection_peak", "deflection_end",
 )  # fmt: skip
 """Quantities of a run that are compared if the scene names none."""
 

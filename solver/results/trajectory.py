@@ -85,7 +85,7 @@ def trajectory_of(
         frame_times=frame_times,
         frames=found.frames,
         velocities=found.velocities,
-        quantities=quantities(system, plan, end, samples.forces, found.multipliers)
+        quantities=quantities(system, end, found.multipliers)
         | gauge_quantities(system, readings)
         | deflections(system, frame_times, found.frames),
         energy_drift=drift,
@@ -93,7 +93,7 @@ def trajectory_of(
         counts=_counts(system, plan, end),
         joints=_joints(system, times, samples),
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
-        impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=False)},
+        impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=True)},
         gauges=readings,
     )
 

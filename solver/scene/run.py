@@ -39,6 +39,12 @@ class Run(Strict):
         description="Whether the errors of the step and of the modal basis are estimated by further runs, and the step"
         " is chosen by them; false saves the time, and a step left out is then the first one of the integrator",
     )
+    window: Positive | None = Field(
+        default=None,
+        description="Window of peak forces [s]: the mean force over it is reported, and impacts that are separated by"
+        " less than it are one. Default: the period of the highest kept frequency, and no window for rigid bodies",
+        json_schema_extra={"unit": "s"},
+    )
     integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(
         default="auto",
         description="event: exact motion between located events, for linear and rigid contact of a few points;"

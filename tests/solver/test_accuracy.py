@@ -85,8 +85,7 @@ def test_motion_that_does_not_converge_is_a_failure_with_its_estimate(tmp_path: 
     good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
 
     def irregular(plan: Any) -> Trajectory:
-        history = replace(good.contacts["wall"], force=good.contacts["wall"].force * rng.uniform(0.5, 1.5))
-        return replace(good, contacts={"wall": history})
+        return replace(good, impacts={"wall": good.impacts["wall"] * rng.uniform(0.5, 1.5)})
 
     found = accuracy.controlled(system, plan_run(system), irregular)
     assert found.result == Result.INACCURATE.name
