@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup browser solver-env demo test lint bench bench-peers reports lock clean help
+.PHONY: setup browser solver-env demo test lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -71,6 +71,9 @@ bench: setup ## time what the tests only count
 
 bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow it by `ARGS="--sizes 27k"`
 	$(BIN)/python -m tests.benchmarks.modes --peers-python $(PEERS_PYTHON) $(ARGS)
+
+defaults: setup ## compare runs at default settings with converged ones, all scenes and their neighbours
+	$(BIN)/python -m docs.tools.default_accuracy
 
 reports: setup ## write error against run time and robustness cases of every scene to out/reports, timed ones first, and list them in docs/reports; what is done is kept
 	@mkdir -p out/reports; rm -f out/reports/seconds.csv; failed=; \

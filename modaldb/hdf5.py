@@ -172,9 +172,7 @@ def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[st
     if base is np.ndarray:
         if not there and base is not hint:
             return None
-        array = group[name][()] if there else np.empty(0)
-        array.setflags(write=False)
-        return array
+        return _read_array(group[name] if there else np.empty(0))
     if is_dataclass(base):
         return _read_group(group[name], typing.cast(type, base), f"{path}/", only) if there else None
     if (member := _member_type(base)) is not None:
@@ -182,6 +180,12 @@ def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[st
         return {item: _read_field(group[name], _escaped(item), member, f"{path}/{item}", only) for item in names}
     raw = group.attrs[name]
     return json.loads(raw) if typing.get_origin(base) is dict else typing.cast(type, base)(raw)
+
+
+def _read_array(dataset: Any) -> np.ndarray:
+    array = dataset[()]
+    array.setflags(write=False)
+    return array
 
 
 def _escaped(name: str) -> str:

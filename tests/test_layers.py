@@ -46,6 +46,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.modes", "pipeline.interfaces", "pipeline.design_change", "solver.system"),
     ("pipeline.reduction", "solver.integrators"),
     ("pipeline.cyclic", "solver.results"),
+    ("solver.accuracy",),
     ("solver.simulate",),
     ("solver.warm_up",),
     ("solver",),

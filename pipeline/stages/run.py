@@ -140,8 +140,8 @@ def _finish(job: Job, until: str) -> RunReport:
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
-        momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], out=str(job.out), notes=notes + coarse,
-        reason=None if outcome.ok else outcome.value,
+        momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], out=str(job.out),
+        notes=notes + coarse, reason=None if outcome.ok else outcome.value,
     )  # fmt: skip
 
 

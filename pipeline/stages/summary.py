@@ -43,7 +43,12 @@ def read_summary(out: Path, key: str, beside: str, expected: dict[str, float] | 
     """
     try:
         summary = json.loads((out / SUMMARY).read_text())
-        fresh = summary["key"] == key and summary.get("expected") == expected and "estimates" in summary and (out / beside).is_file()
+        fresh = (
+            summary["key"] == key
+            and summary.get("expected") == expected
+            and "estimates" in summary
+            and (out / beside).is_file()
+        )
         return summary if fresh else None
     except (OSError, ValueError, KeyError):
         return None

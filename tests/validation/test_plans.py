@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
@@ -117,7 +118,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     whole = hdf5._read_array
 
     def spy(dataset: Any) -> np.ndarray:
-        if dataset is not None:
+        if isinstance(dataset, h5py.Dataset):
             entry = (Path(dataset.file.filename).stem, hdf5.unquote(dataset.name).removeprefix("/"))
             found[entry] = found.get(entry, 0) + dataset.nbytes
         return whole(dataset)

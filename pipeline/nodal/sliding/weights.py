@@ -45,23 +45,25 @@ class Surfaces:
     """The surfaces of all contacts: contact k has the points `points[k]` and the functions `functions[k]`."""
 
     def __init__(self, contacts: list[NodalContact]) -> None:
-        self._contacts = contacts
+        self._weights = {k: surface.weights for k, c in enumerate(contacts) if (surface := c.surface) is not None}
         ends = np.cumsum([0, *(len(contact.gap) for contact in contacts)])
         sizes = [0 if contact.surface is None else contact.surface.rows.shape[0] for contact in contacts]
         bases = np.cumsum([0, *sizes])
         self.points = [slice(a, b) for a, b in pairwise(ends)]
         self.functions = [slice(a, b) for a, b in pairwise(bases)]
         self.count, self.size = int(ends[-1]), int(bases[-1])
-        self.sliding = [k for k, contact in enumerate(contacts) if contact.surface is not None]
+        self.sliding = list(self._weights)
         """Contacts that slide, in the order of σ."""
 
     def touch(self, sigmas: np.ndarray) -> Touch:
         """Return N after the sliding distances [m] of the sliding contacts."""
-        present, way = np.ones(self.count, bool), iter(sigmas)
-        blocks = [sparse.csr_matrix((0, 0))]
-        for contact, points in zip(self._contacts, self.points, strict=True):
-            block = sparse.csr_matrix((len(contact.gap), 0))
-            if contact.surface is not None:
-                block, present[points] = contact.surface.weights(float(next(way)))
-            blocks.append(block)
-        return Touch(sparse.csr_matrix(sparse.block_diag(blocks, format="csr")), present)
+        present, sizes = np.ones(self.count, bool), np.zeros(self.count, np.int64)
+        values, columns = [np.empty(0)], [np.empty(0, np.int64)]
+        for k, sigma in zip(self.sliding, sigmas, strict=True):
+            block, present[self.points[k]] = self._weights[k](float(sigma))
+            sizes[self.points[k]] = np.diff(block.indptr)
+            values.append(block.data)
+            columns.append(block.indices + self.functions[k].start)
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        table = np.concatenate(values), np.concatenate(columns), starts
+        return Touch(sparse.csr_matrix(table, shape=(self.count, self.size)), present)
