@@ -71,7 +71,7 @@ SOLVER_FROM: dict[str, tuple[str, ...]] = {
     "solver.warm_up": ("pipeline.stages.run",),
     "solver.simulate": ("pipeline.stages.run", "pipeline.report.timing", "pipeline.robustness.trial"),
     "solver.integrators": (),
-    "solver.results": ("pipeline.nodal.quantities",),
+    "solver.results": ("pipeline.nodal.quantities", "pipeline.nodal.points"),
     "solver": ("pipeline.report.timing",),
 }  # fmt: skip
 """Who of the pipeline may import these rooms of the solver; the light ones (scenes' models, laws, errors) are free."""

@@ -22,7 +22,7 @@ from gudgeon.modaldb.records.trajectory import (
     WINDOWED,
     WINDOWED_TIME,
 )
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import entry, inner
 from gudgeon.solver.integrators.outcome import PLATEAU
 
 CAPACITY = 65_536
@@ -198,7 +198,7 @@ def _end(log, k):  # type: ignore[no-untyped-def]
             log.ended[number, 1 + column] = log.running[k, column]
 
 
-@inner
+@entry
 def finish(running, total, plateau, window):  # type: ignore[no-untyped-def]
     """Set impulse and windowed force of an impact from its J and its plateau."""
     running[IMPULSE] = np.sqrt(total[0] ** 2 + total[1] ** 2 + total[2] ** 2)
@@ -232,7 +232,7 @@ class Located:
             present = []
             if log.steps[k, FIRST] >= 0:
                 running = log.running[k].copy()
-                finish.py_func(running, log.before[k], log.plateau[k], log.window)
+                finish(running, log.before[k], log.plateau[k], log.window)
                 if log.steps[k, TOUCHING]:
                     running[ENDS], running[OPENING] = (log.steps[k, LAST] + 1) * log.dt, np.nan
                 present = [running]

@@ -3,7 +3,7 @@
 from math import isfinite
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.numbers import Positive, Strict
@@ -59,3 +59,9 @@ class Run(Strict):
         default=4000, ge=10, le=1_000_000, description="Number of points of the force and energy histories"
     )
     frames: int = Field(default=200, ge=2, le=10_000, description="Number of stored deformations")
+
+    @model_validator(mode="after")
+    def _window_within(self) -> "Run":
+        if self.window is not None and self.window > self.duration:
+            raise ValueError(f"window {self.window:g} s is longer than the duration, {self.duration:g} s")
+        return self

@@ -24,9 +24,9 @@ from gudgeon.pipeline.nodal.quantities import (
     contact_quantities,
     energy_drift,
     named,
-    restitution,
     window_of,
 )
+from gudgeon.solver.results.contact_events import restitution
 
 PARTS = 100
 """Parts of a run after which its progress is reported."""
