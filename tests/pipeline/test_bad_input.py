@@ -280,7 +280,10 @@ def test_mistakes_between_tables_are_listed_at_once(cold: Case, capsys: Capture)
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("bore.largest_force", "report.quantities: no contact has 'largest_force'; allowed are impulse, impacts, start,"),
+        (
+            "bore.largest_force",
+            "report.quantities: no contact has 'largest_force'; allowed are impulse, impacts, start,",
+        ),
         ("bore.force_peek", "report.quantities: no contact has 'force_peek'; did you mean 'bore.force_peak'? allowed"),
         ("bore.impact0.start", "report.quantities: no contact has 'impact0.start'; did you mean 'bore.impactN.start'?"),
         ("skirt.impulse", "report.quantities: no body and component has 'impulse'; allowed are velocity_x,"),
