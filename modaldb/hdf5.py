@@ -20,7 +20,7 @@ import numpy as np
 
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
-from gudgeon.modaldb.records.types import FORMER, Json
+from gudgeon.modaldb.records.types import COLUMNS, FORMER, Json
 
 MAGIC = b"GUDGEON-RECORD 1\n"
 USERBLOCK = 512
@@ -149,8 +149,20 @@ def _read_group(group: Any, cls: type, prefix: str, only: Collection[str] | None
             name = entry.name
         if hints[entry.name] == Json and name not in group.attrs and entry.default_factory is not MISSING:
             continue  # The file is older than the field: its default holds.
-        values[entry.name] = _read_field(group, name, hints[entry.name], prefix + entry.name, only)
+        value = _read_field(group, name, hints[entry.name], prefix + entry.name, only)
+        if (columns := entry.metadata.get(COLUMNS)) is not None:
+            value = {item: _widened(array, columns) for item, array in value.items()}
+        values[entry.name] = value
     return cls(**values)
+
+
+def _widened(array: np.ndarray, columns: int) -> np.ndarray:
+    """Return an array (b, k) of an older version with further columns of NaN, (b, columns)."""
+    if array.shape[1] == columns:
+        return array
+    wide = np.column_stack([array, np.full((len(array), columns - array.shape[1]), np.nan)])
+    wide.setflags(write=False)
+    return wide
 
 
 def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[str] | None) -> Any:

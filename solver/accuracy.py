@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BEGINS, ENDS, IMPULSE, WINDOWED, Trajectory
 from gudgeon.solver.integrators.steps import Plan
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
@@ -32,7 +32,7 @@ class Difference(NamedTuple):
     """Relative differences of two runs of one system."""
 
     impulse: float
-    """Largest difference of a contact's impulse up to any time, over its largest impulse between two separations."""
+    """Largest difference of the impulses of an impact, over the largest impulse of an impact of its contact."""
     force: float
     """Difference of a contact's largest windowed force, over that force."""
     motion: float
@@ -63,7 +63,7 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
             if halvings >= MOST_HALVINGS:
                 return replace(found, result=Result.INACCURATE.name), finer
             continue
-        differences = difference(before, found, system.resolution)
+        differences = difference(before, found, system.window)
         errors = {f"step.{name}": value / 2 ** (jump - 1) for name, value in differences._asdict().items() if value}
         found = replace(found, estimates=found.estimates | errors)
         error = max(errors.values(), default=0.0)
@@ -78,26 +78,39 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
 
 
 def difference(one: Trajectory, other: Trajectory, window: float) -> Difference:
-    """Return the relative differences of two runs, relative to the second, whose samples divide those of the first."""
-    interval, impulse, force, motion = float(one.times[0]), 0.0, 0.0, 0.0
-    width, ratio = max(1, round(window / interval)), len(other.times) // len(one.times)
-    for name, contact in other.contacts.items():
-        theirs = contact.force.reshape(-1, ratio, 3).mean(axis=1)
-        touching = np.any(theirs, axis=1)
-        ours, theirs = (np.cumsum(np.vstack([np.zeros(3), x]), axis=0) for x in (one.contacts[name].force, theirs))
-        impulse = max(impulse, _share(np.linalg.norm(ours - theirs, axis=1).max(), _exchanged(theirs, touching)))
-        peaks = [np.linalg.norm(sums[width:] - sums[:-width], axis=1).max(initial=0.0) for sums in (ours, theirs)]
+    """Return the relative differences of two runs, relative to the second.
+
+    Impacts of the two runs are paired where they overlap, or nearly, by half a window [s]; one that is alone differs
+    by all its impulse.
+    """
+    impulse, force, motion = 0.0, 0.0, 0.0
+    for name, theirs in other.impacts.items():
+        ours = one.impacts[name]
+        totals = [np.zeros(2)]
+        for pair in _overlapping(ours, theirs, 0.25 * window):
+            impulses = [float(part[:, IMPULSE].sum()) for part in pair]
+            totals.append(np.array([abs(impulses[0] - impulses[1]), impulses[1]]))
+        apart, largest = np.max(totals, axis=0)
+        impulse = max(impulse, _share(float(apart), float(largest)))
+        peaks = [float(part[:, WINDOWED].max(initial=0.0)) for part in (ours, theirs)]
         force = max(force, _share(abs(peaks[0] - peaks[1]), peaks[1]))
     if not other.contacts:
         motion = _share(np.abs(one.frames - other.frames).max(), np.abs(other.frames).max())
     return Difference(impulse, force, motion)
 
 
-def _exchanged(sums: np.ndarray, touching: np.ndarray) -> float:
-    """Return the largest change of a sum of forces, (s + 1, 3), between two samples without contact."""
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], touching, [False]])))
-    changes = np.linalg.norm(sums[ends[1::2]] - sums[ends[::2]], axis=1)
-    return float(changes.max(initial=0.0))
+def _overlapping(ours: np.ndarray, theirs: np.ndarray, margin: float) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return groups of impacts of two runs, (b, 9) each, whose times with a margin [s] overlap."""
+    whose = np.repeat([0, 1], [len(ours), len(theirs)])
+    every = np.concatenate([ours, theirs])
+    order = np.argsort(every[:, BEGINS], kind="stable")
+    whose, every = whose[order], every[order]
+    if not len(every):
+        return []
+    reached = np.maximum.accumulate(every[:, ENDS]) + margin
+    starts = np.flatnonzero(every[1:, BEGINS] - margin > reached[:-1]) + 1
+    groups = zip(np.split(every, starts), np.split(whose, starts), strict=True)
+    return [(group[own == 0], group[own == 1]) for group, own in groups]
 
 
 def _share(apart: float, size: float) -> float:

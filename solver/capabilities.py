@@ -49,8 +49,6 @@ class Integrator:
     """ω_c over the highest kept frequency above which the latter determines the step."""
     conserves_energy: ClassVar[bool] = False
     """Whether energy is conserved to round-off at any step, so that impulses measure its accuracy, not the drift."""
-    counts_impacts: ClassVar[bool] = True
-    """Whether impacts in its force history and the rebound velocities of bodies are quantities of its runs."""
     staggered: ClassVar[bool] = False
     """Whether frames end half a step after their contact forces."""
     records_motion: ClassVar[bool] = True
@@ -82,7 +80,6 @@ class Implicit(Integrator):
     step_factor = 4.0
     largest = 40.0
     stiffest = 30.0
-    counts_impacts = False
 
 
 class Event(Integrator):

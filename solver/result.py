@@ -19,6 +19,10 @@ class Result(Enum):
     CHATTER = (
         "the contacts open and close infinitely often within zero time; use method 'residual', which has no impact law"
     )
+    IMPACTS = (
+        "more than 65536 impacts ended within one frame; set run.window to count those that follow each other more"
+        " closely as one, or increase run.frames"
+    )
     NOT_CONVERGED = (
         "the iteration for the contact force of a step did not converge; reduce run.step where it is set, or change the"
         " stiffness or the exponent of the contact law"

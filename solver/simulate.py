@@ -100,6 +100,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     drift = _drift(system, end, histories)
     if result.ok and drift > CREATED_ENERGY:
         result = Result.ENERGY
+    end = replace(end, impacts=integrator.impacts())
     return trajectory_of(system, plan, end, histories, Ending(result, reason, drift))
 
 

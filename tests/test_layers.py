@@ -39,7 +39,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
      "solver.kernel_cache"),
     ("solver.compiled",),
     ("pipeline.files", "pipeline.geometry", "pipeline.linalg", "pipeline.measuring", "solver.forces", "solver.joints",
-     "solver.laws", "solver.methods", "solver.obstacles"),
+     "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
     ("solver.scene",),
     ("pipeline.scenes", "solver.bodies"),
     ("pipeline.fem", "solver.contact"),
@@ -71,7 +71,7 @@ SOLVER_FROM: dict[str, tuple[str, ...]] = {
     "solver.warm_up": ("pipeline.stages.run",),
     "solver.simulate": ("pipeline.stages.run", "pipeline.report.timing", "pipeline.robustness.trial"),
     "solver.integrators": (),
-    "solver.results": ("pipeline.nodal.quantities", "pipeline.robustness.trial"),
+    "solver.results": ("pipeline.nodal.quantities", "pipeline.nodal.points"),
     "solver": ("pipeline.report.timing",),
 }  # fmt: skip
 """Who of the pipeline may import these rooms of the solver; the light ones (scenes' models, laws, errors) are free."""

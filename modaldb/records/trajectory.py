@@ -2,7 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from gudgeon.modaldb.records.types import FORMER, Array, Json
+from gudgeon.modaldb.records.types import COLUMNS, FORMER, Array, Json
+
+BEGINS, ENDS, IMPULSE, PEAK, PEAK_TIME, CLOSING, OPENING, WINDOWED, WINDOWED_TIME = range(9)
+"""Columns of `Trajectory.impacts`."""
+IMPACT_COLUMNS = 9
 
 
 @dataclass(frozen=True)
@@ -80,9 +84,10 @@ class Trajectory:
     motion: dict[str, Array] = field(default_factory=dict)
     """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass
     since the start [m, rad], their rates [m/s, rad/s], (s, 12)."""
-    impacts: dict[str, Array] = field(default_factory=dict, metadata={FORMER: "episodes"})
+    impacts: dict[str, Array] = field(default_factory=dict, metadata={FORMER: "episodes", COLUMNS: IMPACT_COLUMNS})
     """Contact by contact, each impact: first and last time [s], impulse [N s], largest force [N], its time [s], closing
-    speed at the first time and opening speed at the last [m/s], (b, 7); empty where it locates no impacts."""
+    speed at the first time and opening speed at the last [m/s], largest mean force over the window [N], middle of this
+    window [s], (b, 9). NaN where unknown, as the last two up to version 6."""
     gauges: dict[str, Array] = field(default_factory=dict)
     """`body.gauge` → value at the end of each sample interval, (s, k)."""
     peak_times: Array | None = None

@@ -7,4 +7,6 @@ import numpy as np
 Array = np.ndarray
 FORMER = "former"
 """Key of a field's metadata: its name in files of older versions."""
+COLUMNS = "columns"
+"""Key of a field's metadata: number of columns of its arrays; older files have fewer, and the others become NaN."""
 Json = dict[str, Any]

@@ -85,6 +85,16 @@ class NodalBody:
         rates[np.abs(rates) < ROUND_OFF * np.abs(rates).max(axis=1, initial=0.0, keepdims=True)] = 0.0
         return rates @ self.twists
 
+    def rigid_velocities(self, motion: np.ndarray) -> np.ndarray:
+        """Return the velocities of the free rigid motions at the start and now [m kg^½/s], (2, r).
+
+        Args:
+            motion: Displacements and velocities now, (2, dofs).
+        """
+        if self.rigid is None:
+            return np.zeros((2, 0))
+        return np.array([self.start[1], motion[1]]) @ (self.M @ self.rigid)
+
 
 @dataclass(frozen=True)
 class SlidingSurface:
@@ -144,6 +154,8 @@ class NodalProblem:
     rod: NodalRod | None = None
     frames: int = 0
     """Number of equally spaced times, the last at the end, at which displacements of surfaces and forces are kept."""
+    window: float | None = None
+    """Of forces and impacts [s]; None: what the run resolves."""
 
 
 @dataclass(frozen=True)
@@ -174,3 +186,5 @@ class PointProblem:
     """[s]"""
     flying: bool = False
     """Whether one contact is all that acts, so that a restitution is defined."""
+    window: float | None = None
+    """Of forces and impacts [s]; None: what the run resolves."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, OPENING
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.nodal.problem import NodalLoad, PointContact
 from gudgeon.solver.results.contact_events import (
@@ -11,10 +12,9 @@ from gudgeon.solver.results.contact_events import (
     deflection,
     departure,
     impact_quantities,
-    merged,
+    impacts_in,
     named,
     rebound,
-    smoothed_peak,
 )
 
 
@@ -45,85 +45,81 @@ def resolved(times: np.ndarray) -> float:
     return 2 * np.pi * (step**2 * duration / 12) ** (1 / 3)
 
 
-def located(history: History, rigid: bool) -> np.ndarray:
-    """Return the impacts of a contact as in `Trajectory.impacts`, (b, 7), by the gap of its nearest point.
+def window_of(given: float | None, times: np.ndarray, contact: PointContact | None, elastic: bool) -> float:
+    """Return the window of forces and impacts [s]: `run.window`, or the shortest period that the run resolves.
+
+    A law limits the bandwidth of its force: two steps resolve it. A rigid contact of elastic bodies opens and closes
+    faster than steps resolve. Impacts of rigid bodies are told apart.
+
+    Args:
+        contact: None of a sliding contact.
+        elastic: Whether any body is elastic.
+    """
+    if given is not None:
+        return given
+    if not elastic:
+        return 0.0
+    return resolved(times) if contact is None or contact.law is None else 2 * float(times[1] - times[0])
+
+
+def located(history: History, directions: np.ndarray, window: float, *, rigid: bool) -> np.ndarray:
+    """Return the impacts of a contact as in `Trajectory.impacts`, (b, 9), by the gap of its nearest point.
 
     With a law an impact begins and ends where the gap, linear in the step, passes zero. A rigid contact closes where
     the gap, extrapolated from the step before, passes zero, and ends with its last step under force.
+
+    Args:
+        directions: Of the force of each point, (c, 3).
+        window: As in `window_of` [s].
+        rigid: Whether the contact has no law.
     """
-    times, force, gap = history.times, history.forces.sum(axis=1), history.gaps.min(axis=1)
-    h, pressed = float(times[1] - times[0]), np.concatenate([[0], force > 0, [0]]).astype(np.int8)
-    firsts, ends = np.flatnonzero(np.diff(pressed) == 1), np.flatnonzero(np.diff(pressed) == -1)
+    times, gap = history.times, history.gaps.min(axis=1)
+    impacts, h = impacts_in(times, history.forces @ directions, window), float(times[1] - times[0])
     # Closing speed in each step; before the first step the speed at the start.
     speeds = np.concatenate([[-history.rates.min()], -np.diff(gap) / h, [0.0]])
-    impacts = np.zeros((len(firsts), 7))
-    for impact, first, end in zip(impacts, firsts, ends, strict=True):
-        last = end - 1
+    for impact in impacts:
+        first, end = (int(np.rint((time - times[0]) / h)) for time in impact[[BEGINS, ENDS]])
         closing = speeds[first] if rigid else speeds[first + 1]
         opening = -speeds[end + 1] if rigid else -speeds[end]
-        most = first + int(force[first:end].argmax())
         late = gap[first] / closing if gap[first] > 0 and closing > 0 else 0.0
-        over = gap[end] / opening if not rigid and gap[last] < 0 < gap[end] and opening > 0 else 0.0
-        impact[:] = (
-            times[first] + min(late, h), times[end] - over, h * force[first:end].sum(), force[most],
-            0.5 * (times[most] + times[most + 1]), max(closing, 0.0), max(opening, 0.0),
-        )  # fmt: skip
+        over = gap[end] / opening if not rigid and gap[end - 1] < 0 < gap[end] and opening > 0 else 0.0
+        impact[[BEGINS, ENDS]] = times[first] + min(late, h), times[end] - over
+        impact[[CLOSING, OPENING]] = max(closing, 0.0), max(opening, 0.0)
     return impacts
 
 
 def contact_quantities(
-    history: History,
-    contact: PointContact,
-    motions: tuple[np.ndarray, np.ndarray | None],
-    elastic: bool,
-    alone: bool,
+    history: History, contact: PointContact, motions: tuple[np.ndarray, np.ndarray | None], window: float
 ) -> dict[str, Quantity]:
     """Return impulse, impacts, peak force and rebound of a contact.
 
     Args:
         motions: Of the centres of its body and of the other, see `NodalBody.centre_motion`; None of a rigid obstacle.
-        elastic: Whether any body is elastic.
-        alone: Whether nothing else acts on the bodies.
+        window: As in `window_of` [s].
     """
-    step = float(history.times[1] - history.times[0])
-    forces = history.forces @ contact.directions
-    impulse = step * forces.sum(axis=0)
+    impulse = float(history.times[1] - history.times[0]) * (history.forces @ contact.directions).sum(axis=0)
     size = float(np.linalg.norm(impulse))
     values: dict[str, Quantity] = {"impulse": (size, "N s")}
+    values |= impact_quantities(located(history, contact.directions, window, rigid=contact.law is None), window)
     if size == 0:
         return values
-    along = impulse / size
-    rigid = contact.law is None
-    # A law limits the bandwidth of its force; a rigid contact opens and closes faster than steps resolve.
-    resolution = resolved(history.times) if rigid else 2 * step
-    impacts = located(history, rigid)
-    if elastic:
-        values |= impact_quantities(merged(impacts, resolution)) | smoothed_peak(forces @ along, step, resolution)
-    else:
-        values |= impact_quantities(impacts)
-    own, other = (None if motion is None else motion[[2, 0], :3] for motion in motions)
+    own, other = (None if motion is None else motion[0, :3] for motion in motions)
     assert own is not None
-    return values | rebound(along, own, other, alone)
+    return values | rebound(impulse / size, own, other)
 
 
-def resultant_quantities(times: np.ndarray, forces: np.ndarray) -> dict[str, Quantity]:
-    """Return impulse, peak force, start and duration of a contact from its resultant, where gaps are not recorded.
+def resultant_quantities(times: np.ndarray, forces: np.ndarray, window: float) -> dict[str, Quantity]:
+    """Return impulse, impacts and peak force of a contact from its resultant, where gaps are not recorded.
 
     Args:
-        times: Ends of the steps [s], (s,); the first begins at 0.
+        times: Start and ends of the steps [s], (s + 1,).
         forces: Mean over each step [N], (s, 3).
+        window: As in `window_of` [s].
     """
-    step, impulse = float(times[0]), float(times[0]) * forces.sum(axis=0)
-    size = float(np.linalg.norm(impulse))
-    pressed = np.flatnonzero(np.abs(forces).sum(axis=1))
-    if not len(pressed) or size == 0:
-        return {"impulse": (size, "N s")}
-    return {
-        "impulse": (size, "N s"),
-        "force_peak": (float((forces @ impulse).max()) / size, "N"),
-        "start": (float(times[pressed[0]]) - step, "s"),
-        "duration": (float(times[pressed[-1]] - times[pressed[0]]) + step, "s"),
-    }
+    impulse = float(times[1] - times[0]) * forces.sum(axis=0)
+    return {"impulse": (float(np.linalg.norm(impulse)), "N s")} | impact_quantities(
+        impacts_in(times, forces, window), window
+    )
 
 
 def energy_drift(energies: np.ndarray, exchanged: float) -> float:

@@ -33,8 +33,7 @@ HISTORIES = ("force", VELOCITY, SLAP, BEYOND)
 IMPACT = ".impact"
 """Part of the names of quantities of single impacts, which are compared on the impacts of the reference run."""
 USUAL = (
-    "impulse", "start", "duration", "first_duration", "first_impulse", "restitution", "largest_force", "force_peak",
-    "pressure_peak", "deflection_peak", "deflection_end",
+    "impulse", "start", "duration", "restitution", "force_peak", "pressure_peak", "deflection_peak", "deflection_end",
 )  # fmt: skip
 """Quantities of a run that are compared if the scene names none."""
 

@@ -13,7 +13,7 @@ import numpy as np
 from gudgeon import modaldb
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, IMPULSE, WINDOWED, Trajectory
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal
 from gudgeon.pipeline.robustness.rules import Compared
@@ -23,7 +23,6 @@ from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
-from gudgeon.solver.results.contact_events import merged, sampled_impacts, smoothed_peak
 from gudgeon.solver.simulate import simulate, suggested
 from gudgeon.solver.system.system import System
 
@@ -79,22 +78,12 @@ def _solved(job: Job, tell: Callable[[str, float], None]) -> Evidence:
     return _read(job, system, trajectory, modes)
 
 
-def first_contact(trajectory: Trajectory, resolution: float) -> FirstContact | None:
-    """Return a run's first contact, if any; separations shorter than `resolution` [s] do not end it.
-
-    The resolution is that of the system.
-    """
-    found, interval = [], float(trajectory.times[0])
-    for name, history in trajectory.contacts.items():
-        size, impacts = np.linalg.norm(history.force, axis=1), trajectory.impacts.get(name)
-        if impacts is None:  # Samples know a separation to within an interval.
-            first = merged(sampled_impacts(size, interval), resolution - interval)[:1]
-        else:
-            first = merged(impacts, resolution)[:1]
-        for start, end, impulse, force in first[:, :4].tolist():
-            if impacts is not None and resolution > 0:
-                until = size[: int(np.searchsorted(trajectory.times, end)) + 1]
-                force = smoothed_peak(until, interval, min(resolution, len(until) * interval))["force_peak"][0]
+def first_contact(trajectory: Trajectory) -> FirstContact | None:
+    """Return a run's first impact, with its windowed force, if any."""
+    found = []
+    for impacts in trajectory.impacts.values():
+        for impact in impacts[:1]:
+            start, end, impulse, force = impact[[BEGINS, ENDS, IMPULSE, WINDOWED]].tolist()
             found.append(FirstContact(start, impulse, end - start, force))
     return min(found, key=lambda one: one.start, default=None)
 
@@ -143,7 +132,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
     mechanical = found.energies[:, :3].sum(axis=1) - found.energies[:, 4]
     exchanged = float(sum(np.ptp(found.energies[:, i]) for i in range(3)))
     for impacts in found.impacts.values():  # Samples do not resolve short impacts.
-        exchanged = max(exchanged, 0.25 * float((impacts[:, 2] * np.abs(impacts[:, 5])).max(initial=0.0)))
+        exchanged = max(exchanged, 0.25 * float((impacts[:, IMPULSE] * np.abs(impacts[:, CLOSING])).max(initial=0.0)))
     lowest = np.minimum.accumulate(mechanical) if len(mechanical) else mechanical
     # A surface with a dashpot recovers with a delay: its stored energy and its depth are not in these figures.
     lagging = bool(system.dashpot.any())
@@ -155,7 +144,7 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         for r in elastic.values()
         if r.discretisation_errors is not None and np.isfinite(r.discretisation_errors[: r.normal_count]).any()
     ]
-    contact = first_contact(found, system.resolution)
+    contact = first_contact(found)
     checks = [float(r.quality["orthogonality"]) for r in elastic.values() if "orthogonality" in r.quality]
     return Evidence(
         frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.reduction in WHOLE},
@@ -286,7 +275,7 @@ def _impacts(system: System, found: Trajectory) -> Impacts | None:
     e = settings.restitution if impact else _restitution(settings)
     forced = any(scene.run.gravity) or bool(scene.force)
     impacts = found.impacts.get(contact.name)
-    closing = impacts[:, 5] if impacts is not None else np.empty(0)
+    closing = impacts[:, CLOSING] if impacts is not None else np.empty(0)
     return Impacts(e, 1 / square, closing, -float(row @ system.velocity), rigid and not forced, impact)
 
 

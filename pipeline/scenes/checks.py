@@ -1,5 +1,6 @@
 """Checks of a scene of bodies: keys, names, tables and fit of the parts, before any stage runs."""
 
+import difflib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.crank_tables import check_closed, read_cycle
 from gudgeon.pipeline.scenes.fit import misfits
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
+from gudgeon.solver.registry import definition, names
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
@@ -67,7 +69,41 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         elif (got := component.interface[interface].kind) not in kinds:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
-    return lines + _counted_twice(scene)
+    return lines + _counted_twice(scene) + _unknown_quantities(scene)
+
+
+def _unknown_quantities(scene: "SceneFile") -> list[str]:
+    """List the names in `report.quantities` that no run of the scene can have, each with the names that are allowed."""
+    owners = _owners(scene)
+    lines = []
+    for name in scene.report.quantities:
+        owner = next((one for one in owners if name.startswith(f"{one}.")), None)
+        if owner is None:
+            have = ", ".join(owners)
+            lines.append(f"report.quantities: '{name}' belongs to nothing in the scene, which has {have}")
+        elif definition(rest := name[len(owner) + 1 :], owners[owner]) is None:
+            able = [one for kind in owners[owner] for one in names(kind)]
+            near = difflib.get_close_matches(rest, able, 1)
+            hint = f"; did you mean '{owner}.{near[0]}'?" if near else ";"
+            kinds = " and ".join(owners[owner])
+            lines.append(f"report.quantities: no {kinds} has '{rest}'{hint} allowed are {', '.join(able)}")
+    return lines
+
+
+def _owners(scene: "SceneFile") -> dict[str, list[str]]:
+    """Return the kinds of each name that owns quantities, gauges before their bodies."""
+    kinds = {
+        "gauge": [f"{name}.{gauge}" for name, body in scene.body.items() for gauge in body.gauges],
+        "contact": scene.contact,
+        "body": scene.body,
+        "force": scene.moving(),
+        "component": scene.component,
+    }
+    found: dict[str, list[str]] = {}
+    for kind, owners in kinds.items():
+        for owner in owners:
+            found.setdefault(owner, []).append(kind)
+    return found
 
 
 def _counted_twice(scene: "SceneFile") -> list[str]:

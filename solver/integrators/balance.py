@@ -1,12 +1,9 @@
-"""Balances of energy and times of contact that several integrators keep, compiled."""
+"""Balances of energy that several integrators keep, compiled."""
 
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.outcome import (
-    CONTACT_STEPS,
     ENERGY_ERROR,
     EXCHANGED,
-    FIRST_CONTACT,
-    LAST_CONTACT,
     START_ENERGY,
 )
 
@@ -42,7 +39,7 @@ def note_exchange(work, stored, extreme):  # type: ignore[no-untyped-def]
     Args:
         work: Of contacts on each rigid coordinate, then on all coordinates together [J], (r + 1,).
         stored: Energy that contacts store [J].
-        extreme: As in `Outcome`, (6,).
+        extreme: As in `Outcome`, (4,).
     """
     count = len(work) - 1
     swing, all_rigid = 0.0, 0.0
@@ -50,12 +47,3 @@ def note_exchange(work, stored, extreme):  # type: ignore[no-untyped-def]
         swing += abs(work[number])
         all_rigid += work[number]
     extreme[EXCHANGED] = max(extreme[EXCHANGED], 0.5 * (swing + abs(work[count] - all_rigid) + stored))
-
-
-@inner
-def note_contact(counts, extreme, time):  # type: ignore[no-untyped-def]
-    """Count a step in contact at a time [s], and update the first and the last time of contact."""
-    counts[CONTACT_STEPS] += 1
-    if extreme[FIRST_CONTACT] < 0.0:
-        extreme[FIRST_CONTACT] = time
-    extreme[LAST_CONTACT] = time

@@ -10,12 +10,12 @@ from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
-START_ENERGY, ENERGY_ERROR, EXCHANGED, DEEPEST, FIRST_CONTACT, LAST_CONTACT = range(6)
+START_ENERGY, ENERGY_ERROR, EXCHANGED, DEEPEST = range(4)
 """Entries of `Outcome.extreme`."""
 ACTIVE, CONTACT_STEPS, PIVOTS = range(3)
 """First entries of `Outcome.counts`."""
-BEGINS, ENDS, IMPULSE, PEAK, PEAK_TIME, CLOSING, OPENING = range(7)
-"""Columns of `Outcome.impacts`."""
+PLATEAU = 1e-9
+"""Relative difference of windowed forces that count as equal: their time is the middle of the first and the last."""
 
 
 class Samples(NamedTuple):
@@ -63,7 +63,7 @@ class Outcome:
     impulses: np.ndarray
     """[N s], (c,)"""
     extreme: np.ndarray
-    """E₀, largest energy error, largest exchange [J], deepest penetration [m], first and last contact [s], (6,)."""
+    """E₀, largest energy error, largest exchange [J], deepest penetration [m], (4,)."""
     counts: np.ndarray
     """Active rows, steps in contact, pivots, then counts that differ between integrators."""
     masters: np.ndarray = field(default_factory=lambda: np.empty(0))
@@ -73,7 +73,7 @@ class Outcome:
     drag_impulse: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Of each contact along its line of sliding [N s], (k,)."""
     impacts: list[np.ndarray] = field(default_factory=list)
-    """Impacts of each contact as in `Trajectory.impacts`, (b, 7) each; none where the integrator locates none."""
+    """Impacts of each contact as in `Trajectory.impacts`, (b, 9) each, at the end of the run."""
     drags: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Friction's impulse on each row [N s], (c,)."""
     slips: list[list[tuple[float, bool]]] = field(default_factory=list)
@@ -96,4 +96,8 @@ class Marching(Protocol):
 
     def outcome(self) -> Outcome:
         """Return state and totals at the present time."""
+        ...
+
+    def impacts(self) -> list[np.ndarray]:
+        """Return the impacts of each contact as in `Trajectory.impacts`, (b, 9) each, present ones until now."""
         ...

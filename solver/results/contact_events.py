@@ -4,15 +4,30 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from gudgeon.modaldb.records.trajectory import (
+    BEGINS,
+    CLOSING,
+    ENDS,
+    IMPACT_COLUMNS,
+    IMPULSE,
+    OPENING,
+    PEAK,
+    PEAK_TIME,
+    WINDOWED,
+    WINDOWED_TIME,
+)
 from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.integrators.outcome import PLATEAU
 
 Quantity = tuple[float, str]
 """Value and unit."""
 
-PER_IMPACT = (
-    ("start", "s"), ("end", "s"), ("impulse", "N s"), ("force", "N"), ("force_time", "s"), ("closing", "m/s"),
-    ("opening", "m/s"),
-)  # fmt: skip
+PER_IMPACT = {
+    "start": (BEGINS, "s"), "end": (ENDS, "s"), "impulse": (IMPULSE, "N s"), "force_peak": (WINDOWED, "N"),
+    "force_peak_raw": (PEAK, "N"), "force_time": (WINDOWED_TIME, "s"), "closing": (CLOSING, "m/s"),
+    "opening": (OPENING, "m/s"),
+}  # fmt: skip
+"""Column and unit of the quantities of an impact."""
 SHOWN = 10
 """Number of impacts that are quantities."""
 NOTICED = 1e-12
@@ -24,80 +39,77 @@ def named(owner: str, values: Mapping[str, Quantity]) -> Json:
     return {f"{owner}.{name}": {"value": value, "unit": unit} for name, (value, unit) in values.items()}
 
 
-def impact_quantities(impacts: np.ndarray) -> dict[str, Quantity]:
-    """Return the quantities of a contact from its impacts, (b, 7) as `Trajectory.impacts`; b is 1 at least."""
-    first, highest = impacts[0], impacts[impacts[:, 3].argmax()]
-    values = {
-        "force_peak": (float(highest[3]), "N"),
-        "impacts": (float(len(impacts)), "1"),
-        "start": (float(first[0]), "s"),
-        "end": (float(impacts[:, 1].max()), "s"),
-        "duration": (float(impacts[:, 1].max() - first[0]), "s"),
-        "first_duration": (float(first[1] - first[0]), "s"),
-        "first_impulse": (float(first[2]), "N s"),
-    }
-    if highest[3] == 0:
-        del values["force_peak"]
-    else:
-        values |= {"largest_force": (float(highest[3]), "N"), "peak_time": (float(highest[4]), "s")}
-        values |= {"first_peak": (float(first[3]), "N")}
-    for number, impact in enumerate(impacts[:SHOWN] if len(impacts) > 1 else [], 1):
-        for place, (key, unit) in enumerate(PER_IMPACT):
-            if (key.startswith("force") and impact[3] == 0) or np.isnan(impact[place]):
-                continue
-            values[f"impact{number}.{key}"] = (float(impact[place]), unit)
+def impact_quantities(impacts: np.ndarray, window: float) -> dict[str, Quantity]:
+    """Return the quantities of a contact from its impacts, (b, 9) as `Trajectory.impacts`, and their window [s]."""
+    values: dict[str, Quantity] = {"impacts": (float(len(impacts)), "1")}
+    if not len(impacts):
+        return values
+    start, end = float(impacts[0, BEGINS]), float(impacts[:, ENDS].max())
+    values |= {"start": (start, "s"), "end": (end, "s"), "duration": (end - start, "s")}
+    highest = impacts[impacts[:, WINDOWED].argmax()]
+    if highest[WINDOWED] > 0:
+        values |= {"force_peak": (float(highest[WINDOWED]), "N"), "force_window": (window, "s")}
+        values |= {"peak_time": (float(highest[WINDOWED_TIME]), "s")}
+    if (raw := float(impacts[:, PEAK].max())) > 0:
+        values["force_peak_raw"] = (raw, "N")
+    for number, impact in enumerate(impacts[:SHOWN], 1):
+        for name, (column, unit) in PER_IMPACT.items():
+            without = WINDOWED if name in ("force_peak", "force_time") else PEAK if name == "force_peak_raw" else None
+            if not np.isnan(impact[column]) and (without is None or impact[without] > 0):
+                values[f"impact{number}.{name}"] = (float(impact[column]), unit)
     return values
 
 
-def sampled_impacts(force: np.ndarray, interval: float) -> np.ndarray:
-    """Return the impacts in a history, to within an interval, (b, 7) as `Trajectory.impacts`, speeds unknown (NaN).
+def impacts_in(times: np.ndarray, forces: np.ndarray, window: float) -> np.ndarray:
+    """Return the impacts in a history of forces, (b, 9) as `Trajectory.impacts`, speeds unknown (NaN).
+
+    Impacts begin and end with intervals. Those separated by less than the window are one.
 
     Args:
-        force: Mean force over each interval [N], (s,).
-        interval: [s]
+        times: Edges of equal intervals [s], (s + 1,).
+        forces: Resultant over each interval [N], (s, 3).
+        window: W [s].
     """
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], force > 0, [False]])))
-    impacts = np.full((len(ends) // 2, 7), np.nan)
-    for impact, first, end in zip(impacts, ends[::2], ends[1::2], strict=True):
-        highest = first + int(force[first:end].argmax())
-        impulse = interval * force[first:end].sum()
-        impact[:5] = first * interval, end * interval, impulse, force[highest], (highest + 0.5) * interval
+    step = float(times[1] - times[0])
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], forces.any(axis=1), [False]])))
+    spans: list[list[int]] = []
+    for first, end in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True):
+        if spans and (first - spans[-1][1]) * step < window:
+            spans[-1][1] = end
+        else:
+            spans.append([first, end])
+    impacts = np.full((len(spans), IMPACT_COLUMNS), np.nan)
+    for impact, (first, end) in zip(impacts, spans, strict=True):
+        edges, pushed = times[first : end + 1], forces[first:end]
+        impulse = np.concatenate([np.zeros((1, 3)), step * np.cumsum(pushed, axis=0)])
+        sizes = np.linalg.norm(pushed, axis=1)
+        highest = first + int(sizes.argmax())
+        peak, when = float(sizes.max()), 0.5 * float(times[highest] + times[highest + 1])
+        impact[[BEGINS, ENDS, IMPULSE]] = edges[0], edges[-1], np.linalg.norm(impulse[-1])
+        impact[[PEAK, PEAK_TIME, WINDOWED, WINDOWED_TIME]] = peak, when, peak, when
+        if window > 0:
+            impact[[WINDOWED, WINDOWED_TIME]] = _windowed(edges, impulse, window, float(times[-1]))
     return impacts
 
 
-def merged(impacts: np.ndarray, resolution: float) -> np.ndarray:
-    """Return impacts, with those merged that are separated by less than the resolution of the model.
+def _windowed(edges: np.ndarray, impulse: np.ndarray, window: float, last: float) -> tuple[float, float]:
+    """Return the largest mean force over a window [N], and the middle of this window [s].
 
     Args:
-        impacts: (b, 7), in order of time, see `Trajectory.impacts`.
-        resolution: That of the system [s].
+        edges: Times between which the impulse is linear, constant before and after [s], (n,).
+        impulse: At these times [N s], (n, 3).
+        last: End of the history [s].
     """
-    found: list[np.ndarray] = []
-    for impact in impacts:
-        if found and impact[0] - found[-1][1] < resolution:
-            last = found[-1]
-            last[1], last[6] = impact[1], impact[6]
-            last[2] += impact[2]
-            if impact[3] > last[3]:
-                last[3:5] = impact[3:5]
-        else:
-            found.append(impact.copy())
-    return np.array(found).reshape(-1, 7)
+    ends = np.concatenate([edges, edges + window, [min(edges[-1] + window, last)]])
+    ends = np.sort(ends[ends <= last])
 
+    def at(time: np.ndarray) -> np.ndarray:
+        return np.column_stack([np.interp(time, edges, column) for column in impulse.T])
 
-def smoothed_peak(history: np.ndarray, interval: float, resolution: float) -> dict[str, Quantity]:
-    """Return the largest mean force over the time that a system resolves [N], and that time [s].
-
-    A force over a shorter time contains the cut-off frequency and does not converge.
-
-    Args:
-        history: Mean force over each sample interval [N], (s,).
-    """
-    width = max(1, round(resolution / interval))
-    if width > len(history):
-        return {}
-    mean = np.convolve(history, np.full(width, 1.0 / width), mode="valid")
-    return {"force_peak": (float(mean.max()), "N"), "force_window": (width * interval, "s")}
+    sizes = np.linalg.norm(at(ends) - at(ends - window), axis=1)
+    equal = ends[sizes >= sizes.max() * (1 - PLATEAU)]
+    equal = equal[equal <= equal[0] + window]
+    return float(sizes.max()) / window, 0.5 * float(equal[0] + equal[-1] - window)
 
 
 def deflection(times: np.ndarray, loads: np.ndarray, moved: np.ndarray) -> dict[str, Quantity]:
@@ -121,24 +133,32 @@ def deflection(times: np.ndarray, loads: np.ndarray, moved: np.ndarray) -> dict[
     }
 
 
-def rebound(along: np.ndarray, own: np.ndarray, other: np.ndarray | None, alone: bool) -> dict[str, Quantity]:
-    """Return the velocity of a body's centre after a contact, of the other body's, and the restitution.
+def rebound(along: np.ndarray, own: np.ndarray, other: np.ndarray | None) -> dict[str, Quantity]:
+    """Return the velocity of a body's centre after a contact, and of the other body's.
 
     Args:
-        along: Direction of the force on the body, (3,).
-        own: Velocity of its centre before and after [m/s], (2, 3).
-        other: The same of the other body.
-        alone: Whether no other force acts on them, so that a restitution is defined.
+        along: Direction of the impulse on the body, (3,).
+        own: Velocity of its centre at the end [m/s], (3,).
+        other: The same of the other body; None of an obstacle.
     """
-    before, after = own @ along
-    values = {"rebound_velocity": (float(after), "m/s")}
+    values = {"rebound_velocity": (float(own @ along), "m/s")}
     if other is not None:
-        far = other @ along
-        values["rebound_velocity_other"] = (float(far[1]), "m/s")
-        before, after = before - far[0], after - far[1]
-    if before < 0 and alone:
-        values["restitution"] = (float(-after / before), "1")
+        values["rebound_velocity_other"] = (float(other @ along), "m/s")
     return values
+
+
+def restitution(before: np.ndarray, after: np.ndarray) -> dict[str, Quantity]:
+    """Return Newton's restitution of the bodies that only one contact acts on, if they approach.
+
+    The change of their velocities is the impulse w of the contact on the rigid coordinates, so w·v is the normal
+    velocity of the rigid-body motion at the contact points, weighted by their impulses; it is negative in approach.
+
+    Args:
+        before, after: Velocities of the mass-orthonormal rigid motions of both bodies [m kg^½/s], (r,).
+    """
+    weights = after - before
+    approach = float(weights @ before)
+    return {"restitution": (-float(weights @ after) / approach, "1")} if approach < 0 else {}
 
 
 def departure(after: np.ndarray, shift: np.ndarray, before: np.ndarray) -> dict[str, Quantity]:

@@ -102,7 +102,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         frame_times=frame_times,
         frames=found.frames,
         velocities=found.velocities,
-        quantities=quantities(system, plan, end, samples.forces, states)
+        quantities=quantities(system, end, states)
         | gauge_quantities(system, readings)
         | deflections(system, frame_times, found.frames)
         | nearest(system, end, frame_times, found.frames, found.velocities),
@@ -111,7 +111,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         counts=_counts(system, plan, end) | ({"reason": ending.reason} if ending.reason else {}),
         joints=_joints(system, times, samples),
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
-        impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=False)},
+        impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=True)},
         gauges=readings,
         peak_times=peak_times,
         peak_frames=peaks.q,

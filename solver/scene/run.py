@@ -3,7 +3,7 @@
 from math import isfinite
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.numbers import Positive, Strict
@@ -56,6 +56,12 @@ class Run(Strict):
         description="Whether the errors of the step and of the modal basis are estimated by further runs, and the step"
         " is chosen by them; false saves the time, and a step left out is then the first one of the integrator",
     )
+    window: Positive | None = Field(
+        default=None,
+        description="Window of peak forces [s]: the mean force over it is reported, and impacts that are separated by"
+        " less than it are one. Default: the period of the highest kept frequency, and no window for rigid bodies",
+        json_schema_extra={"unit": "s"},
+    )
     integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(
         default="auto",
         description="event: exact motion between located events, for linear and rigid contact of a few points;"
@@ -77,3 +83,9 @@ class Run(Strict):
         default=4000, ge=10, le=1_000_000, description="Number of points of the force and energy histories"
     )
     frames: int = Field(default=200, ge=2, le=10_000, description="Number of stored deformations")
+
+    @model_validator(mode="after")
+    def _window_within(self) -> "Run":
+        if self.window is not None and self.window > self.duration:
+            raise ValueError(f"window {self.window:g} s is longer than the duration, {self.duration:g} s")
+        return self

@@ -94,6 +94,11 @@ class System:
         return np.repeat(np.arange(len(self.contacts)), [len(item.points) for item in self.contacts])
 
     @property
+    def first_rows(self) -> list[int]:
+        """First row of each contact."""
+        return [item.rows.start for item in self.contacts]
+
+    @property
     def directions(self) -> np.ndarray:
         """Direction of each row's force on its body, (c, 3)."""
         return np.concatenate([np.empty((0, 3)), *(item.directions for item in self.contacts)])
@@ -123,6 +128,12 @@ class System:
                  for contact in self.contacts]  # fmt: skip
         names = {name for side in sides for name in side} or set(self.bodies)
         return max(_period(self.bodies[name].stiffness) for name in names)
+
+    @property
+    def window(self) -> float:
+        """Time over which forces are averaged, and below which impacts are not told apart [s]; 0 where they are."""
+        given = self.scene.run.window
+        return self.resolution if given is None else given
 
     @property
     def rigid_contact(self) -> np.ndarray:

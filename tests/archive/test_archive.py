@@ -222,8 +222,25 @@ def check_modes_4(record: Any) -> None:
 
 def check_trajectory_3(record: Any) -> None:
     check_trajectory_2(record)
-    assert np.array_equal(record.impacts[front(record.impacts)], ramp(2, 7, start=7.0))
-    assert record.impacts["back"].shape == (0, 7)
+    impacts = record.impacts[front(record.impacts)]
+    assert np.array_equal(impacts[:, :7], ramp(2, 7, start=7.0))
+    assert impacts.shape == (2, 9)
+    assert np.isnan(impacts[:, 7:]).all()
+    assert record.impacts["back"].shape == (0, 9)
+    assert record.estimates == {}
+    assert np.array_equal(record.gauges["skirt.crown"], ramp(4, start=8.0))
+
+
+def check_modes_7(record: Any) -> None:
+    check_modes_4(record)
+    assert np.array_equal(record.participation, ramp(3, 3, start=3.0))
+
+
+def check_trajectory_7(record: Any) -> None:
+    check_trajectory_2(record)
+    assert np.array_equal(record.impacts["bore"], ramp(2, 9, start=7.0))
+    assert record.impacts["back"].shape == (0, 9)
+    assert record.estimates == {"step.impulse": 2.5e-4}
     assert np.array_equal(record.gauges["skirt.crown"], ramp(4, start=8.0))
 
 
@@ -251,6 +268,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v4": {"modes": check_modes_4, "nodal": check_nodal_2, "trajectory": check_trajectory_3},
     "v5": {"modes": check_modes_4, "nodal": check_nodal_5, "trajectory": check_trajectory_3},
     "v6": {"modes": check_modes_4, "nodal": check_nodal_5, "trajectory": check_trajectory_3},
+    "v7": {"modes": check_modes_7, "nodal": check_nodal_5, "trajectory": check_trajectory_7},
 }
 """What those of one version hold, or lack."""
 

@@ -181,8 +181,9 @@ def trajectory() -> Trajectory:
         counts={"steps": 400, "step": 7.5e-7},
         joints={"rod": JointHistory("skirt", "pin", ramp(4), ramp(4, 3, start=1.0), ramp(4, start=2.0))},
         motion={"skirt": ramp(4, 12, start=6.0)},
-        impacts={"bore": ramp(2, 7, start=7.0), "back": ramp(0, 7)},
+        impacts={"bore": ramp(2, 9, start=7.0), "back": ramp(0, 9)},
         gauges={"skirt.crown": ramp(4, start=8.0)},
+        estimates={"step.impulse": 2.5e-4},
     )
 
 

@@ -277,6 +277,29 @@ def test_mistakes_between_tables_are_listed_at_once(cold: Case, capsys: Capture)
     ]
 
 
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        (
+            "bore.largest_force",
+            "report.quantities: no contact has 'largest_force'; allowed are impulse, impacts, start,",
+        ),
+        ("bore.force_peek", "report.quantities: no contact has 'force_peek'; did you mean 'bore.force_peak'? allowed"),
+        ("bore.impact0.start", "report.quantities: no contact has 'impact0.start'; did you mean 'bore.impactN.start'?"),
+        ("skirt.impulse", "report.quantities: no body and component has 'impulse'; allowed are velocity_x,"),
+        ("wall.impulse", "report.quantities: 'wall.impulse' belongs to nothing in the scene, which has bore, skirt"),
+    ],
+)
+def test_quantities_that_no_run_has_are_refused(name: str, message: str, cold: Case, capsys: Capture) -> None:
+    (line,) = refused(cold, capsys, cold.command("solve", f'report.quantities={{ "{name}" = "x" }}'))
+    assert line.startswith(message)
+
+
+def test_a_window_within_the_duration(cold: Case, capsys: Capture) -> None:
+    (line,) = refused(cold, capsys, cold.command("solve", "run.window=1.0"))
+    assert line == "run: window 1 s is longer than the duration, 0.0003 s"
+
+
 @pytest.mark.parametrize("text", ["run.duration", "=3", ".duration=3", "run..duration=3", ""])
 def test_setting_without_path_or_value(text: str, cold: Case, capsys: Capture) -> None:
     (line,) = refused(cold, capsys, cold.command("run", text), where=f"--set {text}")

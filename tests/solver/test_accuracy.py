@@ -86,8 +86,7 @@ def test_motion_that_does_not_converge_is_a_failure_with_its_estimate(tmp_path: 
     good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
 
     def irregular(plan: Any) -> Trajectory:
-        history = replace(good.contacts["wall"], force=good.contacts["wall"].force * rng.uniform(0.5, 1.5))
-        return replace(good, contacts={"wall": history})
+        return replace(good, impacts={"wall": good.impacts["wall"] * rng.uniform(0.5, 1.5)})
 
     found, _ = accuracy.controlled(system, plan_run(system), irregular)
     assert found.result == Result.INACCURATE.name
@@ -104,3 +103,39 @@ def test_an_energy_error_above_five_percent_is_a_failure(tmp_path: Path) -> None
 
 def run_of(system: System, **settings: Any) -> Any:
     return system.scene.run.model_copy(update=settings)
+
+
+@pytest.fixture(scope="module")
+def struck(tmp_path_factory: pytest.TempPathFactory) -> Trajectory:
+    return simulate(rod(tmp_path_factory.mktemp("struck"), integrator="event"))
+
+
+def of_impacts(struck: Trajectory, *impacts: tuple[float, float, float, float]) -> Trajectory:
+    """Return a run with other impacts: begin, end [s], impulse [N s] and windowed force [N] of each."""
+    rows = np.full((len(impacts), 9), np.nan)
+    for row, given in zip(rows, impacts, strict=True):
+        row[[0, 1, 2, 7]] = given
+    return replace(struck, impacts={"wall": rows})
+
+
+def test_runs_are_compared_impact_by_impact(struck: Trajectory) -> None:
+    fine = of_impacts(struck, (1.0, 2.0, 10.0, 50.0), (5.0, 6.0, 4.0, 80.0))
+    coarse = of_impacts(struck, (1.1, 2.1, 10.5, 51.0), (5.1, 6.2, 3.0, 76.0))
+    found = accuracy.difference(coarse, fine, 0.5)
+    assert found.impulse == pytest.approx(0.1, rel=1e-12)  # 1 N s of 10, not 0.5 N s of all.
+    assert found.force == pytest.approx(0.05, rel=1e-12)
+    assert accuracy.difference(fine, fine, 0.5) == accuracy.Difference(0.0, 0.0, 0.0)
+
+
+def test_an_impact_that_one_run_lacks_counts_in_full(struck: Trajectory) -> None:
+    fine = of_impacts(struck, (1.0, 2.0, 10.0, 50.0), (5.0, 6.0, 4.0, 50.0))
+    coarse = of_impacts(struck, (1.0, 2.0, 10.0, 50.0))
+    assert accuracy.difference(coarse, fine, 0.5).impulse == pytest.approx(0.4, rel=1e-12)
+    assert accuracy.difference(fine, coarse, 0.5).impulse == pytest.approx(0.4, rel=1e-12)
+    assert accuracy.difference(of_impacts(struck), coarse, 0.5) == accuracy.Difference(1.0, 1.0, 0.0)
+
+
+def test_one_impact_is_compared_with_the_two_that_it_falls_into(struck: Trajectory) -> None:
+    one = of_impacts(struck, (1.0, 3.0, 10.0, 50.0))
+    two = of_impacts(struck, (1.0, 1.7, 6.0, 50.0), (2.3, 3.0, 4.0, 40.0))
+    assert accuracy.difference(two, one, 0.5) == accuracy.Difference(0.0, 0.0, 0.0)

@@ -18,7 +18,15 @@ from gudgeon.pipeline.nodal.body import MovingBody
 from gudgeon.pipeline.nodal.points.banded import is_narrow, march, new_band
 from gudgeon.pipeline.nodal.points.contact import Press, new_press, press
 from gudgeon.pipeline.nodal.problem import PointProblem
-from gudgeon.pipeline.nodal.quantities import History, body_quantities, contact_quantities, energy_drift, named
+from gudgeon.pipeline.nodal.quantities import (
+    History,
+    body_quantities,
+    contact_quantities,
+    energy_drift,
+    named,
+    window_of,
+)
+from gudgeon.solver.results.contact_events import restitution
 
 PARTS = 100
 """Parts of a run after which its progress is reported."""
@@ -58,8 +66,7 @@ def simulate_points(problem: PointProblem, step: float, progress: Callable[[floa
             progress(chosen.stop / count)
     ends = np.cumsum([0, *(len(contact.gap) for contact in problem.contacts.values())])
     rows = {name: slice(*ends[k : k + 2]) for k, name in enumerate(problem.contacts)}
-    motions = [body.centre_motion(motion) for body, motion in zip(problem.bodies, loop.motions(), strict=True)]
-    quantities = _quantities(problem, history, rows, motions) | {
+    quantities = _quantities(problem, history, rows, loop.motions()) | {
         "energy_lost": {"value": float(energies[-1, 3]), "unit": "J"}
     }
     taken = clock.read()
@@ -177,17 +184,22 @@ class _Factored:
             body.free()
 
 
-def _quantities(problem: PointProblem, history: History, rows: dict[str, slice], motions: list[np.ndarray]) -> Json:
+def _quantities(problem: PointProblem, history: History, rows: dict[str, slice], ends: list[np.ndarray]) -> Json:
     """Return the run's quantities, named as the solver's.
 
     Args:
         rows: Points of each contact.
-        motions: See `NodalBody.centre_motion`, of each body.
+        ends: Displacements and velocities of each body at the end, (2, dofs).
     """
     elastic, found = any(body.K.nnz for body in problem.bodies), {}
+    motions = [body.centre_motion(end) for body, end in zip(problem.bodies, ends, strict=True)]
     for name, contact in problem.contacts.items():
         pair = motions[contact.body], None if contact.other is None else motions[contact.other]
-        values = contact_quantities(history.of(rows[name]), contact, pair, elastic, problem.flying)
+        window = window_of(problem.window, history.times, contact, elastic)
+        values = contact_quantities(history.of(rows[name]), contact, pair, window)
+        if problem.flying:
+            rigid = [body.rigid_velocities(end) for body, end in zip(problem.bodies, ends, strict=True)]
+            values |= restitution(*np.concatenate(rigid, axis=1))
         found |= named(name, values)
     for body, motion in zip(problem.bodies, motions, strict=True):
         found |= body_quantities(body.name, motion)

@@ -29,7 +29,7 @@ def meeting_problem(job: Job) -> PointProblem:
             f"{job.path}: report.full_fe: contacts with a law or a layer cannot be combined with rigid contacts"
         )
     flying = len(contacts) == 1 and not any(scene.run.gravity)
-    return PointProblem(tuple(part.body for part in parts), contacts, scene.run.duration, flying)
+    return PointProblem(tuple(part.body for part in parts), contacts, scene.run.duration, flying, scene.run.window)
 
 
 def refuse_contacts(job: Job) -> None:

@@ -89,6 +89,7 @@ def _sliding_problem(job: Job) -> NodalProblem:
         master=master.body if master else None,
         rod=_rod(job, slave) if scene.joint else None,
         frames=scene.run.frames if master or scene.moving() else 0,
+        window=scene.run.window,
     )
     return static_start(problem, START_STEP, deformed=scene.run.start == "rest") if scene.joint else problem
 

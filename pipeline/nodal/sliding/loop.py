@@ -24,6 +24,7 @@ from gudgeon.pipeline.nodal.quantities import (
     force_quantities,
     named,
     resultant_quantities,
+    window_of,
 )
 from gudgeon.pipeline.nodal.sliding.contact import contact_energy
 from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
@@ -131,7 +132,8 @@ class _Run:
         """Return the run's quantities, named as the solver's."""
         found: Json = {}
         for name, forces in self._contact_forces.items():
-            found |= named(name, resultant_quantities(self.times[1:], forces))
+            window = window_of(self.problem.window, self.times, None, elastic=True)
+            found |= named(name, resultant_quantities(self.times, forces, window))
         for body, moving in self.bodies:
             found |= body_quantities(body.name, body.centre_motion(moving.motion()))
         for load, moved in self._under.values():

@@ -17,6 +17,7 @@ from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest, with_peaks
 from gudgeon.pipeline.reduction.expansion import displacement
 from gudgeon.solver.bodies.small_motion import free_twists
+from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.scene.body import Body
 
 LINES = ("line3", "beam2", "beam3")
@@ -223,7 +224,13 @@ class Drawing:
         """Return the contacts that were closed, but in no frame, except those with located impacts."""
         contacts = self.trajectory.contacts.items()
         found = [name for name, contact in contacts if contact.force.any() and not contact.multipliers.any()]
-        return [name for name in found if name not in self.trajectory.impacts]
+        return [] if self.moves else found
+
+    @property
+    def moves(self) -> bool:
+        """Whether the run recorded the motion of its bodies at samples."""
+        name = self.trajectory.counts.get("integrator")
+        return name is None or INTEGRATORS[name].records_motion
 
     @contextlib.contextmanager
     def file(self, name: str, part: str = "", parts: int = 1) -> Iterator[Path]:

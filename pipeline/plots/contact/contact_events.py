@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gudgeon.modaldb.records.trajectory import CLOSING, OPENING
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, impact_count, spaced
@@ -41,7 +42,7 @@ def _figure(drawing: Drawing, touch: Touch) -> Figure:
     abscissa, (shown, _) = style.over_time(touch.trajectory.times, span), style.time_unit(span[1] - span[0])
     impacts = touch.impacts
     parts = [drawing.scene_name, f"contact {touch.name}", impact_count(len(impacts))]
-    closing, opening = (abs(float(speed)) for speed in impacts[0, 5:])
+    closing, opening = (abs(float(speed)) for speed in impacts[0, [CLOSING, OPENING]])
     if len(impacts) == 1 and closing > 0:
         parts.append(f"closing at {style.quantity(closing, 'm/s')}")
         if opening > STILL * closing:

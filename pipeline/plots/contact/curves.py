@@ -12,7 +12,7 @@ from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, impact_count
-from gudgeon.pipeline.plots.contact.located import Touch, joined, touches
+from gudgeon.pipeline.plots.contact.located import Touch, touches
 from gudgeon.pipeline.plots.driven.drive import Drive, frame_degrees, hardest_first, own_cycle, shown_angle
 
 ENERGIES = (("kinetic", style.BLUE), ("strain", style.ORANGE), ("contact", style.RED), ("dissipated", style.GREEN))
@@ -94,7 +94,7 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
         start, duration = (trajectory.quantities.get(f"{name}.{item}") for item in ("start", "duration"))
         if start and duration and duration["value"] > 0:
             label = name if len(trajectory.contacts) < 2 else f"{name}:"
-            if (count := len(joined(trajectory, name))) > 0:
+            if (count := len(trajectory.impacts.get(name, ()))) > 0:
                 label = f"contact {name}: {impact_count(count)}"
             factor, unit = style.time_unit(start["value"] + duration["value"])
             end = (start["value"] + duration["value"]) * factor

@@ -4,19 +4,16 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.pipeline.measuring.force_window import hann_filter
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Curve
 from gudgeon.pipeline.plots.contact.located import Touch
 
 WINDOW = 40e-6
-"""Full width of the Hann window [s], which usual numbers of modes resolve."""
+"""Full width of the Hann window of forces over a cycle [s], which usual numbers of modes resolve."""
 FINEST = 4
 """Least width of a window, in sample intervals."""
 SHORTEST = 3.0
 """Least duration of contact, in windows; of a shorter one the curve would show the window."""
-LONGEST = 1000.0
-"""Largest duration of contact, in windows, except in a driven scene; a window changes nothing in a longer one."""
 WRITTEN = 10
 """Largest number of stems with a written impulse."""
 APART = 0.055
@@ -30,7 +27,7 @@ SAME = 0.02
 def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None:
     """Return a contact's smoothed force [N], (s, 3), and the name of the window; None where smoothing is meaningless.
 
-    The window is that of the quantity `force_peak`, or a Hann window if the run has none.
+    The window is that of the quantity `force_peak`.
     """
     from scipy.ndimage import uniform_filter1d
 
@@ -38,18 +35,13 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
     interval = float(times[1] - times[0])
     lasts = interval * np.count_nonzero(np.abs(force).sum(axis=1))
     own = trajectory.quantities.get(f"{name}.force_window")
-    if own is None and name in trajectory.impacts:
+    width = own["value"] if own else 0.0
+    if width < FINEST * interval or SHORTEST * width > lasts:
         return None
-    width = own["value"] if own else WINDOW
-    longest = np.inf if own or trajectory.joints else LONGEST * width
-    if width < FINEST * interval or not SHORTEST * width <= lasts <= longest:
+    mean = uniform_filter1d(force, round(width / interval), axis=0, mode="reflect")
+    if np.abs(mean - force).max() < SAME * np.abs(force).max():
         return None
-    if own:
-        mean = uniform_filter1d(force, round(width / interval), axis=0, mode="reflect")
-        if np.abs(mean - force).max() < SAME * np.abs(force).max():
-            return None
-        return mean, f"mean over {style.quantity(width, 's')}"
-    return hann_filter(times, force, width), f"Hann window of {style.quantity(width, 's')}"
+    return mean, f"mean over {style.quantity(width, 's')}"
 
 
 def force_axes(
@@ -103,9 +95,8 @@ def windowed(trajectory: Trajectory, name: str, reference: Curve) -> Curve:
     interval = float(trajectory.times[1] - trajectory.times[0])
     times = interval * np.arange(1, int(min(reference.times[-1], trajectory.times[-1]) / interval) + 1)
     force = np.interp(times, reference.times, reference.force)
-    if (own := trajectory.quantities.get(f"{name}.force_window")) is not None:
-        return Curve(reference.label, times, uniform_filter1d(force, round(own["value"] / interval), mode="reflect"))
-    return Curve(reference.label, times, hann_filter(times, force[:, None], WINDOW)[:, 0])
+    own = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
+    return Curve(reference.label, times, uniform_filter1d(force, max(1, round(own / interval)), mode="reflect"))
 
 
 def _reference_line(axes: Axes, times: np.ndarray, abscissa: np.ndarray, reference: Curve) -> float:

@@ -64,8 +64,8 @@ class Touch:
 
     @cached_property
     def impacts(self) -> np.ndarray:
-        """Impacts as in `Trajectory.impacts`, merged where the gap between them is not resolved, (b, 7)."""
-        return joined(self.trajectory, self.name)
+        """Impacts as in `Trajectory.impacts`, (b, 9)."""
+        return self.trajectory.impacts[self.name]
 
     @cached_property
     def brief(self) -> np.ndarray:
@@ -113,23 +113,10 @@ class Course:
     """Position relative to its start [m], (t,)."""
 
 
-def joined(trajectory: Trajectory, name: str) -> np.ndarray:
-    """Return the impacts of a contact, merged where they part for less than the window of its force, (b, 7)."""
-    window = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
-    found: list[np.ndarray] = []
-    for impact in trajectory.impacts.get(name, np.empty((0, 7))):
-        if found and impact[0] - found[-1][1] < window:
-            last = found[-1]
-            last[[1, 6]], last[2] = impact[[1, 6]], last[2] + impact[2]
-            if impact[3] > last[3]:
-                last[3:5] = impact[3:5]
-        else:
-            found.append(impact.copy())
-    return np.array(found).reshape(-1, 7)
-
-
 def touches(drawing: Drawing) -> list[Touch]:
-    """Return the contacts with located impacts that the scene describes."""
+    """Return the contacts with impacts that the scene describes, of a run that records the motion of its bodies."""
+    if not drawing.moves:
+        return []
     found = [touch_of(drawing, name) for name, impacts in drawing.trajectory.impacts.items() if len(impacts)]
     return [touch for touch in found if touch is not None]
 

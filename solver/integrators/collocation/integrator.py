@@ -24,6 +24,8 @@ ACCURACY = 1e-8
 """Relative error of the forces, where the scene states none."""
 CHUNK = 512
 """Steps of a call of the compiled loop."""
+IMPACT_POINTS = np.linspace(0.0, 1.0, 5)
+"""Points of a step between which the impulse of an impact is interpolated."""
 START = 100.0
 """Force after the first step of a contact over the error allowed."""
 
@@ -87,6 +89,9 @@ class Collocation(capabilities.Collocation):
             self._p, self._v = self._flight.motion.state(last - self._flight.start)
         self._record.keep_peaks()
         return bool(np.isfinite(out.energies).all())
+
+    def impacts(self) -> list[np.ndarray]:
+        return self._record.impacts()
 
     def outcome(self) -> Outcome:
         pressed = self._pressed if self._flight is None else np.zeros(len(self._system.gap))
@@ -169,7 +174,7 @@ class Collocation(capabilities.Collocation):
         elif code == kernel.OVER:
             self._flight = self._fly(float(self._motion.clock[TIME]))
             for row in list(self._closed):
-                self._record.parted(row)
+                self._record.contact(row).parts(row)
         return code != kernel.FAILED
 
     def _tabulate(self, level: int) -> None:
@@ -199,7 +204,7 @@ class Collocation(capabilities.Collocation):
         )
         if until > begin:
             nothing = np.zeros((len(edges) - 1, done.values.shape[1]))
-            record.add_impulses(edges, np.diff(done.impulses(edges), axis=0), nothing, to_impacts=False)
+            record.add_impulses(edges, np.diff(done.impulses(edges), axis=0), nothing)
             self._pull(done, edges)
         if len(inside):
             self._fill(done, inside)
@@ -243,29 +248,44 @@ class Collocation(capabilities.Collocation):
 
     def _follow(self, done: "_Steps") -> None:
         """Record which impacts begin and end within the steps, their impulses and largest forces."""
-        record = self._record
-        pressed = done.values.max(axis=2) > 0
-        given = np.diff(done.impulses(np.minimum([*done.start, done.end], self._last)), axis=0)
-        for row in range(pressed.shape[1]):
-            for k in np.flatnonzero(pressed[:, row]):
-                start, h = float(done.start[k]), float(done.length[k])
-                before = (self._gaps if k == 0 else done.opening[k - 1])[:, row]
-                after = done.opening[k, :, row]
+        record, pressed = self._record, done.values.max(axis=2) > 0
+        for k in np.flatnonzero(pressed.any(axis=1)):
+            start, h = float(done.start[k]), float(done.length[k])
+            gaps = self._gaps if k == 0 else done.opening[k - 1], done.opening[k]
+            rows = [int(row) for row in np.flatnonzero(pressed[k])]
+            for row in rows:
                 if row not in self._closed:
                     self._closed.add(row)
-                    time, speed = _crossing(before, after, h, opens=False)
+                    time, speed = _crossing(gaps[0][:, row], gaps[1][:, row], h, opens=False)
                     record.touches(row, start + time, -speed)
                     self._impacts += 1
-                record.gives(row, float(given[k, row]))
-                force, local = _highest(done.cubics[k, row])
-                record.peak(row, force, start + local * h)
+            self._add_forces(done, int(k), rows)
+            for row in rows:
                 if done.values[k, row, 3] == 0:
-                    time, speed = _crossing(before, after, h, opens=True)
-                    record.leaves(row, start + time, speed)
-                    if after[0] > 0:
-                        record.parted(row)
+                    time, speed = _crossing(gaps[0][:, row], gaps[1][:, row], h, opens=True)
+                    record.contact(row).leaves(row, start + time, speed)
+                    if gaps[1][0, row] > 0:
+                        record.contact(row).parts(row)
                         self._closed.discard(row)
         self._gaps = done.opening[-1].copy()
+
+    def _add_forces(self, done: "_Steps", k: int, rows: list[int]) -> None:
+        """Add the forces of rows in step k to the impacts of their contacts, and look for the largest resultants."""
+        system, start, h = self._system, float(done.start[k]), float(done.length[k])
+        x = IMPACT_POINTS * min(1.0, (self._last - start) / h)
+        for item in system.contacts:
+            own = [row for row in rows if item.rows.start <= row < item.rows.stop]
+            if not own:
+                continue
+            contact, cubics = self._record.contact(own[0]), system.directions[own].T @ done.cubics[k, own]
+            forces = (x[:, None] ** np.arange(4)) @ cubics.T
+            impulses = h * (x[:, None] ** np.arange(1, 5) / np.arange(1, 5)) @ cubics.T
+            contact.presses(start + h * x, impulses, forces)
+            # Of the component along the largest of these forces, whose direction hardly changes within a step.
+            sizes = np.linalg.norm(forces, axis=1)
+            if (largest := sizes.max()) > 0:
+                force, local = _highest((forces[sizes.argmax()] / largest) @ cubics)
+                contact.note_peak(force, start + local * h)
 
 
 class _Steps(arrays.Track):

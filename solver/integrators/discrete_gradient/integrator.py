@@ -6,14 +6,12 @@ from gudgeon.solver import capabilities
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.balance import LOST
 from gudgeon.solver.integrators.discrete_gradient import kernel
-from gudgeon.solver.integrators.outcome import BEGINS, ENDS, START_ENERGY, Outcome, Samples
+from gudgeon.solver.integrators.impact_log import Located, impact_log
+from gudgeon.solver.integrators.outcome import START_ENERGY, Outcome, Samples
 from gudgeon.solver.integrators.polynomial_response import free, responses
 from gudgeon.solver.integrators.uncoupled import SLOWEST, uncoupled
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
-
-MOST_IMPACTS = 100_000
-"""Impacts that are stored; further ones are only counted."""
 
 
 class DiscreteGradient(capabilities.DiscreteGradient):
@@ -28,20 +26,19 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         self._step = kernel.Step(
             dt=dt, free=free(omega, dt), push=push, constant=self._place.constant, rows=rows,
             gap=system.gap, reach=(rows * push[0]) @ rows.T, law=_laws(system), floor=SLOWEST, stiffness=omega**2,
-            start=start,
+            start=start, contact=system.contact_of, directions=system.directions,
         )  # fmt: skip
-        balance, running = np.zeros(LOST + 1), np.zeros((c, 7))
-        balance[START_ENERGY], running[:, BEGINS] = self._place.energy, -1.0
+        balance = np.zeros(LOST + 1)
+        balance[START_ENERGY] = self._place.energy
         self._state = kernel.State(
             y=start.copy(), v=self._place.speed.copy(), depth=-(system.gap + rows @ start),
             force=system.start_forces.copy(), approach=np.zeros(c), fastest=np.zeros(1), balance=balance,
-            counts=np.zeros(3, np.int64), running=running,
-            impacts=np.zeros((MOST_IMPACTS if c else 0, 8)), impulses=np.zeros(c),
+            counts=np.zeros(2, np.int64), impulses=np.zeros(c), log=impact_log(system.first_rows, dt, system.window),
         )  # fmt: skip
-        self._time = 0.0
+        self._located = Located(self._state.log)
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Fill all but the loads of samples of `stride` steps; False where a contact force was not found."""
+        """Fill all but the loads of samples of `stride` steps; False where the run cannot continue."""
         system, modes, n = self._system, self._place.modes, len(self._state.y)
         pressed, y, v = np.zeros((len(out.forces), len(system.gap))), *np.zeros((2, len(out.forces), n))
         found = kernel.Samples(pressed, out.energies, y, v)
@@ -51,26 +48,21 @@ class DiscreteGradient(capabilities.DiscreteGradient):
         p, v = y @ modes.T, v @ modes.T
         out.set_states(slice(None), system, p, v, pressed)
         out.peaks.keep_highest(first // stride, out.forces, p, v, pressed)
-        self._time = (first + stride * len(out.forces)) * self._step.dt
+        if sound and not self._located.take():
+            self.failure = Result.IMPACTS
+            return False
         return bool(sound)
 
+    def impacts(self) -> list[np.ndarray]:
+        return self._located.impacts()
+
     def outcome(self) -> Outcome:
-        state, system, modes = self._state, self._system, self._place.modes
-        in_contact, iterations, ended = map(int, state.counts)
-        going = [np.array([i, *entry]) for i, entry in enumerate(state.running) if entry[BEGINS] >= 0]
-        for entry in going:
-            entry[1 + ENDS] = self._time
-        every = np.array([*state.impacts[:ended], *going]).reshape(-1, 8)
-        rows, every = every[:, 0], every[:, 1:]
-        impacts = []
-        for item in system.contacts:
-            mine = every[(rows >= item.rows.start) & (rows < item.rows.stop)]
-            impacts.append(mine[np.argsort(mine[:, BEGINS], kind="stable")])
-        span = (every[:, BEGINS].min(), every[:, ENDS].max()) if len(every) else (-1.0, -1.0)
-        extreme = np.array([*state.balance[:LOST], state.depth.max(initial=0.0), *span])
+        state, modes = self._state, self._place.modes
+        in_contact, iterations = map(int, state.counts)
+        extreme = np.array([*state.balance[:LOST], state.depth.max(initial=0.0)])
         return Outcome(
             q=modes @ state.y, v=modes @ state.v, multipliers=state.force.copy(), impulses=state.impulses.copy(),
-            extreme=extreme, counts=np.array([0, in_contact, iterations, -1]), impacts=impacts, work={"impacts": ended},
+            extreme=extreme, counts=np.array([0, in_contact, iterations, -1]),
         )  # fmt: skip
 
 

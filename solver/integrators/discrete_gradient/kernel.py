@@ -10,7 +10,7 @@ import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.balance import LOST, update_balance
-from gudgeon.solver.integrators.outcome import BEGINS, CLOSING, ENDS, IMPULSE, OPENING, PEAK, PEAK_TIME
+from gudgeon.solver.integrators.impact_log import GOING, ROW, ImpactLog, changes, log_step, note_change, pressed
 from gudgeon.solver.laws.force import law_energy, law_force
 
 CLOSE = 1e-3
@@ -18,7 +18,7 @@ CLOSE = 1e-3
 GAUSS_POINTS = np.array([0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263])
 GAUSS_WEIGHTS = np.array([0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693])
 SWEEPS, HALVINGS = 500, 200
-IN_CONTACT, ITERATIONS, ENDED = range(3)
+IN_CONTACT, ITERATIONS = range(2)
 """Entries of `State.counts`."""
 
 
@@ -46,6 +46,10 @@ class Step(NamedTuple):
     """ω² [rad²/s²], (n,)."""
     start: np.ndarray
     """y at the start of the run, (n,)."""
+    contact: np.ndarray
+    """Contact number of each row, (c,)."""
+    directions: np.ndarray
+    """Of each row's force on its body, (c, 3)."""
 
 
 class State(NamedTuple):
@@ -64,20 +68,17 @@ class State(NamedTuple):
     balance: np.ndarray
     """As in `update_balance`, (4,)."""
     counts: np.ndarray
-    """Steps in contact, iterations, impacts that ended, (3,)."""
-    running: np.ndarray
-    """Present impact of each contact as in `Outcome.impacts`, (c, 7); its begin is negative where there is none."""
-    impacts: np.ndarray
-    """Impacts that ended, contact first, (b, 8)."""
+    """Steps in contact, iterations, (2,)."""
     impulses: np.ndarray
     """[N s], (c,)."""
+    log: ImpactLog
 
 
 class Samples(NamedTuple):
     """Histories, one row per sample."""
 
     forces: np.ndarray
-    """Mean force of each contact [N], (samples, c)."""
+    """Mean force of each row [N], (samples, c)."""
     energies: np.ndarray
     """[J], (samples, 5)"""
     y: np.ndarray
@@ -237,7 +238,9 @@ def _balance(step, state, depth, time, energies):  # type: ignore[no-untyped-def
             state.balance[LOST] += lost
         stored += law_energy(step.law[i], depth[i])
         touching = touching or force > 0.0
-        _impact(step, state, i, depth[i], time)
+    if touching or state.log.counts[GOING] > 0:
+        _locate(step, state, depth, time)
+    for i in range(len(depth)):
         state.depth[i] = depth[i]
         if depth[i] <= 0.0:
             state.approach[i] = 0.0
@@ -248,24 +251,23 @@ def _balance(step, state, depth, time, energies):  # type: ignore[no-untyped-def
 
 
 @inner
-def _impact(step, state, i, depth, time):  # type: ignore[no-untyped-def]
-    """Update the impact of one contact, which begins and ends where the depth, linear in the step, is zero."""
-    before, force, entry = state.depth[i], state.force[i], state.running[i]
-    rate = (depth - before) / step.dt
-    if entry[BEGINS] < 0.0 and force > 0.0:
-        entry[BEGINS] = entry[PEAK_TIME] = time + (-before / rate if before < 0.0 < rate else 0.0)
-        entry[IMPULSE] = entry[PEAK] = 0.0
-        entry[CLOSING] = max(rate, 0.0)
-    if entry[BEGINS] >= 0.0:
-        entry[IMPULSE] += force * step.dt
-        if force > entry[PEAK]:
-            entry[PEAK], entry[PEAK_TIME] = force, time + 0.5 * step.dt
-        if depth <= 0.0:
-            entry[ENDS] = time + (before / -rate if before > 0.0 > rate else step.dt)
-            entry[OPENING] = max(-rate, 0.0)
-            number = state.counts[ENDED]
-            if number < len(state.impacts):
-                state.impacts[number, 0] = i
-                copy(entry, state.impacts[number, 1:])
-            state.counts[ENDED] += 1
-            entry[BEGINS] = -1.0
+def _locate(step, state, depth, time):  # type: ignore[no-untyped-def]
+    """Set the resultants [N] and log the impacts, which begin and end where a depth, linear in the step, is zero."""
+    log, end = state.log, time + step.dt
+    for i in range(len(depth)):
+        k = step.contact[i]
+        for axis in range(3):
+            log.force[k, axis] += state.force[i] * step.directions[i, axis]
+        if state.force[i] > state.force[log.steps[k, ROW]]:
+            log.steps[k, ROW] = i
+    for k in range(len(log.force)):
+        i, acts = log.steps[k, ROW], pressed(log, k)
+        rate = (state.depth[i] - depth[i]) / step.dt
+        if changes(log, k, acts):
+            note_change(log, k, acts, end if acts else time, -depth[i] if acts else -state.depth[i], rate)
+        if acts and depth[i] <= 0.0:
+            stays = False
+            for j in range(len(depth)):
+                stays |= step.contact[j] == k and depth[j] > 0.0
+            note_change(log, k, stays, end, -depth[i], rate)
+    log_step(log, int(np.rint(time / step.dt)))

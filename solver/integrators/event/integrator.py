@@ -72,6 +72,9 @@ class Event(capabilities.Event):
         self._time = float(ends[-1])
         return True
 
+    def impacts(self) -> list[np.ndarray]:
+        return self._record.impacts()
+
     def outcome(self) -> Outcome:
         segment = self._segment
         multipliers = segment.regime.forces(self._p - segment.motion.start, self._v)
@@ -121,7 +124,7 @@ class Event(capabilities.Event):
             now.status[row] = Status.CLOSED
         elif kind is Watch.LEAVES:
             now.status[row] = Status.OPEN
-            record.parted(row)
+            record.contact(row).parts(row)
         elif kind is Watch.OPENS and (kind, row) in self._patient:
             # The mean force is zero; from now on the force itself is watched.
             self._patient.discard((kind, row))

@@ -55,9 +55,8 @@ class Course:
         wave = np.expm1(time * self.exponents)
         return self.a + time * (self.b + time * self.c) + _real(wave, self.A)
 
-    def __getitem__(self, chosen: int) -> "Course":
-        here = slice(chosen, chosen + 1)
-        return Course(self.a[here], self.b[here], self.c[here], self.A[here], self.exponents)
+    def __getitem__(self, chosen: slice) -> "Course":
+        return Course(self.a[chosen], self.b[chosen], self.c[chosen], self.A[chosen], self.exponents)
 
     @cached_property
     def rate(self) -> "Course":

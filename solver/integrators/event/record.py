@@ -4,21 +4,15 @@ import numpy as np
 from scipy import optimize
 
 from gudgeon.solver.integrators.balance import LOST
+from gudgeon.solver.integrators.event.impacts import ContactImpacts
 from gudgeon.solver.integrators.event.jumps import Impact
 from gudgeon.solver.integrators.event.motion import Course, Probe
 from gudgeon.solver.integrators.event.regimes import Conditions, Regime, Status
 from gudgeon.solver.integrators.event.search import PER_RADIAN
 from gudgeon.solver.integrators.event.segment import Segment
 from gudgeon.solver.integrators.outcome import (
-    ENDS,
     ENERGY_ERROR,
     EXCHANGED,
-    FIRST_CONTACT,
-    IMPULSE,
-    LAST_CONTACT,
-    OPENING,
-    PEAK,
-    PEAK_TIME,
     START_ENERGY,
     Outcome,
     Samples,
@@ -37,7 +31,7 @@ class Record:
 
     def __init__(self, system: System) -> None:
         self._system = system
-        c, k, springs = len(system.rows), max(1, len(system.contacts)), system.springs
+        c, k, springs = len(system.rows), len(system.contacts), system.springs
         self._impulses, self._drags, self._pulls = np.zeros(c), np.zeros(c), np.zeros(len(springs.stiffness))
         self._tension = Probe.of(
             springs.stiffness * springs.stretch,
@@ -47,13 +41,11 @@ class Record:
         self.lost = 0.0
         """Energy lost so far [J]."""
         self._driven = 0.0
-        self._slack: set[int] = set()
         self._start = (system.position.copy(), system.velocity.copy())
         energy = float(self._energies(*(part[None] for part in self._start))[0, :3].sum()) + system.start_contact_energy
-        self._extreme = np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0])
+        self._extreme = np.array([energy, 0.0, 0.0, 0.0])
         self._contact_of, self._directions, self._lines = system.contact_of, system.directions, system.friction_lines
-        self._running: dict[int, list[float]] = {}
-        self._impacts: list[list[list[float]]] = [[] for _ in range(k)]
+        self._contacts = [ContactImpacts(system.window) for _ in range(k)]
         self.at_zero: set[int] = set()
         """Rows whose gaps are zero since the start of the run."""
         self._slips: list[list[tuple[float, bool]]] = [[] for _ in range(k)]
@@ -85,8 +77,9 @@ class Record:
             drag = np.diff(segment.motion.course(segment.regime.tangential).integral(edges), axis=0)
             driven[1:] = np.cumsum(drag @ self._system.belt)
             self.add_impulses(edges + segment.start, np.diff(course.integral(edges), axis=0), drag)
-            for row in list(self._running):
-                self._find_peak(row, course[row], edges, segment.start)
+            for number, item in enumerate(self._system.contacts):
+                if self._contacts[number].touching:
+                    self._locate(number, course[item.rows], edges, segment.start)
         if len(self._pulls) and edges[-1] > edges[0]:
             tension = Probe(self._tension.matrix.copy())
             tension.constant[:] = self._tension(segment.motion.start, np.zeros_like(segment.motion.v))
@@ -104,13 +97,12 @@ class Record:
         self._driven += float(driven[-1])
         self._from = until
 
-    def add_impulses(self, edges: np.ndarray, given: np.ndarray, drag: np.ndarray, *, to_impacts: bool = True) -> None:
+    def add_impulses(self, edges: np.ndarray, given: np.ndarray, drag: np.ndarray) -> None:
         """Add impulses of each row to the histories.
 
         Args:
             edges: Times [s], among them the ends of all samples between the first and the last, (t + 1,).
             given, drag: Normal and tangential impulse between them [N s], (t, c).
-            to_impacts: Whether they are added to present impacts, too.
         """
         forces = self._out.forces
         self._impulses += given.sum(axis=0)
@@ -120,28 +112,36 @@ class Record:
         for row in np.flatnonzero(np.abs(given).sum(axis=0) > 0):
             share = given[:, row, None] * self._directions[row] + drag[:, row, None] * self._lines[row]
             np.add.at(forces[:, self._contact_of[row]], number, share / self._interval)
-            if to_impacts:
-                self.gives(int(row), float(given[:, row].sum()))
-        self._in_contact(float(edges[0]), float(edges[-1]))
 
-    def _find_peak(self, row: int, course: Course, edges: np.ndarray, start: float) -> None:
-        """Update the largest force [N] of a present impact, with its time."""
-        if edges[-1] <= edges[0]:
+    def _locate(self, number: int, course: Course, edges: np.ndarray, start: float) -> None:
+        """Add the course of a contact's force to its present impact, and look for the largest force [N]."""
+        first, last = float(edges[0]), float(edges[-1])
+        if last <= first:
             return
+        contact, directions = self._contacts[number], self._directions[self._system.contacts[number].rows]
         fastest = float(np.abs(course.exponents).max()) if len(course.exponents) else 0.0
-        count = min(int(np.ceil(PER_RADIAN * fastest * (edges[-1] - edges[0]))) + 2, 200_000)
-        time = np.linspace(edges[0], edges[-1], count)
-        values = course.values(time)[:, 0]
-        at = int(values.argmax())
-        best, when = float(values[at]), float(time[at])
-        around = course.rate.values(time[[max(at - 1, 0), min(at + 1, count - 1)]])[:, 0]
-        if best > 0.9 * self._running[row][PEAK] and around[0] > 0 > around[1]:
-            when = optimize.brentq(
-                lambda moment: float(course.rate.values(np.array([moment]))[0, 0]),
-                time[max(at - 1, 0)], time[min(at + 1, count - 1)], xtol=1e-300, rtol=1e-14,
-            )  # fmt: skip
-            best = float(course.values(np.array([when]))[0, 0])
-        self.peak(row, best, when + start)
+        count = min(int(np.ceil(PER_RADIAN * fastest * (last - first))) + 2, 200_000)
+        time = np.linspace(first, last, count)
+        force = course.values(time) @ directions
+        if self._system.window > 0:
+            impulse = course.integral(time) @ directions
+            contact.presses(time + start, impulse - impulse[0], force)
+        else:
+            impulse = course.integral(edges[[0, -1]]) @ directions
+            contact.presses(edges[[0, -1]] + start, impulse - impulse[0], force[[0, -1]])
+        size = np.sqrt((force**2).sum(axis=1))
+        at = int(size.argmax())
+        best, when = float(size[at]), float(time[at])
+
+        def growth(moment: float) -> float:
+            now = np.array([moment])
+            return float((course.values(now) @ directions)[0] @ (course.rate.values(now) @ directions)[0])
+
+        around = time[max(at - 1, 0)], time[min(at + 1, count - 1)]
+        if best > 0.9 * contact.peak and growth(around[0]) > 0 > growth(around[1]):
+            when = optimize.brentq(growth, *around, xtol=1e-300, rtol=1e-14)
+            best = float(np.linalg.norm(course.values(np.array([when])) @ directions))
+        contact.note_peak(best, when + start)
 
     def _dissipate(self, segment: Segment, edges: np.ndarray) -> np.ndarray:
         """Return the energy [J] that dashpots and friction take between edges [s], (t + 1,), (t,).
@@ -246,50 +246,26 @@ class Record:
         least = NOTHING * np.abs(parts).sum(axis=1)
         extreme[EXCHANGED] = max(extreme[EXCHANGED], float(swing.max()), float(least.max()))
 
-    def _in_contact(self, first: float, last: float) -> None:
-        """Update the first and the last time of contact [s]."""
-        if self._extreme[FIRST_CONTACT] < 0:
-            self._extreme[FIRST_CONTACT] = first
-        self._extreme[LAST_CONTACT] = last
-
     # Impacts
 
     def touches(self, row: int, time: float, closing: float) -> None:
         """Begin an impact of a row at a closing speed [m/s], unless it has one already."""
-        if row not in self._running:
+        contact = self.contact(row)
+        if row not in contact.touching:
             # The energy of closing, since no sample may fall into the contact.
             square = float(self._system.rows[row] @ self._system.rows[row])
             energy = 0.25 * closing**2 / square if square > 0 else 0.0
             self._extreme[EXCHANGED] = max(self._extreme[EXCHANGED], energy)
-            self._running[row] = [time, time, 0.0, 0.0, time, closing, 0.0]
-        self._in_contact(time, time)
+        contact.touches(row, time, closing)
 
-    def gives(self, row: int, impulse: float) -> None:
-        """Add to the impulse [N s] of a present impact."""
-        if row in self._running:
-            self._running[row][IMPULSE] += impulse
-
-    def peak(self, row: int, force: float, time: float) -> None:
-        """Update the largest force [N] of a present impact."""
-        if row in self._running and force > self._running[row][PEAK]:
-            self._running[row][PEAK], self._running[row][PEAK_TIME] = force, time
-
-    def leaves(self, row: int, time: float, speed: float) -> None:
-        """Set the time [s] at which the force of a present impact became zero, and the opening speed [m/s] then."""
-        if row in self._running:
-            self._running[row][ENDS], self._running[row][OPENING] = time, speed
-
-    def parted(self, row: int) -> None:
-        """End an impact whose force is zero already."""
-        if row in self._running:
-            self._impacts[self._contact_of[row]].append(self._running.pop(row))
-        self._slack.discard(row)
+    def contact(self, row: int) -> ContactImpacts:
+        """Return the impacts of a row's contact."""
+        return self._contacts[self._contact_of[row]]
 
     def parts(self, row: int, time: float, v: np.ndarray) -> None:
-        """End an impact."""
-        self.leaves(row, time, float(self._system.rows[row] @ v))
-        self.parted(row)
-        self._extreme[LAST_CONTACT] = time
+        """Let a row part at a time [s]."""
+        self.contact(row).leaves(row, time, float(self._system.rows[row] @ v))
+        self.contact(row).parts(row)
 
     def impact(self, impact: Impact, time: float, v: np.ndarray, now: Conditions) -> None:
         """Add velocity jumps; rows that do not remain closed have completed their impacts."""
@@ -303,10 +279,12 @@ class Record:
             np.add.at(self._out.forces[number], self._contact_of, share / self._interval)
         else:
             self._pending.append(share)
-        for row in np.flatnonzero(impact.impulses):
-            self.gives(int(row), float(impact.impulses[row]))
-        for row in [row for row in self._running if now.status[row] == Status.OPEN]:
-            self.parts(row, time, v)
+        given = impact.impulses[:, None] * self._directions
+        for item, contact in zip(self._system.contacts, self._contacts, strict=True):
+            if impact.impulses[item.rows].any():
+                contact.jumps(time, given[item.rows].sum(axis=0))
+            for row in [row for row in contact.touching if now.status[row] == Status.OPEN]:
+                self.parts(row, time, v)
 
     def slides(self, row: int, time: float, begins: bool) -> None:
         """Record that a point begins to slip, or sticks, at a time [s]."""
@@ -314,13 +292,12 @@ class Record:
 
     def let_go(self, row: int, time: float, p: np.ndarray, v: np.ndarray) -> None:
         """Record that a surface becomes slack: its dashpot balances its spring, whose energy is lost."""
-        self.leaves(row, time, float(self._system.rows[row] @ v))
-        self._slack.add(row)
+        self.contact(row).leaves(row, time, float(self._system.rows[row] @ v))
         self.lost += self._stored(row, p)
 
     def returned(self, row: int, p: np.ndarray) -> None:
         """Record that a slack surface is in contact again before it has recovered: its energy is not lost."""
-        self._slack.discard(row)
+        self.contact(row).returns(row)
         self.lost -= self._stored(row, p)
 
     def _stored(self, row: int, p: np.ndarray) -> float:
@@ -328,18 +305,16 @@ class Record:
         gap = self._system.gap[row] + float(self._system.rows[row] @ p)
         return 0.5 * gap**2 / self._system.compliance[row, row]
 
+    def impacts(self) -> list[np.ndarray]:
+        """Return the impacts of each contact, (b, 9) each; the present ones end at the time reached."""
+        return [contact.impacts(self._from) for contact in self._contacts]
+
     def outcome(self, p: np.ndarray, v: np.ndarray, multipliers: np.ndarray, counts: np.ndarray) -> Outcome:
-        """Return the state and the totals so far; impacts that have not ended end at the present time."""
-        impacts = [list(entries) for entries in self._impacts]
-        for row, entry in self._running.items():
-            if row not in self._slack:
-                entry[ENDS] = max(entry[ENDS], self._from)
-                entry[OPENING] = float(self._system.rows[row] @ v)
-            impacts[self._contact_of[row]].append(list(entry))
+        """Return the state and the totals so far."""
         return Outcome(
             q=p, v=v, multipliers=multipliers, impulses=self._impulses.copy(), extreme=self._extreme.copy(),
-            counts=counts, impacts=[np.array(sorted(entries)).reshape(-1, 7) for entries in impacts],
-            drags=self._drags.copy(), springs=self._pulls.copy(), slips=[list(entries) for entries in self._slips],
+            counts=counts, drags=self._drags.copy(), springs=self._pulls.copy(),
+            slips=[list(entries) for entries in self._slips],
         )  # fmt: skip
 
 

@@ -91,7 +91,7 @@ def _in_block(course: Course, block: _Block) -> tuple[float, int] | None:
         dips &= _lowest(values[:-1], values[1:], left, right) - missed < -block.noise[1:]
     suspects = below | dips
     for row in map(int, np.flatnonzero(suspects.any(axis=1))):
-        found = [(_root(course[k], block, row, k), k) for k in map(int, np.flatnonzero(suspects[row]))]
+        found = [(_root(course[k : k + 1], block, row, k), k) for k in map(int, np.flatnonzero(suspects[row]))]
         real = [(time, k) for time, k in found if time is not None]
         if real:
             return min(real)

@@ -7,6 +7,7 @@ from gudgeon.solver.contact.compliance import fixed
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.integrators.explicit import kernel
 from gudgeon.solver.integrators.explicit.one_point import march_one
+from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.integrators.polynomial_response import free
 from gudgeon.solver.result import Result
@@ -22,9 +23,10 @@ class Explicit(capabilities.Explicit):
         self._system = system
         self._constants = _constants(system, dt)
         self._state = _state(system, dt)
+        self._located = Located(self._state.log)
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Fill forces, energies and gauges of samples of `stride` steps; False where contact rows are dependent.
+        """Fill forces, energies and gauges of samples of `stride` steps; False where the run cannot continue.
 
         Energies and gauges are those of a sample's last impulse, half a step before its end.
         """
@@ -38,12 +40,18 @@ class Explicit(capabilities.Explicit):
                 break
             if out.gauges.shape[1]:
                 out.gauges[here[0]] = self._gauges()
+        if sound and not self._located.take():
+            self.failure = Result.IMPACTS
+            return False
         return sound
 
     def _gauges(self) -> np.ndarray:
         """Return the gauges at the last impulse, (G,): the coordinates have moved on from it by half a step."""
         state, (_, qv, _, vv) = self._state, self._constants.flight
         return self._system.gauge_rows @ (vv * state.q - qv * state.v) + self._system.gauge_residual @ state.multipliers
+
+    def impacts(self) -> list[np.ndarray]:
+        return self._located.impacts()
 
     def outcome(self) -> Outcome:
         state = self._state
@@ -72,5 +80,6 @@ def _state(system: System, dt: float) -> kernel.State:
     return kernel.State(
         q=half[1] * v0, v=half[3] * v0, active=empty_set(c), multipliers=np.zeros(c), gaps=np.zeros(c),
         impulses=np.zeros(c), work=np.zeros(len(system.rigid) + 1), energy=np.array([energy, 0.0, 0.0, 0.0]),
-        counts=np.zeros(4, np.int64), extreme=np.array([energy, 0.0, 0.0, 0.0, -1.0, -1.0]),
+        counts=np.zeros(4, np.int64), extreme=np.array([energy, 0.0, 0.0, 0.0]),
+        log=impact_log(system.first_rows, dt, system.window),
     )  # fmt: skip

@@ -17,8 +17,17 @@ import numpy as np
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet, solve_lcp
-from gudgeon.solver.integrators.balance import note_contact, note_exchange
-from gudgeon.solver.integrators.outcome import ACTIVE, DEEPEST, ENERGY_ERROR, PIVOTS, START_ENERGY
+from gudgeon.solver.integrators.balance import note_exchange
+from gudgeon.solver.integrators.impact_log import (
+    GOING,
+    ROW,
+    ImpactLog,
+    changes,
+    log_step,
+    note_change,
+    pressed,
+)
+from gudgeon.solver.integrators.outcome import ACTIVE, CONTACT_STEPS, DEEPEST, ENERGY_ERROR, PIVOTS, START_ENERGY
 from gudgeon.solver.integrators.paths import keep_paths
 from gudgeon.solver.integrators.peaks import keep_peaks
 
@@ -84,7 +93,8 @@ class State(NamedTuple):
     counts: np.ndarray
     """Active rows, impulses in contact, pivots, number of the impulse at which C was singular, (4,)."""
     extreme: np.ndarray
-    """As in `Outcome`, (6,)."""
+    """As in `Outcome`, (4,)."""
+    log: ImpactLog
 
 
 @entry
@@ -102,7 +112,7 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
     dt, m, c = constants.dt, len(state.q), len(constants.gap)
     q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, np.empty(0)
     gap0, rows, columns, coupled = constants.gap, constants.rows, constants.columns, constants.coupled
-    normals, contact, multipliers = constants.normals, constants.contact, state.multipliers
+    multipliers, log = state.multipliers, state.log
     jump = np.zeros(m)
     gap = np.empty(c)
     number = first
@@ -123,17 +133,19 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
                 elif not _coupled_forces(constants, state, gap, GAP_TOLERANCE * scale):
                     state.counts[SINGULAR_AT] = number
                     return False
-                _push(constants, state, jump, (number + 0.5) * dt)
-                for i in range(c):
-                    share = multipliers[i] / stride
-                    if share != 0.0:
-                        for axis in range(3):
-                            forces[sample, contact[i], axis] += share * normals[i, axis]
-            elif clear < 0:
-                multipliers[:] = 0.0
-                state.counts[ACTIVE] = state.active.size[0] = 0
-                state.energy[CONTACT] = 0.0
-                clear = clear_steps(constants, state, lowest)
+                _resultants(constants, state, forces[sample], stride)
+                _note_changes(constants, state, gap, (number + 0.5) * dt)
+                _push(constants, state, jump)
+                log_step(log, number)
+            else:
+                if clear < 0:
+                    multipliers[:] = 0.0
+                    state.counts[ACTIVE] = state.active.size[0] = 0
+                    state.energy[CONTACT] = 0.0
+                    clear = clear_steps(constants, state, lowest)
+                if log.counts[GOING] > 0:
+                    _note_changes(constants, state, gap, (number + 0.5) * dt)
+                    log_step(log, number)
             if step == stride - 1:
                 if state.counts[ACTIVE] == 0:
                     flight_energies(constants, state)
@@ -143,6 +155,37 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
         keep_paths(out.paths, sample, q, multipliers)
         keep_peaks(out.peaks, forces[sample], number // stride, (q, v, multipliers), nothing)
     return True
+
+
+@inner
+def _resultants(constants, state, forces, stride):  # type: ignore[no-untyped-def]
+    """Set the resultant of each contact [N], and add it to the mean of its sample."""
+    normals, contact, multipliers = constants.normals, constants.contact, state.multipliers
+    resultant, steps = state.log.force, state.log.steps
+    for i in range(len(multipliers)):
+        if multipliers[i] != 0.0:
+            k = contact[i]
+            for axis in range(3):
+                resultant[k, axis] += multipliers[i] * normals[i, axis]
+            if multipliers[i] > multipliers[steps[k, ROW]]:
+                steps[k, ROW] = i
+    for k in range(len(resultant)):
+        for axis in range(3):
+            forces[k, axis] += resultant[k, axis] / stride
+
+
+@inner
+def _note_changes(constants, state, gap, time):  # type: ignore[no-untyped-def]
+    """Tell the log which contacts touch and which part, by gaps without the force of the step [m] at a time [s]."""
+    log, v = state.log, state.v
+    for k in range(len(log.force)):
+        acts = pressed(log, k)
+        if changes(log, k, acts):
+            i, rate = log.steps[k, ROW], 0.0
+            row = constants.rows[i]
+            for n in range(len(v)):
+                rate += row[n] * v[n]
+            note_change(log, k, acts, time, gap[i], rate)
 
 
 @inner
@@ -240,7 +283,7 @@ def damped_force(elastic, dashpot, rate, mobility, dt):  # type: ignore[no-untyp
 
 
 @inner
-def _push(constants, state, jump, time):  # type: ignore[no-untyped-def]
+def _push(constants, state, jump):  # type: ignore[no-untyped-def]
     """Apply the multipliers [N] to the velocities, with energies and work in the middle of the impulse [J]."""
     # Each access to an array of a tuple counts a reference; with local names the loops are five times as fast.
     dt, m, rows, stiffness, rigid = constants.dt, len(state.q), constants.rows, constants.stiffness, constants.rigid
@@ -268,17 +311,17 @@ def _push(constants, state, jump, time):  # type: ignore[no-untyped-def]
         v[k] = middle + 0.5 * jump[k]
     work[len(rigid)] += total
     energy[KINETIC], energy[STRAIN] = 0.5 * kinetic, 0.5 * strain
-    keep_balance(state, time)
+    keep_balance(state)
 
 
 @inner
-def keep_balance(state, time):  # type: ignore[no-untyped-def]
-    """Update the largest error of the energy balance [J], the largest exchange [J] and the times [s] of contact."""
+def keep_balance(state):  # type: ignore[no-untyped-def]
+    """Update the largest error of the energy balance [J], the largest exchange [J], and count the impulse."""
     energy, extreme = state.energy, state.extreme
     note_exchange(state.work, energy[CONTACT], extreme)
     total = energy[KINETIC] + energy[STRAIN] + energy[CONTACT] + energy[DISSIPATED]
     extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(total - extreme[START_ENERGY]))
-    note_contact(state.counts, extreme, time)
+    state.counts[CONTACT_STEPS] += 1
 
 
 @inner

@@ -18,6 +18,7 @@ from gudgeon.solver.integrators.explicit.kernel import (
     fly,
     keep_balance,
 )
+from gudgeon.solver.integrators.impact_log import GOING, log_step, note_change
 from gudgeon.solver.integrators.outcome import ACTIVE, DEEPEST
 from gudgeon.solver.integrators.paths import keep_paths
 from gudgeon.solver.integrators.peaks import keep_peaks
@@ -27,7 +28,8 @@ from gudgeon.solver.integrators.peaks import keep_peaks
 def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
     """Advance `len(out.forces)` samples of `stride` steps each; arguments as `kernel.march`, one row."""
     dt, energy, extreme, counts = constants.dt, state.energy, state.extreme, state.counts
-    row, q, v = constants.rows[0], state.q, state.v
+    row, q, v, log = constants.rows[0], state.q, state.v, state.log
+    normal, going = constants.normals[0], log.counts
     spring, dashpot = 1.0 / constants.compliance[0, 0], constants.dashpot[0]
     mobility = _dot(row, row)
     gap, rate = constants.gap[0] + _dot(row, q), _dot(row, v)
@@ -38,6 +40,8 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
             force = 0.0
             if clear > 0:
                 clear -= 1
+                if going[GOING] > 0:
+                    log_step(log, number)
             elif gap < 0.0:
                 force = elastic = -gap * spring
                 if dashpot > 0.0:
@@ -47,12 +51,20 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
                 energy[CONTACT] = 0.5 * elastic * -gap
                 extreme[DEEPEST] = max(extreme[DEEPEST], -gap)
                 pressed += force
+                if force > 0.0 or going[GOING] > 0:
+                    for axis in range(3):
+                        log.force[0, axis] = force * normal[axis]
+                    note_change(log, 0, force > 0.0, (number + 0.5) * dt, gap, rate)
+                    log_step(log, number)
                 gap, rate = _push_and_fly(constants, state, dt * force, rate, mobility)
-                keep_balance(state, (number + 0.5) * dt)
+                keep_balance(state)
             else:
                 counts[ACTIVE] = 0
                 energy[CONTACT] = 0.0
                 clear = clear_steps(constants, state, gap)
+                if going[GOING] > 0:
+                    note_change(log, 0, force > 0.0, (number + 0.5) * dt, gap, rate)
+                    log_step(log, number)
             state.multipliers[0] = force
             if step == stride - 1:
                 if counts[ACTIVE] == 0:
@@ -64,7 +76,7 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
                     gap, rate = constants.gap[0] + _dot(row, q), _dot(row, v)
             number += 1
         for axis in range(3):
-            forces[sample, 0, axis] = pressed / stride * constants.normals[0, axis]
+            forces[sample, 0, axis] = pressed / stride * normal[axis]
         keep_paths(out.paths, sample, q, state.multipliers)
         keep_peaks(out.peaks, forces[sample], number // stride, (q, v, state.multipliers), nothing)
     return True

@@ -11,6 +11,7 @@ import numpy as np
 
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import ActiveSet
+from gudgeon.solver.integrators.impact_log import ImpactLog
 from gudgeon.solver.integrators.implicit.open_contacts import Bounds
 
 
@@ -204,7 +205,7 @@ class Energy(NamedTuple):
     counts: np.ndarray
     """Active rows, steps in contact, pivots, matrices built, further passes, contacts found late to touch, (6,)."""
     extreme: np.ndarray
-    """As in `Outcome`, (6,)."""
+    """As in `Outcome`, (4,)."""
 
 
 class Arrays(NamedTuple):
@@ -219,6 +220,7 @@ class Arrays(NamedTuple):
     loads: Loads
     bounds: Bounds
     energy: Energy
+    log: ImpactLog
 
 
 class Drive(NamedTuple):

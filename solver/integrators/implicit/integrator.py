@@ -8,6 +8,7 @@ from gudgeon.solver import capabilities
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.integrators.flight import flight
+from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.implicit.arrays import Arrays, Drive, Energy, Loads, Masters, Modes, Points
 from gudgeon.solver.integrators.implicit.kernel import march
 from gudgeon.solver.integrators.implicit.open_contacts import bounds
@@ -37,13 +38,22 @@ class Implicit(capabilities.Implicit):
         self.energy = _energy(system, self.points, self.loads)
         self._arrays = Arrays(
             dt=dt, modes=self.modes, points=self.points, masters=self.masters, matrix=self.matrix, loads=self.loads,
-            bounds=self.bounds, energy=self.energy,
+            bounds=self.bounds, energy=self.energy, log=impact_log(system.first_rows, dt, system.window),
         )  # fmt: skip
+        self._located = Located(self._arrays.log)
         self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
-        """Fill all but the gauges of samples of `stride` steps; False where contact rows are dependent."""
-        return march(self._arrays, self._drive(first, len(out.forces) * stride), out, first, stride)
+        """Fill all but the gauges of samples of `stride` steps; False where the run cannot continue."""
+        if not march(self._arrays, self._drive(first, len(out.forces) * stride), out, first, stride):
+            return False
+        if not self._located.take():
+            self.failure = Result.IMPACTS
+            return False
+        return True
+
+    def impacts(self) -> list[np.ndarray]:
+        return self._located.impacts()
 
     def _drive(self, first: int, count: int) -> Drive:
         """Return the given loads and the crank pins of some steps; computed for many at once."""
@@ -216,5 +226,5 @@ def _energy(system: System, points: Points, loads: Loads) -> Energy:
     held = points.residual_force @ points.total_displacement + loads.residual_force @ loads.residual_displacement
     strain = 0.5 * (system.stiffness @ q**2 + held)
     parts = np.array([0.5 * float(v @ v), float(strain), 0.5 * float(system.layer @ points.multipliers**2), 0.0, 0.0])
-    extreme = np.array([parts.sum(), 0.0, 0.0, 0.0, -1.0, -1.0])
+    extreme = np.array([parts.sum(), 0.0, 0.0, 0.0])
     return Energy(system.rigid, np.zeros(len(system.rigid) + 1), parts, np.zeros(6, np.int64), extreme)

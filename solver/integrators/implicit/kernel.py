@@ -18,7 +18,7 @@ import numpy as np
 from gudgeon.solver.compiled import copy, embedded, entry, inner, ordered
 from gudgeon.solver.contact.compliance import Listed, combine
 from gudgeon.solver.contact.lcp import solve_lcp
-from gudgeon.solver.integrators.balance import note_contact
+from gudgeon.solver.integrators.impact_log import GOING, ROW, changes, log_step, note_change
 from gudgeon.solver.integrators.implicit.energy import balance, exchange, load_work, relax, relax_masters
 from gudgeon.solver.integrators.implicit.open_contacts import may_touch, next_step, sum_multipliers
 from gudgeon.solver.integrators.implicit.rods import direction, follow_contact_forces, force_without_contact
@@ -34,7 +34,7 @@ from gudgeon.solver.integrators.implicit.sliding import (
     update_sliding_distance,
     update_weights,
 )
-from gudgeon.solver.integrators.outcome import ACTIVE, PIVOTS
+from gudgeon.solver.integrators.outcome import ACTIVE, CONTACT_STEPS, PIVOTS
 from gudgeon.solver.integrators.paths import keep_paths
 from gudgeon.solver.integrators.peaks import keep_peaks
 
@@ -55,7 +55,7 @@ def march(arrays, drive, out, first, stride):  # type: ignore[no-untyped-def]
         first: Number of the first step.
     """
     dt, modes, points, masters = arrays.dt, arrays.modes, arrays.points, arrays.masters
-    matrix, loads, bounds, energy = arrays.matrix, arrays.loads, arrays.bounds, arrays.energy
+    matrix, loads, bounds, energy, log = arrays.matrix, arrays.loads, arrays.bounds, arrays.energy, arrays.log
     slides = len(masters.residual_force) > 0
     for number in range(len(out.forces)):
         for step in range(number * stride, (number + 1) * stride):
@@ -78,8 +78,12 @@ def march(arrays, drive, out, first, stride):  # type: ignore[no-untyped-def]
             balance(modes, points, masters, matrix, energy, held)
             exchange(modes, points, energy)
             if energy.counts[ACTIVE] > 0:
-                note_contact(energy.counts, energy.extreme, (first + step + 1) * dt)
-            _sample(points, loads, out.forces[number], out.loads[number], stride)
+                energy.counts[CONTACT_STEPS] += 1
+            _sample(loads, out.loads[number], stride)
+            if points.counts[0] > 0 or points.counts[1] > 0 or log.counts[GOING] > 0:
+                _resultants(points, log, out.forces[number], stride)
+                _note_changes(arrays, (first + step + 1) * dt)
+                log_step(log, first + step)
         copy(energy.parts, out.energies[number])
         _snapshot(modes, loads, energy.rigid, out.snapshots[number])
         state, until = (modes.q, modes.v, points.multipliers), first // stride + number + 1
@@ -275,15 +279,61 @@ def _apply(modes, loads):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _sample(points, loads, forces, amounts, stride):  # type: ignore[no-untyped-def]
-    """Add the mean forces [N] of a step to those of its sample."""
-    for moment in range(2):
-        for n in range(points.counts[moment]):
-            i, share = points.pressed[moment, n], 0.5 * points.amounts[moment, n] / stride
-            for axis in range(3):
-                forces[points.contact[i], axis] += share * points.directions[i, axis]
+def _sample(loads, amounts, stride):  # type: ignore[no-untyped-def]
+    """Add the mean loads of a step to those of its sample."""
     for i in range(len(amounts)):
         amounts[i] += loads.amount[i] / stride
+
+
+@inner
+def _resultants(points, log, forces, stride):  # type: ignore[no-untyped-def]
+    """Set the mean resultant of each contact in the step [N], and add it to that of its sample."""
+    resultant, multipliers = log.force, points.multipliers
+    for moment in range(2):
+        for n in range(points.counts[moment]):
+            i, amount = points.pressed[moment, n], points.amounts[moment, n]
+            k = points.contact[i]
+            for axis in range(3):
+                resultant[k, axis] += 0.5 * amount * points.directions[i, axis]
+            if multipliers[i] > multipliers[log.steps[k, ROW]]:
+                log.steps[k, ROW] = i
+    for k in range(len(resultant)):
+        for axis in range(3):
+            forces[k, axis] += resultant[k, axis] / stride
+
+
+@inner
+def _note_changes(arrays, time):  # type: ignore[no-untyped-def]
+    """Tell the log which contacts touch and which part at the end of the step, at a time [s]."""
+    modes, points, masters, log = arrays.modes, arrays.points, arrays.masters, arrays.log
+    for k in range(len(log.force)):
+        acts = arrays.bounds.pressed[1, k] > 0.0
+        if not changes(log, k, acts):
+            continue
+        i = log.steps[k, ROW]
+        if acts:
+            rate = _rate(points, masters, arrays.matrix, i, modes.before[1])
+            note_change(log, k, True, time, points.shifted[i], rate)
+        else:
+            rate = _rate(points, masters, arrays.matrix, i, modes.v)
+            note_change(log, k, False, time, points.gaps[i], rate)
+
+
+@inner
+def _rate(points, masters, matrix, i, v):  # type: ignore[no-untyped-def]
+    """Return the rate [m/s] of the gap of a point by the velocities of the coordinates."""
+    row, rate, corner = points.rows[i], 0.0, masters.corner[0, i]
+    width, across = matrix.space[points.contact[i], 1], matrix.across
+    for k in range(len(v)):
+        rate += row[k] * v[k]
+    if corner >= 0:
+        for b in range(4):
+            for a in range(4):
+                function, part = masters.functions[corner + b * width + a], 0.0
+                for k in range(len(v)):
+                    part += function[k] * v[k]
+                rate += masters.along[0, b, i] * across[i, a] * part
+    return rate
 
 
 @inner

@@ -17,7 +17,7 @@ pytest.importorskip("pyvista")
 
 from gudgeon.pipeline.plots.contact.curves import balance, energy_curves
 from gudgeon.pipeline.plots.contact.force_axes import WRITTEN, smoothed, spaced, windowed
-from gudgeon.pipeline.plots.contact.located import Touch, course, joined, normal_courses, touches
+from gudgeon.pipeline.plots.contact.located import Touch, course, normal_courses, touches
 from tests.pipeline.plots.test_plots import assert_picture
 
 RIGID = """
@@ -185,7 +185,11 @@ def test_energy_curves_hold_work_and_no_round_off() -> None:
 
 def test_brief_impacts_are_impulses_and_the_rest_is_force() -> None:
     impacts = np.array(
-        [[10.5, 10.5, 7.0, 0, 10.5, 1, 1], [20.0, 21.0, 3.0, 6, 20.5, 1, 1], [40.0, 60.0, 20.0, 1, 50, 1, 1]]
+        [
+            [10.5, 10.5, 7.0, 0, 10.5, 1, 1, 0, 10.5],
+            [20.0, 21.0, 3.0, 6, 20.5, 1, 1, 6, 20.5],
+            [40.0, 60.0, 20.0, 1, 50, 1, 1, 1, 50],
+        ]
     )
     force = np.zeros(100)
     force[10], force[20], force[40:60] = 7.0, 3.0, 1.0
@@ -196,19 +200,9 @@ def test_brief_impacts_are_impulses_and_the_rest_is_force() -> None:
     assert touch.span == (0.0, 60.0 + 0.25 * 49.5)
 
 
-def test_impacts_join_within_the_window_of_the_quantities() -> None:
-    impacts = np.array(
-        [[1.0, 2.0, 3.0, 5, 1.5, 1, 0.1], [2.5, 4.0, 1.0, 9, 3.0, 0.1, 0.2], [6.0, 7.0, 1.0, 2, 6.5, 1, 1]]
-    )
-    np.testing.assert_array_equal(joined(made(impacts, np.ones(8)), "c"), impacts)
-    found = joined(made(impacts, np.ones(8), 1.0), "c")
-    np.testing.assert_allclose(found[0], [1.0, 4.0, 4.0, 9, 3.0, 1, 0.2])
-    assert len(found) == 2
-
-
 def test_window_is_drawn_only_where_it_smooths_something() -> None:
     rough = 1.0 + 0.5 * (-1.0) ** np.arange(200)
-    impacts = np.array([[0.0, 200.0, 200.0, 1.5, 1.0, 1, 1]])
+    impacts = np.array([[0.0, 200.0, 200.0, 1.5, 1.0, 1, 1, 1, 100.0]])
     found = smoothed(made(impacts, rough, 10.0), "c")
     assert found is not None
     assert found[1] == "mean over 10.0 s"

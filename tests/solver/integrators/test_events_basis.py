@@ -206,7 +206,7 @@ def test_course_follows_its_probe() -> None:
     u, v = motion.displacements(TIMES)
     expected = [probe(place, rate) for place, rate in zip(u, v, strict=True)]
     np.testing.assert_allclose(course.values(TIMES), expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-    np.testing.assert_allclose(course[1].values(TIMES)[:, 0], course.values(TIMES)[:, 1], rtol=1e-15)
+    np.testing.assert_allclose(course[1:2].values(TIMES)[:, 0], course.values(TIMES)[:, 1], rtol=1e-15)
     np.testing.assert_allclose(course.values(np.zeros(1))[0], course.a, rtol=1e-15)
 
 

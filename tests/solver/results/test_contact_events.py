@@ -3,52 +3,70 @@
 import numpy as np
 import pytest
 
-from gudgeon.solver.results.contact_events import (
-    departure,
-    impact_quantities,
-    merged,
-    rebound,
-    sampled_impacts,
-    smoothed_peak,
-)
+from gudgeon.solver.results.contact_events import departure, impact_quantities, impacts_in, rebound, restitution
 
 HISTORY = np.array([0.0, 2.0, 6.0, 0.0, 4.0, 0.0, 0.0, 0.0, 8.0, 1.0])
+TIMES = 0.5 * np.arange(11)
+FORCES = HISTORY[:, None] * np.array([0.0, 0.6, 0.8])
 
 
-def test_samples_have_impacts() -> None:
-    impacts = sampled_impacts(HISTORY, 0.5)
+def test_a_history_has_impacts() -> None:
+    impacts = impacts_in(TIMES, FORCES, 0.0)
     np.testing.assert_allclose(
         impacts[:, :5], [[0.5, 1.5, 4.0, 6.0, 1.25], [2.0, 2.5, 2.0, 4.0, 2.25], [4.0, 5.0, 4.5, 8.0, 4.25]]
     )
-    values = impact_quantities(impacts)
+    np.testing.assert_array_equal(impacts[:, 7:], impacts[:, 3:5])  # No window: the force itself.
+    values = impact_quantities(impacts, 0.0)
     assert values["impacts"] == (3.0, "1")
-    assert values["impact2.impulse"] == (2.0, "N s")
-    assert values["largest_force"] == (8.0, "N")
+    assert values["impact2.impulse"][0] == pytest.approx(2.0, rel=1e-14)
+    assert values["force_peak"] == values["force_peak_raw"] == (8.0, "N")
     assert "impact1.closing" not in values  # Unknown, not zero.
-    assert len(sampled_impacts(np.zeros(4), 0.5)) == 0
+    assert impact_quantities(impacts_in(TIMES, np.zeros((10, 3)), 0.5), 0.5) == {"impacts": (0.0, "1")}
 
 
-def test_impacts_closer_than_the_resolution_are_one() -> None:
-    joined = merged(sampled_impacts(HISTORY, 0.5), 0.6)
+def test_impacts_closer_than_the_window_are_one() -> None:
+    joined = impacts_in(TIMES, FORCES, 0.6)
     np.testing.assert_allclose(joined[:, :4], [[0.5, 2.5, 6.0, 6.0], [4.0, 5.0, 4.5, 8.0]])
-    assert impact_quantities(joined)["first_impulse"] == (6.0, "N s")
+    assert len(impacts_in(TIMES, FORCES, 0.5)) == 3  # Separated by exactly the window.
 
 
-def test_peak_is_a_mean_over_the_resolution() -> None:
-    values = smoothed_peak(HISTORY, 0.5, 1.1)
-    assert values == {"force_peak": (4.5, "N"), "force_window": (1.0, "s")}
-    assert smoothed_peak(HISTORY, 0.5, 50.0) == {}
+def test_windowed_peak_is_a_mean_over_exactly_the_window() -> None:
+    """Over 0.75 s: 0.5 s at 6 N and 0.25 s at 2 N; 0.5 s at 8 N and 0.25 s at 1 N."""
+    impacts = impacts_in(TIMES, FORCES, 0.75)
+    np.testing.assert_allclose(impacts[:, 7], [(3.0 + 0.5) / 0.75, (4.0 + 0.25) / 0.75], rtol=1e-14)
+    np.testing.assert_allclose(impacts[:, 8], [1.5 - 0.375, 4.75 - 0.375], rtol=1e-14)
+    values = impact_quantities(impacts, 0.75)
+    assert values["force_peak"] == (pytest.approx(4.25 / 0.75), "N")
+    assert values["force_window"] == (0.75, "s")
+    assert values["force_peak_raw"] == (8.0, "N")
 
 
-def test_restitution_is_of_the_centres_where_nothing_else_acts() -> None:
-    up, own = np.array([0.0, 0.0, 1.0]), np.array([[0.0, 0.0, -2.0], [5.0, 0.0, 0.5]])
-    other = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -0.5]])
-    assert rebound(up, own, None, True)["restitution"] == (0.25, "1")
-    both = rebound(up, own, other, True)
-    assert both["restitution"] == (0.5, "1")
-    assert both["rebound_velocity_other"] == (-0.5, "m/s")
-    assert "restitution" not in rebound(up, own, other, False)
-    assert "restitution" not in rebound(up, -own, None, True)  # It did not approach.
+def test_the_window_of_a_short_impact_is_around_it() -> None:
+    forces = np.zeros((10, 3))
+    forces[4] = [3.0, 0.0, 0.0]
+    impacts = impacts_in(TIMES, forces, 2.0)
+    np.testing.assert_allclose(impacts[0, 7:], [1.5 / 2.0, 2.25], rtol=1e-14)
+
+
+def test_opposite_forces_of_one_impact_add_up() -> None:
+    """The impulse is the size of an integral, not the integral of sizes."""
+    forces = np.array([[3.0, 0, 0], [-1.0, 0, 0], [0, 0, 0]])
+    impacts = impacts_in(0.5 * np.arange(4), forces, 0.5)
+    assert impacts[0, 2] == pytest.approx(1.0, rel=1e-14)
+    assert impacts[0, 3] == 3.0
+
+
+def test_rebound_is_along_the_impulse() -> None:
+    up, own, other = np.array([0.0, 0.0, 1.0]), np.array([5.0, 0.0, 0.5]), np.array([0.0, 0.0, -0.5])
+    assert rebound(up, own, other) == {"rebound_velocity": (0.5, "m/s"), "rebound_velocity_other": (-0.5, "m/s")}
+    assert rebound(up, own, None) == {"rebound_velocity": (0.5, "m/s")}
+
+
+def test_restitution_is_of_the_velocity_along_the_impulse() -> None:
+    """Masses of 1 and 4 kg: coordinates v √m; the second coordinate, across the impulse, does not count."""
+    before, after = np.array([-2.0, 5.0, 0.0]), np.array([0.0, 5.0, -0.5 * 2.0])
+    assert restitution(before, after)["restitution"] == (pytest.approx(0.25, rel=1e-14), "1")
+    assert restitution(-before, -before) == {}  # No impulse.
 
 
 def test_departure_leaves_round_off_out() -> None:

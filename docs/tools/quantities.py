@@ -1,0 +1,41 @@
+"""`python -m docs.tools.quantities`: write docs/quantities.md from the registry of quantities."""
+
+from pathlib import Path
+
+from gudgeon.solver.registry import REGISTRY, Quantity
+
+PAGE = Path(__file__).resolve().parents[1] / "quantities.md"
+HEAD = """# Quantities of a run
+
+Written by `python -m docs.tools.quantities` from `solver/registry.py`. Every integrator gives the same quantities, and
+so does full FE where it records them. A scene names them as `OWNER.name` in `report.quantities`, and `summary.json`
+lists them with value and unit. N is a number from 1.
+
+An impact is a time in which a normal force acts on a contact. The window is `run.window`, by default the period of the
+highest kept frequency, and 0 for rigid bodies. Impacts that are separated by less than the window are one. A force over
+a shorter time contains the cut-off frequency of the modal basis and does not converge; so a peak force is a mean over
+the window, and the raw peak stands beside it.
+"""
+TITLES = {
+    "contact": "`CONTACT.`: contacts", "body": "`BODY.`: bodies with rigid motions", "force": "`FORCE.`: moving forces",
+    "gauge": "`BODY.GAUGE.`: gauges of stress tensors", "component": "`COMPONENT.`: components",
+}  # fmt: skip
+
+
+def page() -> str:
+    """Return the text of the page."""
+    parts = [HEAD]
+    for owner, title in TITLES.items():
+        rows = [_row(one) for one in REGISTRY if one.owner == owner]
+        head = "| name | unit | definition | sign | bandwidth |\n|---|---|---|---|---|\n"
+        parts.append(f"\n## {title}\n\n{head}" + "\n".join(rows) + "\n")
+    return "".join(parts)
+
+
+def _row(one: Quantity) -> str:
+    cells = f"`{one.name}`", one.unit, one.definition.replace("|", "\\|"), one.sign, one.bandwidth
+    return f"| {' | '.join(cells)} |"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

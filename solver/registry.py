@@ -1,0 +1,110 @@
+"""The quantities of a run: one definition each, whichever integrator or full-FE model ran."""
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+WINDOW = "mean over `run.window`; default: the period of the highest kept frequency, 0 for rigid bodies"
+WHOLE = "not limited"
+STEPS = "mean over one step of the integrator; the force itself where its motion is exact"
+
+
+class Quantity(NamedTuple):
+    """A quantity of one kind of owner, written `OWNER.name`; an N in the name is a number from 1."""
+
+    owner: str
+    """`contact`, `body`, `force`, `gauge` or `component`: what the quantity belongs to."""
+    name: str
+    unit: str
+    definition: str
+    sign: str
+    bandwidth: str = WHOLE
+
+
+_NORMAL = "positive: away from the obstacle or the other body"
+_SIZE = "not negative"
+
+REGISTRY: tuple[Quantity, ...] = (
+    Quantity("contact", "impulse", "N s", "Size of the integral over the run of the resultant of the normal forces.",
+             _SIZE),
+    Quantity("contact", "impacts", "1", "Number of impacts: times in which a normal force acts, those separated by less"
+             " than the window counted as one.", _SIZE, WINDOW),
+    Quantity("contact", "start", "s", "Start of the first impact: zero of the gap of the point that touches, linear"
+             " within a step.", _SIZE),
+    Quantity("contact", "end", "s", "End of the last impact: the normal force becomes zero; the end of the run where it"
+             " still acts.", _SIZE),
+    Quantity("contact", "duration", "s", "From `start` to `end`, separations included.", _SIZE),
+    Quantity("contact", "force_peak", "N", "Largest mean over the window of the resultant of the normal forces:"
+             " max |J(t) − J(t − W)| / W with J its integral and W the window. Absent where impacts are jumps of"
+             " velocity and there is no window.", _SIZE, WINDOW),
+    Quantity("contact", "force_window", "s", "The window W of `force_peak`; 0: the force is not averaged.", _SIZE),
+    Quantity("contact", "force_peak_raw", "N", "Largest resultant of the normal forces. It contains the cut-off"
+             " frequency of the modal basis, and does not converge with the number of modes. Absent where impacts are"
+             " jumps of velocity.", _SIZE, STEPS),
+    Quantity("contact", "peak_time", "s", "Middle of the window of `force_peak`; of several with the same force, of"
+             " the first and the last within a window.", "negative: an impact shorter than the window at the start",
+             WINDOW),
+    Quantity("contact", "rebound_velocity", "m/s", "Velocity of the centre of mass of the contact's body at the end of"
+             " the run, along the impulse on it.", _NORMAL),
+    Quantity("contact", "rebound_velocity_other", "m/s", "The same of the other body, along the same direction.",
+             _NORMAL),
+    Quantity("contact", "restitution", "1", "Newton's ratio −(w·v after) / (w·v before) of the normal velocities of"
+             " the rigid-body motion at the contact point, w the impulse on the rigid coordinates: the mean over the"
+             " points, weighted by their impulses. Absent with other contacts, joints, forces or gravity, and without"
+             " an approach.", "negative: the points still approach"),
+    Quantity("contact", "impactN.start", "s", "Start of impact N, of the first ten.", _SIZE),
+    Quantity("contact", "impactN.end", "s", "End of impact N.", _SIZE),
+    Quantity("contact", "impactN.impulse", "N s", "Size of the integral over the impact of the resultant of the normal"
+             " forces.", _SIZE),
+    Quantity("contact", "impactN.force_peak", "N", "As `force_peak`, of impact N.", _SIZE, WINDOW),
+    Quantity("contact", "impactN.force_peak_raw", "N", "As `force_peak_raw`, of impact N.", _SIZE, STEPS),
+    Quantity("contact", "impactN.force_time", "s", "As `peak_time`, of impact N.", "as `peak_time`", WINDOW),
+    Quantity("contact", "impactN.closing", "m/s", "Normal speed at which the first point touches, of the free gap.",
+             "positive: approach"),
+    Quantity("contact", "impactN.opening", "m/s", "Normal speed at which the last point parts; absent where it has"
+             " not.", "positive: separation"),
+    Quantity("contact", "edge_share", "1", "Share of the impulses of all points that acts at points on the edge of the"
+             " interface.", _SIZE),
+    Quantity("contact", "pressure_peak", "Pa", "Largest contact force of a point over its tributary area, at frames.",
+             _SIZE, "of the frames"),
+    Quantity("contact", "slipN", "s", "Time at which a point begins to slip for the Nth time, of the first three.",
+             _SIZE),
+    Quantity("contact", "stickN", "s", "Time at which a point begins to stick for the Nth time, of the first three.",
+             _SIZE),
+    Quantity("contact", "slip_period", "s", "Time between the last two begins of slip.", _SIZE),
+    *(
+        Quantity("body", f"{name}_{axis}", unit, definition.format(axis), f"positive: {along} {axis}")
+        for name, unit, definition, along in (
+            ("velocity", "m/s", "Velocity of the centre of mass along {} at the end of the run.", "along"),
+            ("shift", "m", "Displacement of the centre of mass along {} since the start.", "along"),
+            ("spin", "rad/s", "Angular velocity about {} at the end of the run.", "right-handed about"),
+            ("turn", "rad", "Rotation about {} since the start.", "right-handed about"),
+        )
+        for axis in "xyz"
+    ),
+    Quantity("force", "deflection_peak", "m", "Displacement of the largest size under a moving force, along it, at"
+             " frames.", "positive: along the force", "of the frames"),
+    Quantity("force", "peak_time", "s", "Time of `deflection_peak`.", _SIZE, "of the frames"),
+    Quantity("force", "deflection_end", "m", "Displacement under a moving force, along it, at the end of the run.",
+             "positive: along the force"),
+    Quantity("gauge", "von_mises_peak", "Pa", "Largest von Mises stress of a gauge that records a stress tensor, at"
+             " samples.", _SIZE, "of the samples"),
+    Quantity("component", "frequencyN", "Hz", "Natural frequency N of a component, in scenes that compare frequencies.",
+             _SIZE),
+)  # fmt: skip
+"""All quantities, in the order of the documentation."""
+
+
+def names(owner: str) -> list[str]:
+    """Return the names of the quantities of one kind of owner."""
+    return [one.name for one in REGISTRY if one.owner == owner]
+
+
+def definition(name: str, owners: Iterable[str]) -> Quantity | None:
+    """Return the quantity of a name without its owner, such as `impact3.start`; None where no owner has it.
+
+    Args:
+        owners: Kinds of owners.
+    """
+    general = re.sub(r"^(impact|slip|stick|frequency)[1-9]\d*", r"\1N", name)
+    return next((one for one in REGISTRY if one.owner in owners and one.name == general), None)

@@ -1,0 +1,169 @@
+"""The impacts that the time loops locate are those of the history of forces; the capacity of the log is not silent."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.compiled import entry
+from gudgeon.solver.integrators import impact_log as module
+from gudgeon.solver.integrators.event.impacts import ContactImpacts
+from gudgeon.solver.integrators.impact_log import Located, impact_log, log_step
+from gudgeon.solver.result import Result
+from gudgeon.solver.results.contact_events import impacts_in
+from gudgeon.solver.simulate import simulate
+from tests.solver.systems import block_records, block_scene, build, rod_records, rod_scene
+
+STEP = 0.01
+ROUND_OFF = 1e-12
+
+
+@entry
+def fed(log, forces, first):  # type: ignore[no-untyped-def]
+    for number in range(len(forces)):
+        for k in range(forces.shape[1]):
+            for axis in range(3):
+                log.force[k, axis] = forces[number, k, axis]
+        log_step(log, first + number)
+
+
+def histories(seed: int, contacts: int = 3, steps: int = 4000) -> np.ndarray:
+    """Return forces of impacts and pauses of all lengths, (steps, contacts, 3)."""
+    rng = np.random.default_rng(seed)
+    forces = rng.standard_normal((steps, contacts, 3))
+    forces[:, :, 0] += 2.0
+    for k in range(contacts):
+        at = 0
+        while at < steps:
+            lasts, pauses = rng.geometric(0.05, 2)
+            forces[at + lasts : at + lasts + pauses, k] = 0.0
+            at += lasts + pauses
+    return forces
+
+
+def logged(forces: np.ndarray, window: float, pieces: int = 7) -> list[np.ndarray]:
+    log = impact_log([0] * forces.shape[1], STEP, window)
+    located, first = Located(log), 0
+    for part in np.array_split(forces, pieces):
+        fed(log, part, first)
+        assert located.take()
+        first += len(part)
+    return located.impacts()
+
+
+@pytest.mark.parametrize("window", [0.0, 0.4 * STEP, STEP, 7 * STEP, 23.37 * STEP, 1000 * STEP, 5000 * STEP])
+def test_steps_and_histories_agree(window: float) -> None:
+    for seed in range(5):
+        forces = histories(seed)
+        for k, found in enumerate(logged(forces, window)):
+            expected = impacts_in(STEP * np.arange(len(forces) + 1), forces[:, k], window)
+            # Begin and end are located by gaps, of which there are none here.
+            columns = [2, 3, 4, 7, 8]
+            np.testing.assert_allclose(found[:, columns], expected[:, columns], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("window", [0.0, 7.3 * STEP])
+def test_exact_courses_of_constant_forces_are_those_of_steps(window: float) -> None:
+    forces = histories(3)[:, :1]
+    tracker, (expected,) = ContactImpacts(window), logged(forces, window)
+    for number, force in enumerate(forces[:, 0]):
+        edges = STEP * np.array([number, number + 1])
+        if not force.any():
+            continue
+        if not number or not forces[number - 1].any():
+            tracker.touches(0, float(edges[0]), 1.0)
+        tracker.presses(edges, STEP * np.array([np.zeros(3), force]), np.array([force, force]))
+        tracker.note_peak(float(np.linalg.norm(force)), float(edges.mean()))
+        if number + 1 == len(forces) or not forces[number + 1].any():
+            tracker.leaves(0, float(edges[1]), 0.5)
+            tracker.parts(0)
+    found = tracker.impacts(STEP * len(forces))
+    np.testing.assert_allclose(found[:, [2, 3, 4, 7, 8]], expected[:, [2, 3, 4, 7, 8]], rtol=1e-9, atol=1e-9)
+
+
+def solved(folder: Path, samples: int, **run: Any) -> Trajectory:
+    scene = block_scene(4e-4, surface_stiffness=1e14)
+    scene["run"] |= {"samples": samples, "frames": 10} | run
+    return simulate(build(folder, block_records(20), scene))
+
+
+@pytest.mark.parametrize("integrator", ["explicit", "implicit"])
+def test_quantities_do_not_depend_on_samples(tmp_path: Path, integrator: str) -> None:
+    given = {"integrator": integrator, "step": 2e-8}
+    coarse, fine = (solved(tmp_path / str(n), n, **given) for n in (50, 4000))
+    assert coarse.counts["steps"] == fine.counts["steps"]
+    same(coarse, fine)
+    assert {"wall.force_peak", "wall.force_window", "wall.force_peak_raw", "wall.impact1.closing"} <= set(
+        fine.quantities
+    )
+
+
+@pytest.mark.parametrize(("integrator", "rtol"), [("discrete-gradient", 1e-12), ("event", 1e-5), ("collocation", 1e-5)])
+def test_quantities_of_a_rod_do_not_depend_on_samples(tmp_path: Path, integrator: str, rtol: float) -> None:
+    law = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}
+    runs = []
+    for samples in (50, 4000):
+        scene = rod_scene(6e-4, **law)
+        given = {"step": 1e-7} if integrator == "discrete-gradient" else {}
+        scene["run"] |= {"samples": samples, "frames": 10, "integrator": integrator} | given
+        runs.append(simulate(build(tmp_path / str(samples), rod_records(8), scene)))
+    same(*runs, rtol=rtol)
+
+
+def same(one: Trajectory, other: Trajectory, rtol: float = 1e-12) -> None:
+    assert one.quantities.keys() == other.quantities.keys()
+    sampled = ("pressure_peak",)  # Of frames, which differ from samples by their number alone.
+    for name, entry_ in other.quantities.items():
+        if not name.endswith(sampled):
+            assert one.quantities[name]["value"] == pytest.approx(entry_["value"], rel=rtol, abs=1e-12), name
+
+
+def test_every_integrator_gives_the_same_quantities(tmp_path: Path) -> None:
+    law, found = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}, {}
+    for name in ("event", "collocation", "discrete-gradient", "explicit", "implicit"):
+        scene = rod_scene(6e-4, **(law if name in ("event", "collocation", "discrete-gradient") else {}))
+        if name in ("explicit", "implicit"):
+            scene["contact"]["wall"] |= {"method": "penalty", "surface_stiffness": 2e8 / 1e-4}
+        scene["run"] |= {"integrator": name, "frames": 10}
+        found[name] = simulate(build(tmp_path / name, rod_records(8), scene)).quantities
+    exact = found.pop("event")
+    for name, quantities in found.items():
+        assert {key for key in quantities if "pressure" not in key} == set(exact), name
+        for key in ("impulse", "force_peak", "force_peak_raw", "duration", "impact1.opening", "restitution"):
+            value = exact[f"wall.{key}"]["value"]
+            assert quantities[f"wall.{key}"]["value"] == pytest.approx(value, rel=5e-3), (name, key)
+
+
+def test_windowed_force_is_that_of_the_history(tmp_path: Path) -> None:
+    found = solved(tmp_path, 40_000, integrator="explicit", step=1e-8)
+    times, force = np.concatenate([[0.0], found.times]), found.contacts["wall"].force
+    expected = impacts_in(times, force, found.quantities["wall.force_window"]["value"])
+    np.testing.assert_allclose(found.impacts["wall"][:, [2, 3, 4, 7]], expected[:, [2, 3, 4, 7]], rtol=1e-9)
+    np.testing.assert_allclose(found.impacts["wall"][:, :2], expected[:, :2], atol=found.times[0])
+
+
+def struck_twice(folder: Path, **run: Any) -> Trajectory:
+    """Let a block of three points turn so fast that a second point strikes 70 µs after the first has parted."""
+    scene = block_scene(6e-4)
+    scene["body"]["part"]["angular_velocity"] = [0.0, 30.0, 20.0]
+    scene["run"] |= {"integrator": "explicit", "step": 2e-8, "frames": 2, "samples": 10} | run
+    return simulate(build(folder, block_records(3, seed=2), scene))
+
+
+def test_a_longer_window_merges_impacts(tmp_path: Path) -> None:
+    separate = struck_twice(tmp_path / "short", window=1e-6)
+    together = struck_twice(tmp_path / "long", window=3e-4)
+    assert separate.quantities["wall.impacts"]["value"] == 2
+    assert together.quantities["wall.impacts"]["value"] == 1
+    assert together.quantities["wall.force_window"]["value"] == 3e-4
+    first, second = separate.impacts["wall"][:, 2]
+    assert together.impacts["wall"][0, 2] == pytest.approx(first + second, rel=1e-9)  # Of one direction.
+    mean = together.quantities["wall.impulse"]["value"] / 3e-4
+    assert 0.5 * mean < together.quantities["wall.force_peak"]["value"] <= mean * (1 + ROUND_OFF)
+
+
+def test_a_full_log_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "CAPACITY", 1)
+    assert struck_twice(tmp_path, window=1e-6).result == Result.IMPACTS.name

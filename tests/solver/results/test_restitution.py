@@ -1,0 +1,78 @@
+"""Newton's restitution of rigid impacts, central and eccentric."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gudgeon.solver.simulate import simulate
+from tests.solver.systems import build, build_all, rigid_records, rod_records, rod_scene
+
+FLOOR = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+
+
+def dropped(folder: Path, arm: float, e: float, **body: Any) -> dict[str, Any]:
+    """Drop a body of 1 kg and 0.01 kg m² on the floor, its foot beside its centre [m]."""
+    foot = rigid_records(1.0, {"foot": ([arm, 0.0, -0.1], [0, 0, -1])}, (0.0, 0.01, 0.0))
+    contact = {"body": "part", "interface": "foot", "against": FLOOR, "method": "impact", "restitution": e}
+    scene = {
+        "body": {"part": {"velocity": [0.3, 0, -1.0], "position": [0, 0, 0.101]} | body},
+        "contact": {"floor": contact},
+        "run": {"duration": 2e-3},
+    }
+    return simulate(build(folder, foot, scene)).quantities
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("arm", [0.0, 0.15])
+def test_an_eccentric_impact_has_the_restitution_that_is_imposed(tmp_path: Path, arm: float, e: float) -> None:
+    """The centre itself goes on downwards at 0.15 m: −v' / v = −(1 − 1.5 / (1 + 2.25)) = −0.54 for 0.5."""
+    found = dropped(tmp_path, arm, e)
+    assert found["floor.restitution"]["value"] == pytest.approx(e, abs=1e-12)
+    closing = found["floor.impact1.closing"]["value"]
+    if e > 0:  # Otherwise they stay in contact.
+        assert found["floor.impact1.opening"]["value"] == pytest.approx(e * closing, rel=1e-12)
+    if arm and e == 0.5:
+        assert found["floor.rebound_velocity"]["value"] == pytest.approx(-(1 - 1.5 / 3.25), rel=1e-12)
+
+
+def test_a_turning_body_approaches_with_its_point(tmp_path: Path) -> None:
+    found = dropped(tmp_path, 0.15, 0.5, angular_velocity=[0.0, 2.0, 0.0])
+    assert found["floor.impact1.closing"]["value"] == pytest.approx(1.3, rel=1e-12)
+    assert found["floor.restitution"]["value"] == pytest.approx(0.5, rel=1e-12)
+
+
+def test_other_forces_leave_no_restitution(tmp_path: Path) -> None:
+    foot = rigid_records(1.0, {"foot": ([0.0, 0.0, 0.0], [0, 0, -1])})
+    contact = {"body": "part", "interface": "foot", "against": FLOOR, "method": "impact", "restitution": 0.5}
+    scene = {
+        "body": {"part": {"velocity": [0, 0, -1.0], "position": [0, 0, 1e-3]}},
+        "contact": {"floor": contact},
+        "run": {"duration": 2e-3, "gravity": [0, 0, -9.81]},
+    }
+    assert "floor.restitution" not in simulate(build(tmp_path, foot, scene)).quantities
+
+
+def test_two_bodies_share_the_impulse(tmp_path: Path) -> None:
+    records = {
+        "one": rigid_records(1.0, {"face": ([0, 0, 0], [1, 0, 0])}, axes=(0,)),
+        "two": rigid_records(4.0, {"face": ([0, 0, 0], [-1, 0, 0])}, axes=(0,)),
+    }
+    other = {"shape": "body", "body": "two", "interface": "face"}
+    pair = {"body": "one", "interface": "face", "against": other, "method": "impact", "restitution": 0.3}
+    scene = {
+        "body": {"one": {"velocity": [2.0, 0, 0], "position": [-1e-3, 0, 0]}, "two": {"velocity": [-1.0, 0, 0]}},
+        "contact": {"pair": pair},
+        "run": {"duration": 2e-3},
+    }
+    found = simulate(build_all(tmp_path, records, scene)).quantities
+    assert found["pair.restitution"]["value"] == pytest.approx(0.3, rel=1e-12)
+
+
+@pytest.mark.parametrize("integrator", ["explicit", "implicit", "event"])
+def test_a_central_elastic_impact_keeps_the_ratio_of_the_centres(tmp_path: Path, integrator: str) -> None:
+    scene = rod_scene(6e-4)
+    scene["run"] |= {"integrator": integrator} | ({} if integrator == "event" else {"step": 1e-7})
+    found = simulate(build(tmp_path, rod_records(30), scene)).quantities
+    assert found["wall.restitution"]["value"] == pytest.approx(found["wall.rebound_velocity"]["value"], rel=1e-9)
+    assert found["wall.restitution"]["value"] == pytest.approx(1.0, abs=2e-3)
