@@ -165,8 +165,8 @@ def test_nothing_is_drawn_of_nothing(rod: tuple[Path, str], tmp_path: Path) -> N
     store, told = modaldb.open(rod[0]), []
     found = store.get(rod[1], "trajectory")
     contact = found.contacts["wall"]
-    still = replace(contact, force=0 * contact.force, multipliers=0 * contact.multipliers, peak=-1)
-    free = replace(found, contacts={"wall": still}, energies=0 * found.energies, peak_times=None)
+    still = replace(contact, force=0 * contact.force, multipliers=0 * contact.multipliers)
+    free = replace(found, contacts={"wall": still}, energies=0 * found.energies, peaks={}, peak_times=None)
     store.put("1" * 64, "trajectory", free, store.provenance(rod[1]))
     drawing = Drawing(store, "1" * 64, "rod", tmp_path, tmp_path, told.append)
     draw_force(drawing)
