@@ -95,7 +95,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def fit(figure: Figure) -> None:
-    """Make texts smaller that would be cut off at the figure's border."""
+    """Make texts smaller that would be cut off at the figure's border, except labels of ticks."""
     canvas, edge = FigureCanvasAgg(figure), BORDER * figure.get_figwidth() * figure.dpi
     size = np.array([figure.get_figwidth(), figure.get_figheight()]) * figure.dpi
     for _ in range(FITS):
@@ -104,6 +104,8 @@ def fit(figure: Figure) -> None:
         legends = figure.findobj(Legend)
         groups = [(legend, legend.get_texts()) for legend in legends if isinstance(legend, Legend)]
         held = {text for _, texts in groups for text in texts}
+        # Labels of ticks, also of those beyond the limits, which are not drawn.
+        held |= {text for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) for text in axis.get_ticklabels()}
         groups += [(text, [text]) for text in figure.findobj(Text) if isinstance(text, Text) and text not in held]
         for artist, texts in groups:
             if not artist.get_visible() or not any(text.get_text().strip() for text in texts):
