@@ -29,8 +29,6 @@ class ContactHistory:
     path: Array | None = None
     """Of a contact of one point: displacement along the force on the body, of its point and of the other body's, at the
     end of each sample interval [m], (s, 1 or 2)."""
-    peak: int = -1
-    """Number of its own largest force among `Trajectory.peak_times`; −1 where it was open throughout."""
     peak_multipliers: Array | None = None
     """Contact force of each point at each of `Trajectory.peak_times` [N], (p, c)."""
     peak_master: Array | None = None
@@ -90,9 +88,11 @@ class Trajectory:
     window [s], (b, 9). NaN where unknown, as the last two up to version 6."""
     gauges: dict[str, Array] = field(default_factory=dict)
     """`body.gauge` → value at the end of each sample interval, (s, k)."""
+    peaks: Json = field(default_factory=dict)
+    """Number of each contact's own largest force among `peak_times`; without those that were open throughout."""
     peak_times: Array | None = None
-    """End of the sample of the largest mean force of each contact that ever closed, see `ContactHistory.peak` [s],
-    (p,). Pictures show a contact at this time."""
+    """End of the sample of the largest mean force of each contact that ever closed [s], (p,). Pictures show a contact
+    at this time."""
     peak_frames: Array | None = None
     """All coordinates at each of `peak_times` [m kg^½], (p, coordinates)."""
     peak_velocities: Array | None = None

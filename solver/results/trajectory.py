@@ -86,7 +86,6 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
             points=contact.points,
             master=_recorded(found.masters, contact),
             path=paths.get(contact.name),
-            peak=int(np.flatnonzero(closed == number)[0]) if number in closed else -1,
             peak_multipliers=peaks.multipliers[:, contact.rows],
             peak_master=_recorded(peak_masters, contact),
         )
@@ -113,6 +112,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
         impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=True)},
         gauges=readings,
+        peaks={system.contacts[number].name: place for place, number in enumerate(closed)},
         peak_times=peak_times,
         peak_frames=peaks.q,
         peak_velocities=peaks.v,

@@ -68,8 +68,8 @@ def _of_contact(trajectory: Trajectory, name: str) -> Hardest | None:
     contact = trajectory.contacts[name]
     if not contact.multipliers.any():
         return None
-    if trajectory.peak_times is not None and contact.peak >= 0:
-        time = float(trajectory.peak_times[contact.peak])
+    if trajectory.peak_times is not None and name in trajectory.peaks:
+        time = float(trajectory.peak_times[trajectory.peaks[name]])
         frame = int(np.abs(trajectory.frame_times - time).argmin())
         if contact.multipliers[frame].any():
             return Hardest(name, frame, time, float(np.linalg.norm(contact.force, axis=1).max()))

@@ -14,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from PIL.Image import Image
@@ -33,7 +34,7 @@ AROUND = ListedColormap(colormaps["Blues"](np.linspace(0.06, 0.85, 256)), "aroun
 PRESSURE = "magma_r"
 SIGNED = colormaps["RdBu_r"]
 
-BORDER, FITS = 0.006, 3
+BORDER, FITS = 0.006, 12
 """Least distance of texts from the border, of the figure's width, and how often they are made smaller for it."""
 
 STEPS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0])
@@ -94,19 +95,30 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def fit(figure: Figure) -> None:
-    """Make texts smaller that would be cut off at the figure's border."""
+    """Make texts smaller that would be cut off at the figure's border, except labels of ticks."""
     canvas, edge = FigureCanvasAgg(figure), BORDER * figure.get_figwidth() * figure.dpi
     size = np.array([figure.get_figwidth(), figure.get_figheight()]) * figure.dpi
     for _ in range(FITS):
         canvas.draw()
-        for text in figure.findobj(Text):
-            if not text.get_text().strip() or not text.get_visible():
+        fits = True
+        legends = figure.findobj(Legend)
+        groups = [(legend, legend.get_texts()) for legend in legends if isinstance(legend, Legend)]
+        held = {text for _, texts in groups for text in texts}
+        # Labels of ticks, also of those beyond the limits, which are not drawn.
+        held |= {text for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) for text in axis.get_ticklabels()}
+        groups += [(text, [text]) for text in figure.findobj(Text) if isinstance(text, Text) and text not in held]
+        for artist, texts in groups:
+            if not artist.get_visible() or not any(text.get_text().strip() for text in texts):
                 continue
-            box = text.get_window_extent(canvas.get_renderer())
+            box = artist.get_window_extent(canvas.get_renderer())
             outside = max(edge - box.x0, box.x1 - size[0] + edge, edge - box.y0, box.y1 - size[1] + edge)
             if outside > 0:
-                length = max(box.width, box.height)
-                text.set_fontsize(float(text.get_fontsize()) * max(0.5, 1 - (outside + 1) / length))
+                fits = False
+                factor = max(0.5, 1 - (outside + 1) / max(box.width, box.height))
+                for text in texts:
+                    text.set_fontsize(float(text.get_fontsize()) * factor)
+        if fits:
+            return
 
 
 def draw(file: AbstractContextManager[Path], make: Callable[..., Figure], *arguments: Any) -> None:

@@ -23,7 +23,6 @@ pytest.importorskip("pyvista")
 imageio = pytest.importorskip("imageio.v3")
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
-from matplotlib.text import Text  # noqa: E402
 
 from gudgeon.pipeline.plots.base import style  # noqa: E402
 from gudgeon.pipeline.plots.base.surface import SHARP, Cut, make_skin  # noqa: E402
@@ -144,7 +143,9 @@ def test_long_texts_are_not_cut_off() -> None:
     style.fit(figure)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    boxes = [text.get_window_extent(canvas.get_renderer()) for text in [*figure.texts, *figure.findobj(Text)]]
+    legend = axes.get_legend()
+    assert legend is not None
+    boxes = [text.get_window_extent(canvas.get_renderer()) for text in [*figure.texts, *legend.get_texts()]]
     assert max(box.x1 for box in boxes) <= style.WIDTH
     assert min(box.x0 for box in boxes) >= 0
 
@@ -165,8 +166,8 @@ def test_nothing_is_drawn_of_nothing(rod: tuple[Path, str], tmp_path: Path) -> N
     store, told = modaldb.open(rod[0]), []
     found = store.get(rod[1], "trajectory")
     contact = found.contacts["wall"]
-    still = replace(contact, force=0 * contact.force, multipliers=0 * contact.multipliers, peak=-1)
-    free = replace(found, contacts={"wall": still}, energies=0 * found.energies, peak_times=None)
+    still = replace(contact, force=0 * contact.force, multipliers=0 * contact.multipliers)
+    free = replace(found, contacts={"wall": still}, energies=0 * found.energies, peaks={}, peak_times=None)
     store.put("1" * 64, "trajectory", free, store.provenance(rod[1]))
     drawing = Drawing(store, "1" * 64, "rod", tmp_path, tmp_path, told.append)
     draw_force(drawing)
