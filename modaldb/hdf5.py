@@ -20,7 +20,7 @@ import numpy as np
 
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
-from gudgeon.modaldb.records.types import COLUMNS, FORMER, Json
+from gudgeon.modaldb.records.types import COLUMNS, FORMER
 
 MAGIC = b"GUDGEON-RECORD 1\n"
 USERBLOCK = 512
@@ -147,7 +147,8 @@ def _read_group(group: Any, cls: type, prefix: str, only: Collection[str] | None
         name = entry.metadata.get(FORMER, entry.name)
         if name not in group and name not in group.attrs:
             name = entry.name
-        if hints[entry.name] == Json and name not in group.attrs and entry.default_factory is not MISSING:
+        absent = name not in group and name not in group.attrs
+        if absent and (entry.default_factory is not MISSING or entry.default is not MISSING):
             continue  # The file is older than the field: its default holds.
         value = _read_field(group, name, hints[entry.name], prefix + entry.name, only)
         if (columns := entry.metadata.get(COLUMNS)) is not None:

@@ -65,8 +65,20 @@ REGISTRY: tuple[Quantity, ...] = (
              " not.", "positive: separation"),
     Quantity("contact", "edge_share", "1", "Share of the impulses of all points that acts at points on the edge of the"
              " interface.", _SIZE),
-    Quantity("contact", "pressure_peak", "Pa", "Largest contact force of a point over its tributary area, at frames.",
-             _SIZE, "of the frames"),
+    Quantity("contact", "pressure_peak", "Pa", "Largest mean pressure over a patch of the surface, at the frames and at"
+             " the largest forces of contacts; points with a sliver of area do not determine it.", _SIZE,
+             "of the samples"),
+    Quantity("contact", "pressure_patch", "m^2", "Area of this patch.", _SIZE),
+    Quantity("contact", "pressure_time", "s", "Time of this pressure.", _SIZE, "of the samples"),
+    *(
+        Quantity("contact", f"pressure_{axis}", "m", f"Place of this pressure along {axis}, in the body's own design"
+                 " position.", f"positive: along {axis}")
+        for axis in "xyz"
+    ),
+    Quantity("contact", "sliver_share", "1", "Share of the impulses that acts at points with a sliver of area; absent"
+             " where it is zero.", _SIZE),
+    Quantity("contact", "least_gap", "m", "Smallest gap in a run in which nothing touches.", _SIZE, "of the frames"),
+    Quantity("contact", "least_gap_time", "s", "Time of this gap.", _SIZE, "of the frames"),
     Quantity("contact", "slipN", "s", "Time at which a point begins to slip for the Nth time, of the first three.",
              _SIZE),
     Quantity("contact", "stickN", "s", "Time at which a point begins to stick for the Nth time, of the first three.",

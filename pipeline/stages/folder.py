@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
@@ -15,10 +16,13 @@ OWNER, PICTURES = "scene.json", "pictures.json"
 def check_owner(out: Path, scene: Path) -> None:
     """Check that a folder has no results of another scene file that still exists.
 
+    Scene files are known by their paths from the folder, so that a project may be moved or copied with its results.
+
     Raises:
         InputError: it has.
     """
-    owner = Path(_read(out / OWNER).get("scene", ""))
+    noted = _read(out / OWNER).get("scene")
+    owner = (out / noted).resolve() if isinstance(noted, str) else scene.resolve()
     if owner.is_file() and owner != scene.resolve():
         raise InputError(f"--out {out}: holds the results of {owner}; {scene} needs a folder of its own")
 
@@ -30,7 +34,7 @@ def claim(job: Place) -> None:
         InputError: the folder has the results of another scene, or cannot be written.
     """
     check_owner(job.out, job.path)
-    content = {"scene": str(job.path.resolve())}
+    content = {"scene": os.path.relpath(job.path.resolve(), job.out.resolve())}
     if _read(job.out / OWNER) != content:
         write_text(job.out / OWNER, json.dumps(content, indent=1))
 

@@ -13,10 +13,10 @@ from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file
+from gudgeon.pipeline.reduction.basis_notes import basis_notes
 from gudgeon.pipeline.scenes.checks import law_notes, unit_notes
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import named
-from gudgeon.pipeline.stages.basis_notes import basis_notes
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import Task, make_stage, run_stages

@@ -15,6 +15,7 @@ from gudgeon.modaldb.records.modes import (
     LoadModes,
     ModalRecord,
     MorphRecord,
+    StaticResponses,
     TractionModes,
 )
 from gudgeon.modaldb.records.nodal import NodalRecord
@@ -105,6 +106,9 @@ def modes() -> ModalRecord:
             "crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 43, start=20.0), "Pa"),
             "skin": GaugeModes(ramp(12, 3), ramp(12, 43, start=23.0), "1", np.array([0, 3])),
         },
+        static_responses=StaticResponses(
+            ramp(10, 3, 2, start=24.0), ramp(2, 2, start=25.0), ramp(2, 6, start=26.0), {"thrust": [0, 2]}
+        ),
         residuals=ramp(3, start=21.0),
         algebraic_errors=ramp(3, start=22.0),
         discretisation_errors=np.array([0.125, 0.25, np.nan]),
@@ -169,8 +173,27 @@ def trajectory() -> Trajectory:
         times=ramp(4, start=1.0),
         energies=ramp(4, 5),
         contacts={
-            "bore": ContactHistory("skirt", "thrust", ramp(4, 3), ramp(2, 2), ramp(2), ramp(2, 3)),
-            "back": ContactHistory("skirt", "anti", ramp(4, 3, start=3.0), ramp(2, 1), None, ramp(1, 3), ramp(2, 16)),
+            "bore": ContactHistory(
+                "skirt",
+                "thrust",
+                ramp(4, 3),
+                ramp(2, 2),
+                ramp(2),
+                ramp(2, 3),
+                path=ramp(4, 1),
+                peak_multipliers=ramp(1, 2, start=12.0),
+            ),
+            "back": ContactHistory(
+                "skirt",
+                "anti",
+                ramp(4, 3, start=3.0),
+                ramp(2, 1),
+                None,
+                ramp(1, 3),
+                ramp(2, 16),
+                peak_multipliers=ramp(1, 1),
+                peak_master=ramp(1, 16, start=13.0),
+            ),
         },
         frame_times=ramp(2, start=1.0),
         frames=ramp(2, 9),
@@ -183,6 +206,10 @@ def trajectory() -> Trajectory:
         motion={"skirt": ramp(4, 12, start=6.0)},
         impacts={"bore": ramp(2, 9, start=7.0), "back": ramp(0, 9)},
         gauges={"skirt.crown": ramp(4, start=8.0)},
+        peaks={"bore": 0},
+        peak_times=ramp(1, start=0.5),
+        peak_frames=ramp(1, 9, start=10.0),
+        peak_velocities=ramp(1, 9, start=11.0),
         estimates={"step.impulse": 2.5e-4},
     )
 

@@ -19,6 +19,8 @@ from gudgeon.solver.system.system import System
 LENGTH, SPEED, MASS = 1.0, 5000.0, 2.0
 SPACING = 0.01
 """Between the knots of the plate's traction space [m]."""
+SAG = 2e-5
+"""Clearance that gas at the start takes from an elastic piston [m]."""
 RADIUS, PIN, CROWN = 0.04, 0.0005, 5e-3
 """Of the piston: radius [m], offset of its pin [m], area of its crown [m²]."""
 
@@ -253,6 +255,7 @@ def piston_scene(
         for name, side in sides.items()
     }
     crank = {"crank_radius": 0.04, "rod_length": 0.14, "speed": 3000.0, "start": start, "lateral": [-1, 0, 0]}
+    own = {"start": "undeformed"} if clearance < SAG else {}
     gas = {"joint": "rod", "values": [[0, pressure + 1e5], [720, pressure + 1e5]]}
     return {
         "body": {"part": {"freedom": ["x", "z", "ry"]}},
@@ -262,7 +265,7 @@ def piston_scene(
         },
         "joint": {"rod": {"kind": "slider-crank", "body": "part", "interface": "pin"} | crank},
         "force": {"gas": {"kind": "gas", "body": "part", "interface": "crown"} | gas},
-        "run": {"duration": duration} | run,
+        "run": {"duration": duration} | own | run,
     }
 
 

@@ -41,7 +41,8 @@ class Solved:
 
 def solve(scene: str, folder: Path, changes: Mapping[str, Any] | None = None) -> Solved:
     """Solve a scene of `data/`, given as its folder or its file within it; products go to `folder`."""
-    report = run(DATA / scene, set=dict(changes or {}), db=folder / "db", out=folder / "out", until="solve")
+    out = folder / "out" / scene.removesuffix(".toml")
+    report = run(DATA / scene, set=dict(changes or {}), db=folder / "db", out=out, until="solve")
     history = modaldb.open(folder / "db").get(report.stages["solve"].key, "trajectory")
     assert report.result == "FINISHED", report.reason
     return Solved(report, history)

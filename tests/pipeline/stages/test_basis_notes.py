@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.pipeline.stages.basis_notes import basis_notes
+from gudgeon.pipeline.reduction.basis_notes import basis_notes
 from gudgeon.solver.scene.run import Run
 from tests.validation.scenes import DATA
 

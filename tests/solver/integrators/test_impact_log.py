@@ -114,7 +114,7 @@ def test_quantities_of_a_rod_do_not_depend_on_samples(tmp_path: Path, integrator
 
 def same(one: Trajectory, other: Trajectory, rtol: float = 1e-12) -> None:
     assert one.quantities.keys() == other.quantities.keys()
-    sampled = ("pressure_peak",)  # Of frames, which differ from samples by their number alone.
+    sampled = tuple(f"pressure_{what}" for what in ("peak", "time", "patch", "x", "y", "z"))  # Of samples.
     for name, entry_ in other.quantities.items():
         if not name.endswith(sampled):
             assert one.quantities[name]["value"] == pytest.approx(entry_["value"], rel=rtol, abs=1e-12), name
