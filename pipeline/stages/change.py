@@ -13,7 +13,7 @@ def change_estimates(job: Job) -> dict[str, dict[str, Any]]:
     found = {}
     for name, steps in job.components().items():
         key = steps["morph"].key
-        if not job.store.has(key):
+        if steps["morph"].inputs["update"] != "reuse" or not job.store.has(key):
             continue
         quality = job.store.get(key, "morph", only=["quality"]).quality
         if "frequency_changes" in quality:

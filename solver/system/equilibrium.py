@@ -24,6 +24,9 @@ ROUND_OFF = 1e-5
 """Depth of a deformed point down to which it touches without force, relative to that of an undeformed one."""
 SMALLEST = 1e-12
 """Least force of a law in its linearisation, relative to the largest: at zero its compliance is infinite."""
+SETTLING = 1e3
+"""Depth to which a deformed point of a freely moving body may start inside, over that of an undeformed one: the contact
+takes it up in its first steps."""
 CONVERGED = 1e-12
 """Change of the forces, relative to the largest, at which Newton's method ends: quadratic from far above."""
 MOST_STEPS, MOST_HALVINGS = 60, 60
@@ -50,7 +53,9 @@ def settled(system: System) -> System:
         _refuse_overlap(system, system.gap, np.full(len(gaps), True), allowed)
         return system
     moves = _moves(system, gaps < -allowed)
-    _refuse_overlap(system, gaps, moves | (system.gap < -allowed), allowed)
+    inside = system.gap < -allowed
+    deepest = np.where(inside, 1.0, SETTLING) * allowed
+    _refuse_overlap(system, gaps, moves | inside, deepest)
     if not (gaps < -ROUND_OFF * allowed)[~moves].any():
         return system
     compliance = _static_compliance(system)
@@ -60,7 +65,7 @@ def settled(system: System) -> System:
     position, elastic = system.position.copy(), system.stiffness > 0
     position[elastic] += (system.rows.T @ forces)[elastic] / system.stiffness[elastic]
     found = replace(system, position=position, start_forces=forces)
-    _refuse_overlap(system, _gaps(found) + system.residual @ forces, moves, allowed)
+    _refuse_overlap(system, _gaps(found) + system.residual @ forces, moves, deepest)
     return found
 
 
