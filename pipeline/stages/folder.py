@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
@@ -9,7 +10,8 @@ from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.stages.base import Place
 
 OWNER, PICTURES = "scene.json", "pictures.json"
-"""Files that name the scene file of a folder, and its pictures with the key of what they show."""
+"""Files that name the scene file of a folder, relative to it so that both can be copied together, and its pictures with
+the key of what they show."""
 
 
 def check_owner(out: Path, scene: Path) -> None:
@@ -18,8 +20,9 @@ def check_owner(out: Path, scene: Path) -> None:
     Raises:
         InputError: it has.
     """
-    owner = Path(_read(out / OWNER).get("scene", ""))
-    if owner.is_file() and owner != scene.resolve():
+    named = _read(out / OWNER).get("scene")
+    owner = (out.resolve() / str(named)).resolve()
+    if named is not None and owner.is_file() and owner != scene.resolve():
         raise InputError(f"--out {out}: holds the results of {owner}; {scene} needs a folder of its own")
 
 
@@ -30,7 +33,7 @@ def claim(job: Place) -> None:
         InputError: the folder has the results of another scene, or cannot be written.
     """
     check_owner(job.out, job.path)
-    content = {"scene": str(job.path.resolve())}
+    content = {"scene": os.path.relpath(job.path.resolve(), job.out.resolve())}
     if _read(job.out / OWNER) != content:
         write_text(job.out / OWNER, json.dumps(content, indent=1))
 
