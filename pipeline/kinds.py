@@ -19,7 +19,6 @@ from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.reading import read_tables, scene_path
 from gudgeon.pipeline.stages.base import Place, SceneJob
-from gudgeon.pipeline.stages.folder import check_owner
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
 if TYPE_CHECKING:
@@ -110,7 +109,7 @@ def open_job(
         out: Folder of the results; `out/<folder>/<scene>`, the names of the scene's folder and file, by default.
 
     Raises:
-        InputError: the scene is wrong, and every mistake is listed; or `out` has the results of another scene.
+        InputError: the scene is wrong; every mistake is listed.
     """
     path = scene_path(scene)
     set = [set] if isinstance(set, str) else set
@@ -119,7 +118,6 @@ def open_job(
     folder = path.parent.resolve().name
     name = folder if path.name == "scene.toml" else path.stem
     target = Path(out) if out is not None else Path(DEFAULT_OUT) / folder / path.stem
-    check_owner(target, path)
     first, *others = KINDS
     kind = KINDS[next((table for table in others if table in tables), first)]
     return kind.open(Place(name, path, tables, modaldb.open(db), target, tuple(texts)))

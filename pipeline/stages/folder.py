@@ -10,32 +10,22 @@ from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.stages.base import Place
 
 OWNER, PICTURES = "scene.json", "pictures.json"
-"""Files that name the scene file of a folder, and its pictures with the key of what they show."""
-
-
-def check_owner(out: Path, scene: Path) -> None:
-    """Check that a folder has no results of another scene file that still exists.
-
-    Scene files are known by their paths from the folder, so that a project may be moved or copied with its results.
-
-    Raises:
-        InputError: it has.
-    """
-    noted = _read(out / OWNER).get("scene")
-    owner = (out / noted).resolve() if isinstance(noted, str) else scene.resolve()
-    if owner.is_file() and owner != scene.resolve():
-        raise InputError(f"--out {out}: holds the results of {owner}; {scene} needs a folder of its own")
+"""Files that name the scene file of a folder, relative to it so that both can be copied together, and its pictures with
+the key of what they show."""
 
 
 def claim(job: Place) -> None:
-    """Write into the folder of a job which scene file it belongs to.
+    """Write into the folder of a job which scene file it belongs to, before any result.
 
     Raises:
-        InputError: the folder has the results of another scene, or cannot be written.
+        InputError: the folder has the results of another scene file that still exists, or cannot be written.
     """
-    check_owner(job.out, job.path)
+    named = _read(job.out / OWNER).get("scene")
+    owner = (job.out.resolve() / str(named)).resolve()
+    if named is not None and owner.is_file() and owner != job.path.resolve():
+        raise InputError(f"--out {job.out}: holds the results of {owner}; {job.path} needs a folder of its own")
     content = {"scene": os.path.relpath(job.path.resolve(), job.out.resolve())}
-    if _read(job.out / OWNER) != content:
+    if content["scene"] != named:
         write_text(job.out / OWNER, json.dumps(content, indent=1))
 
 

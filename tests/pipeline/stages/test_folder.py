@@ -1,6 +1,7 @@
 """The folder of results belongs to one scene file, and its pictures show the results beside them."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -48,11 +49,18 @@ def test_scenes_of_one_folder_have_folders_of_their_own(scenes: Path) -> None:
 
 def test_a_folder_of_another_scene_is_refused(scenes: Path) -> None:
     report = run("rods", out="kept", until="solve")
+    assert json.loads(Path("kept/scene.json").read_text()) == {"scene": "../rods/scene.toml"}
     assert report.result == "FINISHED"
     before = {path.name: path.read_bytes() for path in Path("kept").iterdir()}
     with pytest.raises(InputError, match=r"--out kept: holds the results of .*rods/scene.toml; .*other.toml needs"):
         run("rods/other.toml", out="kept", until="solve")
     assert {path.name: path.read_bytes() for path in Path("kept").iterdir()} == before
+    # A copy of both belongs to the copied scene.
+    shutil.copytree(scenes, scenes.parent / f"{scenes.name}-copied")
+    assert (
+        run(scenes.parent / f"{scenes.name}-copied/rods", out=scenes.parent / "copied/kept", until="solve").result
+        == "FINISHED"
+    )
     # The same scene with other values may use it, and so may any scene once the first is gone.
     run("rods", set={"run.samples": 20}, out="kept", until="solve")
     Path("rods/scene.toml").unlink()
