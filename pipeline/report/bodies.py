@@ -23,7 +23,7 @@ from gudgeon.pipeline.report.reference import Reference, check_names, external_r
 from gudgeon.pipeline.report.steps import with_steps
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
-from gudgeon.pipeline.stages.job import UNCHECKED, Job, variant
+from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError, SolverError
 
@@ -62,7 +62,6 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         InputError: a setting or the reference of the scene is wrong, or the folder holds the report of another scene.
         StageError: no setting ran.
     """
-    job = variant(job, UNCHECKED)
     with report_folder(job.out, job.name):
         settings, left_out = _settings(job)
         run_job(job, "morph", progress)

@@ -450,7 +450,7 @@ def test_command_prints_them(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     start = lines.index("component.block")
     table = [line.split() for line in lines[start + 2 :]]
     assert [row[0] for row in table] == ["1", "2", "3", "4"]
-    warning = "gudgeon: component.block.mesh.size: the estimated frequency error of "
+    warning = "gudgeon: component.block.mesh.size: the mesh error of the contact's flexibility is about "
     assert warning in printed.err
     assert main(["modes", *where, "--json"]) == 0
     document = json.loads(capsys.readouterr().out)

@@ -164,7 +164,7 @@ def test_a_run_is_warmed_up_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     """By itself, whole: what only comes with contact is compiled then too."""
     called, original = [], runs.simulate
     monkeypatch.setattr(runs, "simulate", lambda system, *given: (called.append(system), original(system, *given))[1])
-    job = open_job(write_scene(tmp_path / "scene"), db=tmp_path / "db")
+    job = open_job(write_scene(tmp_path / "scene"), db=tmp_path / "db", out=tmp_path / "out")
     runs.timed(job, 2)
     assert [system.scene.run for system in called] == 3 * [job.scene.run]
 

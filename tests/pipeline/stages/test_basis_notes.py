@@ -69,10 +69,9 @@ def test_other_reductions_keep_their_default(reduction: str, count: int) -> None
     assert job.scene.component["rod"].modes.normal_count == count
 
 
-@pytest.mark.parametrize("command", ["report", "robustness"])
-def test_sweeps_run_without_checks(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_robustness_cases_run_without_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of a report are tested with its steps."""
     from gudgeon.pipeline.kinds import kind_of
-    from gudgeon.pipeline.report import bodies
     from gudgeon.pipeline.robustness import run as robustness
 
     seen: list[Run] = []
@@ -84,15 +83,9 @@ def test_sweeps_run_without_checks(command: str, tmp_path: Path, monkeypatch: py
         seen.append(job.scene.run)
         raise Stop
 
-    monkeypatch.setattr(bodies, "run_job", look)
     monkeypatch.setattr(robustness, "run_job", look)
     job = open_job(DATA / "rod-wall", db=tmp_path / "db", out=tmp_path / "out")
     assert job.scene.run.checks
-    kind = kind_of(job)
-    sweep = {
-        "report": lambda: bodies.report_job(job, None, lambda *_: None),  # type: ignore[arg-type]
-        "robustness": lambda: kind.robustness(job, None, (), lambda *_: None),
-    }[command]
     with pytest.raises(Stop):
-        sweep()
+        kind_of(job).robustness(job, None, (), lambda *_: None)
     assert not seen[0].checks
