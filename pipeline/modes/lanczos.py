@@ -17,6 +17,8 @@ from gudgeon.pipeline.modes.problem import Pairs, Problem, grounding
 
 SPARE = 2
 """Pairs beyond the wanted ones, so that there is a gap above the last wanted one for the inertia count."""
+REACH = 1e6
+"""Largest eigenvalue over the first up to which one shift serves: round-off of the inverse grows with this ratio."""
 
 
 def lanczos_pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
@@ -27,9 +29,33 @@ def lanczos_pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
     """
     shift = lower_shift(model, problem)
     factor = factorise(problem.K - shift * problem.M, definite=model.parts is not None)
-    values, vectors = inverse_lanczos(problem, shift, count + SPARE, factor)
+    pairs = _in_order(*inverse_lanczos(problem, shift, count + SPARE, factor))
+    high = int(np.searchsorted(pairs.values, REACH * pairs.values[0]))
+    return pairs if high >= count else _high_again(problem, pairs, high)
+
+
+def _in_order(values: np.ndarray, vectors: np.ndarray) -> Pairs:
     order = np.argsort(values)
     return Pairs(values[order], vectors[:, order])
+
+
+def _high_again(problem: Problem, pairs: Pairs, high: int) -> Pairs:
+    """Return pairs with those from an index on replaced by what Lanczos finds around a shift amidst them.
+
+    Bending of a line spreads eigenvalues as the fourth power of their number. The shift is in the gap above the middle,
+    so that none of the densely spaced lower ones is farther than the spare ones above the last.
+    """
+    values = pairs.values
+    above = min(int(np.searchsorted(values, 0.5 * (values[high] + values[-1]))), len(values) - 2)
+    shift = 0.5 * float(values[above] + values[above + 1])
+    wanted = min(len(values) - high + 3 * SPARE, problem.K.shape[0] - 1)
+    found = _in_order(*inverse_lanczos(problem, shift, wanted, factorise(problem.K - shift * problem.M)))
+    first = int(np.searchsorted(found.values, 0.5 * (values[high - 1] + values[high])))
+    part = slice(first, first + len(values) - high)
+    low = pairs.vectors[:, :high]
+    vectors = found.vectors[:, part]
+    vectors = vectors - low @ (low.conj().T @ (problem.M @ vectors))
+    return Pairs(np.concatenate([values[:high], found.values[part]]), np.hstack([low, vectors]))
 
 
 def inverse_lanczos(problem: Problem, shift: float, count: int, factor: Solver) -> tuple[np.ndarray, np.ndarray]:
