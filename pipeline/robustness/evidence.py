@@ -16,7 +16,7 @@ class FirstContact:
     duration: float
     """[s]"""
     force: float
-    """Largest force [N], averaged over one period of the highest kept frequency; 0 for an impact of no duration."""
+    """Largest force [N], averaged over the window; 0 for an impact of no duration."""
 
 
 @dataclass(frozen=True)
