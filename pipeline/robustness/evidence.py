@@ -34,7 +34,7 @@ class Impacts:
     alone: bool
     """Whether the bodies are rigid and no other force acts on them: the impulse is then known."""
     impact: bool
-    """Whether an impact has no duration: the energy loss is then known."""
+    """Whether impacts have no duration and none are merged: the energy loss is then known."""
 
 
 @dataclass(frozen=True)
