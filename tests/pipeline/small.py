@@ -40,7 +40,7 @@ BARREL = """height,0
 """
 
 TABLE = "component.skirt.change.profile.table"
-RUNG = "component.skirt.change.update"
+UPDATE = "component.skirt.change.update"
 
 
 def write_scene(folder: Path) -> Path:
