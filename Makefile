@@ -67,7 +67,7 @@ lint: setup ## check style and types
 	$(BIN)/pyright
 
 bench: setup ## time what the tests only count
-	$(BIN)/pytest -o addopts="-q --strict-markers" tests/benchmarks --benchmark-only
+	$(BIN)/pytest -o addopts="-q -rs --strict-markers" tests/benchmarks --benchmark-only
 
 bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow it by `ARGS="--sizes 27k"`
 	$(BIN)/python -m tests.benchmarks.modes --peers-python $(PEERS_PYTHON) $(ARGS)

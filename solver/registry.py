@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-WINDOW = "mean over `run.window`; default: the period of the highest kept frequency, 0 for rigid bodies"
+WINDOW = "mean over the window, `run.window`"
 WHOLE = "not limited"
 STEPS = "mean over one step of the integrator; the force itself where its motion is exact"
 

@@ -2,7 +2,7 @@
 
 Puts the main figures of every `report.json` and `robustness.json`, and the seconds of `seconds.csv` (scene, command,
 seconds), into `docs/reports/report.json`; scenes without a report in the folder keep theirs. Writes
-`docs/reports/README.md` and the table of the README from that file, and copies the pictures of the README.
+`docs/reports/README.md` and the table of the README from that file, and copies the pictures of documents.
 """
 
 import csv
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from docs.tools.seeds import budget_text, read_seeds, scene_link, seeds_table
+from docs.tools.seeds import budget_text, read_seeds, scene_link, seeds_table, short_table
 from gudgeon.pipeline.files import write_text
 
 Scenes = dict[str, dict[str, Any]]
@@ -20,12 +20,14 @@ Scenes = dict[str, dict[str, Any]]
 ROOT = Path(__file__).resolve().parents[2]
 REPORTS = ROOT / "docs" / "reports"
 SHOWN = ("piston/stroke/report.png", "beam-sphere/robustness.png")
-"""Pictures of reports that the README shows."""
+"""Pictures of reports that documents show."""
 KEPT = (
     "name", "kind", "scheme", "coordinates", "result", "largest_error", "largest_of", "conservative_error",
     "cpu_seconds", "wall_seconds", "front",
 )  # fmt: skip
 """Keys of a run; errors by quantity, stages and chains are only in the report of the scene."""
+VERDICTS = ("right", "refused", "wrong")
+"""Of the robustness cases that apply."""
 HEAD = (
     "scene", "reference", "fastest run within the tolerance", "largest error", "its error budget", "CPU time",
     "full FE",
@@ -64,6 +66,8 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
     """Return the list as Markdown: one line per scene, then the comparison with published systems."""
     total = sum(sum(scene.get("seconds", {}).values()) for scene in scenes.values())
     machine = next((scene["machine"] for scene in scenes.values() if "machine" in scene), None)
+    cases = [scene["robustness"] for scene in scenes.values() if "robustness" in scene]
+    counts = {verdict: sum(one[verdict] for one in cases) for verdict in VERDICTS}
     where = "an unknown machine" if machine is None else f"{machine['cpu']}, {machine['cores']} cores"
     lines = [
         "# Reports",
@@ -76,6 +80,9 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
         f"| {' | '.join(HEAD)} |",
         "|---" * len(HEAD) + "|",
         *(f"| {' | '.join(_row(name, scenes[name]))} |" for name in sorted(scenes)),
+        "",
+        f"Robustness cases of all scenes: {sum(counts.values())},"
+        f" {', '.join(f'{count} {verdict}' for verdict, count in counts.items())}.",
         "",
         "## Comparison with published systems",
         "",
@@ -102,7 +109,7 @@ def _row(name: str, scene: dict[str, Any]) -> list[str]:
         budget_text(scene, choice.get("run")),
         _number(choice.get("cpu_seconds"), "{:.3g} s"),
         f"{min(nodal):.3g} – {max(nodal):.3g} s" if nodal else "–",
-        *(str(verdicts.get(verdict, "–")) for verdict in ("right", "refused", "wrong")),
+        *(str(verdicts.get(verdict, "–")) for verdict in VERDICTS),
         f"{seconds:.0f} s" if seconds else "–",
     ]
     return [cell.replace("|", "/") for cell in cells]
@@ -128,7 +135,7 @@ def main(folder: Path) -> None:
     write_text(REPORTS / "report.json", scenes_text(scenes))
     seeds, readme = read_seeds(), ROOT / "README.md"
     write_text(REPORTS / "README.md", listing_text(scenes, seeds))
-    write_text(readme, with_table(readme.read_text(encoding="utf-8"), seeds_table(scenes, seeds)))
+    write_text(readme, with_table(readme.read_text(encoding="utf-8"), short_table(scenes, seeds)))
     for name in SHOWN:
         if (folder / name).is_file():
             _copy_picture(folder / name, REPORTS / name)

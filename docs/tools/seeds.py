@@ -1,14 +1,16 @@
 """The comparison with published systems, made from the reports of the scenes that reproduce them."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 COLUMNS = (
     "system", "scene", "reference", "run", "error", "of", "its error budget", "CPU time", "full FE",
-    "its error", "CPU time", "ratio",
+    "error of full FE", "CPU time of full FE", "ratio",
 )  # fmt: skip
+SHORT = ("system", "scene", "error", "CPU time", "CPU time of full FE", "ratio")
+"""Columns of the README."""
 NOTHING = "–"
 
 
@@ -29,8 +31,18 @@ def seeds_table(scenes: Mapping[str, Mapping[str, Any]], seeds: Mapping[str, Any
         seeds: `tolerance`, and `system`, a list of names and reports.
         link: Relative path to the root of the repository.
     """
-    rows = [_row(scenes, system, seeds["tolerance"], link) for system in seeds["system"]]
-    head = f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}"
+    return _table(COLUMNS, [_row(scenes, system, seeds["tolerance"], link) for system in seeds["system"]])
+
+
+def short_table(scenes: Mapping[str, Mapping[str, Any]], seeds: Mapping[str, Any]) -> str:
+    """Return the columns `SHORT` of the same table, for the systems that have a report."""
+    reported = [system for system in seeds["system"] if "runs" in scenes.get(system.get("report"), {})]
+    rows = [dict(zip(COLUMNS, _row(scenes, one, seeds["tolerance"], ""), strict=True)) for one in reported]
+    return _table(SHORT, [[row[column] for column in SHORT] for row in rows])
+
+
+def _table(columns: Sequence[str], rows: list[list[str]]) -> str:
+    head = f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}"
     return "\n".join([head, *(f"| {' | '.join(row)} |" for row in rows)])
 
 

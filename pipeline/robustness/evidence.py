@@ -16,7 +16,7 @@ class FirstContact:
     duration: float
     """[s]"""
     force: float
-    """Largest force [N], averaged over one period of the highest kept frequency; 0 for an impact of no duration."""
+    """Largest force [N], averaged over the window; 0 for an impact of no duration."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Impacts:
     alone: bool
     """Whether the bodies are rigid and no other force acts on them: the impulse is then known."""
     impact: bool
-    """Whether an impact has no duration: the energy loss is then known."""
+    """Whether impacts have no duration and none are merged: the energy loss is then known."""
 
 
 @dataclass(frozen=True)

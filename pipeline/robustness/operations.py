@@ -11,7 +11,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Refusal
 from gudgeon.pipeline.robustness.slivers import with_slivers
-from gudgeon.pipeline.robustness.trial import Trial, approach, stepped, suggested_step, turns_freely
+from gudgeon.pipeline.robustness.trial import LEAST_WINDOW, Trial, approach, stepped, suggested_step, turns_freely
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
 
@@ -206,7 +206,10 @@ def restitution(subject: Subject, operation: Any) -> Trial:
     points, coordinates = subject.known["points"], subject.known["coordinates"]
     if points > coordinates and any("method" in one for one in changes.values()):
         raise DoesNotApply(f"rigid impacts of {points} points on {coordinates} coordinates are not unique")
-    run = {"integrator": "auto", "step": "unset", "accuracy": "unset"}
+    run: dict[str, Any] = {"integrator": "auto", "step": "unset", "accuracy": "unset"}
+    if any("method" in one for one in changes.values()):
+        # The energy loss is a sum over all impacts, of which a record keeps one where they are merged.
+        run["window"] = LEAST_WINDOW * subject.scene.run.duration
     return Trial(subject.changed({"contact": changes, "run": run}))
 
 

@@ -28,6 +28,8 @@ from gudgeon.solver.system.system import System
 
 ROUND_OFF = 1e-9
 """Overlap relative to the displacement of the contact's points that counts as none."""
+LEAST_WINDOW = float(np.finfo(float).eps)
+"""Window over the duration of a run up to which no impacts are merged that follow each other in time."""
 REFUSALS = (PipelineError, SceneError, SolverError, modaldb.ModalDBError)
 WHOLE = ("macneal", "normal+static", "rubin")
 """Reductions whose first coordinates are normal modes of the whole mesh."""
@@ -270,13 +272,14 @@ def _impacts(system: System, found: Trajectory) -> Impacts | None:
     settings, row, square = scene.contact[contact.name], system.rows[0], float(system.rows[0] @ system.rows[0])
     rigid = not (system.stiffness > 0).any()
     impact = settings.method == "impact"
+    apart = system.window <= LEAST_WINDOW * scene.run.duration
     if settings.friction is not None or not (rigid or impact):
         return None
     e = settings.restitution if impact else _restitution(settings)
     forced = any(scene.run.gravity) or bool(scene.force)
     impacts = found.impacts.get(contact.name)
     closing = impacts[:, CLOSING] if impacts is not None else np.empty(0)
-    return Impacts(e, 1 / square, closing, -float(row @ system.velocity), rigid and not forced, impact)
+    return Impacts(e, 1 / square, closing, -float(row @ system.velocity), rigid and not forced, impact and apart)
 
 
 def _restitution(contact: Any) -> float | None:

@@ -59,7 +59,8 @@ class Run(Strict):
     window: Positive | None = Field(
         default=None,
         description="Window of peak forces [s]: the mean force over it is reported, and impacts that are separated by"
-        " less than it are one. Default: the period of the highest kept frequency, and no window for rigid bodies",
+        " less than it are one. Default: the longest of the shortest kept periods of the elastic bodies in contact;"
+        " no window for rigid bodies",
         json_schema_extra={"unit": "s"},
     )
     integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(

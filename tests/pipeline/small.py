@@ -1,6 +1,10 @@
-"""A skirt scene that runs in a second or two, for tests of the stages."""
+"""Scenes that run in a second or two: a skirt at its bore, a rod on a wall, a piston without elasticity."""
 
 from pathlib import Path
+
+from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job
 
 SCENE = """
 [component.skirt]
@@ -36,7 +40,7 @@ BARREL = """height,0
 """
 
 TABLE = "component.skirt.change.profile.table"
-RUNG = "component.skirt.change.update"
+UPDATE = "component.skirt.change.update"
 
 
 def write_scene(folder: Path) -> Path:
@@ -45,3 +49,46 @@ def write_scene(folder: Path) -> Path:
     (folder / "scene.toml").write_text(SCENE)
     (folder / "barrel.csv").write_text(BARREL)
     return folder
+
+
+def rod_scene(size: float, count: int, samples: int, frames: int) -> str:
+    """Return the scene of a steel bar on a rigid wall, with elements of a size [m] and `count` modes."""
+    return f"""
+[component.rod]
+geometry = {{ kind = "bar", length = 1.0, area = 3.1416e-4 }}
+material = {{ E = 210e9, nu = 0.3, rho = 7850.0 }}
+mesh = {{ size = {size} }}
+interface.tip = {{ surface = "right" }}
+modes = {{ reduction = "macneal", normal_count = {count} }}
+
+[body.rod]
+velocity = [1.0, 0.0, 0.0]
+
+[contact.wall]
+body = "rod"
+interface = "tip"
+against = {{ shape = "plane", point = [1.0, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] }}
+
+[run]
+duration = 6e-4
+samples = {samples}
+frames = {frames}
+"""
+
+
+PISTON = Path(__file__).resolve().parents[2] / "data/piston"
+
+
+def rigid_piston(folder: Path) -> Job:
+    """Run the piston without elasticity on the coarsest meshes up to the morph stage; return its job."""
+    coarse = {
+        "component.piston.mesh.size": 0.02,
+        "component.liner.mesh.size": 0.03,
+        "component.piston.modes.reduction": "rigid",
+        "component.liner.modes.reduction": "rigid",
+        "component.liner.interface.thrust.spacing": 0.03,
+        "component.liner.interface.anti.spacing": 0.03,
+    }
+    job = open_job(PISTON, set=coarse, db=folder / "db", out=folder / "out")
+    run_job(job, "morph")
+    return job

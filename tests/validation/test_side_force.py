@@ -1,24 +1,12 @@
 """The side force of a rigid piston, with which its runs are compared, against differences of its height."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.job import Job, variant
-from gudgeon.pipeline.stages.run import run_job
+from tests.pipeline.small import PISTON, rigid_piston
 from tests.validation.slider_crank import GRID, mechanism_of
 
-PISTON = Path(__file__).resolve().parents[2] / "data/piston"
-COARSE = {
-    "component.piston.mesh.size": 0.02,
-    "component.liner.mesh.size": 0.03,
-    "component.piston.modes.reduction": "rigid",
-    "component.liner.modes.reduction": "rigid",
-    "component.liner.interface.thrust.spacing": 0.03,
-    "component.liner.interface.anti.spacing": 0.03,
-}
 RADIUS, ROD, RATE, PERIOD = 0.043, 0.140, 100 * np.pi, 0.04
 BETWEEN = 5e-4
 """Relative: straight lines for splines between two degrees of the pressure table, and the crown's area on chords."""
@@ -30,11 +18,7 @@ DIFFERENCE = 1e-5
 
 @pytest.fixture(scope="module")
 def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
-    """The piston without elasticity on the coarsest meshes, up to the morph stage."""
-    folder = tmp_path_factory.mktemp("cycle")
-    job = open_job(PISTON, set=COARSE, db=folder / "db", out=folder / "out")
-    run_job(job, "morph")
-    return job
+    return rigid_piston(tmp_path_factory.mktemp("cycle"))
 
 
 def by_hand(mass: float, times: np.ndarray, pin: float, *, side: float, gravity: float) -> np.ndarray:

@@ -21,15 +21,16 @@ from gudgeon.pipeline.modes.problem import Pairs, Problem
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.supports import Support
-from tests.pipeline.blocks import MKL_HAS_A_WHEEL, block
+from tests.pipeline.blocks import block
 
 COUNT = 20
-pytestmark = pytest.mark.skipif(not MKL_HAS_A_WHEEL, reason="MKL has no wheel for this processor")
 
 
 @pytest.fixture(autouse=True)
-def small_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def always(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The method takes small models, and the factors of SuperLU where there is no MKL."""
     monkeypatch.setattr(blocks, "LEAST_DOFS", 0)
+    monkeypatch.setattr(blocks, "available_backend", lambda: "pardiso")
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.measuring.force_window import hann_filter, resample_mean
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.stages.run import run_job
-from tests.pipeline.small import write_scene
+from tests.pipeline.small import rod_scene, write_scene
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("pyvista")
@@ -31,28 +31,6 @@ from gudgeon.pipeline.plots.deformation.modes import lowest  # noqa: E402
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-ROD = """
-[component.rod]
-geometry = { kind = "bar", length = 1.0, area = 3.1416e-4 }
-material = { E = 210e9, nu = 0.3, rho = 7850.0 }
-mesh = { size = 0.02 }
-interface.tip = { surface = "right" }
-modes = { reduction = "macneal", normal_count = 20 }
-
-[body.rod]
-velocity = [1.0, 0.0, 0.0]
-
-[contact.wall]
-body = "rod"
-interface = "tip"
-against = { shape = "plane", point = [1.0, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] }
-
-[run]
-duration = 6e-4
-samples = 400
-frames = 30
-"""
 
 ROUND_OFF = 1e-12
 """Relative: sums of a few hundred numbers."""
@@ -85,7 +63,7 @@ def skirt(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 def rod(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """Store and key of the rod's trajectory."""
     folder = tmp_path_factory.mktemp("rod")
-    (folder / "scene.toml").write_text(ROD)
+    (folder / "scene.toml").write_text(rod_scene(0.02, 20, 400, 30))
     job = open_job(folder, db=folder / "db", out=folder / "out")
     return folder / "db", run_job(job, "solve").stages["solve"].key
 

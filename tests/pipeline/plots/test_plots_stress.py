@@ -94,9 +94,8 @@ def test_shown_stress_is_rows_of_coordinates_and_of_forces(scene: tuple[str, Pat
     assert len(others) == 0 if scene[0] == "sheet" else len(others) > 0
 
 
+@pytest.mark.parametrize("scene", ["block"], indirect=True)
 def test_a_solid_is_coloured_on_the_sides_that_are_read_alone(scene: tuple[str, Path, str], tmp_path: Path) -> None:
-    if scene[0] == "sheet":
-        pytest.skip("a plane part has no skin")
     body = drawing_of(scene, tmp_path).body("part")
     top = body.nodes[:, 2] > body.nodes[:, 2].max() - 1e-9
     height = body.nodes[:, 0]

@@ -1,38 +1,23 @@
 """What a report compares in a cycle: forces up to its end and beyond, impacts, the liner's velocity, slap energy."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
-from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.report.force import GRID, reproducible
 from gudgeon.pipeline.report.reference import errors_against, external_reference
 from gudgeon.pipeline.stages.job import Job, variant
-from gudgeon.pipeline.stages.run import run_job
+from tests.pipeline.small import rigid_piston
 
-PISTON = Path(__file__).resolve().parents[3] / "data/piston"
-COARSE = {
-    "component.piston.mesh.size": 0.02,
-    "component.liner.mesh.size": 0.03,
-    "component.piston.modes.reduction": "rigid",
-    "component.liner.modes.reduction": "rigid",
-    "component.liner.interface.thrust.spacing": 0.03,
-    "component.liner.interface.anti.spacing": 0.03,
-}
 PERIOD = 0.04
 
 
 @pytest.fixture(scope="module")
 def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
-    """The piston without elasticity on the coarsest meshes, up to the morph stage."""
-    folder = tmp_path_factory.mktemp("cycle")
-    job = open_job(PISTON, set=COARSE, db=folder / "db", out=folder / "out")
-    run_job(job, "morph")
-    return job
+    return rigid_piston(tmp_path_factory.mktemp("cycle"))
 
 
 def nodal(*, after: float = 1.0, scale: float = 1.0, begin: float = 0.0) -> NodalRecord:

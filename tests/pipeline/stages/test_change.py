@@ -10,7 +10,7 @@ from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements import ASSEMBLERS
 from gudgeon.pipeline.kinds import run
-from tests.pipeline.small import RUNG, TABLE, write_scene
+from tests.pipeline.small import TABLE, UPDATE, write_scene
 
 OFFSET = "component.skirt.change.profile.offset"
 TOLERANCE = "component.skirt.change.tolerance"
@@ -59,7 +59,7 @@ def test_the_tolerance_holds_for_designs_in_the_database_too(place: Path) -> Non
     for until in ("morph", "solve"):
         with pytest.raises(InputError, match="estimated to change"):
             run(place, set=THINNER, db=place / "db", out=place / "out", until=until)
-    assert solved(**{RUNG: "recompute"}) == "FINISHED"
+    assert solved(**{UPDATE: "recompute"}) == "FINISHED"
 
 
 def test_the_estimate_takes_one_assembly(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:

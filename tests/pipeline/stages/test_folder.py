@@ -8,28 +8,7 @@ import pytest
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job, run
-
-ROD = """
-[component.rod]
-geometry = { kind = "bar", length = 1.0, area = 3.1416e-4 }
-material = { E = 210e9, nu = 0.3, rho = 7850.0 }
-mesh = { size = 0.1 }
-interface.tip = { surface = "right" }
-modes = { reduction = "macneal", normal_count = 4 }
-
-[body.rod]
-velocity = [1.0, 0.0, 0.0]
-
-[contact.wall]
-body = "rod"
-interface = "tip"
-against = { shape = "plane", point = [1.0, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] }
-
-[run]
-duration = 6e-4
-samples = 40
-frames = 4
-"""
+from tests.pipeline.small import rod_scene
 
 
 @pytest.fixture
@@ -37,7 +16,7 @@ def scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the scenes `rods/scene.toml` and `rods/other.toml`, and `more/scene.toml`."""
     for name in ("rods/scene.toml", "rods/other.toml", "more/scene.toml"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(ROD)
+        (tmp_path / name).write_text(rod_scene(0.1, 4, 40, 4))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

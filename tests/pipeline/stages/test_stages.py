@@ -17,7 +17,7 @@ from gudgeon.pipeline.modes import lanczos, normal, static
 from gudgeon.pipeline.stages import mesh as mesh_stage
 from gudgeon.pipeline.stages.run_report import RunReport
 from gudgeon.pipeline.stages.status import status
-from tests.pipeline.small import RUNG, TABLE, write_scene
+from tests.pipeline.small import TABLE, UPDATE, write_scene
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def test_a_change_touches_neither_mesh_nor_modes(folder: Path, counts: Counter[s
 
 
 def test_recompute_makes_its_own_modes(folder: Path, counts: Counter[str]) -> None:
-    report = again(folder, **{TABLE: "barrel.csv", RUNG: "recompute"})
+    report = again(folder, **{TABLE: "barrel.csv", UPDATE: "recompute"})
     assert states(report) == {"mesh": "ran", "modes": "ran", "morph": "ran", "solve": "ran"}
     assert counts == {"factorisations": 3}
 
@@ -97,7 +97,7 @@ def test_going_back_to_an_old_design_finds_it(folder: Path, made: tuple[Path, Ru
 def test_reuse_is_near_recompute_and_far_from_no_change(folder: Path, made: tuple[Path, RunReport]) -> None:
     reused, recomputed = (
         again(folder, **{TABLE: "barrel.csv"}),
-        again(folder, **{TABLE: "barrel.csv", RUNG: "recompute"}),
+        again(folder, **{TABLE: "barrel.csv", UPDATE: "recompute"}),
     )
     impulses = [r.quantities["bore.impulse"]["value"] for r in (made[1], reused, recomputed)]
     assert impulses[1] == pytest.approx(impulses[2], rel=3e-3)
