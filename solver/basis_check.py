@@ -14,10 +14,12 @@ difference of the two runs over 2^p - 1:
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, Trajectory
+from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.nested import nested
@@ -32,8 +34,8 @@ FORCE_ORDER = 0.5
 """Order in the number of coordinates with which windowed forces converge where a force jumps."""
 
 
-def basis_estimates(system: System, found: Trajectory, run: Callable[[System], Trajectory]) -> dict[str, float]:
-    """Return estimated relative errors of a finished run due to its modal basis.
+def with_basis_estimates(system: System, found: Trajectory, run: Callable[[System], Trajectory]) -> Trajectory:
+    """Return a finished run with its estimated relative errors due to the modal basis.
 
     Args:
         system: The one that was run.
@@ -41,16 +43,29 @@ def basis_estimates(system: System, found: Trajectory, run: Callable[[System], T
         run: Integrates another system with the same steps.
 
     Returns:
-        `basis.impulse`: the largest error of a contact's impulse, over its largest impulse up to any time;
-        `basis.force`: of its largest windowed force, over that force; `basis.rebound`: of a rebound velocity, over the
-        largest speed of a body at the start, where the contact has a restitution. Each is 1 where the run with fewer
-        coordinates fails. Empty where nothing touches or no body has two elastic coordinates.
+        Its `estimates` with `basis.impulse`: the largest error of a contact's impulse, over its largest impulse up to
+        any time; `basis.force`: of its largest windowed force, over that force; `basis.rebound`: of a rebound velocity,
+        over the largest speed of a body at the start, where the contact has a restitution. Where the run with fewer
+        coordinates cannot start, or fails, the first two are 1 and `counts` has the reason. Unchanged where nothing
+        touches or no body has two elastic coordinates.
     """
-    if not any(np.any(contact.force) for contact in found.contacts.values()) or (fewer := nested(system)) is None:
-        return {}
-    other = run(fewer)
-    if not Result[other.result].ok:
-        return {"basis.impulse": 1.0, "basis.force": 1.0}
+    if not any(np.any(contact.force) for contact in found.contacts.values()):
+        return found
+    try:
+        if (fewer := nested(system)) is None:
+            return found
+        other = run(fewer)
+        reason = "" if Result[other.result].ok else other.counts.get("reason", Result[other.result].value)
+    except (SceneError, SolverError) as error:
+        reason = str(error)
+    if reason:
+        errors = {"basis.impulse": 1.0, "basis.force": 1.0}
+        return replace(found, estimates=found.estimates | errors, counts=found.counts | {BASIS_REASON: reason})
+    return replace(found, estimates=found.estimates | _estimates(system, fewer, found, other))
+
+
+def _estimates(system: System, fewer: System, found: Trajectory, other: Trajectory) -> dict[str, float]:
+    """Return the estimated errors of the run of a system, from it and that of the nested system."""
     speeds = [body.centre_motion(system.velocity[body.rigid])[:3] for body in system.bodies.values()]
     errors = _errors(found, other, fewer.resolution, float(np.linalg.norm(speeds, axis=1).max()))
     share = _lacking(system, fewer)
@@ -76,7 +91,7 @@ def _flexibility(system: System) -> np.ndarray:
 
 
 def _errors(found: Trajectory, other: Trajectory, window: float, speed: float) -> dict[str, float]:
-    """Return the estimated errors of the first of two runs with the same samples, see `basis_estimates`.
+    """Return the estimated errors of the first of two runs with the same samples, see `with_basis_estimates`.
 
     Args:
         window: Time that the second run resolves [s].

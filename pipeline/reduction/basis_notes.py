@@ -18,15 +18,19 @@ COUNTED = {
 """Key of `modes` that adds elastic coordinates, by reduction."""
 
 
-def basis_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
+def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = "") -> list[str]:
     """Return a note where the estimated error of the basis is above `NOTICED`; it names the keys that reduce it.
 
     Args:
         estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
+        reason: Why the run that estimates them failed.
     """
     errors = {word: error for name, word in WORDS.items() if (error := estimates.get(name, 0.0)) > NOTICED}
     if not errors:
         return []
+    if reason:
+        said = "the error of the modal basis is unknown: the run with half of the elastic coordinates failed"
+        return [f"{said} ({reason}); set {', '.join(_counts(scene))}" if _counts(scene) else f"{said} ({reason})"]
     ways = _methods(scene) or ([] if set(errors) == {"windowed force"} else _counts(scene))
     ways = ways or _dashpots(scene) or _counts(scene)
     told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())

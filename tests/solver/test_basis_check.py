@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, Trajectory
+from gudgeon.solver import basis_check
 from gudgeon.solver import simulate as solver
+from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
@@ -128,6 +130,24 @@ def test_a_failure_of_the_run_with_fewer_modes_is_an_error_of_one(
     found = simulate(build(tmp_path, rod_records(12), rod_scene()))
     assert found.result == Result.FINISHED.name
     assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
+
+
+@pytest.mark.parametrize("name", ["nested", "run"])
+def test_a_run_with_fewer_modes_that_cannot_start_is_an_error_of_one_with_its_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    march = solver._march
+
+    def refused(system: System, *rest: Any) -> Any:
+        if name == "run" and len(system.velocity) == 13:
+            return march(system, *rest)
+        raise {"nested": SceneError, "run": SolverError}[name]("contact.wall: no start")
+
+    monkeypatch.setattr(*((basis_check, "nested") if name == "nested" else (solver, "_march")), refused)
+    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    assert found.result == Result.FINISHED.name
+    assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
+    assert found.counts[BASIS_REASON] == "contact.wall: no start"
 
 
 def test_resting_and_multipoint_contacts_have_an_estimate(tmp_path: Path) -> None:

@@ -43,6 +43,14 @@ def test_a_note_names_the_key(
     assert all(f"{error:.1%}" in note for name, error in estimates.items() if name.startswith("basis"))
 
 
+def test_a_note_says_why_the_error_is_unknown() -> None:
+    job = open_job(DATA / "rod-wall")
+    (note,) = basis_notes(job.scene, {"basis.impulse": 1.0, "basis.force": 1.0}, "contact.wall: no start")
+    assert "unknown" in note
+    assert "contact.wall: no start" in note
+    assert "component.rod.modes.normal_count = 200" in note
+
+
 def test_a_run_with_few_modes_gives_the_note_and_with_many_modes_not(tmp_path: Path) -> None:
     said = {}
     for count in (3, 100):
