@@ -88,6 +88,19 @@ def test_the_estimate_is_close_to_the_true_error(
         assert error < 0.01 or LEAST * error < estimate < MOST * error, (name, estimate, error)
 
 
+def test_the_estimate_is_that_of_the_window_of_the_run(tmp_path: Path) -> None:
+    """Over eight periods of the highest frequency, less of the ringing at a wave front is left."""
+    exact = simulate(struck(tmp_path / "exact", 1.0, MANY))
+    system, found = struck(tmp_path / "kept", 1.0, 40), {}
+    for periods in (1, 8):
+        window = periods * system.resolution
+        run = system.scene.run.model_copy(update={"window": window})
+        found[periods] = simulate(replace(system, scene=system.scene.model_copy(update={"run": run})))
+        error = true_errors(found[periods], exact, window)["basis.force"]
+        assert error < 0.01 or LEAST * error < found[periods].estimates["basis.force"] < MOST * error
+    assert found[8].estimates["basis.force"] < 0.5 * found[1].estimates["basis.force"]
+
+
 def test_the_run_with_fewer_modes_takes_the_same_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     steps, march = [], solver._march
 
