@@ -55,13 +55,17 @@ def with_basis_estimates(system: System, found: Trajectory, run: Callable[[Syste
         if (fewer := nested(system)) is None:
             return found
         other = run(fewer)
-        reason = "" if Result[other.result].ok else other.counts.get("reason", Result[other.result].value)
     except (SceneError, SolverError) as error:
-        reason = str(error)
-    if reason:
-        errors = {"basis.impulse": 1.0, "basis.force": 1.0}
-        return replace(found, estimates=found.estimates | errors, counts=found.counts | {BASIS_REASON: reason})
+        return _unknown(found, str(error))
+    if not Result[other.result].ok:
+        return _unknown(found, other.counts.get("reason", Result[other.result].value))
     return replace(found, estimates=found.estimates | _estimates(system, fewer, found, other))
+
+
+def _unknown(found: Trajectory, reason: str) -> Trajectory:
+    """Return a run with estimates of 1, and the reason."""
+    errors = {"basis.impulse": 1.0, "basis.force": 1.0}
+    return replace(found, estimates=found.estimates | errors, counts=found.counts | {BASIS_REASON: reason})
 
 
 def _estimates(system: System, fewer: System, found: Trajectory, other: Trajectory) -> dict[str, float]:
