@@ -20,10 +20,13 @@ ACCURACY = 1e-3
 """Default of run.accuracy where steps are controlled."""
 MOST_HALVINGS = 12
 """Largest number of halvings of the first step."""
-PATIENCE = 5
-"""Halvings after which the differences must have decreased to half of the first."""
+PATIENCE = 7
+"""Halvings after which the differences must have decreased to half of the first; a train of impacts needs that many
+where a light body chatters."""
 LARGEST_JUMP = 3
 """Largest number of halvings at once."""
+LAG = 0.5
+"""Difference of the times of impacts that does not count, over the window."""
 EXPECTED_ORDER = 1.5
 """Order with which the next step is predicted."""
 
@@ -32,7 +35,7 @@ class Difference(NamedTuple):
     """Relative differences of two runs of one system."""
 
     impulse: float
-    """Largest difference of the impulses of an impact, over the largest impulse of an impact of its contact."""
+    """Largest difference of the impulse of a contact over a span of time, over its impact of largest impulse."""
     force: float
     """Difference of a contact's largest windowed force, over that force."""
     motion: float
@@ -80,18 +83,14 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
 def difference(one: Trajectory, other: Trajectory, window: float) -> Difference:
     """Return the relative differences of two runs, relative to the second.
 
-    Impacts of the two runs are paired where they overlap, or nearly, by half a window [s]; one that is alone differs
-    by all its impulse.
+    Impulses are those of any span of time between impacts, so that it does not matter how a train of impacts is split;
+    times may be apart by half a window [s].
     """
     impulse, force, motion = 0.0, 0.0, 0.0
     for name, theirs in other.impacts.items():
         ours = one.impacts[name]
-        totals = [np.zeros(2)]
-        for pair in _overlapping(ours, theirs, 0.25 * window):
-            impulses = [float(part[:, IMPULSE].sum()) for part in pair]
-            totals.append(np.array([abs(impulses[0] - impulses[1]), impulses[1]]))
-        apart, largest = np.max(totals, axis=0)
-        impulse = max(impulse, _share(float(apart), float(largest)))
+        largest = float(theirs[:, IMPULSE].max(initial=0.0))
+        impulse = max(impulse, _share(_impulse_apart(ours, theirs, LAG * window), largest))
         peaks = [float(part[:, WINDOWED].max(initial=0.0)) for part in (ours, theirs)]
         force = max(force, _share(abs(peaks[0] - peaks[1]), peaks[1]))
     if not other.contacts:
@@ -99,18 +98,28 @@ def difference(one: Trajectory, other: Trajectory, window: float) -> Difference:
     return Difference(impulse, force, motion)
 
 
-def _overlapping(ours: np.ndarray, theirs: np.ndarray, margin: float) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return groups of impacts of two runs, (b, 9) each, whose times with a margin [s] overlap."""
-    whose = np.repeat([0, 1], [len(ours), len(theirs)])
-    every = np.concatenate([ours, theirs])
-    order = np.argsort(every[:, BEGINS], kind="stable")
-    whose, every = whose[order], every[order]
-    if not len(every):
-        return []
-    reached = np.maximum.accumulate(every[:, ENDS]) + margin
-    starts = np.flatnonzero(every[1:, BEGINS] - margin > reached[:-1]) + 1
-    groups = zip(np.split(every, starts), np.split(whose, starts), strict=True)
-    return [(group[own == 0], group[own == 1]) for group, own in groups]
+def _impulse_apart(ours: np.ndarray, theirs: np.ndarray, lag: float) -> float:
+    """Return the largest difference of the impulse over a span of time between two runs' impacts, (b, 9) each [N s].
+
+    The impulse J(t) since the start lies between steps at the ends of impacts, below, and at their beginnings, above.
+    The runs differ where J of one is above that of the other at a time later by a lag [s], whatever their forces'
+    course within impacts.
+    """
+    return max(0.0, _exceeds(ours, theirs, lag)) + max(0.0, _exceeds(theirs, ours, lag))
+
+
+def _exceeds(ours: np.ndarray, theirs: np.ndarray, lag: float) -> float:
+    """Return by how much the least J of one run is above the largest J of another at a time later by a lag [N s]."""
+    ends, least = _sums(ours, ENDS)
+    begins, most = _sums(theirs, BEGINS)
+    return float((least - most[np.searchsorted(begins, ends + lag, side="right") - 1]).max())
+
+
+def _sums(impacts: np.ndarray, column: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times of a column of impacts in order [s], after -inf, and J from each on [N s], (b + 1,) each."""
+    order = np.argsort(impacts[:, column], kind="stable")
+    times, sums = impacts[order, column], np.cumsum(impacts[order, IMPULSE])
+    return np.concatenate([[-np.inf], times]), np.concatenate([[0.0], sums])
 
 
 def _share(apart: float, size: float) -> float:

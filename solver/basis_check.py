@@ -6,7 +6,7 @@ difference of the two runs over 2^p - 1:
 - impulses and rebound velocities: p = 1, the order at rigid contact of a rod (measured 0.9 to 1.1);
 - forces averaged over the time that a model resolves: p = 1/2, that of a series of modes at a jump, where the
   overshoot does not decrease. A difference can be zero by chance, so that the larger one of two windows is taken, as
-  long as the run with n/2 coordinates resolves and half as long again;
+  many periods of the run with n/2 coordinates as run.window has of the run with n, and half as long again;
 - contact by a penalty, without residual flexibility: the missing compliance makes it too stiff, and its error is
   irregular in n, so that the difference may be too small. Windowed forces of rods struck through springs change by 0.04
   to 0.2 of the share of the missing compliance, impulses and velocities by 0.01 to 0.2 of it: `STIFFENED` is the least
@@ -14,10 +14,12 @@ difference of the two runs over 2^p - 1:
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, Trajectory
+from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.nested import nested
@@ -25,15 +27,15 @@ from gudgeon.solver.system.system import System
 
 REBOUND = ("rebound_velocity", "rebound_velocity_other")
 WINDOWS = (1.0, 1.5)
-"""Windows over which forces are compared, over the time that the run with fewer coordinates resolves."""
+"""Windows over which forces are compared, over that of the run in periods of the run with fewer coordinates."""
 STIFFENED = {"basis.force": 0.3, "basis.impulse": 0.1, "basis.rebound": 0.1}
 """Least relative errors over the share of the compliance that a contact by a penalty lacks."""
 FORCE_ORDER = 0.5
 """Order in the number of coordinates with which windowed forces converge where a force jumps."""
 
 
-def basis_estimates(system: System, found: Trajectory, run: Callable[[System], Trajectory]) -> dict[str, float]:
-    """Return estimated relative errors of a finished run due to its modal basis.
+def with_basis_estimates(system: System, found: Trajectory, run: Callable[[System], Trajectory]) -> Trajectory:
+    """Return a finished run with its estimated relative errors due to the modal basis.
 
     Args:
         system: The one that was run.
@@ -41,18 +43,38 @@ def basis_estimates(system: System, found: Trajectory, run: Callable[[System], T
         run: Integrates another system with the same steps.
 
     Returns:
-        `basis.impulse`: the largest error of a contact's impulse, over its largest impulse up to any time;
-        `basis.force`: of its largest windowed force, over that force; `basis.rebound`: of a rebound velocity, over the
-        largest speed of a body at the start, where the contact has a restitution. Each is 1 where the run with fewer
-        coordinates fails. Empty where nothing touches or no body has two elastic coordinates.
+        Its `estimates` with `basis.impulse`: the largest error of a contact's impulse, over its largest impulse up to
+        any time; `basis.force`: of its largest windowed force, over that force; `basis.rebound`: of a rebound velocity,
+        over the largest speed of a body at the start, where the contact has a restitution. Where the run with fewer
+        coordinates cannot start, or fails, the first two are 1 and `counts` has the reason. Unchanged where nothing
+        touches or no body has two elastic coordinates.
     """
-    if not any(np.any(contact.force) for contact in found.contacts.values()) or (fewer := nested(system)) is None:
-        return {}
-    other = run(fewer)
+    if not any(np.any(contact.force) for contact in found.contacts.values()):
+        return found
+    try:
+        if (fewer := nested(system)) is None:
+            return found
+        other = run(fewer)
+    except (SceneError, SolverError) as error:
+        return _unknown(found, str(error))
     if not Result[other.result].ok:
-        return {"basis.impulse": 1.0, "basis.force": 1.0}
+        return _unknown(found, other.counts.get("reason", Result[other.result].value))
+    return replace(found, estimates=found.estimates | _estimates(system, fewer, found, other))
+
+
+def _unknown(found: Trajectory, reason: str) -> Trajectory:
+    """Return a run with estimates of 1, and the reason."""
+    errors = {"basis.impulse": 1.0, "basis.force": 1.0}
+    return replace(found, estimates=found.estimates | errors, counts=found.counts | {BASIS_REASON: reason})
+
+
+def _estimates(system: System, fewer: System, found: Trajectory, other: Trajectory) -> dict[str, float]:
+    """Return the estimated errors of the run of a system, from it and that of the nested system."""
     speeds = [body.centre_motion(system.velocity[body.rigid])[:3] for body in system.bodies.values()]
-    errors = _errors(found, other, fewer.resolution, float(np.linalg.norm(speeds, axis=1).max()))
+    # A window of as many periods of the highest frequency as in the run itself: the share of the ringing is equal.
+    periods = system.window / system.resolution if system.resolution > 0 else 1.0
+    window = fewer.resolution * max(1.0, periods)
+    errors = _errors(found, other, window, float(np.linalg.norm(speeds, axis=1).max()))
     share = _lacking(system, fewer)
     return {name: max(error, STIFFENED[name] * share) for name, error in errors.items()}
 
@@ -76,14 +98,15 @@ def _flexibility(system: System) -> np.ndarray:
 
 
 def _errors(found: Trajectory, other: Trajectory, window: float, speed: float) -> dict[str, float]:
-    """Return the estimated errors of the first of two runs with the same samples, see `basis_estimates`.
+    """Return the estimated errors of the first of two runs with the same samples, see `with_basis_estimates`.
 
     Args:
-        window: Time that the second run resolves [s].
+        window: Time over which forces are compared, not below what the second run resolves [s].
         speed: Of the fastest body at the start [m/s].
     """
     errors = {"basis.impulse": 0.0, "basis.force": 0.0}
-    widths = [max(1, round(factor * window / float(found.times[0]))) for factor in WINDOWS]
+    samples, interval = len(found.times), float(found.times[0])
+    widths = [min(max(1, round(factor * window / interval)), samples) for factor in WINDOWS]
     for name, contact in found.contacts.items():
         if not np.any(contact.force):
             continue

@@ -8,7 +8,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.accuracy import controlled
-from gudgeon.solver.basis_check import basis_estimates
+from gudgeon.solver.basis_check import with_basis_estimates
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
@@ -62,8 +62,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         found, plan = controlled(system, plan_run(system, COARSER), lambda one: _march(system, one, progress))
     if not Result[found.result].ok:
         return found
-    errors = basis_estimates(system, found, lambda fewer: _march(fewer, plan, progress))
-    return replace(found, estimates=found.estimates | errors)
+    return with_basis_estimates(system, found, lambda fewer: _march(fewer, plan, progress))
 
 
 def start(system: System, plan: Plan) -> Marching:

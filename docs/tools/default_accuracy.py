@@ -45,7 +45,8 @@ def neighbours(job: Any) -> Iterator[tuple[str, Settings]]:
     off = any(run.gravity)
     yield "without gravity" if off else "gravity", {"run.gravity": [0.0, 0.0, 0.0] if off else [0.0, 0.0, -9.81]}
     for ratio in (0.01, 0.05):
-        keys = {f"body.{name}.damping": {"ratio": ratio, "frequency": 5000.0} for name in bodies}
+        damping = {"ratio": ratio, "frequency": 5000.0}
+        keys = {f"body.{name}.damping.{key}": value for name in bodies for key, value in damping.items()}
         yield f"damping {ratio:.0%} at 5 kHz", keys
     for factor in (0.1, 0.5, 2.0, 4.0):
         yield f"duration x {factor:g}", {"run.duration": factor * run.duration}
@@ -62,8 +63,7 @@ def compared(scene: Path, db: Path) -> list[Row]:
         InputError: the scene itself is wrong.
     """
     plain = gudgeon.open_job(scene, set={}, db=db)
-    given = {"run.step": None} if getattr(plain, "scene", None) is not None and plain.scene.run.step else {}
-    rows, references = [], {}
+    given, rows, references = as_converged(plain), [], {}
     for name, settings in neighbours(plain):
         row: Row = {"variant": name}
         rows.append(row)
@@ -82,6 +82,11 @@ def compared(scene: Path, db: Path) -> list[Row]:
         row |= {"integrator": found.counts["integrator"], "result": found.result, "cpu": seconds}
         row |= {"estimates": found.estimates, "drift": found.energy_drift, **differences(found, references[key])}
     return rows
+
+
+def as_converged(job: Any) -> Settings:
+    """Return the overrides that leave the step of a scene to `run.accuracy`."""
+    return {"run.step": "unset"} if getattr(job, "scene", None) is not None and job.scene.run.step else {}
 
 
 def timed(scene: Path, settings: Settings, db: Path) -> tuple[Trajectory, float]:

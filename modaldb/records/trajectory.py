@@ -7,6 +7,8 @@ from gudgeon.modaldb.records.types import COLUMNS, FORMER, Array, Json
 BEGINS, ENDS, IMPULSE, PEAK, PEAK_TIME, CLOSING, OPENING, WINDOWED, WINDOWED_TIME = range(9)
 """Columns of `Trajectory.impacts`."""
 IMPACT_COLUMNS = 9
+BASIS_REASON = "basis_reason"
+"""Entry of `Trajectory.counts`: why the run that estimates the error of the modal basis failed."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ class Trajectory:
     momentum_residual: float
     counts: Json
     """Steps, substeps per given step, steps in contact, pivots, coordinates, bytes read; `reason`, with figures, where
-    the run left the range of its model."""
+    the run left the range of its model; `basis_reason` where the run that estimates the error of the basis failed."""
     joints: dict[str, JointHistory] = field(default_factory=dict)
     motion: dict[str, Array] = field(default_factory=dict)
     """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass

@@ -8,6 +8,8 @@ from gudgeon.solver.methods import METHODS
 NOTICED = 0.01
 """Estimated relative error of the basis above which a run gives a note."""
 WORDS = {"basis.impulse": "impulse", "basis.force": "windowed force", "basis.rebound": "rebound velocity"}
+WIDER = 4
+"""Factor of a window that is too short: of a rod with a dashpot, the error of the force over four periods is 1 %."""
 RESOLVING = ("bar", "beam")
 """Geometries that a contact law and residual flexibility can be combined on: they have no local compliance."""
 COUNTED = {
@@ -18,17 +20,23 @@ COUNTED = {
 """Key of `modes` that adds elastic coordinates, by reduction."""
 
 
-def basis_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
+def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = "", window: float = 0.0) -> list[str]:
     """Return a note where the estimated error of the basis is above `NOTICED`; it names the keys that reduce it.
 
     Args:
         estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
+        reason: Why the run that estimates them failed.
+        window: Of the windowed forces [s].
     """
     errors = {word: error for name, word in WORDS.items() if (error := estimates.get(name, 0.0)) > NOTICED}
     if not errors:
         return []
+    if reason:
+        said = "the error of the modal basis is unknown: the run with half of the elastic coordinates failed"
+        return [f"{said} ({reason}); set {', '.join(_counts(scene))}" if _counts(scene) else f"{said} ({reason})"]
     ways = _methods(scene) or ([] if set(errors) == {"windowed force"} else _counts(scene))
-    ways = ways or _dashpots(scene) or _counts(scene)
+    ways = ways or _dashpots(scene) or (_windows(scene, window) if set(errors) == {"windowed force"} else [])
+    ways = ways or _counts(scene)
     told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
     return [f"the estimated error of the modal basis is {told}; set {', '.join(ways)}" if ways else
             f"the estimated error of the modal basis is {told}"]  # fmt: skip
@@ -64,6 +72,17 @@ def _dashpots(scene: SceneFile) -> list[str]:
         and (parts := _touching(scene, name))
         and all(scene.component[part].geometry.kind == "bar" for part in parts)
     ]
+
+
+def _windows(scene: SceneFile, window: float) -> list[str]:
+    """Return a wider window where all contacts have a dashpot: the share that rings is equal at each number of modes.
+
+    Args:
+        window: [s]
+    """
+    wide = WIDER * window
+    damped = scene.contact and all(contact.dashpot != "none" for contact in scene.contact.values())
+    return [f"run.window = {wide:.3g}"] if damped and 0 < wide <= scene.run.duration else []
 
 
 def _counts(scene: SceneFile) -> list[str]:

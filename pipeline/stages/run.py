@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file
 from gudgeon.pipeline.reduction.basis_notes import basis_notes
@@ -167,7 +167,9 @@ def _finish(job: Job, until: str) -> RunReport:
         summary = write_summary(job.out, key, expected, job.store.get(key, "trajectory", only=["times"]))
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     own += _energy_notes(job, summary) + _gap_notes(job, summary["quantities"])
-    own += basis_notes(job.scene, summary["estimates"])
+    windows = (entry["value"] for name, entry in summary["quantities"].items() if name.endswith(".force_window"))
+    reason = summary["counts"].get(BASIS_REASON, "")
+    own += basis_notes(job.scene, summary["estimates"], reason, max(windows, default=0.0))
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],

@@ -51,20 +51,27 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     return assembled(scene, bodies, terms)
 
 
-def assembled(scene: Scene, bodies: dict[str, FlexibleBody], terms: list[Term]) -> System:
+def assembled(
+    scene: Scene, bodies: dict[str, FlexibleBody], terms: list[Term], *, sag: np.ndarray | None = None
+) -> System:
     """Build the system of bodies whose records have been read, one after the other in the coordinates.
+
+    Args:
+        sag: Change of the gaps by what the bodies' coordinates do not contain [m], (c,).
 
     Raises:
         SceneError: as `compile_system`.
     """
     size = max(body.elastic.stop for body in bodies.values())
     contacts, arrays = _contacts(scene, bodies, size)
+    sag = np.zeros_like(arrays["gap"]) if sag is None else sag
+    arrays["gap"] = arrays["gap"] + sag
     driving = compile_driving(scene, bodies, contacts, size)
     position, velocity = np.zeros(size), _start(scene, bodies, size)
     loads = driving.begin(bodies, position, velocity, deformed=scene.run.start == "rest")
     _check_travel(contacts, driving)
     system = System(
-        scene=scene, bodies=bodies, contacts=contacts,
+        scene=scene, bodies=bodies, contacts=contacts, sag=sag,
         stiffness=np.concatenate([body.stiffness for body in bodies.values()]),
         damping=np.concatenate([np.full(len(body.stiffness), body.stiffness_factor) for body in bodies.values()]),
         rigid=np.concatenate([np.arange(size)[body.rigid] for body in bodies.values()]),

@@ -24,9 +24,6 @@ ROUND_OFF = 1e-5
 """Depth of a deformed point down to which it touches without force, relative to that of an undeformed one."""
 SMALLEST = 1e-12
 """Least force of a law in its linearisation, relative to the largest: at zero its compliance is infinite."""
-SETTLING = 1e3
-"""Depth to which a deformed point of a freely moving body may start inside, over that of an undeformed one: the contact
-takes it up in its first steps."""
 CONVERGED = 1e-12
 """Change of the forces, relative to the largest, at which Newton's method ends: quadratic from far above."""
 MOST_STEPS, MOST_HALVINGS = 60, 60
@@ -53,9 +50,8 @@ def settled(system: System) -> System:
         _refuse_overlap(system, system.gap, np.full(len(gaps), True), allowed)
         return system
     moves = _moves(system, gaps < -allowed)
-    inside = system.gap < -allowed
-    deepest = np.where(inside, 1.0, SETTLING) * allowed
-    _refuse_overlap(system, gaps, moves | inside, deepest)
+    inside = system.gap - system.sag < -allowed
+    _refuse_overlap(system, gaps, moves | inside, allowed)
     if not (gaps < -ROUND_OFF * allowed)[~moves].any():
         return system
     compliance = _static_compliance(system)
@@ -65,21 +61,13 @@ def settled(system: System) -> System:
     position, elastic = system.position.copy(), system.stiffness > 0
     position[elastic] += (system.rows.T @ forces)[elastic] / system.stiffness[elastic]
     found = replace(system, position=position, start_forces=forces)
-    _refuse_overlap(system, _gaps(found) + system.residual @ forces, moves, deepest)
+    _refuse_overlap(system, _gaps(found) + system.residual @ forces, moves, allowed)
     return found
 
 
 def _gaps(system: System) -> np.ndarray:
     """Return the gaps at the start without contact forces [m], (c,)."""
-    gaps = system.gap + system.rows @ system.position + system.driving.to_gap @ system.loads
-    inward = system.functions @ system.position
-    for contact in system.contacts:
-        if (over := contact.master) is not None:
-            own, other = (system.bodies[name] for name in (contact.body, over.body))
-            moved = [body.centre_motion(system.position[body.rigid])[:3] for body in (own, other)]
-            slid = float(over.direction @ (moved[0] - moved[1]))
-            gaps[contact.rows] += over.at_points(slid, inward[contact.functions])
-    return gaps
+    return system.gap + system.moved_gaps(system.position) + system.driving.to_gap @ system.loads
 
 
 def _allowed(system: System) -> np.ndarray:
@@ -116,7 +104,7 @@ def _refuse_overlap(system: System, gaps: np.ndarray, refused: np.ndarray, allow
         inside = refused[contact.rows] & (own < -allowed[contact.rows])
         if not inside.any():
             continue
-        drawn = not (system.gap[contact.rows][inside] < -allowed[contact.rows][inside]).any()
+        drawn = not ((system.gap - system.sag)[contact.rows][inside] < -allowed[contact.rows][inside]).any()
         cause, remedy = (", deformed by the loads", ", or set run.start to 'undeformed'") if drawn else ("", "")
         raise SceneError(
             f"contact.{name}: {int(inside.sum())} of {len(own)} points start inside the obstacle, the worst by"

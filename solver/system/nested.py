@@ -5,7 +5,11 @@ the static response of each body is unchanged:
 
   R' = R + B φ φᵀ Bᵀ / ω²,   S' = S + G φ φᵀ Bᵀ / ω²
 
-over the rows B of interfaces, traction spaces and loads, and G of gauges.
+over the rows B of interfaces, traction spaces and loads, and G of gauges. The gaps get what it answers to gravity,
+
+  g' = g + B φ φᵀ f / ω²,
+
+where bodies start deformed; over a traction space, at the place where each point starts.
 """
 
 from collections.abc import Mapping
@@ -42,7 +46,25 @@ def nested(system: System, share: float = HALF) -> System | None:
         first = bodies[name].elastic.stop
     if first == len(system.velocity):
         return None
-    return assembled(system.scene, bodies, system.terms)
+    return assembled(system.scene, bodies, system.terms, sag=_sag(system, share))
+
+
+def _sag(system: System, share: float) -> np.ndarray:
+    """Return the change of the gaps at the start by gravity on the coordinates that are left out [m], (c,)."""
+    without, position = system.position.copy(), system.position
+    if system.scene.run.start == "rest":
+        for body in system.bodies.values():
+            dropped = body.elastic.start + _parted(body.modal.angular_frequencies, share)[1]
+            without[dropped] -= system.driving.gravity[dropped] / system.stiffness[dropped]
+    gaps = [system.moved_gaps(one) for one in (position, without)]
+    return np.subtract(*gaps, out=np.zeros_like(gaps[0]), where=np.isfinite(gaps[0]))
+
+
+def _parted(omega: np.ndarray, share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of the coordinates of lower frequency, in order, and those of the others."""
+    order = np.argsort(omega, kind="stable")
+    count = int(np.ceil(share * len(omega)))
+    return np.sort(order[:count]), order[count:]
 
 
 def truncated(modal: ModalRecord, share: float) -> ModalRecord:
@@ -53,9 +75,7 @@ def truncated(modal: ModalRecord, share: float) -> ModalRecord:
         share: Of the number of coordinates; the number is rounded up.
     """
     omega = modal.angular_frequencies
-    order = np.argsort(omega, kind="stable")
-    count = int(np.ceil(share * len(omega)))
-    kept, dropped = np.sort(order[:count]), order[count:]
+    kept, dropped = _parted(omega, share)
     places = {**modal.interfaces, **modal.tractions, **modal.loads}
     flexible = _shapes(places, modal, dropped) / omega[dropped]
     residual, gauges = modal.residual_flexibility, _fewer(modal.gauges, kept)
@@ -67,7 +87,7 @@ def truncated(modal: ModalRecord, share: float) -> ModalRecord:
             gauges[name] = replace(gauges[name], residual=static)
     return replace(
         modal,
-        normal_count=min(modal.normal_count, count),
+        normal_count=min(modal.normal_count, len(kept)),
         angular_frequencies=omega[kept],
         interfaces=_fewer(modal.interfaces, kept),
         tractions=_fewer(modal.tractions, kept),

@@ -36,6 +36,8 @@ class System:
     """∂g/∂q [kg^-½], (c, m)."""
     gap: np.ndarray
     """Gaps at q = 0 [m], (c,)."""
+    sag: np.ndarray
+    """Share of the gaps due to gravity on coordinates that a nested system leaves out [m], (c,)."""
     residual: np.ndarray
     """R [m/N], (c, c)."""
     layer: np.ndarray
@@ -134,6 +136,20 @@ class System:
         """Time over which forces are averaged, and below which impacts are not told apart [s]; 0 where they are."""
         given = self.scene.run.window
         return self.resolution if given is None else given
+
+    def moved_gaps(self, position: np.ndarray) -> np.ndarray:
+        """Return the change of the gaps by coordinates, (m,), with points over traction spaces slid by them [m], (c,).
+
+        It is ∞ for points beside their space.
+        """
+        change, inward = self.rows @ position, self.functions @ position
+        for contact in self.contacts:
+            if (over := contact.master) is not None:
+                own, other = (self.bodies[name] for name in (contact.body, over.body))
+                moved = [body.centre_motion(position[body.rigid])[:3] for body in (own, other)]
+                slid = float(over.direction @ (moved[0] - moved[1]))
+                change[contact.rows] += over.at_points(slid, inward[contact.functions])
+        return change
 
     @property
     def rigid_contact(self) -> np.ndarray:

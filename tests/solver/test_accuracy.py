@@ -139,3 +139,26 @@ def test_one_impact_is_compared_with_the_two_that_it_falls_into(struck: Trajecto
     one = of_impacts(struck, (1.0, 3.0, 10.0, 50.0))
     two = of_impacts(struck, (1.0, 1.7, 6.0, 50.0), (2.3, 3.0, 4.0, 40.0))
     assert accuracy.difference(two, one, 0.5) == accuracy.Difference(0.0, 0.0, 0.0)
+
+
+def test_the_grouping_of_a_train_of_impacts_does_not_count(struck: Trajectory) -> None:
+    """The trains carry equal impulses, one in three impacts, the other in two."""
+    three = of_impacts(struck, (1.0, 1.1, 8.0, 50.0), (2.2, 2.3, 3.0, 50.0), (2.9, 3.0, 2.0, 50.0))
+    two = of_impacts(struck, (1.0, 2.25, 11.0, 50.0), (2.95, 3.05, 2.0, 50.0))
+    assert accuracy.difference(three, two, 0.5).impulse == 0.0
+    lost = of_impacts(struck, (1.0, 1.1, 8.0, 50.0), (2.2, 2.3, 3.0, 50.0))
+    assert accuracy.difference(lost, two, 0.5).impulse == pytest.approx(2 / 11, rel=1e-12)
+
+
+def test_times_within_half_a_window_do_not_count(struck: Trajectory) -> None:
+    """Also where impacts are shorter than their shift."""
+    fine = of_impacts(struck, (1.0, 1.0 + 1e-9, 10.0, 50.0), (5.0, 5.0 + 1e-9, 4.0, 50.0))
+    for shift, apart in ((1e-8, 0.0), (-1e-8, 0.0), (0.24, 0.0), (0.26, 0.4)):
+        coarse = of_impacts(struck, (1.0, 1.0 + 1e-9, 10.0, 50.0), (5.0 + shift, 5.0 + shift + 1e-9, 4.0, 50.0))
+        assert accuracy.difference(coarse, fine, 0.5).impulse == pytest.approx(apart, abs=1e-12)
+
+
+def test_impulses_that_are_wrong_and_compensate_each_other_count(struck: Trajectory) -> None:
+    fine = of_impacts(struck, (1.0, 2.0, 10.0, 50.0), (5.0, 6.0, 4.0, 50.0), (8.0, 9.0, 2.0, 50.0))
+    coarse = of_impacts(struck, (1.0, 2.0, 9.98, 50.0), (5.0, 6.0, 4.05, 50.0), (8.0, 9.0, 1.97, 50.0))
+    assert accuracy.difference(coarse, fine, 0.5).impulse == pytest.approx(5e-3, rel=1e-9)

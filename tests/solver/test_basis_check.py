@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, Trajectory
+from gudgeon.solver import basis_check
 from gudgeon.solver import simulate as solver
+from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
@@ -77,14 +79,26 @@ def test_the_estimate_is_close_to_the_true_error(
     layer = {key: contact[key] for key in LAYER if key in contact}
     exact = struck(tmp_path / "exact", ratio, MANY, **layer)
     system = struck(tmp_path / "kept", ratio, count, **contact)
-    # A light striker chatters on a stiff spring: its last impacts, 1 % of the impulse, depend on the step.
-    run = system.scene.run.model_copy(update={"accuracy": 1e-2})
-    found = simulate(replace(system, scene=system.scene.model_copy(update={"run": run})))
+    found = simulate(system)
+    assert found.result == Result.FINISHED.name
     errors = true_errors(found, simulate(exact), system.resolution)
     assert set(found.estimates) >= set(errors)
     for name, error in errors.items():
         estimate = found.estimates[name]
         assert error < 0.01 or LEAST * error < estimate < MOST * error, (name, estimate, error)
+
+
+def test_the_estimate_is_that_of_the_window_of_the_run(tmp_path: Path) -> None:
+    """Over eight periods of the highest frequency, less of the ringing at a wave front is left."""
+    exact = simulate(struck(tmp_path / "exact", 1.0, MANY))
+    system, found = struck(tmp_path / "kept", 1.0, 40), {}
+    for periods in (1, 8):
+        window = periods * system.resolution
+        run = system.scene.run.model_copy(update={"window": window})
+        found[periods] = simulate(replace(system, scene=system.scene.model_copy(update={"run": run})))
+        error = true_errors(found[periods], exact, window)["basis.force"]
+        assert error < 0.01 or LEAST * error < found[periods].estimates["basis.force"] < MOST * error
+    assert found[8].estimates["basis.force"] < 0.5 * found[1].estimates["basis.force"]
 
 
 def test_the_run_with_fewer_modes_takes_the_same_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,6 +143,24 @@ def test_a_failure_of_the_run_with_fewer_modes_is_an_error_of_one(
     found = simulate(build(tmp_path, rod_records(12), rod_scene()))
     assert found.result == Result.FINISHED.name
     assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
+
+
+@pytest.mark.parametrize("name", ["nested", "run"])
+def test_a_run_with_fewer_modes_that_cannot_start_is_an_error_of_one_with_its_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    march = solver._march
+
+    def refused(system: System, *rest: Any) -> Any:
+        if name == "run" and len(system.velocity) == 13:
+            return march(system, *rest)
+        raise {"nested": SceneError, "run": SolverError}[name]("contact.wall: no start")
+
+    monkeypatch.setattr(*((basis_check, "nested") if name == "nested" else (solver, "_march")), refused)
+    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    assert found.result == Result.FINISHED.name
+    assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
+    assert found.counts[BASIS_REASON] == "contact.wall: no start"
 
 
 def test_resting_and_multipoint_contacts_have_an_estimate(tmp_path: Path) -> None:

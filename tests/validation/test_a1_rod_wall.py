@@ -126,9 +126,13 @@ print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "mat
 def test_a_step_that_is_too_large_is_divided_and_noted(
     integrator: str, step: float, limit: str, parts: int, folder: Path
 ) -> None:
-    changes = {"run.step": step, "run.integrator": integrator, "run.checks": False}
+    changes = {"run.step": step, "run.integrator": integrator}
     found = run(SCENE, set=changes, db=folder / "db", out=folder / integrator, until="solve")
-    assert found.notes == [
+    # The force of the wave front rings without a dashpot, at every step.
+    (basis,) = (note for note in found.notes if note.startswith("the estimated error of the modal basis is"))
+    assert "impulse" not in basis
+    assert "contact.wall.dashpot = 'wave-guide'" in basis
+    assert [note for note in found.notes if note != basis] == [
         f"run.step: {step:g} s exceeds the limit of integrator '{integrator}', {limit}; each step was divided into"
         f" {parts} substeps"
     ]

@@ -15,7 +15,7 @@ SEVERAL = {"basis.impulse": 0.03, "basis.force": 0.2, "step.force": 0.5}
 
 def notes(scene: str, estimates: dict[str, float], **changes: Any) -> list[str]:
     job = open_job(DATA / scene, set={key.replace("__", "."): value for key, value in changes.items()})
-    return basis_notes(job.scene, estimates)
+    return basis_notes(job.scene, estimates, window=4e-6)
 
 
 def test_small_errors_and_those_of_the_step_give_none() -> None:
@@ -28,7 +28,8 @@ def test_small_errors_and_those_of_the_step_give_none() -> None:
         ("rod-wall", {}, SEVERAL, ["component.rod.modes.normal_count = 200"]),
         ("rod-wall", {}, {"basis.force": 0.2}, ["contact.wall.dashpot = 'wave-guide'"]),
         ("rod-wall", {"contact__wall__method": "constraint"}, {"basis.force": 0.2}, ["with method 'residual'"]),
-        ("rod-wall", {"contact__wall__dashpot": "wave-guide"}, {"basis.force": 0.2}, ["normal_count = 200"]),
+        ("rod-wall", {"contact__wall__dashpot": "wave-guide"}, {"basis.force": 0.2}, ["run.window = 1.6e-05"]),
+        ("rod-wall", {"contact__wall__dashpot": "wave-guide"}, SEVERAL, ["normal_count = 200"]),
         ("skirt", {"contact__bore__method": "penalty"}, SEVERAL, ["contact.bore.method = 'residual'"]),
         ("bars-longitudinal", {}, SEVERAL, ["component.bar.modes.fixed_count = 120"]),
         ("beam-sphere", {"contact__pair__method": "penalty"}, SEVERAL, ["contact.pair.method = 'residual'"]),
@@ -41,6 +42,14 @@ def test_a_note_names_the_key(
     assert all(key in note for key in keys)
     assert "50.0%" not in note
     assert all(f"{error:.1%}" in note for name, error in estimates.items() if name.startswith("basis"))
+
+
+def test_a_note_says_why_the_error_is_unknown() -> None:
+    job = open_job(DATA / "rod-wall")
+    (note,) = basis_notes(job.scene, {"basis.impulse": 1.0, "basis.force": 1.0}, "contact.wall: no start")
+    assert "unknown" in note
+    assert "contact.wall: no start" in note
+    assert "component.rod.modes.normal_count = 200" in note
 
 
 def test_a_run_with_few_modes_gives_the_note_and_with_many_modes_not(tmp_path: Path) -> None:

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.modes import GaugeModes
+from gudgeon.solver.system.equilibrium import _gaps
 from gudgeon.solver.system.nested import nested, truncated
 from gudgeon.solver.system.system import System
+from tests.solver.system.test_equilibrium import final_gaps, held
+from tests.solver.system.test_equilibrium import scene as held_scene
 from tests.solver.systems import (
     arrays,
     block_records,
@@ -72,6 +75,34 @@ def static(rows: np.ndarray, system: System, other: np.ndarray | None = None) ->
     """Return the displacement of rows under unit forces on other rows by the elastic coordinates alone."""
     elastic = system.stiffness > 0
     return (rows[:, elastic] / system.stiffness[elastic]) @ (rows if other is None else other)[:, elastic].T
+
+
+@pytest.mark.parametrize("gap", [1e-8, 1e-3])
+def test_gravity_deforms_the_nested_system_as_the_whole_one(tmp_path: Path, gap: float) -> None:
+    """A held block, on its wall and beside it: gaps and contact forces of the equilibrium are equal."""
+    system = build(tmp_path, held(6), held_scene(gap, {}))
+    found = nested(system)
+    assert found is not None
+    sag = np.abs(system.rows @ (system.driving.gravity / system.stiffness)).max()
+    np.testing.assert_allclose(final_gaps(found), final_gaps(system), rtol=0, atol=1e-12 * max(sag, gap))
+    largest = system.start_forces.max()
+    assert (largest > 0) == (gap < 1e-3)
+    np.testing.assert_allclose(found.start_forces, system.start_forces, rtol=0, atol=ROUND_OFF * largest)
+
+
+def test_a_surface_that_others_slide_over_keeps_its_sag(tmp_path: Path) -> None:
+    """The plate, on supports, bends under its weight below a block that slides on it."""
+    records = driven_pair_records(6)
+    plate = records["plate"][0]
+    weight = np.random.default_rng(4).uniform(0.2, 0.5, (3, len(plate.angular_frequencies)))
+    records["plate"] = (replace(plate, participation=weight), records["plate"][1])
+    scene = driven_pair_scene(clearance=1e-4, gravity=[50.0, 0.0, 0.0])
+    system = build_all(tmp_path, records, scene)
+    found = nested(system)
+    assert found is not None
+    bent = np.abs(found.sag).max()
+    assert bent > 1e-10
+    np.testing.assert_allclose(_gaps(found), _gaps(system), rtol=0, atol=1e-9 * bent)
 
 
 def test_a_gauge_keeps_its_static_response() -> None:
