@@ -11,6 +11,7 @@ from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.budget.budget import budget_of
 from gudgeon.pipeline.report.changes import change_rows
 from gudgeon.pipeline.report.choice import choose, doubtful, judged, keep, on_its_mesh
+from gudgeon.pipeline.report.costs import cost_rows
 from gudgeon.pipeline.report.document import Document, Quantity, Table
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
@@ -92,6 +93,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             left_out=left_out,
             changes=change_rows(job, progress),
             choice=on_its_mesh(choice, runs, budget, how.same_mesh),
+            costs=cost_rows(job, points, runs, nodal, lambda tolerance: doubtful(found, tolerance)),
             budget=budget,
             tables=_tables(job, one, reference),
             window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
