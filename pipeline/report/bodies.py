@@ -19,7 +19,7 @@ from gudgeon.pipeline.report.force import reproducible
 from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.measures.differences import velocity_table
-from gudgeon.pipeline.report.page.output import report_folder, write_report
+from gudgeon.pipeline.report.page.output import FORCE_PICTURE, report_folder, write_report
 from gudgeon.pipeline.report.reference import Reference, check_names, external_reference, reference_run, values_of
 from gudgeon.pipeline.report.steps import with_steps
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
@@ -63,7 +63,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         InputError: a setting or the reference of the scene is wrong, or the folder holds the report of another scene.
         StageError: no setting ran.
     """
-    with report_folder(job.out, job.name):
+    with report_folder(job.out, job.name, FORCE_PICTURE):
         settings, left_out = _settings(job)
         run_job(job, "morph", progress)
         nodal = nodal_runs(job, progress)
@@ -102,7 +102,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
         )
         keep(job, document)
-        write_report(document, job.out)
+        write_report(document, job.out, picture=_force_picture(job, one, reference))
         progress("report", 1.0)
         return document
 
@@ -200,6 +200,19 @@ def _tables(job: Job, one: Point, reference: Reference) -> list[Table]:
         return []
     table = velocity_table(job, one.trajectory, one.setting.name, reference.run)
     return [] if table is None else [table]
+
+
+def _force_picture(job: Job, one: Point, reference: Reference) -> bytes | None:
+    """Return the picture of the force of a setting and of the reference run; None if that is no run."""
+    (job.out / FORCE_PICTURE).unlink(missing_ok=True)
+    if reference.run is None or reference.force is None:
+        return None
+    # Imported late: matplotlib would count into the memory of timed runs.
+    from gudgeon.pipeline.report.page.force_picture import draw_forces
+
+    names = reference.source, one.setting.name
+    draw_forces(one.job, (reference.run, one.trajectory), names, job.out / FORCE_PICTURE)
+    return (job.out / FORCE_PICTURE).read_bytes()
 
 
 def _failure(one: Point) -> str:

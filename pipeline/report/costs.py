@@ -1,8 +1,8 @@
 """CPU time for an accuracy, side by side: the cheapest setting, full FE at its interpolated step, and rival models.
 
 The setting of a method is that of the least integration time whose conservative error is within the tolerance. Full FE
-is judged by its total error alone; its step that just meets the tolerance follows from the errors of its runs, linear in
-the logarithms of both, within the runs or up to a factor of two beyond them.
+is judged by its total error alone; its step that just meets the tolerance follows from the errors of its runs, linear
+in the logarithms of both, within the runs or up to a factor of two beyond them.
 """
 
 import math
@@ -158,4 +158,3 @@ def nodal_times(job: Job, runs: Sequence[NodalRecord]) -> NodalTimes:
 
 def _plain(taken: Seconds) -> dict[str, float]:
     return {"wall": taken.wall, "cpu": taken.cpu}
-

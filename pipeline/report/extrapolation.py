@@ -1,9 +1,11 @@
 """The full-FE run at step zero, by Richardson's extrapolation of the two finest runs, and its own uncertainty.
 
-With errors C hᵖ in every history, f = f₂ + (f₂ − f₁) / ((h₁/h₂)ᵖ − 1). All quantities are then those of the extrapolated
-histories, curves and numbers alike. The order p is observed in the windowed forces of the three finest runs.
+With errors C hᵖ in every history, f = f₂ + (f₂ − f₁) / ((h₁/h₂)ᵖ − 1). All quantities are then those of the
+extrapolated histories, curves and numbers alike. The order p is observed in the windowed forces of the three finest
+runs.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -43,7 +45,9 @@ def extrapolation(job: Job, runs: Sequence[NodalRecord]) -> Extrapolation:
     observed = _observed_order(job, runs[-3:]) if len(runs) > 2 and job.scene.contact else None
     order = ORDER if observed is None else min(observed, ORDER)
     found = _extrapolated(coarse, fine, order)
-    how = f"of order {order:g}, which is stated" if observed is None else f"of order {order:.2g}, observed {observed:.2f}"
+    how = (
+        f"of order {order:g}, which is stated" if observed is None else f"of order {order:.2g}, observed {observed:.2f}"
+    )
     words = f"full FE at {coarse.step * 1e6:g} and {fine.step * 1e6:g} µs, extrapolated with errors {how}"
     if observed is None:
         return Extrapolation(found, fine, 1.0, words)
@@ -58,7 +62,7 @@ def _observed_order(job: Job, runs: Sequence[NodalRecord]) -> float:
     for run in runs:
         forces = contact_forces(run)
         curves.append(smooth(run.times, np.column_stack([forces[name] for name in job.scene.contact]), grid, window))
-    above, below = (float(np.linalg.norm(one - other)) for one, other in zip(curves, curves[1:], strict=False))
+    above, below = (float(np.linalg.norm(one - other)) for one, other in itertools.pairwise(curves))
     h = [run.step for run in runs]
     low, high = LOWEST, 2 * ORDER
     for _ in range(60):
@@ -92,9 +96,7 @@ def _extrapolated(coarse: NodalRecord, fine: NodalRecord, order: float) -> Nodal
     return replace(fine, force=total, forces=forces, motion=motion, masters=masters, quantities=quantities)
 
 
-def _corrected(
-    fine: tuple[np.ndarray, np.ndarray], coarse: tuple[np.ndarray, np.ndarray], share: float
-) -> np.ndarray:
+def _corrected(fine: tuple[np.ndarray, np.ndarray], coarse: tuple[np.ndarray, np.ndarray], share: float) -> np.ndarray:
     """Return values of the finer run with the correction at the times of the coarser one, linear in between, (f, k).
 
     Args:

@@ -76,7 +76,6 @@ class Report(Strict):
         default={}, description="Name → design change, as nested tables; reuse is compared with recompute"
     )
 
-
     @model_validator(mode="after")
     def _known(self) -> "Report":
         for name in self.rivals:

@@ -22,6 +22,8 @@ from gudgeon.pipeline.report.page.words import (
 )
 
 FILES = ("report.json", "report.csv", "report.html", "report.png")
+FORCE_PICTURE = "report-force.png"
+"""Force of the run of the error budget and of the reference run, where the reference is a run."""
 WIDE = 6
 """Largest number of quantities that have a column each in the printed table; above it the largest error is printed."""
 

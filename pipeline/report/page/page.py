@@ -214,7 +214,7 @@ def _picture(document: Document, picture: bytes | None) -> str:
     if picture is None:
         return ""
     text = base64.b64encode(picture).decode("ascii")
-    alt = escape(f"{document.scene}: errors of its runs; the tables have the same numbers")
+    alt = escape(f"{document.scene}: its runs beside the reference; the tables have the numbers")
     return _section("Picture", f'<img alt="{alt}" src="data:image/png;base64,{text}">')
 
 

@@ -19,13 +19,15 @@ COST_PARTS = {
     "hundred": "a hundred runs",
 }
 COST_NOTE = (
-    "CPU time on the same mesh; in brackets, over that of the first line of the same error. Set-up: reading records and"
-    " compiling the scene; of full FE, assembly and factors. First run: with mesh, modes and residual flexibility. Ten and"
-    " a hundred runs: of the same bodies, modes from the database; full FE keeps its factors. Each setting is the one of"
-    " its method with the least integration time; settings are judged by the conservative error, full FE by the total"
-    " one."
+    "CPU time on the same mesh; in brackets, over that of the first line of the same error. Set-up: reading records"
+    " and compiling the scene; of full FE, assembly and factors. First run: with mesh, modes and residual flexibility."
+    " Ten and a hundred runs: of the same bodies, modes from the database; full FE keeps its factors. Each setting is"
+    " the one of its method with the least integration time; settings are judged by the conservative error, full FE by"
+    " the total one."
 )
 ORDERS = "In brackets: observed order; without: values that are not monotone, or an order below 0.5, taken as 0.5."
+SHARE = "of_the_change"
+"""Ending of the keys of a design change whose value is an error over the effect of the change."""
 PERCENT = 1e-3
 """Relative errors from this size on are written in per cent."""
 SETTLES = {
@@ -217,6 +219,8 @@ def change_text(key: str, value: Any) -> str:
         return NOTHING if value is None else str(value)
     if key.endswith("seconds"):
         return seconds_text(value)
+    if key.endswith(SHARE):
+        return size_text(value)
     if key.endswith(("error", "change")):
         return error_text(value)
     return count_text(value) if isinstance(value, int) else f"{value:.4g}"
