@@ -121,8 +121,9 @@ def _beside(own: float | None, full: float | None, rival: float | None) -> str:
     """Return seconds with those of full FE and a rival over them; a dash without either."""
     if own is None:
         return "–"
-    ratios = [f"{word} × {other / own:.3g}" for word, other in (("", full), ("rival ", rival)) if other and own]
-    return f"{own:.3g} s" + (f" ({'; '.join(ratio.strip() for ratio in ratios)})" if ratios else "")
+    beside = (("", full), ("rival ", rival))
+    ratios = [f"{word}× {other / own:.3g}" for word, other in beside if other is not None and own > 0]
+    return f"{own:.3g} s" + (f" ({'; '.join(ratios)})" if ratios else "")
 
 
 def with_table(text: str, table: str) -> str:
