@@ -66,10 +66,10 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "edge_share", "1", "Share of the impulses of all points that acts at points on the edge of the"
              " interface.", _SIZE),
     Quantity("contact", "pressure_peak", "Pa", "Largest mean pressure over a patch of the surface, at the frames and at"
-             " the largest forces of contacts; points with a sliver of area do not determine it.", _SIZE,
-             "of the samples"),
+             " the largest forces of contacts: a short pressure between frames may be larger, `run.frames` sets"
+             " their number. Points with a sliver of area do not determine it.", _SIZE, "of the frames"),
     Quantity("contact", "pressure_patch", "m^2", "Area of this patch.", _SIZE),
-    Quantity("contact", "pressure_time", "s", "Time of this pressure.", _SIZE, "of the samples"),
+    Quantity("contact", "pressure_time", "s", "Time of this pressure.", _SIZE, "of the frames"),
     *(
         Quantity("contact", f"pressure_{axis}", "m", f"Place of this pressure along {axis}, in the body's own design"
                  " position.", f"positive: along {axis}")

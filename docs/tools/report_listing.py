@@ -45,6 +45,7 @@ def main_figures(folder: Path) -> Scenes:
         budget = report.get("budget")
         terms = {} if budget is None else {term["source"]: term["size"] for term in budget["terms"]}
         entry["budget"] = None if budget is None else {"run": budget["run"], "terms": terms}
+        entry["costs"] = report.get("costs", [])
         entry["runs"] = [{key: run[key] for key in KEPT} for run in report["runs"]]
     for path in sorted(folder.rglob("robustness.json")):
         entry = found.setdefault(path.parent.relative_to(folder).as_posix(), {})
@@ -84,12 +85,52 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
         f"Robustness cases of all scenes: {sum(counts.values())},"
         f" {', '.join(f'{count} {verdict}' for verdict, count in counts.items())}.",
         "",
+        "## CPU time for an accuracy",
+        "",
+        "The cheapest setting of each scene with full FE on the same mesh, one thread; in brackets, how many times as"
+        " long full FE takes at its interpolated step, and the fastest rival: another basis or contact method. First"
+        " run: with mesh and modes; ten and a hundred runs of the same bodies.",
+        "",
+        *costs_lines(scenes),
+        "",
         "## Comparison with published systems",
         "",
         seeds_table(scenes, seeds, "../../"),
         "",
     ]
     return "\n".join(lines)
+
+
+def costs_lines(scenes: Scenes) -> list[str]:
+    """Return the table of run times for accuracies, one line per scene and tolerance."""
+    parts = {
+        "integration": "integration", "database": "with reading and set-up", "first": "first run", "ten": "ten runs",
+        "hundred": "a hundred runs",
+    }  # fmt: skip
+    lines = [
+        f"| {' | '.join(('scene', 'error', 'run', 'full FE', *parts.values()))} |",
+        f"|{'---|' * (4 + len(parts))}",
+    ]
+    for name, scene in sorted(scenes.items()):
+        costs = scene.get("costs", [])
+        for own in (one for one in costs if one["method"] == "reduced"):
+            alike = [one for one in costs if one["tolerance"] == own["tolerance"]]
+            full = next((one for one in alike if one["method"] == "nodal"), None)
+            rivals = [one for one in alike if one["method"] == "rival" and one["integration"] is not None]
+            rival = min(rivals, key=lambda one: one["integration"], default=None)
+            cells = [scene_link(name, "../../"), f"≤ {own['tolerance']:.1%}", own["run"], full["run"] if full else "–"]
+            cells += [_beside(own[part], full and full[part], rival and rival[part]) for part in parts]
+            lines.append(f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |")
+    return lines
+
+
+def _beside(own: float | None, full: float | None, rival: float | None) -> str:
+    """Return seconds with those of full FE and a rival over them; a dash without either."""
+    if own is None:
+        return "–"
+    beside = (("", full), ("rival ", rival))
+    ratios = [f"{word}× {other / own:.3g}" for word, other in beside if other is not None and own > 0]
+    return f"{own:.3g} s" + (f" ({'; '.join(ratios)})" if ratios else "")
 
 
 def with_table(text: str, table: str) -> str:

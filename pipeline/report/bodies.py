@@ -11,6 +11,7 @@ from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.budget.budget import budget_of
 from gudgeon.pipeline.report.changes import change_rows
 from gudgeon.pipeline.report.choice import choose, doubtful, judged, keep, on_its_mesh
+from gudgeon.pipeline.report.costs import cost_rows
 from gudgeon.pipeline.report.document import Document, Quantity, Table
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
@@ -18,7 +19,7 @@ from gudgeon.pipeline.report.force import reproducible
 from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.measures.differences import velocity_table
-from gudgeon.pipeline.report.page.output import report_folder, write_report
+from gudgeon.pipeline.report.page.output import FORCE_PICTURE, report_folder, write_report
 from gudgeon.pipeline.report.reference import Reference, check_names, external_reference, reference_run, values_of
 from gudgeon.pipeline.report.steps import with_steps
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
@@ -62,7 +63,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         InputError: a setting or the reference of the scene is wrong, or the folder holds the report of another scene.
         StageError: no setting ran.
     """
-    with report_folder(job.out, job.name):
+    with report_folder(job.out, job.name, FORCE_PICTURE):
         settings, left_out = _settings(job)
         run_job(job, "morph", progress)
         nodal = nodal_runs(job, progress)
@@ -92,6 +93,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             left_out=left_out,
             changes=change_rows(job, progress),
             choice=on_its_mesh(choice, runs, budget, how.same_mesh),
+            costs=cost_rows(job, points, runs, nodal, lambda tolerance: doubtful(found, tolerance)),
             budget=budget,
             tables=_tables(job, one, reference),
             window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
@@ -100,7 +102,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
         )
         keep(job, document)
-        write_report(document, job.out)
+        write_report(document, job.out, picture=_force_picture(job, one, reference))
         progress("report", 1.0)
         return document
 
@@ -198,6 +200,19 @@ def _tables(job: Job, one: Point, reference: Reference) -> list[Table]:
         return []
     table = velocity_table(job, one.trajectory, one.setting.name, reference.run)
     return [] if table is None else [table]
+
+
+def _force_picture(job: Job, one: Point, reference: Reference) -> bytes | None:
+    """Return the picture of the force of a setting and of the reference run; None if that is no run."""
+    (job.out / FORCE_PICTURE).unlink(missing_ok=True)
+    if reference.run is None or reference.force is None:
+        return None
+    # Imported late: matplotlib would count into the memory of timed runs.
+    from gudgeon.pipeline.report.page.force_picture import draw_forces
+
+    names = reference.source, one.setting.name
+    draw_forces(one.job, (reference.run, one.trajectory), names, job.out / FORCE_PICTURE)
+    return (job.out / FORCE_PICTURE).read_bytes()
 
 
 def _failure(one: Point) -> str:

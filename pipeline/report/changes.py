@@ -1,13 +1,17 @@
 """Design changes in a report: reuse against recompute, in error and in wall time."""
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gudgeon import modaldb
+from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.report.force import end_of, history_reference
+from gudgeon.pipeline.report.measures.differences import distance, impulses_of_impacts
 from gudgeon.pipeline.report.reference import histories
 from gudgeon.pipeline.report.steps import with_steps
 from gudgeon.pipeline.report.sweep import Setting
@@ -65,18 +69,36 @@ def _on_update(job: Job, update: str) -> Job:
 
 def _row(job: Job, name: str, reports: tuple[RunReport, RunReport, RunReport]) -> dict[str, Any]:
     """Return the row of one change from its runs: cold and unchanged, changed with reuse, changed with recompute."""
-    runs = [histories(job, job.store.get(report.stages["solve"].key, "trajectory")) for report in reports]
+    trajectories = [job.store.get(report.stages["solve"].key, "trajectory") for report in reports]
+    runs = [histories(job, one) for one in trajectories]
     cold, reused, recomputed = (sum(stage.seconds for stage in report.stages.values()) for report in reports)
     unchanged, exact = (history_reference(job, *runs[n], end_of(job)) for n in (0, 2))
     impulse_error, force_error = exact.errors(*runs[1])
+    force_change = exact.errors(*runs[0])[1]
+    before, reuse, anew = _impulses(job, trajectories)
+    impact_change, impact_error = distance(before, anew), distance(reuse, anew)
     return {
         "change": name,
         "impulse_change": unchanged.errors(*runs[2])[0],
         "impulse_error": impulse_error,
-        "force_change": exact.errors(*runs[0])[1],
+        "force_change": force_change,
         "force_error": force_error,
+        "force_error_of_the_change": _share(force_error, force_change),
+        "impact_change": impact_change,
+        "impact_error": impact_error,
+        "impact_error_of_the_change": _share(impact_error, impact_change),
         "cold_seconds": cold,
         "reuse_seconds": reused,
         "recompute_seconds": recomputed,
         "reuse_stages": {stage: entry.state for stage, entry in reports[1].stages.items()},
     }
+
+
+def _impulses(job: Job, runs: Sequence[Trajectory]) -> tuple[np.ndarray, ...]:
+    """Return the impulses of all impacts of the last run, in each run [N s], (b,) each."""
+    return tuple(impulses_of_impacts(job, run, runs[-1]) for run in runs)
+
+
+def _share(error: float, change: float) -> float | None:
+    """Return an error over the effect of the change; None without an effect."""
+    return error / change if change > 0 else None

@@ -114,6 +114,30 @@ class Quantity:
     why: str
     """Result of the convergence check, in words."""
     chains: list[Chain]
+    uncertainty: float | None = None
+    """Estimated relative error of the reference itself, where it is an extrapolation."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """CPU time for an accuracy by one method, on one thread: seconds of one run, and of several on the same bodies."""
+
+    tolerance: float
+    method: str
+    """`reduced`, `nodal`: full FE, or `rival`: a model of `report.rivals`."""
+    run: str
+    """The setting, or the full-FE step and how it was found; why there is none."""
+    error: float | None = None
+    """Its conservative error, of full FE the total one."""
+    integration: float | None = None
+    """The time loop alone, of full FE without assembly and factorisation [s]."""
+    database: float | None = None
+    """With reading and compiling, or with assembly and factorisation; mesh and modes are in the database [s]."""
+    first: float | None = None
+    """With mesh, modes, residual flexibility and all else [s]."""
+    ten: float | None = None
+    """The first run and nine from the database; full FE keeps its factors [s]."""
+    hundred: float | None = None
 
 
 @dataclass(frozen=True)
@@ -197,6 +221,8 @@ class Document:
     choice: Choice | None = None
     budget: Budget | None = None
     """Of the chosen run, or of the one with the least conservative error; None for kinds of scene without one."""
+    costs: list[Cost] = field(default_factory=list)
+    """Run times for tolerances by method; empty without full FE or rivals."""
     window: float = 0.0
     """Full width of the Hann window on forces [s]."""
     until: float | None = None
@@ -219,6 +245,7 @@ class Document:
             "runs": [_run(entry) for entry in found["runs"]],
             "choice": None if found["choice"] is None else Choice(**found["choice"]),
             "budget": _budget(found.get("budget")),
+            "costs": [Cost(**entry) for entry in found.get("costs", ())],
             "tables": [Table(**entry) for entry in found["tables"]],
         }
         return cls(**{**found, **parts, "schema": SCHEMA})

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
@@ -18,6 +18,7 @@ from gudgeon.pipeline.report.reference import (
     errors_against,
     largest,
     named_by,
+    own_errors,
     reference_run,
 )
 from gudgeon.pipeline.report.sweep import OWN_ACCURACY, Setting, basis_of, scheme_of
@@ -124,8 +125,10 @@ def quantities(
     expected = reference.expected
     if reference.run is not None:
         expected = values_of_impacts(base, reference.run, float(ran[0].trajectory.times[0])) | expected
+    uncertain = own_errors(base, reference)
     about = {name: (units.get(name) or UNITS.get(_last(name), ""), expected.get(name)) for name in names}
-    return [_quantity(name, about[name], links, reference, base) for name in names]
+    found = [_quantity(name, about[name], links, reference, base) for name in names]
+    return [replace(one, uncertainty=uncertain.get(one.name)) for one in found]
 
 
 def _last(name: str) -> str:
@@ -187,7 +190,7 @@ def _nodal_run(
     run: NodalRecord, nodal: Sequence[NodalRecord], job: Job, reference: Reference, counting: set[str]
 ) -> Run:
     last = run is nodal[-1]
-    itself = last and reference.kind == "nodal"
+    itself = reference.is_run(run)
     errors = {} if itself else errors_against(job, run, reference)
     worst, size = largest(errors, counting)
     return Run(

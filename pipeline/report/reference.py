@@ -12,6 +12,7 @@ import numpy as np
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.report.document import Errors
+from gudgeon.pipeline.report.extrapolation import Extrapolation, extrapolation
 from gudgeon.pipeline.report.force import (
     ForceReference,
     Ran,
@@ -53,11 +54,17 @@ class Reference:
     """The reference force beyond `report.until`; None if that is the end of the run."""
     located: Ran | None = None
     """The run whose impacts are compared: that of the report's reference."""
+    zero_step: Extrapolation | None = None
+    """The extrapolation of full-FE runs that is the reference."""
 
     @property
     def empty(self) -> bool:
         """Whether it has nothing to compare with."""
         return not self.expected and self.force is None and self.run is None
+
+    def is_run(self, run: Ran) -> bool:
+        """Whether a run is the reference itself."""
+        return self.zero_step is None and (self.located if self.run is None else self.run) is run
 
 
 def values_of(run: Ran) -> dict[str, float]:
@@ -81,10 +88,22 @@ def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
         return Reference(kind, f"{about.get('title', path.stem)} ({path.name})", expected, pulse)
     if finest is None:
         return None
-    source = f"full FE at {finest.step * 1e6:g} µs"
+    zero_step, run, source = None, finest, f"full FE at {finest.step * 1e6:g} µs"
+    if report.full_fe is not None and report.full_fe.extrapolate:
+        zero_step = extrapolation(job, nodal)
+        run, source = zero_step.run, zero_step.words
     if not job.scene.contact:
-        return replace(reference_run(job, finest, None, source), kind="nodal")
-    return Reference("nodal", source, {}, _force(job, finest), finest, whole=_whole(job, finest), located=finest)
+        return replace(reference_run(job, run, None, source), kind="nodal", zero_step=zero_step)
+    force, whole = _force(job, run), _whole(job, run)
+    return Reference("nodal", source, {}, force, run, whole=whole, located=finest, zero_step=zero_step)
+
+
+def own_errors(job: Job, reference: Reference) -> Errors:
+    """Return the estimated error of an extrapolated reference in each quantity, without sign; empty for others."""
+    if reference.zero_step is None:
+        return {}
+    errors = errors_against(job, reference.zero_step.rougher, reference)
+    return {name: abs(error) * reference.zero_step.share for name, error in errors.items() if name != DRIFT}
 
 
 def reference_run(job: Job, run: Ran, like: Reference | None, name: str) -> Reference:

@@ -48,6 +48,8 @@ class Setting:
     """Changes of the scene, as nested tables."""
     named: bool = True
     """Whether the scene names it; a setting of the default sweep may be inadmissible."""
+    model: str = ""
+    """Name of its model in `report.models`."""
 
 
 def settings_of(job: Job) -> list[Setting]:
@@ -71,7 +73,7 @@ def settings_of(job: Job) -> list[Setting]:
         for path, value in point:
             tables = merged(tables, _nested(job, path, value))
         words = [name, *(word_of(path, value) for path, value in point)]
-        found.append(Setting(", ".join(filter(None, words)), tables, named=not point))
+        found.append(Setting(", ".join(filter(None, words)), tables, named=not point, model=name))
     return found
 
 

@@ -2,16 +2,22 @@
 
 from typing import Annotated, Any
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from gudgeon.pipeline.geometry.numbers import Strict
 
 
 class FullFE(Strict):
-    """Full-FE runs; the finest one is the reference if no file is given."""
+    """Full-FE runs; the finest one, or their extrapolation, is the reference if no file is given."""
 
     steps: tuple[float, ...] = Field(
         default=(2e-6, 1e-6, 5e-7, 2.5e-7), min_length=2, description="Time steps, coarse to fine [s]"
+    )
+
+    extrapolate: bool = Field(
+        default=False,
+        description="The reference is Richardson's extrapolation of the runs with the two finest steps, with the order"
+        " observed over the three finest",
     )
 
     @field_validator("steps")
@@ -55,6 +61,11 @@ class Report(Strict):
         description="Path of a key → its values, coarse to fine; every model runs with every combination. A star is any"
         " name of a table: 'component.*.modes.normal_count'",
     )
+    rivals: tuple[str, ...] = Field(
+        default=(),
+        description="Names of models that are other methods: the table of costs compares the best of each with the"
+        " others",
+    )
     interest: tuple[str, ...] = Field(
         default=(),
         description="Quantities whose errors count for the front and for --tolerance: quantities of the run, force,"
@@ -64,6 +75,13 @@ class Report(Strict):
     changes: dict[str, dict[str, Any]] = Field(
         default={}, description="Name → design change, as nested tables; reuse is compared with recompute"
     )
+
+    @model_validator(mode="after")
+    def _known(self) -> "Report":
+        for name in self.rivals:
+            if name not in self.models:
+                raise ValueError(f"rivals: '{name}' given, models are {', '.join(self.models) or 'none'}")
+        return self
 
 
 class Plot(Strict):

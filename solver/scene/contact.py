@@ -64,7 +64,9 @@ class Contact(Strict):
     )
     surface_stiffness: Positive | None = Field(
         default=None,
-        description="Stiffness per area of a surface layer, such as asperities, or of the penalty springs [N/m^3]",
+        description="Stiffness per area of a surface layer, such as asperities, or of the penalty springs [N/m^3]:"
+        " measured or assumed data of the surfaces, so there is no default; without it, method 'residual' is rigid"
+        " contact of the surfaces on the bodies' own flexibility",
         json_schema_extra={"unit": "N/m^3"},
     )
     law: Law | None = Field(

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.measuring.clock import Clock, Seconds
 from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.products import nodal_product
+from gudgeon.pipeline.stages.products import Product, nodal_product
 
 REPEATS, SHORT = 3, 10.0
 """A run of `SHORT` [s] or less is repeated so often in all; the least time counts, as for reduced models."""
@@ -27,10 +28,9 @@ def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRe
     steps, duration = sorted(job.scene.report.full_fe.steps, reverse=True), job.scene.run.duration
     if steps[0] > duration:
         raise InputError(f"{job.path}: report.full_fe.steps: {steps[0]:g} s given, the run lasts {duration:g} s")
-    parts = {name: (made["modes"].inputs, made["morph"].inputs) for name, made in job.components().items()}
     problem, runs = None, []
     for number, step in enumerate(steps):
-        product = nodal_product(job.name, job.dynamics(), parts, step)
+        product = _product(job, step)
         if not job.store.has(product.key):
             problem = problem or nodal_problem(job)
             stage = f"full FE {step * 1e6:g} µs ({number + 1} of {len(steps)})"
@@ -38,6 +38,29 @@ def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRe
             job.store.put(product.key, "nodal", record, product.inputs)
         runs.append(job.store.get(product.key, "nodal"))
     return runs
+
+
+def nodal_key(job: Job, step: float) -> str:
+    """Return the key of the full-FE run of a step [s]."""
+    return _product(job, step).key
+
+
+def set_up_seconds(job: Job, step: float) -> tuple[Seconds, Seconds]:
+    """Return the time from meshes to the problem, and that of a run of a single step [s]: factors and condensation.
+
+    Raises:
+        InputError, StageError: see `nodal_problem` and `simulate_nodal`.
+    """
+    clock = Clock()
+    problem = nodal_problem(job)
+    assembly = clock.read()
+    run = simulate_nodal(replace(problem, duration=step), step)
+    return assembly, Seconds(run.wall_seconds, run.cpu_seconds)
+
+
+def _product(job: Job, step: float) -> Product:
+    parts = {name: (made["modes"].inputs, made["morph"].inputs) for name, made in job.components().items()}
+    return nodal_product(job.name, job.dynamics(), parts, step)
 
 
 def _timed(problem: NodalProblem | PointProblem, step: float, progress: Callable[[float], None]) -> NodalRecord:

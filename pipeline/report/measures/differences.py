@@ -59,6 +59,15 @@ def values_of_impacts(job: Job, run: Ran, interval: float) -> dict[str, float]:
     return contact_values(courses, {name: parts(found, window) for name, found in courses.items()}, window)
 
 
+def impulses_of_impacts(job: Job, run: Ran, located: Ran) -> np.ndarray:
+    """Return the impulse that a run gives in each impact of another one, contact by contact [N s], (b,)."""
+    window = window_of(job.scene.report.window, float(run.times[0]), float(located.times[0]))
+    shares = {name: parts(found, window) for name, found in _courses(job, located).items()}
+    values = contact_values(_courses(job, run), shares, window)
+    numbers = [(name, n + 1) for name, rows in shares.items() for n in range(len(rows))]
+    return np.array([values[f"{name}.impact{n}.impulse"] for name, n in numbers])
+
+
 def _courses(job: Job, run: Ran) -> dict[str, ForceCourse]:
     forces, until = contact_forces(run), end_of(job)
     return {name: course(run.times, forces[name], until) for name in job.scene.contact}

@@ -16,11 +16,14 @@ from gudgeon.pipeline.report.page.words import (
     error_text,
     flagged,
     machine_text,
+    reference_text,
     tables_of,
     verdict,
 )
 
 FILES = ("report.json", "report.csv", "report.html", "report.png")
+FORCE_PICTURE = "report-force.png"
+"""Force of the run of the error budget and of the reference run, where the reference is a run."""
 WIDE = 6
 """Largest number of quantities that have a column each in the printed table; above it the largest error is printed."""
 
@@ -80,7 +83,7 @@ def report_text(document: Document) -> str:
     """Return a report as Markdown: error budget, reference, verdict, table of runs, design changes, further tables."""
     lines = [
         *([budget] if (budget := budget_text(document)) else []),
-        f"Reference ({document.reference['kind']}): {document.reference['source']}; {machine_text(document)}",
+        f"Reference ({document.reference['kind']}): {reference_text(document)}; {machine_text(document)}",
         *([f"Compared up to {document.until * 1e3:g} ms."] if document.until else []),
         verdict(document),
         *(f"Does not converge over this sweep, not fitted: {one.name}. {one.why}" for one in flagged(document)),

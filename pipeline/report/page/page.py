@@ -21,6 +21,7 @@ from gudgeon.pipeline.report.page.words import (
     edge_text,
     flagged,
     machine_text,
+    reference_text,
     step_text,
     tables_of,
     verdict,
@@ -65,7 +66,7 @@ def page(document: Document, picture: bytes | None = None) -> str:
 def _head(document: Document, title: str) -> str:
     reference = document.reference
     facts = {
-        "Reference": f"{escape(reference['kind'])}: {escape(reference['source'])}",
+        "Reference": f"{escape(reference['kind'])}: {escape(reference_text(document))}",
         "Machine": escape(machine_text(document)),
         "Version": escape(document.version),
         "Command": f"<code>{escape(document.command)}</code>",
@@ -213,7 +214,7 @@ def _picture(document: Document, picture: bytes | None) -> str:
     if picture is None:
         return ""
     text = base64.b64encode(picture).decode("ascii")
-    alt = escape(f"{document.scene}: errors of its runs; the tables have the same numbers")
+    alt = escape(f"{document.scene}: its runs beside the reference; the tables have the numbers")
     return _section("Picture", f'<img alt="{alt}" src="data:image/png;base64,{text}">')
 
 

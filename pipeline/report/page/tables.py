@@ -91,9 +91,11 @@ def quantities_table(document: Document) -> str:
         Column("unit", [one.unit for one in quantities], kind="short"),
         Column("type of error", [one.measure for one in quantities], kind="short"),
         Column("reference", [NOTHING if one.reference is None else f"{one.reference:.6g}" for one in quantities]),
+        Column("its own error", [size_text(one.uncertainty) for one in quantities]),
         Column("counts", ["yes" if one.counts else "no" for one in quantities], kind="short"),
         Column("over the sweep", verdicts, kind="text words"),
     ]
+    columns = [one for one in columns if one.title != "its own error" or set(one.texts) != {NOTHING}]
     rows = [_class("flagged" if one.converges is False else "") for one in quantities]
     return _html("quantities", "quantity", [escape(one.name) for one in quantities], columns, rows)
 

@@ -9,7 +9,25 @@ from gudgeon.pipeline.report.convergence import TOO_FEW
 from gudgeon.pipeline.report.document import Document, Quantity, Run, Table, Term
 
 NOTHING = "–"
+METHODS = {"reduced": "gudgeon", "nodal": "full FE", "rival": "rival"}
+"""Names of the methods of `Cost`."""
+COST_PARTS = {
+    "integration": "integration",
+    "database": "with reading and set-up",
+    "first": "first run",
+    "ten": "ten runs",
+    "hundred": "a hundred runs",
+}
+COST_NOTE = (
+    "CPU time on the same mesh; in brackets, over that of the first line of the same error. Set-up: reading records"
+    " and compiling the scene; of full FE, assembly and factors. First run: with mesh, modes and residual flexibility."
+    " Ten and a hundred runs: of the same bodies, modes from the database; full FE keeps its factors. Each setting is"
+    " the one of its method with the least integration time; settings are judged by the conservative error, full FE by"
+    " the total one."
+)
 ORDERS = "In brackets: observed order; without: values that are not monotone, or an order below 0.5, taken as 0.5."
+SHARE = "of_the_change"
+"""Ending of the keys of a design change whose value is an error over the effect of the change."""
 PERCENT = 1e-3
 """Relative errors from this size on are written in per cent."""
 SETTLES = {
@@ -121,6 +139,13 @@ def verdict(document: Document) -> str:
     )
 
 
+def reference_text(document: Document) -> str:
+    """Return what the reference is, with the estimate of its own largest error where there is one."""
+    known = [(one.uncertainty, one.name) for one in document.quantities if one.counts and one.uncertainty is not None]
+    own = "" if not known else f"; its own error is estimated as {size_text(max(known)[0])} ({max(known)[1]})"
+    return f"{document.reference['source']}{own}"
+
+
 def budget_text(document: Document) -> str:
     """Return what dominates the error of the run of the budget; empty if the report has no budget."""
     if document.budget is None:
@@ -164,7 +189,26 @@ def tables_of(document: Document) -> list[Table]:
     columns = list(dict.fromkeys(key for row in document.changes for key in row))
     rows = [[change_text(key, row.get(key)) for key in columns] for row in document.changes]
     changes = Table("Design changes: reuse against recompute", [key.replace("_", " ") for key in columns], rows)
-    return [*([changes] if rows else []), *document.tables]
+    return [*cost_tables(document), *([changes] if rows else []), *document.tables]
+
+
+def cost_tables(document: Document) -> list[Table]:
+    """Return the table of run times by method and tolerance, with ratios to the cheapest setting; [] without costs."""
+    own = {one.tolerance: one for one in document.costs if one.method == "reduced"}
+    rows = []
+    for one in document.costs:
+        best = own.get(one.tolerance)
+        cells = [_cost_text(getattr(one, part), getattr(best, part, None), one is best) for part in COST_PARTS]
+        rows.append([f"≤ {tick_text(one.tolerance)}", METHODS[one.method], one.run, size_text(one.error), *cells])
+    columns = ["error", "method", "setting", "conservative error", *COST_PARTS.values()]
+    return [Table("CPU time for an accuracy", columns, rows, COST_NOTE)] if rows else []
+
+
+def _cost_text(value: float | None, own: float | None, itself: bool) -> str:
+    if value is None or not own or itself:
+        return seconds_text(value)
+    ratio = value / own
+    return f"{seconds_text(value)} (× {ratio:,.0f})" if ratio >= 9.95 else f"{seconds_text(value)} (× {ratio:.2g})"
 
 
 def change_text(key: str, value: Any) -> str:
@@ -175,6 +219,8 @@ def change_text(key: str, value: Any) -> str:
         return NOTHING if value is None else str(value)
     if key.endswith("seconds"):
         return seconds_text(value)
+    if key.endswith(SHARE):
+        return size_text(value)
     if key.endswith(("error", "change")):
         return error_text(value)
     return count_text(value) if isinstance(value, int) else f"{value:.4g}"

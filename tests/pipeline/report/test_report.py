@@ -21,7 +21,7 @@ from gudgeon.pipeline.report.choice import keep, kept_reports, newest_report
 from gudgeon.pipeline.report.document import Document, Run
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.force import GRID, ForceReference, pulse_reference, smooth
-from gudgeon.pipeline.report.page.output import write_report
+from gudgeon.pipeline.report.page.output import report_text, write_report
 from gudgeon.pipeline.stages.job import Job
 from tests.pipeline import documents
 from tests.pipeline.small import write_scene
@@ -125,6 +125,10 @@ def test_change(made: tuple[Path, Job, Document]) -> None:
     assert row["reuse_stages"] == {"mesh": "fresh", "modes": "fresh", "morph": "ran", "solve": "ran"}
     assert abs(row["impulse_error"]) < 3e-3
     assert row["force_error"] < 0.1 * row["force_change"]
+    assert row["force_error_of_the_change"] == row["force_error"] / row["force_change"]
+    assert 0 < row["impact_error"] < 0.1 * row["impact_change"]
+    assert row["impact_error_of_the_change"] == row["impact_error"] / row["impact_change"]
+    assert f"{row['impact_error_of_the_change']:.2%}" in report_text(made[2])
 
 
 def test_the_scenes_own_change_is_compared_where_none_is_named(tmp_path: Path) -> None:

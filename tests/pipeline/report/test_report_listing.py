@@ -6,7 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from docs.tools.report_listing import REPORTS, Scenes, listing_text, main_figures, scenes_text, with_table
+from docs.tools.report_listing import (
+    REPORTS,
+    Scenes,
+    costs_lines,
+    listing_text,
+    main_figures,
+    scenes_text,
+    with_table,
+)
 from docs.tools.seeds import read_seeds, seeds_table, short_table
 from gudgeon.pipeline.report.document import Budget, Choice, Document, Term
 from tests.pipeline.documents import document, quantity, run
@@ -119,3 +127,18 @@ def test_readme_quotes_the_reports(scenes: Scenes) -> None:
 
 def test_list_is_that_of_the_main_figures(scenes: Scenes) -> None:
     assert listing_text(scenes, read_seeds()) == (REPORTS / "README.md").read_text(encoding="utf-8")
+
+
+def test_costs_are_listed_beside_full_fe_and_the_fastest_rival() -> None:
+    times = {"integration": 0.2, "database": 0.25, "first": 25.0, "ten": 27.0, "hundred": 50.0}
+    own = {"tolerance": 0.01, "method": "reduced", "run": "70 normal, R", "error": 8e-3, **times}
+    full = own | {"method": "nodal", "run": "full FE, 5.2 µs (interpolated)", **{key: 100.0 for key in times}}
+    slow, fast = (own | {"method": "rival", "integration": value} for value in (3.0, 2.0))
+    lacking = own | {"method": "rival", "integration": None}
+    lines = costs_lines({"piston/stroke": {"costs": [own, full, slow, fast, lacking]}, "rigid": {}})
+    assert len(lines) == 3
+    cells = [cell.strip() for cell in lines[2].split("|")[1:-1]]
+    assert cells[1:4] == ["≤ 1.0%", "70 normal, R", "full FE, 5.2 µs (interpolated)"]
+    assert cells[4:7] == ["0.2 s (× 500; rival × 10)", "0.25 s (× 400; rival × 1)", "25 s (× 4; rival × 1)"]
+    unmet = own | dict.fromkeys(times) | {"run": "none meets 1%"}
+    assert costs_lines({"skirt": {"costs": [unmet, full]}})[2].endswith("| – | – | – | – | – |")

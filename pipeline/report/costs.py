@@ -1,0 +1,160 @@
+"""CPU time for an accuracy, side by side: the cheapest setting, full FE at its interpolated step, and rival models.
+
+The setting of a method is that of the least integration time whose conservative error is within the tolerance. Full FE
+is judged by its total error alone; its step that just meets the tolerance follows from the errors of its runs, linear
+in the logarithms of both, within the runs or up to a factor of two beyond them.
+"""
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from gudgeon.modaldb.records.nodal import NodalRecord
+from gudgeon.modaldb.records.report import MeasurementRecord
+from gudgeon.pipeline.measuring.clock import Seconds
+from gudgeon.pipeline.measuring.machine import machine
+from gudgeon.pipeline.nodal.scene.runs import nodal_key, set_up_seconds
+from gudgeon.pipeline.report.choice import choose
+from gudgeon.pipeline.report.document import Cost, Run
+from gudgeon.pipeline.report.errors import Point
+from gudgeon.pipeline.report.timing import prepared
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.products import product
+
+TOLERANCES = (1e-2, 1e-3)
+BEYOND = 2.0
+"""Largest ratio of an extrapolated step to the nearest one that ran."""
+TEN, HUNDRED = 10, 100
+
+
+class Step(NamedTuple):
+    """A full-FE step that just meets a tolerance."""
+
+    size: float
+    """[s]"""
+    how: str
+    """How it follows from the runs, in a word or two."""
+
+
+@dataclass(frozen=True)
+class NodalTimes:
+    """CPU times of full FE."""
+
+    mesh: float
+    """Of the meshes [s]."""
+    assembly: float
+    """From the meshes to matrices, loads and the static start [s]."""
+    factors: float
+    """Factors and what is condensed on the contact, for one step size [s]."""
+    of_step: Mapping[float, float]
+    """CPU time of one step by step size [s]."""
+
+
+def cost_rows(
+    job: Job,
+    points: Sequence[Point],
+    runs: Sequence[Run],
+    nodal: Sequence[NodalRecord],
+    avoided: Callable[[float], Collection[str]],
+) -> list[Cost]:
+    """Return the costs of all methods at the tolerances of `TOLERANCES`; none without full FE and rivals.
+
+    Args:
+        runs: With their conservative errors.
+        avoided: Names of runs that do not count for a tolerance.
+    """
+    rivals = job.scene.report.rivals
+    if not nodal and not rivals:
+        return []
+    models = {one.setting.name: one.setting.model for one in points}
+    taken = nodal_times(job, nodal) if nodal else None
+    found = []
+    for tolerance in TOLERANCES:
+        own = [run for run in runs if run.kind == "reduced" and models[run.name] not in rivals]
+        found.append(_reduced(own, tolerance, "reduced", avoided(tolerance)))
+        if taken is not None:
+            found.append(_nodal(job, runs, taken, tolerance))
+        for name in rivals:
+            others = [run for run in runs if models.get(run.name) == name]
+            found.append(_reduced(others, tolerance, "rival", avoided(tolerance)))
+    return found
+
+
+def _reduced(runs: Sequence[Run], tolerance: float, method: str, avoided: Collection[str]) -> Cost:
+    choice = choose(runs, tolerance, avoided)
+    if choice.run is None:
+        return Cost(tolerance, method, choice.why)
+    best = next(run for run in runs if run.name == choice.run)
+    stages = {name: (one.cold, one.warm) for name, one in best.stages.items()}
+    first = sum(cold.cpu for cold, _ in stages.values() if cold is not None)
+    again = stages["solve"][1]
+    assert again is not None
+    ten, hundred = (first + (count - 1) * again.cpu for count in (TEN, HUNDRED))
+    return Cost(
+        tolerance, method, best.name, best.conservative_error, best.cpu_seconds, again.cpu, first, ten, hundred
+    )  # fmt: skip
+
+
+def _nodal(job: Job, runs: Sequence[Run], taken: NodalTimes, tolerance: float) -> Cost:
+    known = [(run.step, run.largest_error) for run in runs if run.kind == "nodal" and run.step is not None]
+    errors = [(step, error) for step, error in known if error is not None and error > 0]
+    step = step_for(errors, tolerance)
+    if step is None:
+        least = min((error for _, error in errors), default=math.nan)
+        return Cost(tolerance, "nodal", f"no full-FE step meets it within the runs; least error {least:.2e}")
+    nearest = min(taken.of_step, key=lambda size: abs(math.log(size / step.size)))
+    each = math.ceil(job.scene.run.duration / step.size) * taken.of_step[nearest]
+    ready = taken.assembly + taken.factors
+    first = taken.mesh + ready + each
+    ten, hundred = (first + (count - 1) * each for count in (TEN, HUNDRED))
+    name = f"full FE, {step.size * 1e6:.3g} µs ({step.how})"
+    return Cost(tolerance, "nodal", name, tolerance, each, ready + each, first, ten, hundred)
+
+
+def step_for(errors: Sequence[tuple[float, float]], tolerance: float) -> Step | None:
+    """Return the largest step whose error is a tolerance; None if it is not within reach.
+
+    Args:
+        errors: Step [s] and error of each run, coarse to fine.
+    """
+    if not errors:
+        return None
+    meets = next((n for n, (_, error) in enumerate(errors) if error <= tolerance), len(errors))
+    if len(errors) == 1:
+        return Step(errors[0][0], "measured") if meets == 0 else None
+    inside = 0 < meets < len(errors)
+    first = meets - 1 if inside else 0 if meets == 0 else len(errors) - 2
+    (coarse, above), (fine, below) = errors[first : first + 2]
+    nearest = coarse if meets == 0 else fine
+    if above <= below:
+        return Step(nearest, "measured") if meets == 0 else None
+    order = math.log(above / below) / math.log(coarse / fine)
+    size = fine * (tolerance / below) ** (1 / order)
+    if inside:
+        return Step(size, "interpolated")
+    if size > BEYOND * nearest:
+        return Step(BEYOND * nearest, "or longer")
+    return Step(size, "extrapolated") if size * BEYOND >= nearest else None
+
+
+def nodal_times(job: Job, runs: Sequence[NodalRecord]) -> NodalTimes:
+    """Return the CPU times of full FE, from the database if they are there."""
+    finest = runs[-1]
+    of = nodal_key(job, finest.step)
+    measured = product("measurement", job.name, {"of": of, "how": {"machine": machine(), "part": "set-up"}})
+    if not job.store.has(measured.key):
+        assembly, factors = set_up_seconds(job, finest.step)
+        seconds = {"assembly": _plain(assembly), "factors": _plain(factors)}
+        job.store.put(
+            measured.key, measured.kind, MeasurementRecord(seconds, 0.0, {}, machine()), measured.inputs
+        )  # fmt: skip
+    seconds = job.store.get(measured.key, "measurement").seconds
+    assembly, factors = (float(seconds[name]["cpu"]) for name in ("assembly", "factors"))
+    mesh = prepared(job).stages["mesh"].cold
+    steps = {run.step: max(run.cpu_seconds - factors, 0.0) / len(run.times) for run in runs}
+    return NodalTimes(0.0 if mesh is None else mesh.cpu, assembly, factors, steps)
+
+
+def _plain(taken: Seconds) -> dict[str, float]:
+    return {"wall": taken.wall, "cpu": taken.cpu}
