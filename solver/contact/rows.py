@@ -7,6 +7,7 @@ import numpy as np
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.modaldb.traction import along_direction, chart_coordinates, cubic_weights, inside, spline_weights
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
+from gudgeon.solver.contact.missing_compliance import Side, check_compliance
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import basic_surface
@@ -16,8 +17,6 @@ from gudgeon.solver.vectors import unit
 
 TOUCHING = 1e-9
 """Depth relative to the size of the points' coordinates up to which points touch and do not penetrate."""
-ROUND_OFF = 1e-8
-"""Share of R in the total flexibility of a point below which R is round-off."""
 ASIDE = 0.02
 """Largest offset of paired points across the normal, relative to their gap and to the size of the bodies."""
 FACING = 0.99
@@ -164,7 +163,10 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         layer = 1.0 / (contact.surface_stiffness * interface.areas)
     elif contact.law is not None and contact.law.kind == "linear":
         layer = np.full(len(gap), 1.0 / contact.law.stiffness)
-    _check_compliance(scene, name, (body, master), _noticed(residual.diagonal(), interface, body) + layer)
+    sides = [Side(body, contact.interface, np.arange(len(gap)), placed)]
+    if other is not None and master is not None:
+        sides.append(Side(master, other.interface, other.order, placed))
+    check_compliance(scene, name, sides, master, residual.diagonal(), layer)
     per_row = _surface(contact, len(gap)) | {
         "gap": gap,
         "layer": layer,
@@ -175,29 +177,6 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         areas=interface.areas if contact.surface_stiffness is not None else None, edge=interface.edge, other=other,
         rows=rows, tangents=_tangents(contact, name, body, points, rows.shape[1]), residual=residual, per_row=per_row,
     )  # fmt: skip
-
-
-def _noticed(residual: np.ndarray, interface: InterfaceModes, body: FlexibleBody) -> np.ndarray:
-    """Return R's diagonal with entries that are round-off of the total flexibility set to zero [m/N], (c,)."""
-    whole = residual.copy()
-    if len(body.modal.angular_frequencies):
-        whole = whole + (interface.rows**2 / body.modal.angular_frequencies**2).sum(axis=1)
-    return np.where(residual > ROUND_OFF * whole, residual, 0.0)
-
-
-def _check_compliance(
-    scene: Scene, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], compliance: np.ndarray
-) -> None:
-    """Raise a SceneError for compliant contact without compliance: of rigid bodies, or where R = 0."""
-    contact = scene.contact[name]
-    if METHODS[contact.method].rigid or contact.smooth_law or compliance.min() > 0:
-        return
-    if all(body is None or body.modal.reduction == "rigid" for body in bodies):
-        raise SceneError(f"contact.{name}.surface_stiffness: is missing; contact of rigid bodies needs it")
-    raise SceneError(
-        f"contact.{name}.method: '{contact.method}' needs residual flexibility, but the retained shapes already contain"
-        " all interface motion (R = 0); keep fewer shapes, or use method 'constraint'"
-    )
 
 
 def touching_depth(placed: np.ndarray) -> float:
