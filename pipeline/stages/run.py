@@ -234,10 +234,12 @@ def _energy_notes(job: Job, summary: dict[str, Any]) -> list[str]:
     drift, name, run = summary["energy_drift"], summary["counts"]["integrator"], job.scene.run
     if drift <= DRIFT or summary["result"] != Result.FINISHED.name:
         return []
-    key = "run.step" if run.step is not None else "run.accuracy"
+    way = "reduce run.step" if run.step is not None else "reduce run.accuracy"
+    if run.step is None and not run.checks and not INTEGRATORS[name].own_steps:
+        way = "set run.checks = true, so that the step is controlled, or a smaller run.step"
     return [
         f"the energy balance has an error of {drift:.2%} of the energy exchanged in contact (integrator '{name}');"
-        f" reduce {key}"
+        f" {way}"
     ]
 
 

@@ -149,8 +149,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
             at = np.asarray(scene.body[master.name].position)
             obstacle = basic_surface(_space(obstacle, name, master).chart, at)
         directions, gap = obstacle.direction(placed), obstacle.gap(placed)
-        if np.einsum("ci,ci->c", directions, -interface.normals).min() < FACING:
-            raise SceneError(f"contact.{name}.against: the obstacle does not face interface '{contact.interface}'")
+        _check_facing(name, contact.interface, placed, np.einsum("ci,ci->c", directions, -interface.normals))
     gap = _without_round_off(gap, placed)
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)
@@ -177,6 +176,28 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         areas=interface.areas if contact.surface_stiffness is not None else None, edge=interface.edge, other=other,
         rows=rows, tangents=_tangents(contact, name, body, points, rows.shape[1]), residual=residual, per_row=per_row,
     )  # fmt: skip
+
+
+def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.ndarray) -> None:
+    """Raise a SceneError for points [m], (c, 3), whose normals do not lead to the obstacle; cosines of the angle, (c,).
+
+    Rows act along the normal, so that the obstacle must lie in this direction.
+    """
+    away = np.flatnonzero(cosines < FACING)
+    if not len(away):
+        return
+    worst, allowed = (np.degrees(np.arccos(np.clip(one, -1.0, 1.0))) for one in (cosines.min(), FACING))
+    text = f"contact.{name}.against: the obstacle does not face interface '{interface}'"
+    if len(away) == len(cosines):
+        raise SceneError(
+            f"{text}: its normals are up to {worst:.0f} degrees from the direction to it; allowed: {allowed:.0f}"
+        )
+    x, y, z = placed[int(cosines.argmin())]
+    raise SceneError(
+        f"{text}: at {len(away)} of {len(cosines)} points the normal is more than {allowed:.0f} degrees from the"
+        f" direction to it, {worst:.0f} at ({x:.4g}, {y:.4g}, {z:.4g}) m; leave these points out of the interface, by a"
+        " smaller surface, height or sector_deg"
+    )
 
 
 def touching_depth(placed: np.ndarray) -> float:
