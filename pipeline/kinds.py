@@ -4,7 +4,6 @@ A kind has a pydantic model of its file, a job that knows its products, and a fu
 finds the kind of a file by its tables. A new kind is one entry in `KINDS`.
 """
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -17,7 +16,7 @@ from pydantic import TypeAdapter
 
 from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.reading import read_tables, scene_path
+from gudgeon.pipeline.scenes.reading import override_text, read_tables, scene_path
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
@@ -113,7 +112,7 @@ def open_job(
     """
     path = scene_path(scene)
     set = [set] if isinstance(set, str) else set
-    texts = [f"{key}={json.dumps(value)}" for key, value in set.items()] if isinstance(set, Mapping) else set
+    texts = [override_text(key, value) for key, value in set.items()] if isinstance(set, Mapping) else set
     tables = read_tables(path, texts)
     folder = path.parent.resolve().name
     name = folder if path.name == "scene.toml" else path.stem

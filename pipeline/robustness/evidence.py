@@ -75,6 +75,10 @@ class Evidence:
     """Deepest overlap at a frame beyond the deformation of the bodies [m]."""
     penetration_bound: float | None = None
     """Overlap that layers, laws and round-off allow for the energy of the run [m]."""
+    basis: float | None = None
+    """Estimated relative error of the impulse due to the modal basis; None without an estimate."""
+    changed: float | None = None
+    """Largest estimated change by a design with reused modes over its tolerance; None where no modes are reused."""
     turned: float | None = None
     """Largest rotation of a body over the limit of the scene; None where no body can turn."""
     condition: float | None = None

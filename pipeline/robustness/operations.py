@@ -1,22 +1,19 @@
 """The operations of robustness cases: a new one is a model in `scenes.robustness`, a function and a line here."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Refusal
+from gudgeon.pipeline.robustness import settings
 from gudgeon.pipeline.robustness.slivers import with_slivers
+from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import LEAST_WINDOW, Trial, approach, stepped, suggested_step, turns_freely
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
 
-AGREES = 0.01
-"""Allowed relative difference of an impulse with a step above the limit, which is divided."""
 SAME_SPACE = 1e-6
 """Allowed relative difference of an impulse with duplicate static shapes."""
 ALL = 100_000
@@ -26,60 +23,6 @@ STATIC = ("macneal", "normal+static")
 
 
 ALL_RIGID = "all bodies are rigid"
-NO_CONTACT = "no contact occurs in the scene"
-
-
-class DoesNotApply(Exception):
-    """A case does not apply to a scene; the text is the reason."""
-
-
-@dataclass(frozen=True)
-class Subject:
-    """The scene under test, with its results without any change."""
-
-    job: Any
-    """Its job, of any kind, with the duration of the cases."""
-    meshes: Mapping[str, MeshRecord]
-    """Mesh of each component in use, before any change."""
-    run: Callable[[Trial, Path], Evidence | Refusal]
-    """Runs a trial with a folder for temporary files."""
-    changed: Callable[[Mapping[str, Any]], Any]
-    """Returns the job of the scene changed by nested tables."""
-    known: dict[str, Any] = field(default_factory=dict)
-    """Values that cases share: numbers of points and coordinates, integrator and step."""
-    base: Evidence = field(default_factory=Evidence)
-    """Evidence of the unchanged scene."""
-    folder: Path = Path()
-    """Folder for the files of a case."""
-
-    @property
-    def scene(self) -> Any:
-        return self.job.scene
-
-    @property
-    def contacts(self) -> dict[str, Any]:
-        """Its contacts; a wheel has none."""
-        return getattr(self.scene, "contact", {})
-
-    @property
-    def bodies(self) -> dict[str, Any]:
-        """Its bodies; a wheel is one."""
-        return getattr(self.scene, "body", {"wheel": None})
-
-    def elastic(self) -> list[str]:
-        """Return the components in use that deform."""
-        own = self.scene.component
-        return [n for n in self.meshes if own[n].material is not None and own[n].modes.reduction != "rigid"]
-
-    def contact(self) -> FirstContact:
-        """Return the first contact of the unchanged scene.
-
-        Raises:
-            DoesNotApply: there is none.
-        """
-        if self.base.contact is None:
-            raise DoesNotApply(NO_CONTACT)
-        return self.base.contact
 
 
 def _in_units(subject: Subject, units: Units) -> Trial:
@@ -173,7 +116,7 @@ def step(subject: Subject, operation: Any) -> Trial:
         subject.known["step"] = _stepped(subject)
     name, suggested = subject.known["step"]
     changes = {"integrator": name, "step": suggested * operation.factor, "accuracy": "unset"}
-    return Trial(subject.changed({"run": changes}), agreement=AGREES)
+    return Trial(subject.changed({"run": changes}), agreement=settings.AGREES)
 
 
 def _stepped(subject: Subject) -> tuple[str, float]:
@@ -340,7 +283,8 @@ def collinear(subject: Subject, operation: Any) -> Trial:
 OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "contact-stiffness": contact_stiffness, "mass": mass, "step": step, "restitution": restitution,
     "grazing": grazing, "penetration": penetration, "spin": spin, "poisson": poisson, "slivers": slivers,
-    "collinear": collinear,
+    "collinear": collinear, "samples": settings.samples, "duration": settings.duration, "gravity": settings.gravity,
+    "modes": settings.modes, "change": settings.change,
     "units": lambda subject, to: _in_units(subject, Units(to.mass, to.length, to.time)),
     "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
     "material": material,

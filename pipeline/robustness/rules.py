@@ -29,6 +29,10 @@ SEEN = 1e-3
 """Share of the allowed overlap above which the overlaps of frames are compared."""
 SETTLED = 0.01
 """Allowed relative decrease of a frequency by splitting a few elements."""
+COVERS = 4.0
+"""Allowed error of the basis over its estimate: the largest ratio that docs/basis.md has above `STEPPED` is 2.3."""
+STEPPED = 0.01
+"""Error of the step that an impulse may have besides."""
 SCALED = ("s", "m", "N", "N s")
 """Units of the readings that are compared."""
 
@@ -44,6 +48,8 @@ class Compared:
     """Factor on each component's frequencies, if it is known."""
     agreement: float | None = None
     """Allowed relative difference of the first contact's impulse, if both must agree."""
+    same: float | None = None
+    """Allowed relative difference of the first impact's impulse and windowed force, if both must be the same."""
     factor: float | None = None
     """Factor on the stiffness of contacts."""
     measured: bool = False
@@ -155,6 +161,24 @@ def agreement(found: Evidence, compared: Compared) -> Finding | None:
     return Finding("agreement", max(abs(a - b) for a, b in pairs) / size, compared.agreement, "displacements")
 
 
+def impact(found: Evidence, compared: Compared) -> Finding | None:
+    """Impulse and windowed force of the first impact are those of another run, and both start within its duration."""
+    one, other, allowed = found.contact, compared.base.contact, compared.same
+    if allowed is None or one is None or other is None:
+        return None
+    late = abs(one.start - other.start) / (max(other.start, other.duration) or 1.0)
+    value = max(late, _apart(one.impulse, other.impulse), _apart(one.force, other.force))
+    return Finding("impact", value, allowed, "start, impulse and windowed force of the first impact")
+
+
+def basis(found: Evidence, compared: Compared) -> Finding | None:
+    """The estimated error of a smaller basis covers how far its first impulse is from that of a larger one."""
+    if found.basis is None or found.contact is None or compared.base.contact is None:
+        return None
+    apart = _apart(found.contact.impulse, compared.base.contact.impulse)
+    return Finding("basis", apart, COVERS * found.basis + STEPPED, "impulse within the estimated error of the basis")
+
+
 def nested(found: Evidence, compared: Compared) -> Finding | None:
     """A mesh whose space contains that of another has slightly lower frequencies (Rayleigh)."""
     pairs = _alike(found, compared)
@@ -241,6 +265,7 @@ BOUNDED: dict[str, tuple[str, Callable[[Evidence, Compared], float | None], str]
     "energy": ("energy_drift", _kept, "energy balance"),
     "creation": ("rise", _kept, "mechanical energy does not increase"),
     "penetration": ("penetration", _pressed, "overlap within what the energy allows [m]"),
+    "reuse": ("changed", lambda found, compared: 1.0, "estimated change over change.tolerance"),
     "rotation": ("turned", lambda found, compared: 1.0, "no body turns beyond run.limits.angle"),
     "orthogonality": ("orthogonality", lambda found, compared: ORTHONORMAL, "modes are orthonormal"),
 }
@@ -259,5 +284,6 @@ def _bounded(rule: str, found: Evidence, compared: Compared) -> Finding | None:
 RULES: dict[str, Callable[[Evidence, Compared], Finding | None]] = {
     "similarity": similarity, "frequencies": frequencies, "collision": collision, "loss": loss,
     "agreement": agreement, "nested": nested, "shear": shear, "monotone": monotone,
+    "impact": impact, "basis": basis,
     **{rule: partial(_bounded, rule) for rule in BOUNDED},
 }  # fmt: skip

@@ -17,6 +17,7 @@ from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, IMPULSE, W
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts, Refusal
 from gudgeon.pipeline.robustness.rules import Compared
+from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.products import component_products
 from gudgeon.pipeline.stages.run import run_job, system_of
@@ -69,6 +70,7 @@ def run_trial(trial: Trial, scratch: Path, tell: Callable[[str, float], None]) -
 def _solved(job: Job, tell: Callable[[str, float], None]) -> Evidence:
     """Return the evidence of a job; a StageError if its run fails physically."""
     run_job(job, "morph", tell)
+    change_notes(job)  # Refuses reuse beyond its tolerance.
     system, product = system_of(job), job.trajectory()
     if not job.store.has(product.key):
         found = simulate(system, lambda share: tell("solve", share))
@@ -147,6 +149,11 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         if r.discretisation_errors is not None and np.isfinite(r.discretisation_errors[: r.normal_count]).any()
     ]
     contact = first_contact(found)
+    shares = [
+        abs(value) / entry["tolerance"]
+        for entry in change_estimates(job).values()
+        for value in largest_changes(entry).values()
+    ]
     checks = [float(r.quality["orthogonality"]) for r in elastic.values() if "orthogonality" in r.quality]
     return Evidence(
         frequencies={n: r.angular_frequencies[: r.normal_count] for n, r in elastic.items() if r.reduction in WHOLE},
@@ -168,6 +175,8 @@ def _read(job: Job, system: System, found: Trajectory, modes: Mapping[str, Modal
         exchanged=exchanged,
         penetration=depth,
         penetration_bound=allowed,
+        basis=found.estimates.get("basis.impulse"),
+        changed=max(shares, default=None),
         turned=_turned(system, found),
         condition=_condition(system),
         steps=int(found.counts["steps"]),

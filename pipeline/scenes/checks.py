@@ -129,6 +129,14 @@ def unit_notes(components: "Mapping[str, Component]") -> list[str]:
     return [f"component.{name}.material: {text}" for name, text in found.items() if text is not None]
 
 
+def gravity_notes(scene: "SceneFile") -> list[str]:
+    """Return a line if gravity is that of the earth in mm/s^2."""
+    size = float(np.linalg.norm(scene.run.gravity))
+    if not 0.99 < size / 9806.65 < 1.01:
+        return []
+    return [f"run.gravity: {size:g} m/s^2 given, a thousand times that of the earth; probably mm/s^2 were given"]
+
+
 def law_notes(scene: "SceneFile") -> list[str]:
     """Return a line for each contact law that is used outside its range of validity."""
     warned = ((name, contact.law.warning()) for name, contact in scene.contact.items() if contact.law is not None)

@@ -2,6 +2,7 @@
 
 import contextlib
 import difflib
+import json
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -115,6 +116,32 @@ def parse_override(text: str) -> dict[str, Any]:
     except tomllib.TOMLDecodeError:
         leaf = value.strip()
     return nested(parts, leaf)
+
+
+def override_text(key: str, value: Any) -> str:
+    """Return the override `key=value` of a value of Python or numpy, written as TOML.
+
+    Raises:
+        InputError: TOML has no such value.
+    """
+    try:
+        return f"{key}={_toml(value)}"
+    except TypeError:
+        kinds = "numbers, texts, truth values, and lists and mappings of these"
+        raise InputError(f"set: {key}: {value!r} given, a {type(value).__name__}; allowed: {kinds}") from None
+
+
+def _toml(value: Any) -> str:
+    value = value.tolist() if hasattr(value, "tolist") else value  # Scalars and arrays of numpy.
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(str(key))} = {_toml(one)}" for key, one in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, float):
+        return repr(value)
+    if value is None:
+        raise TypeError
+    return json.dumps(str(value) if isinstance(value, Path) else value)
 
 
 def nested(path: Sequence[str], value: Any) -> Any:

@@ -12,11 +12,12 @@ Factor = Annotated[float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"u
 class Scaled(Strict):
     """Scale one quantity of the scene."""
 
-    kind: Literal["contact-stiffness", "mass", "step", "grazing", "size"] = Field(
+    kind: Literal["contact-stiffness", "mass", "step", "grazing", "size", "duration", "modes"] = Field(
         description="contact-stiffness: surface layers, laws and springs, or the moduli of the bodies if the scene has"
         " none of these; mass: that of the body that the first contact names, or of the first body; step: a multiple of"
         " the one that the integrator chooses by itself; grazing: the speed of approach, and the distance with it;"
-        " size: all lengths at the same material, so that times scale with the factor, masses with its cube"
+        " size: all lengths at the same material, so that times scale with the factor, masses with its cube;"
+        " duration: that of the run; modes: the numbers of normal modes"
     )
     factor: Factor
 
@@ -33,6 +34,27 @@ class Penetration(Strict):
 
     kind: Literal["penetration"]
     share: Factor = Field(description="Depth over the size of the body")
+
+
+class Samples(Strict):
+    """Set the number of points of the histories."""
+
+    kind: Literal["samples"]
+    count: int = Field(ge=10, le=1_000_000)
+
+
+class Gravity(Strict):
+    """Add gravity towards the surface of the first contact; in a scene with gravity, double it."""
+
+    kind: Literal["gravity"]
+    size: Positive = Field(default=9.81, description="Acceleration [m/s^2]", json_schema_extra={"unit": "m/s^2"})
+
+
+class Reuse(Strict):
+    """Move a cylindrical contact surface of an elastic body inwards, and reuse its modes."""
+
+    kind: Literal["change"]
+    share: Factor = Field(description="Offset over the radius")
 
 
 class Spin(Strict):
@@ -88,12 +110,13 @@ class Set(Strict):
 
 
 Operation = Annotated[
-    Scaled | Restitution | Penetration | Spin | Poisson | Slivers | Collinear | OtherUnits | Elasticity | Set,
+    Scaled | Restitution | Penetration | Samples | Gravity | Reuse | Spin | Poisson | Slivers | Collinear | OtherUnits
+    | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[
     "similarity", "frequencies", "collision", "loss", "agreement", "nested", "shear", "resolved", "momentum", "energy",
-    "creation", "penetration", "monotone", "orthogonality", "rotation",
+    "creation", "penetration", "monotone", "orthogonality", "rotation", "impact", "basis", "reuse",
 ]  # fmt: skip
 
 

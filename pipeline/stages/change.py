@@ -31,7 +31,7 @@ def change_notes(job: Job) -> list[str]:
     notes = []
     for name, entry in change_estimates(job).items():
         where, allowed = f"component.{name}.change", entry["tolerance"]
-        changes = _named_changes(entry)
+        changes = largest_changes(entry)
         text = " and ".join(words.format(f"{value:+.2%}") for words, value in changes.items())
         if any(abs(value) > allowed for value in changes.values()):
             with named(job.path, InputError):
@@ -43,7 +43,7 @@ def change_notes(job: Job) -> list[str]:
     return notes
 
 
-def _named_changes(entry: Mapping[str, Any]) -> dict[str, float]:
+def largest_changes(entry: Mapping[str, Any]) -> dict[str, float]:
     """Return the largest change of frequencies and of compliance, by the words for them."""
     found = {}
     if frequencies := entry["frequency_changes"]:

@@ -6,7 +6,11 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.pipeline.scenes.component import Component
+
+USUAL_EXTENTS = (1e-6, 100.0)
+"""Largest extents of parts [m] outside which a note is given: those of machines given in mm are mostly above."""
 
 
 def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any]:
@@ -35,6 +39,31 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
         "centre": properties.centre.tolist(),
         "principal_inertia": np.linalg.eigvalsh(properties.inertia).tolist(),
     }
+
+
+def extent_notes(store: FolderStore, parts: Mapping[str, Component], keys: Mapping[str, str]) -> list[str]:
+    """Return a line for each elastic part whose size makes a mistaken unit of length likely.
+
+    Args:
+        parts: Components by name.
+        keys: Key of the mesh of each.
+    """
+    notes = []
+    for name, component in parts.items():
+        if component.material is None:
+            continue
+        size = float(np.ptp(store.get(keys[name], "mesh", only=["nodes"]).nodes, axis=0).max())
+        if not USUAL_EXTENTS[0] <= size <= USUAL_EXTENTS[1]:
+            likely = "check the unit of its lengths"
+            if size > USUAL_EXTENTS[1]:
+                likely = "probably lengths in mm were given"
+            if component.from_file:
+                likely += f"; component.{name}.geometry.unit states the metres per unit of the file, 1e-3 for mm"
+            usual = "{:g} to {:g}".format(*USUAL_EXTENTS)
+            notes.append(
+                f"component.{name}.geometry: its largest extent is {size:.3g} m, usual are {usual} m; {likely}"
+            )
+    return notes
 
 
 def part_text(parts: Mapping[str, Mapping[str, Any]]) -> str:

@@ -14,12 +14,13 @@ from gudgeon.modaldb.records.trajectory import BASIS_REASON, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file
 from gudgeon.pipeline.reduction.basis_notes import basis_notes
-from gudgeon.pipeline.scenes.checks import law_notes, unit_notes
+from gudgeon.pipeline.scenes.checks import gravity_notes, law_notes, unit_notes
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
+from gudgeon.pipeline.stages.parts import extent_notes
 from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
@@ -152,7 +153,8 @@ def _references(job: Job) -> dict[str, float]:
 def _finish(job: Job, until: str) -> RunReport:
     """Write summary and trajectory unless they are up to date, and return the report."""
     frequencies, notes = _frequencies(job)
-    notes = unit_notes(job.used()) + notes
+    keys = {name: steps["mesh"].key for name, steps in job.components().items()}
+    notes = unit_notes(job.used()) + extent_notes(job.store, job.used(), keys) + gravity_notes(job.scene) + notes
     if until == "mesh":
         return RunReport(job.name, None, out=str(job.out), notes=notes, parts=_parts(job))
     if until == "modes":
@@ -234,10 +236,12 @@ def _energy_notes(job: Job, summary: dict[str, Any]) -> list[str]:
     drift, name, run = summary["energy_drift"], summary["counts"]["integrator"], job.scene.run
     if drift <= DRIFT or summary["result"] != Result.FINISHED.name:
         return []
-    key = "run.step" if run.step is not None else "run.accuracy"
+    way = "reduce run.step" if run.step is not None else "reduce run.accuracy"
+    if run.step is None and not run.checks and not INTEGRATORS[name].own_steps:
+        way = "set run.checks = true, so that the step is controlled, or a smaller run.step"
     return [
         f"the energy balance has an error of {drift:.2%} of the energy exchanged in contact (integrator '{name}');"
-        f" reduce {key}"
+        f" {way}"
     ]
 
 

@@ -7,8 +7,8 @@ from typing import Any
 from gudgeon.modaldb.records.cyclic import CyclicRecord
 from gudgeon.pipeline.robustness.cases import chosen_cases
 from gudgeon.pipeline.robustness.evidence import Evidence
-from gudgeon.pipeline.robustness.operations import Subject
 from gudgeon.pipeline.robustness.run import robustness_cases
+from gudgeon.pipeline.robustness.subject import Subject
 from gudgeon.pipeline.robustness.trial import attempt
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.job import WheelJob

@@ -12,7 +12,7 @@ from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.scenes.checks import unit_notes
 from gudgeon.pipeline.stages.make import Task, run_stages
-from gudgeon.pipeline.stages.parts import part_row
+from gudgeon.pipeline.stages.parts import extent_notes, part_row
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary
 from gudgeon.pipeline.wheel.job import WheelJob
@@ -76,7 +76,7 @@ def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
 def _finish(job: WheelJob, until: str) -> RunReport:
     """Write summary and response unless they are up to date, and return the report."""
     name = job.wheel.component
-    notes = unit_notes({name: job.component})
+    notes = unit_notes({name: job.component}) + extent_notes(job.store, {name: job.component}, {name: job.mesh().key})
     if until == "mesh":
         parts = {name: part_row(job.store.get(job.mesh().key, "mesh"), job.component, name)}
         return RunReport(job.name, None, out=str(job.out), notes=notes, parts=parts)

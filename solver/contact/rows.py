@@ -7,6 +7,7 @@ import numpy as np
 from gudgeon.modaldb.records.modes import InterfaceModes, TractionModes
 from gudgeon.modaldb.traction import along_direction, chart_coordinates, cubic_weights, inside, spline_weights
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
+from gudgeon.solver.contact.missing_compliance import Side, check_compliance
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import basic_surface
@@ -16,8 +17,6 @@ from gudgeon.solver.vectors import unit
 
 TOUCHING = 1e-9
 """Depth relative to the size of the points' coordinates up to which points touch and do not penetrate."""
-ROUND_OFF = 1e-8
-"""Share of R in the total flexibility of a point below which R is round-off."""
 ASIDE = 0.02
 """Largest offset of paired points across the normal, relative to their gap and to the size of the bodies."""
 FACING = 0.99
@@ -150,8 +149,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
             at = np.asarray(scene.body[master.name].position)
             obstacle = basic_surface(_space(obstacle, name, master).chart, at)
         directions, gap = obstacle.direction(placed), obstacle.gap(placed)
-        if np.einsum("ci,ci->c", directions, -interface.normals).min() < FACING:
-            raise SceneError(f"contact.{name}.against: the obstacle does not face interface '{contact.interface}'")
+        _check_facing(name, contact.interface, placed, np.einsum("ci,ci->c", directions, -interface.normals))
     gap = _without_round_off(gap, placed)
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)
@@ -164,7 +162,10 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         layer = 1.0 / (contact.surface_stiffness * interface.areas)
     elif contact.law is not None and contact.law.kind == "linear":
         layer = np.full(len(gap), 1.0 / contact.law.stiffness)
-    _check_compliance(scene, name, (body, master), _noticed(residual.diagonal(), interface, body) + layer)
+    sides = [Side(body, contact.interface, np.arange(len(gap)), placed)]
+    if other is not None and master is not None:
+        sides.append(Side(master, other.interface, other.order, placed))
+    check_compliance(scene, name, sides, master, residual.diagonal(), layer)
     per_row = _surface(contact, len(gap)) | {
         "gap": gap,
         "layer": layer,
@@ -177,26 +178,25 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     )  # fmt: skip
 
 
-def _noticed(residual: np.ndarray, interface: InterfaceModes, body: FlexibleBody) -> np.ndarray:
-    """Return R's diagonal with entries that are round-off of the total flexibility set to zero [m/N], (c,)."""
-    whole = residual.copy()
-    if len(body.modal.angular_frequencies):
-        whole = whole + (interface.rows**2 / body.modal.angular_frequencies**2).sum(axis=1)
-    return np.where(residual > ROUND_OFF * whole, residual, 0.0)
+def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.ndarray) -> None:
+    """Raise a SceneError for points [m], (c, 3), whose normals do not lead to the obstacle; cosines of the angle, (c,).
 
-
-def _check_compliance(
-    scene: Scene, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], compliance: np.ndarray
-) -> None:
-    """Raise a SceneError for compliant contact without compliance: of rigid bodies, or where R = 0."""
-    contact = scene.contact[name]
-    if METHODS[contact.method].rigid or contact.smooth_law or compliance.min() > 0:
+    Rows act along the normal, so that the obstacle must lie in this direction.
+    """
+    away = np.flatnonzero(cosines < FACING)
+    if not len(away):
         return
-    if all(body is None or body.modal.reduction == "rigid" for body in bodies):
-        raise SceneError(f"contact.{name}.surface_stiffness: is missing; contact of rigid bodies needs it")
+    worst, allowed = (np.degrees(np.arccos(np.clip(one, -1.0, 1.0))) for one in (cosines.min(), FACING))
+    text = f"contact.{name}.against: the obstacle does not face interface '{interface}'"
+    if len(away) == len(cosines):
+        raise SceneError(
+            f"{text}: its normals are up to {worst:.0f} degrees from the direction to it; allowed: {allowed:.0f}"
+        )
+    x, y, z = placed[int(cosines.argmin())]
     raise SceneError(
-        f"contact.{name}.method: '{contact.method}' needs residual flexibility, but the retained shapes already contain"
-        " all interface motion (R = 0); keep fewer shapes, or use method 'constraint'"
+        f"{text}: at {len(away)} of {len(cosines)} points the normal is more than {allowed:.0f} degrees from the"
+        f" direction to it, {worst:.0f} at ({x:.4g}, {y:.4g}, {z:.4g}) m; leave these points out of the interface, by a"
+        " smaller surface, height or sector_deg"
     )
 
 

@@ -59,6 +59,7 @@ class Limits:
         self._system = system
         self._contacts = list(_offsets(system))
         self._lines = list(lines(system))
+        self._before = system.position[system.rigid]
         self._fastest = {line.name: float(np.linalg.norm(line.relative(system.velocity))) for line in self._lines}
 
     def test(self, times: np.ndarray, samples: Samples, q: np.ndarray, *, sampled: bool) -> Exit | None:
@@ -68,14 +69,14 @@ class Limits:
             times: Ends of its samples [s], (s,).
             samples: Its samples.
             q: Coordinates at its end, (m,).
-            sampled: Whether the samples have the rigid coordinates; otherwise those of the end are tested alone.
+            sampled: Whether the samples have the rigid coordinates; otherwise they are interpolated over the frame.
         """
         r = len(self._system.rigid)
         if not r:
             return None
-        if not sampled:
-            times, samples = times[-1:], samples.part(slice(-1, None))
-        places = samples.snapshots[:, :r] if sampled else q[None, self._system.rigid]
+        before, self._before = self._before, q[self._system.rigid].copy()
+        share = np.arange(1, len(times) + 1)[:, None] / len(times)
+        places = samples.snapshots[:, :r] if sampled else before + share * (self._before - before)
         found = [*self._turned(times, places), *self._moved_aside(times, places, samples.forces)]
         if sampled:
             found += self._slipped(times, samples.snapshots[:, r : 2 * r], samples.forces)

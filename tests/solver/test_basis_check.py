@@ -191,3 +191,24 @@ def test_the_resolution_is_that_of_the_body_with_the_lowest_cut_off(tmp_path: Pa
     system = build_all(tmp_path, {"slow": slow, "fast": fast}, scene)
     assert system.resolution == pytest.approx(2 * np.pi / slow[0].angular_frequencies.max())
     assert system.shortest_period == pytest.approx(2 * np.pi / fast[0].angular_frequencies.max())
+
+
+def test_an_impact_that_no_kept_mode_takes_part_in_is_not_called_accurate(tmp_path: Path) -> None:
+    """The kept modes stand for bending ones, which an axial impact does not excite: both bases lack all its waves."""
+    modal, morph = rod_records(40)
+    tip, omega = modal.interfaces["tip"], modal.angular_frequencies
+    lacking = np.array(modal.residual_flexibility) + float((tip.rows**2 / omega**2).sum())
+    few = replace(
+        modal, normal_count=4, angular_frequencies=0.1 * omega[:4], residual_flexibility=lacking,
+        interfaces={"tip": replace(tip, rows=np.zeros((1, 4)))},
+    )  # fmt: skip
+    mass = rigid_records(2.0, {"face": ([0.0, 0, 0], [-1.0, 0, 0])}, axes=(0,))
+    exact, found = (
+        simulate(build_all(tmp_path / name, {"part": (record, morph), "mass": mass}, striker_scene(1.0)))
+        for name, record in (("exact", modal), ("kept", few))
+    )
+    impulses = [one.quantities["pair.impulse"]["value"] for one in (exact, found)]
+    error = abs(impulses[1] / impulses[0] - 1)
+    assert error > 0.1
+    assert LEAST * error < found.estimates["basis.impulse"] < MOST * error
+    assert exact.estimates["basis.impulse"] < 0.01

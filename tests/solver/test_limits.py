@@ -39,8 +39,8 @@ def test_a_larger_limit_allows_it(tmp_path: Path) -> None:
     assert spinning_rod(tmp_path, limits={"angle": 1.0}).result == "FINISHED"
 
 
-def struck(folder: Path, aside: float, **run: Any) -> Trajectory:
-    """A ball of 10 mm that drifts aside while it approaches a body by 1 mm at 1 m/s."""
+def struck(folder: Path, aside: float, layer: dict[str, Any] | None = None, **run: Any) -> Trajectory:
+    """A ball of 10 mm that drifts aside while it approaches a body by 1 mm at 1 m/s; on a spring, or on a layer."""
     ball = rigid_records(1.0, {"face": ((0, 0, 0.01), (0, 0, 1))})
     target = rigid_records(1.0, {"face": ((0, 0, -0.01), (0, 0, -1))})
     against = {"shape": "body", "body": "target", "interface": "face"}
@@ -48,8 +48,8 @@ def struck(folder: Path, aside: float, **run: Any) -> Trajectory:
         "body": {"ball": {"velocity": [aside, 0, 1.0]}, "target": {"position": [0, 0, 0.021]}},
         "contact": {
             "pair": {
-                "body": "ball", "interface": "face", "against": against, "method": "penalty",
-                "law": {"kind": "linear", "stiffness": 1e8},
+                "body": "ball", "interface": "face", "against": against,
+                **(layer or {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e8}}),
             }
         },
         "run": {"duration": 2e-3} | run,
@@ -65,6 +65,40 @@ def test_a_ball_that_has_drifted_aside_ends_the_run_when_it_strikes(tmp_path: Pa
     assert struck(tmp_path / "near", 0.1).result == "FINISHED"
     assert struck(tmp_path / "allowed", 0.5, limits={"offset": 1e-3}).result == "FINISHED"
     assert struck(tmp_path / "before", 0.5, duration=0.9e-3).result == "FINISHED"
+
+
+LAYERED = {"surface_stiffness": 1e12}
+RIGID = {"method": "constraint"}
+STRUCK_BY: dict[str, dict[str, Any] | None] = {
+    "explicit": LAYERED, "implicit": LAYERED, "discrete-gradient": LAYERED, "event": RIGID, "collocation": None,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("integrator", STRUCK_BY)
+@pytest.mark.parametrize("frames", [2, 50])
+def test_every_integrator_ends_where_bodies_that_moved_aside_strike(
+    tmp_path: Path, integrator: str, frames: int
+) -> None:
+    settings = {"integrator": integrator, "frames": frames, "samples": 1000}
+    found = struck(tmp_path / "far", 0.5, STRUCK_BY[integrator], **settings)
+    assert found.result == "OFFSET", integrator
+    time = float(found.counts["reason"].split(" m at ")[1].split(" s, ")[0])
+    assert time == pytest.approx(1e-3, rel=0.2)
+    assert struck(tmp_path / "near", 0.1, STRUCK_BY[integrator], **settings).result == "FINISHED"
+
+
+@pytest.mark.parametrize("integrator", STRUCK_BY)
+def test_every_integrator_ends_where_a_body_turned(tmp_path: Path, integrator: str) -> None:
+    records = rigid_records(1.0, {"tip": ((1.0, 0, 0), (0, 0, -1))}, (0.0, 0.1, 0.0))
+    layer = STRUCK_BY[integrator] or {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e8}}
+    scene = {
+        "body": {"part": {"position": [0, 0, 0.5], "angular_velocity": [0, 6.0, 0]}},
+        "contact": {"floor": {"body": "part", "interface": "tip", "against": FLOOR} | layer},
+        "run": {"duration": 0.05, "samples": 1000, "frames": 100, "integrator": integrator},
+    }
+    found = simulate(build(tmp_path, records, scene))
+    assert found.result == "ROTATION"
+    assert "turned by 0.05" in found.counts["reason"]
 
 
 def test_point_masses_that_meet_along_any_line_are_not_aside(tmp_path: Path) -> None:

@@ -1,8 +1,11 @@
 """What a scene may say, which integrator it takes, and which terms and fields it leads to."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
@@ -141,8 +144,23 @@ def test_surface_of_another_body_must_face_the_points(tmp_path: Path) -> None:
     records = {"part": block_records(20), "plate": plate_records()}
     records["plate"][0].tractions["top"].chart["normal"] = [1.0, 0, 0]
     scene = merged(pair_scene(), {"body": {"part": {"position": [0.1, 0, 0]}}})
-    with pytest.raises(SceneError, match=r"^contact\.slide\.against: the obstacle does not face interface 'face'$"):
+    with pytest.raises(
+        SceneError, match=r"^contact\.slide\.against: the obstacle does not face interface 'face': its normals"
+    ):
         build_all(tmp_path, records, scene)
+
+
+def test_points_whose_normals_lead_past_the_obstacle_are_counted_and_one_is_named(tmp_path: Path) -> None:
+    modal, morph = block_records(5)
+    normals = np.array(modal.interfaces["face"].normals)
+    normals[3] = [0.0, 0.0, 1.0]
+    turned = replace(modal, interfaces={"face": replace(modal.interfaces["face"], normals=normals)})
+    x, y, z = morph.points["face"][3]
+    text = (
+        f"at 1 of 5 points the normal is more than 8 degrees from the direction to it, 90 at ({x:.4g}, {y:.4g}, {z:.4g}"
+    )
+    with pytest.raises(SceneError, match=re.escape(text)):
+        build_all(tmp_path, {"part": (turned, morph)}, block_scene())
 
 
 def test_terms_of_a_driven_pair() -> None:

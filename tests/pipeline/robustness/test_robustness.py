@@ -20,8 +20,9 @@ from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.robustness.cases import SHIPPED, chosen_cases, read_cases
 from gudgeon.pipeline.robustness.evidence import Evidence, Refusal
-from gudgeon.pipeline.robustness.operations import OPERATIONS, DoesNotApply, Subject
+from gudgeon.pipeline.robustness.operations import OPERATIONS
 from gudgeon.pipeline.robustness.slivers import with_slivers
+from gudgeon.pipeline.robustness.subject import DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import Trial, approach, run_trial, sizes
 from gudgeon.pipeline.robustness.units import KEPT, Units, declared_units, dimension, rescaled, rescaled_mesh
 from gudgeon.pipeline.scenes.bodies import SceneFile
@@ -301,7 +302,7 @@ def test_shipped_cases_are_sound_and_every_kind_has_an_operation() -> None:
     assert {kind for one in named for kind in typing.get_args(one)} == set(OPERATIONS)
     assert {name for name, case in cases.items() if case.refusal} == {
         "initial penetration", "rotation 0.02 rad", "rotation 1 rad", "nu 0.49", "nu 0.499", "nu 0.4999",
-        "slivers 1:1000",
+        "slivers 1:1000", "duration 4", "reuse 0.02",
     }  # fmt: skip
 
 

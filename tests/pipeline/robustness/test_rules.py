@@ -18,11 +18,11 @@ SOUND = Evidence(
     frequencies={"rod": np.array([100.0, 200.0])}, shear={"rod": 8e10}, estimated=1e-3,
     orthogonality=1e-15, contact=replace(CONTACT, impulse=3.0), impacts=IMPACTS, integrator="event", energy_drift=1e-12,
     momentum_residual=1e-12, rise=1e-14, loss=0.75, exchanged=1.0, penetration=1e-6, penetration_bound=2e-6, turned=0.1,
-    steps=100,
+    basis=1e-3, changed=0.5, steps=100,
 )  # fmt: skip
 """(1 + e) m v = 3, ½ m v² (1 − e²) = 0.75."""
 LIKE = Compared(
-    base=SOUND, units=Units(), stretch={"rod": 1.0}, agreement=0.01, factor=1e3
+    base=SOUND, units=Units(), stretch={"rod": 1.0}, agreement=0.01, same=0.01, factor=1e3
 )  # fmt: skip
 WRONG: dict[str, dict[str, Any]] = {
     "similarity": {"contact": replace(CONTACT, impulse=3.0 * (1 + 2e-9))},
@@ -40,6 +40,9 @@ WRONG: dict[str, dict[str, Any]] = {
     "monotone": {"penetration": 1.1e-6},
     "orthogonality": {"orthogonality": 2e-9},
     "rotation": {"turned": 1.1},
+    "impact": {"contact": replace(CONTACT, impulse=3.0, force=3e4 * 1.011)},
+    "basis": {"contact": replace(CONTACT, impulse=3.0 * 1.015)},
+    "reuse": {"changed": 1.01},
 }
 """What each rule must find."""
 NOTHING = Evidence(integrator="event")
@@ -165,3 +168,16 @@ def test_units_are_taken_off_before_results_are_compared() -> None:
     readings = replace(NOTHING, readings={"load.deflection_peak": (2.0, "m")})
     scaled = replace(NOTHING, readings={"load.deflection_peak": (2.0e3, "m")})
     assert judge(case("similarity"), scaled, Compared(base=readings, units=units)).verdict == "right"
+
+
+def test_the_first_impact_may_neither_be_late_nor_change_its_impulse() -> None:
+    for wrong in ({"start": 1.011e-3}, {"impulse": 3.031}, {"force": 2.96e4}):
+        moved = replace(SOUND, contact=replace(CONTACT, **({"impulse": 3.0} | wrong)))
+        assert judge(case("impact"), moved, LIKE).verdict == "wrong", wrong
+    assert judge(case("impact"), replace(SOUND, contact=None), replace(LIKE, base=NOTHING)).findings == []
+
+
+def test_a_larger_estimate_of_the_basis_covers_a_larger_error() -> None:
+    other = replace(SOUND, contact=replace(CONTACT, impulse=3.0 * 1.05))
+    assert judge(case("basis"), other, LIKE).verdict == "wrong"
+    assert judge(case("basis"), replace(other, basis=0.02), LIKE).verdict == "right"

@@ -3,6 +3,8 @@
 import json
 from pathlib import Path
 
+import meshio
+import numpy as np
 import pytest
 
 from gudgeon.pipeline.cli import main
@@ -60,8 +62,9 @@ def test_mesh_prints_them_as_text_and_as_json(tmp_path: Path, capsys: pytest.Cap
         (210e3, 7850.0, "5.17 m/s, usual are 100 to 20000 m/s; probably E in MPa was given"),
         (210e9, 7.85, "1.64e+05 m/s, usual are 100 to 20000 m/s; probably rho in g/cm^3 was given"),
         (1e6, 1100.0, "30.2 m/s, usual are 100 to 20000 m/s; check both units"),
+        (3000.0, 1.2, "50 m/s, usual are 100 to 20000 m/s; probably E in MPa and rho in g/cm^3 were given"),
     ],
-    ids=["steel", "diamond", "rubber", "MPa", "g/cm^3", "soft rubber"],
+    ids=["steel", "diamond", "rubber", "MPa", "g/cm^3", "soft rubber", "plastic in MPa and g/cm^3"],
 )
 def test_unusual_wave_speeds_get_a_line(E: float, rho: float, words: str | None) -> None:
     note = Material(E=E, nu=0.3, rho=rho).unit_note()
@@ -72,7 +75,86 @@ def test_unusual_wave_speeds_get_a_line(E: float, rho: float, words: str | None)
         assert note.startswith(f"E = {E:g} Pa and rho = {rho:g} kg/m^3 give a wave speed √(E/rho) of {words}")
 
 
+@pytest.mark.parametrize(
+    ("E", "rho", "units"),
+    [
+        (210e3, 7.85, "E in MPa and rho in g/cm^3"),
+        (70e3, 2.7, "E in MPa and rho in g/cm^3"),
+        (210e3, 7.85e-3, "E in MPa and rho in g/mm^3"),
+        (210.0, 7.85e-6, "E in GPa and rho in kg/mm^3"),
+    ],
+)
+def test_two_mistaken_units_whose_wave_speed_is_usual_get_a_line(E: float, rho: float, units: str) -> None:
+    note = Material(E=E, nu=0.3, rho=rho).unit_note()
+    given = f"E = {E:g} Pa and rho = {rho:g} kg/m^3; usual are 100000 to 2e+12 Pa and 10 to 25000 kg/m^3"
+    assert note == f"{given}; probably {units} were given"
+
+
+@pytest.mark.parametrize(("E", "rho"), [(30e6, 40.0), (1e6, 90.0), (411e9, 19_300.0), (1.6e11, 2330.0), (9e9, 150.0)])
+def test_foams_cork_tungsten_silicon_and_balsa_get_none(E: float, rho: float) -> None:
+    assert Material(E=E, nu=0.2, rho=rho).unit_note() is None
+
+
+def test_the_refusal_of_t_mm_s_names_its_units() -> None:
+    with pytest.raises(ValueError, match=r"allowed: 0.5 to 1e\+06; probably E in MPa and rho in t/mm\^3 were given"):
+        Material(E=210e3, nu=0.3, rho=7.85e-9)
+
+
 def test_the_line_is_on_the_screen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["mesh", str(write_scene(tmp_path / "scene")), "--db", str(tmp_path / "db"), "--out", str(tmp_path)]
     assert main([*command, "--set", "component.skirt.material.E=72e3"]) == 0
     assert "gudgeon: component.skirt.material: E = 72000 Pa and rho = 2700" in capsys.readouterr().err
+
+
+BAR = """
+[component.rod]
+geometry = {{ kind = "bar", length = {length}, area = {area} }}
+material = {{ E = 210e9, nu = 0.3, rho = 7850.0 }}
+mesh = {{ size = {size} }}
+
+[body.rod]
+
+[run]
+duration = 1e-3
+gravity = [0.0, 0.0, {gravity}]
+"""
+
+
+def notes_of(length: float, gravity: float, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    folder.mkdir()
+    text = BAR.format(length=length, area=1e-4 * length**2, size=length / 4, gravity=gravity)
+    (folder / "scene.toml").write_text(text)
+    assert main(["mesh", str(folder), "--db", str(folder / "db"), "--out", str(folder / "out")]) == 0
+    return [line for line in capsys.readouterr().err.splitlines() if not line.endswith(" …")]
+
+
+def test_lengths_and_gravity_in_mm_get_a_line_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert notes_of(500.0, -9810.0, tmp_path / "mm", capsys) == [
+        "gudgeon: component.rod.geometry: its largest extent is 500 m, usual are 1e-06 to 100 m; probably lengths in mm"
+        " were given",
+        "gudgeon: run.gravity: 9810 m/s^2 given, a thousand times that of the earth; probably mm/s^2 were given",
+    ]
+
+
+@pytest.mark.parametrize(("length", "gravity"), [(0.5, -9.81), (20e-6, 0.0), (80.0, -981.0)])
+def test_machines_mems_and_bridges_get_none(
+    length: float, gravity: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert notes_of(length, gravity, tmp_path / "scene", capsys) == []
+
+
+def test_a_mesh_file_in_mm_names_its_unit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    meshio.write_points_cells(
+        tmp_path / "tet.vtu", 120.0 * np.vstack([np.zeros(3), np.eye(3)]), [("tetra", np.array([[0, 1, 2, 3]]))]
+    )
+    (tmp_path / "scene.toml").write_text(
+        '[component.tet]\ngeometry = { kind = "file", path = "tet.vtu" }\n'
+        "material = { E = 210e9, nu = 0.3, rho = 7850.0 }\n[body.tet]\n[run]\nduration = 1.0\n"
+    )
+    command = ["mesh", str(tmp_path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    assert main(command) == 0
+    note = "largest extent is 120 m, usual are 1e-06 to 100 m; probably lengths in mm were given; "
+    unit = "component.tet.geometry.unit states the metres per unit of the file, 1e-3 for mm"
+    assert note + unit in capsys.readouterr().err
+    assert main([*command, "--set", "component.tet.geometry.unit=1e-3"]) == 0
+    assert "extent is" not in capsys.readouterr().err

@@ -1,0 +1,108 @@
+"""Operations on settings that a result must not depend on, or whose effect is estimated: see docs/robustness.md."""
+
+from typing import Any
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.robustness.evidence import FirstContact
+from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
+from gudgeon.pipeline.robustness.trial import Trial, approach
+from gudgeon.pipeline.scenes.change import moved_surface
+from gudgeon.solver.capabilities import INTEGRATORS
+
+AGREES = 0.01
+"""Allowed relative difference of impulses and forces where steps differ."""
+EXACT = 1e-6
+"""The same where the integrator chooses its steps by itself, or has none."""
+LEAST_MODES = 8
+"""Least number of modes that is halved."""
+HALVED = ("macneal", "normal+static", "rubin", "fixed-reference")
+"""Reductions to normal modes, whose number determines the error of the basis."""
+
+
+def samples(subject: Subject, operation: Any) -> Trial:
+    """Change the number of points of the histories: no quantity depends on it."""
+    subject.contact()
+    return _controlled(subject, {"samples": operation.count})
+
+
+def duration(subject: Subject, operation: Any) -> Trial:
+    """Change the duration: the first impact stays the same."""
+    first, whole = subject.contact(), subject.scene.run.duration
+    if not first.start + first.duration < operation.factor * whole:
+        raise DoesNotApply(f"the first impact does not end within {operation.factor:g} of the duration")
+    if getattr(subject.scene, "joint", {}):
+        raise DoesNotApply("a joint has tables over the duration")
+    return _controlled(subject, {"duration": operation.factor * whole})
+
+
+def _controlled(subject: Subject, run: dict[str, Any]) -> Trial:
+    """Return a trial with other settings of the run, and where its steps are controlled, so that they are in both."""
+    own = subject.scene
+    if INTEGRATORS[own.integrator].own_steps:
+        return Trial(subject.changed({"run": run}), same=EXACT)
+    checks = {"checks": own.run.step is None}
+    like = Trial(subject.changed({"run": checks}))
+    return Trial(subject.changed({"run": checks | run}), like=like, same=AGREES)
+
+
+def gravity(subject: Subject, operation: Any) -> Trial:
+    """Add gravity that presses the first contact's body on the other surface; double it where there is gravity.
+
+    The first impact is then compared too, unless gravity deforms a held body: it may differ by the speed that gravity
+    adds until its end, over that of the fastest body.
+    """
+    if not subject.contacts:
+        raise DoesNotApply(NO_CONTACT)
+    scene, own = subject.scene, np.array(subject.scene.run.gravity)
+    pull = 2 * own if own.any() else -operation.size * approach(subject.job)[0]
+    speed = max(float(np.linalg.norm(body.velocity)) for body in scene.body.values())
+    held = any(scene.component[scene.component_of(name)].supports for name in scene.body)
+    first, same = subject.base.contact, None
+    if first is not None and speed > 0 and not held and not own.any() and not scene.joint:
+        same = AGREES + 4 * operation.size * _end(first) / speed
+    changes: dict[str, Any] = {"run": {"gravity": pull.tolist(), "checks": scene.run.step is None}}
+    automatic = {"run": changes["run"] | {"integrator": "auto", "step": "unset", "accuracy": "unset", "checks": True}}
+    for tried in (changes, automatic):
+        try:
+            return Trial(subject.changed(tried), same=same)
+        except InputError as error:
+            reason = str(error)
+    raise DoesNotApply(reason)
+
+
+def _end(first: FirstContact) -> float:
+    return first.start + first.duration
+
+
+def modes(subject: Subject, operation: Any) -> Trial:
+    """Keep a share of the normal modes: the estimated error of that basis covers the change of the first impulse."""
+    subject.contact()
+    counts = {}
+    for name in subject.elastic():
+        own = subject.scene.component[name].modes
+        if own.reduction in HALVED and own.normal_count >= LEAST_MODES:
+            counts[name] = {"modes": {"normal_count": int(operation.factor * own.normal_count)}}
+    if not counts:
+        raise DoesNotApply(f"no body has {LEAST_MODES} normal modes")
+    checked = {"run": {"checks": True}}
+    like = Trial(subject.changed({"run": {"checks": subject.scene.run.step is None}}))
+    return Trial(subject.changed(checked | {"component": counts}), like=like)
+
+
+def change(subject: Subject, operation: Any) -> Trial:
+    """Move a cylindrical surface inwards by a share of its radius, with the modes of the design before."""
+    for name in subject.elastic():
+        component = subject.scene.component[name]
+        for key, interface in component.interface.items():
+            shape = subject.meshes[name].surfaces[interface.surface].shape
+            if shape.get("kind") != "cylinder" or interface.kind == "traction":
+                continue
+            profile = {"surface": interface.surface, "offset": -operation.share * shape["radius"], "table": "unset"}
+            table = {name: {"change": {"update": "reuse", "tolerance": "unset", "profile": profile}}}
+            job = subject.changed({"component": table})
+            if moved_surface(job.scene.component[name], job.folder, name) is not None:
+                return Trial(job)
+            raise DoesNotApply(f"interface {key} of {name} cannot be moved")
+    raise DoesNotApply("no contact is on a cylindrical surface of an elastic body")

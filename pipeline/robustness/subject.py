@@ -1,0 +1,65 @@
+"""The scene under test of `gudgeon robustness`, with its results without any change."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Refusal
+from gudgeon.pipeline.robustness.trial import Trial
+
+NO_CONTACT = "no contact occurs in the scene"
+
+
+class DoesNotApply(Exception):
+    """A case does not apply to a scene; the text is the reason."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The scene under test, with its results without any change."""
+
+    job: Any
+    """Its job, of any kind, with the duration of the cases."""
+    meshes: Mapping[str, MeshRecord]
+    """Mesh of each component in use, before any change."""
+    run: Callable[[Trial, Path], Evidence | Refusal]
+    """Runs a trial with a folder for temporary files."""
+    changed: Callable[[Mapping[str, Any]], Any]
+    """Returns the job of the scene changed by nested tables."""
+    known: dict[str, Any] = field(default_factory=dict)
+    """Values that cases share: numbers of points and coordinates, integrator and step."""
+    base: Evidence = field(default_factory=Evidence)
+    """Evidence of the unchanged scene."""
+    folder: Path = Path()
+    """Folder for the files of a case."""
+
+    @property
+    def scene(self) -> Any:
+        return self.job.scene
+
+    @property
+    def contacts(self) -> dict[str, Any]:
+        """Its contacts; a wheel has none."""
+        return getattr(self.scene, "contact", {})
+
+    @property
+    def bodies(self) -> dict[str, Any]:
+        """Its bodies; a wheel is one."""
+        return getattr(self.scene, "body", {"wheel": None})
+
+    def elastic(self) -> list[str]:
+        """Return the components in use that deform."""
+        own = self.scene.component
+        return [n for n in self.meshes if own[n].material is not None and own[n].modes.reduction != "rigid"]
+
+    def contact(self) -> FirstContact:
+        """Return the first contact of the unchanged scene.
+
+        Raises:
+            DoesNotApply: there is none.
+        """
+        if self.base.contact is None:
+            raise DoesNotApply(NO_CONTACT)
+        return self.base.contact

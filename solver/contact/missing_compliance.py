@@ -1,0 +1,79 @@
+"""Refuses compliant contact where it has no compliance: of rigid bodies, at held points, or without R."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.methods import METHODS
+from gudgeon.solver.scene.scene import Scene
+
+ROUND_OFF = 1e-8
+"""Share of R in the total flexibility of a point below which R is round-off."""
+HELD = 1e-12
+"""Flexibility of a point over the largest one of its interface below which a support holds it."""
+
+
+class Side(NamedTuple):
+    """The c points of a contact on one of its bodies."""
+
+    body: FlexibleBody
+    interface: str
+    order: np.ndarray
+    """Number of each point in the record, (c,)."""
+    placed: np.ndarray
+    """Points of the contact in the scene [m], (c, 3)."""
+
+    def flexibility(self) -> np.ndarray:
+        """Return the static flexibility of each point by elastic coordinates and R [m/N], (c,)."""
+        rows = self.body.modal.interfaces[self.interface].rows[self.order]
+        whole = self.body.residual(self.interface, self.interface).diagonal()[self.order].copy()
+        if len(self.body.modal.angular_frequencies):
+            whole += (rows**2 / self.body.modal.angular_frequencies**2).sum(axis=1)
+        return whole
+
+
+def check_compliance(
+    scene: Scene, name: str, sides: Sequence[Side], master: FlexibleBody | None, residual: np.ndarray, layer: np.ndarray
+) -> None:
+    """Raise a SceneError for a contact whose method needs compliance at a point that has none.
+
+    Args:
+        sides: The bodies with points, that of the contact first.
+        master: The other body of the contact, if any.
+        residual: R of each point, of both bodies [m/N], (c,).
+        layer: Compliance of the surface at each point [m/N], (c,).
+    """
+    contact = scene.contact[name]
+    if METHODS[contact.method].rigid or contact.smooth_law:
+        return
+    bodies = [sides[0].body, *([] if master is None else [master])]
+    whole = [side.flexibility() for side in sides]
+    missing = np.flatnonzero((residual <= ROUND_OFF * sum(whole)) & (layer <= 0))
+    if not len(missing):
+        return
+    if all(body.modal.reduction == "rigid" for body in bodies):
+        raise SceneError(f"contact.{name}.surface_stiffness: is missing; contact of rigid bodies needs it")
+    for side, flexibility in zip(sides, whole, strict=True):
+        held = missing[flexibility[missing] <= HELD * flexibility.max()]
+        if side.body.modal.reduction != "rigid" and len(held):
+            raise SceneError(_held(scene, name, side, held))
+    raise SceneError(
+        f"contact.{name}.method: '{contact.method}' needs residual flexibility, but the retained shapes already contain"
+        " all interface motion (R = 0); keep fewer shapes, or use method 'constraint'"
+    )
+
+
+def _held(scene: Scene, name: str, side: Side, held: np.ndarray) -> str:
+    """Return the complaint about points that supports hold; `held` are their numbers."""
+    first, component = side.placed[held[0]], scene.component_of(side.body.name)
+    where = ", ".join(f"{0.0 if abs(x) < 1e-12 else x:.4g}" for x in first)
+    count = "1 point" if len(held) == 1 else f"{len(held)} points"
+    return (
+        f"contact.{name}: {count} of component.{component}.interface.{side.interface}, the first near ({where}) m,"
+        f" cannot move because component.{component}.supports hold them; method '{scene.contact[name].method}' needs"
+        " points that yield: leave the supported edge out of the interface by its height, sector_deg or another"
+        f" surface, or set contact.{name}.surface_stiffness"
+    )
