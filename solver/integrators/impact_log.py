@@ -23,8 +23,11 @@ from gudgeon.modaldb.records.trajectory import (
     WINDOWED_TIME,
 )
 from gudgeon.solver.compiled import entry, inner
+from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators.outcome import PLATEAU
 
+MOST_STEPS = 1_000_000
+"""Largest number of steps in a window, which are kept at once."""
 CAPACITY = 65_536
 """Impacts of all contacts that may end within a frame; more end the run."""
 FIRST, LAST, TOUCHING, ROW = range(4)
@@ -61,8 +64,17 @@ class ImpactLog(NamedTuple):
 
 
 def impact_log(first_rows: list[int], dt: float, window: float) -> ImpactLog:
-    """Return an empty log of contacts, given by the first row of each, for steps dt [s] and a window [s]."""
+    """Return an empty log of contacts, given by the first row of each, for steps dt [s] and a window [s].
+
+    Raises:
+        SolverError: the steps are so short that the window has too many.
+    """
     contacts = len(first_rows)
+    if window > MOST_STEPS * dt:
+        raise SolverError(
+            f"steps of {dt:.3g} s: the window of peak forces, {window:.3g} s, has more than {MOST_STEPS:,} of them;"
+            " increase run.duration or run.step, or set a smaller run.window"
+        )
     steps = np.zeros((contacts, 4), np.int64)
     steps[:, FIRST], steps[:, ROW] = -1, first_rows
     return ImpactLog(

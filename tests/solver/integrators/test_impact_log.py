@@ -8,6 +8,7 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.compiled import entry
+from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators import impact_log as module
 from gudgeon.solver.integrators.event.impacts import ContactImpacts
 from gudgeon.solver.integrators.impact_log import Located, impact_log, log_step
@@ -167,3 +168,9 @@ def test_a_longer_window_merges_impacts(tmp_path: Path) -> None:
 def test_a_full_log_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "CAPACITY", 1)
     assert struck_twice(tmp_path, window=1e-6).result == Result.IMPACTS.name
+
+
+def test_steps_too_short_for_the_window_are_one_clear_line() -> None:
+    with pytest.raises(SolverError, match=r"^steps of 1e-30 s: the window of peak forces, 1e-05 s, has more"):
+        impact_log([0], 1e-30, 1e-5)
+    assert len(impact_log([0], 1e-8, 1e-5).ring[0]) == 1003
