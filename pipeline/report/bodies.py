@@ -11,13 +11,13 @@ from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.budget.budget import budget_of
 from gudgeon.pipeline.report.changes import change_rows
 from gudgeon.pipeline.report.choice import choose, doubtful, judged, keep, on_its_mesh
-from gudgeon.pipeline.report.costs import cost_rows
 from gudgeon.pipeline.report.document import Document, Quantity, Table
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
 from gudgeon.pipeline.report.force import reproducible
 from gudgeon.pipeline.report.frequencies import frequencies_report
 from gudgeon.pipeline.report.front import with_front
+from gudgeon.pipeline.report.full_fe.costs import cost_rows
 from gudgeon.pipeline.report.measures.differences import velocity_table
 from gudgeon.pipeline.report.page.output import FORCE_PICTURE, report_folder, write_report
 from gudgeon.pipeline.report.reference import Reference, check_names, external_reference, reference_run, values_of

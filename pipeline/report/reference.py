@@ -12,7 +12,6 @@ import numpy as np
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.report.document import Errors
-from gudgeon.pipeline.report.extrapolation import Extrapolation, extrapolation
 from gudgeon.pipeline.report.force import (
     ForceReference,
     Ran,
@@ -21,6 +20,7 @@ from gudgeon.pipeline.report.force import (
     history_reference,
     pulse_reference,
 )
+from gudgeon.pipeline.report.full_fe.extrapolation import Extrapolation, extrapolation
 from gudgeon.pipeline.report.measures.differences import SLAP, VELOCITY, differences, relative
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.stages.job import Job

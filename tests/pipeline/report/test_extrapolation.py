@@ -13,10 +13,10 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.nodal.scene.runs import nodal_runs
 from gudgeon.pipeline.report.bodies import report_job
-from gudgeon.pipeline.report.costs import step_for
 from gudgeon.pipeline.report.document import Document
 from gudgeon.pipeline.report.effort import Effort
-from gudgeon.pipeline.report.extrapolation import extrapolation
+from gudgeon.pipeline.report.full_fe.costs import step_for
+from gudgeon.pipeline.report.full_fe.extrapolation import extrapolation
 from gudgeon.pipeline.report.page.page import page
 from gudgeon.pipeline.report.page.words import cost_tables, reference_text
 from gudgeon.pipeline.report.reference import errors_against, external_reference, histories

@@ -92,7 +92,8 @@ def _reduced(runs: Sequence[Run], tolerance: float, method: str, avoided: Collec
     assert again is not None
     ten, hundred = (first + (count - 1) * again.cpu for count in (TEN, HUNDRED))
     return Cost(
-        tolerance, method, best.name, best.conservative_error, best.cpu_seconds, again.cpu, first, ten, hundred
+        tolerance, method, best.name, error=best.conservative_error, integration=best.cpu_seconds,
+        database=again.cpu, first=first, ten=ten, hundred=hundred,
     )  # fmt: skip
 
 
@@ -109,7 +110,10 @@ def _nodal(job: Job, runs: Sequence[Run], taken: NodalTimes, tolerance: float) -
     first = taken.mesh + ready + each
     ten, hundred = (first + (count - 1) * each for count in (TEN, HUNDRED))
     name = f"full FE, {step.size * 1e6:.3g} µs ({step.how})"
-    return Cost(tolerance, "nodal", name, tolerance, each, ready + each, first, ten, hundred)
+    return Cost(
+        tolerance, "nodal", name, error=tolerance, integration=each, database=ready + each, first=first, ten=ten,
+        hundred=hundred,
+    )  # fmt: skip
 
 
 def step_for(errors: Sequence[tuple[float, float]], tolerance: float) -> Step | None:
