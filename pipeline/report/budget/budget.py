@@ -23,7 +23,7 @@ from gudgeon.pipeline.report.reference import DRIFT, Reference, largest
 from gudgeon.pipeline.report.sweep import reason
 from gudgeon.pipeline.report.timing import made
 from gudgeon.pipeline.stages.job import Job, variant
-from gudgeon.pipeline.stages.run import run_job
+from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.errors import SceneError, SolverError
 
 FACTOR = 1.5
@@ -66,6 +66,17 @@ class Judge:
         found = apart_from(self.one.job, run, self.one.trajectory, name, self.reference)
         compared = {one.name for one in self.quantities if one.measure != "absolute"}
         return {name: value for name, value in found.items() if name in compared and name != DRIFT}
+
+    def renumbered(self, run: Trajectory) -> str:
+        """Return how many impacts another run has where numbered ones are compared; empty where they are as many."""
+        own = self.one.trajectory
+        for name, impacts in own.impacts.items():
+            numbered = any(
+                one.name.startswith(f"{name}.impact") and one.name in own.quantities for one in self.quantities
+            )
+            if numbered and len(run.impacts[name]) != len(impacts):
+                return f"{len(run.impacts[name])} impacts of {name} instead of {len(impacts)}"
+        return ""
 
     def term(self, source: str, how: str, errors: Errors, orders: dict[str, float] | None = None) -> Term:
         """Return a term from the estimated errors of the quantities."""
@@ -201,6 +212,8 @@ def _extrapolated(judge: Judge, source: str, sides: Sides, components: Sequence[
             word = f"{word} (mean edge × {size:.2f})"
             if math.log(size) / math.log(factor) < LEAST:
                 run, why = None, "hardly another mesh"
+        if run is not None and (why := judge.renumbered(run)):
+            run = None
         (missing if run is None else known).append(f"{word}: {why}" if run is None else word)
         neighbours.append(None if run is None else (size, judge.differences(run, "")))
     able = [one for one in neighbours if one is not None]
@@ -218,9 +231,14 @@ def _extrapolated(judge: Judge, source: str, sides: Sides, components: Sequence[
 
 
 def _run(one: Point, changes: dict[str, Any], meshed: Collection[str] = ()) -> tuple[Trajectory | None, str]:
-    """Return the run of a setting with further changes; None, and why, if it fails or takes too long."""
+    """Return the run of a setting with further changes; None, and why, if it fails or takes too long.
+
+    It has the window of the setting's own run, so that both tell the same impacts apart.
+    """
     assert one.timed is not None
     try:
+        if one.job.scene.contact:
+            changes = changes | {"run": changes.get("run", {}) | {"window": system_of(one.job).window}}
         job = variant(one.job, changes)
         if meshed and (growth := _nodes(job, meshed) / _nodes(one.job, meshed)) ** GROWTH > DEARER:
             return None, f"{growth:.1f} times as many nodes, which take more than {DEARER:g} times as long"
