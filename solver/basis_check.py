@@ -37,6 +37,11 @@ STIFFENED = {"basis.force": 0.3, "basis.impulse": 0.1, "basis.rebound": 0.1}
 """Least relative errors over the share of the compliance that a contact by a penalty lacks."""
 UNRESOLVED = {"basis.force": 0.5, "basis.impulse": 0.3, "basis.rebound": 0.3}
 """Least relative errors over the share of the compliance that is without mass in an impact shorter than is resolved."""
+RINGING = 0.1
+"""Least error of windowed forces over the share by which the largest mean over a sample exceeds the windowed force.
+
+At a wave front the share is 0.3 to 0.6, the error over one period 0.2 to 0.35 of it; it decreases with the number of
+periods in the window; of a smooth force that is resolved, the share is below 0.05."""
 FORCE_ORDER = 0.5
 """Order in the number of coordinates with which windowed forces converge where a force jumps."""
 
@@ -82,8 +87,17 @@ def _estimates(system: System, fewer: System, found: Trajectory, other: Trajecto
     periods = system.window / system.resolution if system.resolution > 0 else 1.0
     window = fewer.resolution * max(1.0, periods)
     errors = _errors(found, other, window, float(np.linalg.norm(speeds, axis=1).max()))
+    errors["basis.force"] = max(errors["basis.force"], RINGING * _ringing(found) / max(1.0, periods))
     stiff, massless = _lacking(system, fewer), _unresolved(system, found)
     return {name: max(error, STIFFENED[name] * stiff, UNRESOLVED[name] * massless) for name, error in errors.items()}
+
+
+def _ringing(found: Trajectory) -> float:
+    """Return the largest share, one at most, by which a force over a sample exceeds that over the window."""
+    names = [f"{name}.force_peak" for name in found.contacts]
+    peaks = [[found.quantities[f"{name}{raw}"]["value"] for raw in ("", "_raw")] for name in names
+             if {name, f"{name}_raw"} <= set(found.quantities)]  # fmt: skip
+    return max((min(1.0, raw / peak - 1) for peak, raw in peaks if peak > 0), default=0.0)
 
 
 def _lacking(system: System, fewer: System) -> float:

@@ -72,7 +72,7 @@ class Judge:
         own = self.one.trajectory
         for name, impacts in own.impacts.items():
             numbered = any(
-                one.name.startswith(f"{name}.impact") and one.name in own.quantities for one in self.quantities
+                one.name.startswith(f"{name}.impact") and one.name in self.reference.expected for one in self.quantities
             )
             if numbered and len(run.impacts[name]) != len(impacts):
                 return f"{len(run.impacts[name])} impacts of {name} instead of {len(impacts)}"

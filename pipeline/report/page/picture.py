@@ -6,6 +6,7 @@ have the numbers of their runs for the script of the page.
 
 import io
 import math
+import textwrap
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -41,6 +42,8 @@ BOX = (5.4, 8.5)
 """Width of a digit and height of a number beside a point [pt]."""
 TICKS = 9
 """Largest number of labels of an axis; small plots have half as many."""
+WIDTH, NOTE, FOOT = 125, 3, 0.024
+"""Of the notes at the foot: characters of a line, largest number of lines, and their distance."""
 SCHEMES, RUNS = 12, 22
 """Largest numbers of schemes and runs in the legend of the PNG; of more runs, those on the front are named."""
 LINE = 0.0215
@@ -136,17 +139,16 @@ def draw(document: Document, path: Path) -> None:
         figure = new_figure("", "")
         _line(figure, (0.035, 0.958), f"{document.scene}: error against run time", 70, fontsize=14, fontweight="bold")
         _line(figure, (0.035, 0.917), f"reference: {document.reference['source']}", 118, color=FAINT)
-        _draw_runs(figure.add_axes((0.098, 0.175, 0.522, 0.68)), document)
-        _legend(figure, document)
         flags = ", ".join(one.name for one in flagged(document))
-        if flags:
-            text = f"not converged over this sweep; no order is fitted: {flags}"
-            _line(figure, (0.035, 0.045), text, 125, fontsize=8, color=RED)
-        budget = budget_text(document)
-        if budget:
-            _line(figure, (0.035, 0.07), budget, 125, fontsize=8, color=INK)
-        if document.choice is not None:
-            _line(figure, (0.035, 0.02), verdict(document), 125, fontsize=8, color=FAINT)
+        notes = [
+            (budget_text(document), INK),
+            (f"not converged over this sweep; no order is fitted: {flags}" if flags else "", RED),
+            (verdict(document) if document.choice is not None else "", FAINT),
+        ]
+        top = _foot(figure, [(text, colour) for text, colour in notes if text])
+        bottom = max(0.175, top + 0.09)
+        _draw_runs(figure.add_axes((0.098, bottom, 0.522, 0.855 - bottom)), document)
+        _legend(figure, document)
         save(figure, path)
 
 
@@ -314,6 +316,20 @@ def _legend(figure: Figure, document: Document) -> None:
     hidden = [f"{count} more {what}" for count, what in more if count > 0]
     if hidden:
         _line(figure, (left, height - LINE), f"and {', '.join(hidden)}", 45, fontsize=7.5, color=FAINT)
+
+
+def _foot(figure: Figure, notes: Sequence[tuple[str, str]]) -> float:
+    """Write notes with their colours at the foot, each on up to `NOTE` lines, and return the height of the first."""
+    lines = [
+        (line, colour)
+        for text, colour in notes
+        for line in textwrap.wrap(text, WIDTH, max_lines=NOTE, placeholder=" …", subsequent_indent="    ")
+    ]
+    height = 0.02
+    for line, colour in reversed(lines):
+        _line(figure, (0.035, height), line, WIDTH, fontsize=8, color=colour)
+        height += FOOT
+    return height - FOOT
 
 
 def _line(figure: Figure, at: tuple[float, float], text: str, most: int, **look: object) -> None:
