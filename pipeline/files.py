@@ -1,15 +1,26 @@
-"""Writing of result files: first under a temporary name, then renamed, so that no file is ever incomplete."""
+"""Writing of result files: first under a temporary name, then renamed, so that no file is ever incomplete.
+
+A sealed file is a JSON document with the digest of its own content, so that one that was edited or cut is not read.
+"""
 
 import contextlib
 import csv
 import io
+import json
 import os
+import re
 import shutil
-from collections.abc import Iterable, Iterator
+import uuid
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from gudgeon.modaldb.keys import content_key
 from gudgeon.pipeline.errors import InputError
+
+SCRATCH = re.compile(r"\..+\.[0-9a-f]{32}\.part|\.drawing-[0-9a-f]{32}")
+"""Names of temporary files and folders beside results."""
+DIGEST = "digest"
 
 
 @contextlib.contextmanager
@@ -19,9 +30,11 @@ def whole_file(path: Path) -> Iterator[Path]:
     Raises:
         InputError: the folder cannot be written.
     """
-    scratch = path.with_name(f".{path.name}.{os.getpid()}.part")
+    scratch = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        # Made here and by nobody else: a link that waits under this name is not followed.
+        os.close(os.open(scratch, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield scratch
         os.replace(scratch, path)
     except OSError as error:
@@ -41,6 +54,33 @@ def copy_file(source: Path, target: Path) -> None:
     """Copy a file in one step; see `whole_file`."""
     with whole_file(target) as scratch:
         shutil.copyfile(source, scratch)
+
+
+def write_sealed(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a JSON document with its digest; see `whole_file`."""
+    write_text(path, json.dumps({**content, DIGEST: content_key(content)}, indent=1))
+
+
+def read_sealed(path: Path) -> dict[str, Any] | None:
+    """Return the content of a sealed document; None if it is missing or not as it was written."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        digest = found.pop(DIGEST)
+        return found if content_key(found) == digest else None
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def remove_scratch(folder: Path) -> None:
+    """Remove the temporary files and folders that killed runs left in a folder of results."""
+    with contextlib.suppress(OSError):
+        for entry in os.scandir(folder):
+            if SCRATCH.fullmatch(entry.name) is None:
+                continue
+            if entry.is_dir(follow_symlinks=False):
+                shutil.rmtree(entry.path, ignore_errors=True)
+            else:
+                os.unlink(entry.path)
 
 
 def csv_text(rows: Iterable[Iterable[Any]], line_end: str = "\r\n") -> str:

@@ -22,10 +22,10 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Return a decorator that compiles a function and keeps its machine code; options as `numba.njit` takes them."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        before = config.CACHE_DIR  # type: ignore[attr-defined]
-        config.CACHE_DIR = str(cache_folder() or before)  # type: ignore[attr-defined]
+        folder, before = cache_folder(), config.CACHE_DIR  # type: ignore[attr-defined]
+        config.CACHE_DIR = str(folder or before)  # type: ignore[attr-defined]
         try:
-            return numba.njit(cache=True, **options)(function)  # type: ignore[call-overload]
+            return numba.njit(cache=folder is not None, **options)(function)  # type: ignore[call-overload]
         finally:
             config.CACHE_DIR = before  # type: ignore[attr-defined]
 

@@ -1,12 +1,114 @@
-"""Types of numbers in a scene file."""
+"""Numbers and names of a scene file, with the range of each.
 
-from typing import Annotated
+A number is zero, where its key allows that, or has a magnitude within the range of its unit. Ranges are wide enough for
+lengths of 1e-9 nm and scenes in any units, and narrow enough that no product that a stage forms exceeds the range of
+floating-point numbers.
+"""
 
-from pydantic import BaseModel, ConfigDict, Field
+import re
+from typing import Annotated, Any
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Length = Annotated[float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"unit": "m"})]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+RANGES: dict[str, tuple[float, float]] = {
+    "1": (1e-15, 1e15), "deg": (1e-12, 1e9), "rad": (1e-15, 1e6), "s": (1e-30, 1e15), "Hz": (1e-15, 1e30),
+    "rev/min": (1e-15, 1e15), "rad/s": (1e-24, 1e24), "m": (1e-21, 1e12), "m^2": (1e-36, 1e24), "m^4": (1e-72, 1e48),
+    "m/s": (1e-24, 1e12), "m/s^2": (1e-24, 1e24), "kg": (1e-40, 1e40), "kg m^2": (1e-80, 1e60),
+    "kg/m^3": (1e-24, 1e24), "N": (1e-40, 1e40), "Pa": (1e-18, 1e24), "N/m": (1e-40, 1e40), "N/m^3": (1e-30, 1e45),
+    "N/m^exponent": (1e-45, 1e60), "N s/m": (1e-45, 1e45),
+}  # fmt: skip
+"""Smallest and largest magnitude of a number of a scene by its unit."""
+MOST = 1_000_000
+"""Largest count of a scene: modes, elements through a thickness, seeds and the like."""
+LEAST_COMPLIANCE = 1e-9
+"""Distance of Poisson's ratio from -1 and 0.5, where the stiffness of a solid is infinite."""
+NAME_LENGTH = 100
+"""Characters of a name, which becomes part of the names of files."""
+NAME = re.compile(r"[\w.-]([\w. -]*[\w.-])?")
+
+
+def above_zero(unit: str) -> Any:
+    """Return the limits of a number above zero of a unit."""
+    low, high = RANGES[unit]
+    return Field(gt=0, le=high, allow_inf_nan=False, json_schema_extra={"unit": unit, "minimum": low})
+
+
+def from_zero(unit: str) -> Any:
+    """Return the limits of a number of a unit that is zero or above."""
+    low, high = RANGES[unit]
+    return Field(ge=0, le=high, allow_inf_nan=False, json_schema_extra={"unit": unit, "least_magnitude": low})
+
+
+def signed(unit: str) -> Any:
+    """Return the limits of a number of a unit of either sign."""
+    low, high = RANGES[unit]
+    return Field(ge=-high, le=high, allow_inf_nan=False, json_schema_extra={"unit": unit, "least_magnitude": low})
+
+
+def sizeable(unit: str) -> AfterValidator:
+    """Return a check that refuses numbers of a unit that are smaller than its range without being zero."""
+    low, high = RANGES[unit]
+    suffix = "" if unit == "1" else f" {unit}"
+
+    def check(value: float) -> float:
+        if 0 < abs(value) < low:
+            raise ValueError(f"{value} given; allowed magnitude: {low:g} to {high:g}{suffix}")
+        return value
+
+    return AfterValidator(check)
+
+
+def _invertible(nu: float) -> float:
+    if min(nu + 1, 0.5 - nu) < LEAST_COMPLIANCE:
+        raise ValueError(f"{nu} given; allowed: {LEAST_COMPLIANCE:g} away from -1 and 0.5")
+    return nu
+
+
+Acceleration = Annotated[float, signed("m/s^2"), sizeable("m/s^2")]
+Angle = Annotated[float, signed("deg"), sizeable("deg")]
+AngularVelocity = Annotated[float, signed("rad/s"), sizeable("rad/s")]
+Area = Annotated[float, above_zero("m^2"), sizeable("m^2")]
+Coordinate = Annotated[float, signed("m"), sizeable("m")]
+DampingConstant = Annotated[float, from_zero("N s/m"), sizeable("N s/m")]
+Density = Annotated[float, above_zero("kg/m^3"), sizeable("kg/m^3")]
+Duration = Annotated[float, above_zero("s"), sizeable("s")]
+Exponent = Annotated[float, Field(ge=0.1, le=10, allow_inf_nan=False, json_schema_extra={"unit": "1"})]
+ForceValue = Annotated[float, signed("N"), sizeable("N")]
+Frequency = Annotated[float, above_zero("Hz"), sizeable("Hz")]
+HertzStiffness = Annotated[float, above_zero("N/m^exponent"), sizeable("N/m^exponent")]
+LayerStiffness = Annotated[float, above_zero("N/m^3"), sizeable("N/m^3")]
+Length = Annotated[float, above_zero("m"), sizeable("m")]
+Mass = Annotated[float, above_zero("kg"), sizeable("kg")]
+Modulus = Annotated[float, above_zero("Pa"), sizeable("Pa")]
+Moment = Annotated[float, from_zero("kg m^2"), sizeable("kg m^2")]
+"""Of inertia."""
+Poisson = Annotated[float, Field(gt=-1, lt=0.5, json_schema_extra={"unit": "1"}), AfterValidator(_invertible)]
+"""Poisson's ratio."""
+PositiveAcceleration = Annotated[float, above_zero("m/s^2"), sizeable("m/s^2")]
+PositiveRatio = Annotated[float, above_zero("1"), sizeable("1")]
+Pressure = Annotated[float, signed("Pa"), sizeable("Pa")]
+Ratio = Annotated[float, signed("1"), sizeable("1")]
+RatioFromZero = Annotated[float, from_zero("1"), sizeable("1")]
+RotationAngle = Annotated[float, above_zero("rad"), sizeable("rad")]
+RotationRate = Annotated[float, above_zero("rev/min"), sizeable("rev/min")]
+SecondMoment = Annotated[float, above_zero("m^4"), sizeable("m^4")]
+Share = Annotated[float, Field(ge=0, le=1, json_schema_extra={"unit": "1"}), sizeable("1")]
+Speed = Annotated[float, signed("m/s"), sizeable("m/s")]
+Stiffness = Annotated[float, above_zero("N/m"), sizeable("N/m")]
+TimeFromZero = Annotated[float, from_zero("s"), sizeable("s")]
+
+
+def _name(value: str) -> str:
+    if not NAME.fullmatch(value) or set(value) == {"."} or len(value) > NAME_LENGTH:
+        raise ValueError(
+            f"name {value[:NAME_LENGTH]!r} given; allowed: at most {NAME_LENGTH} letters, digits, '_', '.', '-' and"
+            " spaces between them"
+        )
+    return value
+
+
+Name = Annotated[str, AfterValidator(_name)]
+"""Of a body, contact, component and the like: it becomes part of the names of files and of fields of records."""
 
 
 class Strict(BaseModel):

@@ -1,16 +1,18 @@
-"""Types of vectors in a scene file: finite components; a direction is not zero."""
+"""Types of vectors in a scene file; a direction is not zero."""
 
 from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Vector = tuple[Finite, Finite, Finite]
-Coordinate = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"unit": "m"})]
+from gudgeon.solver.numbers import Acceleration, AngularVelocity, Coordinate, Ratio, Speed
+
 Place = tuple[Coordinate, Coordinate, Coordinate]
 """Position [m]."""
-Velocity = Annotated[Vector, Field(json_schema_extra={"unit": "m/s"})]
+Velocity = tuple[Speed, Speed, Speed]
+Spin = tuple[AngularVelocity, AngularVelocity, AngularVelocity]
+Gravity = tuple[Acceleration, Acceleration, Acceleration]
+Vector = tuple[Ratio, Ratio, Ratio]
 
 
 def _directed(vector: Vector) -> Vector:
@@ -19,7 +21,7 @@ def _directed(vector: Vector) -> Vector:
     return vector
 
 
-Direction = Annotated[Vector, AfterValidator(_directed), Field(json_schema_extra={"unit": "1"})]
+Direction = Annotated[Vector, AfterValidator(_directed)]
 """Direction of any length."""
 
 

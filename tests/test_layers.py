@@ -35,10 +35,10 @@ ROOT_CAP = 7
 
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("modaldb",),
-    ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.vectors", "solver.capabilities",
+    ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
      "solver.kernel_cache"),
-    ("solver.compiled",),
-    ("pipeline.files", "pipeline.geometry", "pipeline.linalg", "pipeline.measuring", "solver.forces", "solver.joints",
+    ("pipeline.measuring", "solver.compiled", "solver.vectors"),
+    ("pipeline.files", "pipeline.geometry", "pipeline.linalg", "solver.forces", "solver.joints",
      "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
     ("solver.scene",),
     ("pipeline.scenes", "solver.bodies"),

@@ -15,6 +15,9 @@ from typing import Any, Protocol
 from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import RecordDamaged, RecordMissing, StoreUnusable
 
+SHOWN = 200
+"""Characters of a wrong location in a message."""
+
 
 class Store(Protocol):
     """The database as pipeline and solver use it."""
@@ -126,11 +129,19 @@ def open_store(location: str | Path) -> FolderStore:
     """Open the database at a folder, which need not exist yet.
 
     Raises:
-        StoreUnusable: the path exists and is not a folder, or it is a URL.
+        StoreUnusable: the path exists and is not a folder, no folder can have it, or it is a URL.
     """
     if "://" in str(location):
         raise StoreUnusable(f"{location}: expected a folder, URLs are not supported")
-    root = Path(location).expanduser()
+    root = Path(location)
+    try:
+        root = root.expanduser()
+        root.lstat()
+    except (FileNotFoundError, NotADirectoryError):  # It is made later, or that says why not.
+        pass
+    except (OSError, RuntimeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StoreUnusable(f"{str(location)[:SHOWN]!r}: no database can be here ({reason})") from error
     if root.exists() and not root.is_dir():
         raise StoreUnusable(f"{root}: not a folder")
     return FolderStore(root)

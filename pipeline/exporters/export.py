@@ -7,6 +7,7 @@ from gudgeon.pipeline.exporters import EXPORTERS
 from gudgeon.pipeline.exporters.vtu import BodyRecords
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.base.stress import nodal_stress, stress_gauges
+from gudgeon.pipeline.stages.folder import EXPORTS, held
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
 
@@ -14,17 +15,22 @@ from gudgeon.pipeline.stages.run import run_job
 def export(job: Job, what: str, every: int) -> list[Path]:
     """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder."""
     run_job(job, "modes" if what == "modes" else "solve")
-    exporter = EXPORTERS["vtu"]
+    with held(job.out):
+        return _written(job, what, every)
+
+
+def _written(job: Job, what: str, every: int) -> list[Path]:
+    exporter, folder = EXPORTERS["vtu"], job.out / EXPORTS
     if what == "modes":
         files = []
         for body in job.scene.body:
             steps = job.components()[job.scene.component_of(body)]
-            files.append(job.out / "vtu" / f"{body}-modes.vtu")
+            files.append(folder / f"{body}-modes.vtu")
             exporter.write_modes(files[-1], *(job.store.get(steps[kind].key, kind) for kind in ("mesh", "modes")))
         return files
     drawing = Drawing(job.store, job.trajectory().key, job.name, job.out, job.out, lambda name: None)
     bodies = {name: _records(drawing, name, number) for number, name in enumerate(job.scene.body)}
-    return exporter.write_results(job.out / "vtu", bodies, drawing.trajectory, every)
+    return exporter.write_results(folder, bodies, drawing.trajectory, every)
 
 
 def _records(drawing: Drawing, name: str, number: int) -> BodyRecords:

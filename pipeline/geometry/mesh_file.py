@@ -17,9 +17,10 @@ from pydantic import Field
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import EDGES, FACES, GMSH_ORDER, MIRRORED_TETRA, compacted, side_counts
-from gudgeon.pipeline.geometry.numbers import Length, Point, Strict, UnitVector
+from gudgeon.pipeline.geometry.numbers import Point, UnitVector
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surface
+from gudgeon.solver.numbers import RANGES, Length, Name, Strict
 
 ON_SHAPE = 1e-5
 """How far corners may lie from a true shape, relative to its size: the round-off of files with six digits."""
@@ -36,6 +37,8 @@ SOLIDS = ("tetra", "tetra10")
 FACETS = {1: ("line", "line3"), 2: ("triangle", "triangle6")}
 """Types of the cells that can name a boundary, by their dimension."""
 READABLE = "allowed: .msh (saved without Mesh.SaveAll), .inp, .vtu or another format of meshio"
+MOST_MEMBERS = 10_000_000
+"""Members of all sets of a deck that a line of it stands for."""
 ABAQUS_TYPES = [
     (re.compile(r"D?C3D(4|10)[A-Z]*"), r"C3D\1"),
     (re.compile(r"(C3D\d+[A-Z]*)"), r"\1"),
@@ -71,7 +74,7 @@ class MeshFile(Strict):
     kind: Literal["file"]
     path: str
     unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
-    surfaces: dict[str, SurfaceShape] = Field(
+    surfaces: dict[Name, SurfaceShape] = Field(
         default={}, description="True shapes by name; a name that is not in the file gets the facets on its shape"
     )
 
@@ -82,7 +85,7 @@ class MeshFile(Strict):
             InputError: the file is missing or no mesh, not one solid of tetrahedra, or not on its declared surfaces.
         """
         mesh = read_mesh(self.path)
-        points = self.unit * np.asarray(mesh.points, float)
+        points = scaled_points(mesh, self.unit, self.path)
         nodes, cells, number = compacted(points, _ordered(points, _tetrahedra(mesh, self.path), self.path))
         skin, faces = _skin(cells, self.path)
         members = named_facets(mesh, number, faces, dimension=2)
@@ -165,7 +168,8 @@ def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
                 f"{path}: the node of edge {edge[1]} of tetrahedron {edge[0]} (from 0) does not lie near that edge;"
                 " allowed: mid-edge nodes in the order 01, 12, 02, 03, 13, 23"
             )
-    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
+    one, two, three = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)
+    volume = (np.cross(one, two) * three).sum(axis=1)
     flat = np.abs(volume) <= FLAT * length.max(axis=1) ** 3
     if flat.any():
         raise InputError(
@@ -271,6 +275,19 @@ def read_mesh(path: str) -> Any:
     return mesh
 
 
+def scaled_points(mesh: Any, unit: float, path: str) -> np.ndarray:
+    """Return the points of a meshio mesh [m], (n, 3), with the file's `unit` [m].
+
+    Raises:
+        InputError: the file is farther across than any part.
+    """
+    points = np.asarray(mesh.points, float)
+    farthest, most = unit * float(np.abs(points).max(initial=0.0)), RANGES["m"][1]
+    if farthest > most:
+        raise InputError(f"{path}: has a coordinate of {farthest:.3g} m; allowed: up to {most:g} m")
+    return unit * points
+
+
 def _refuse_cut_off(path: str) -> None:
     """Refuse a .msh that ends inside a section: meshio only warns, and reads a truncated number as a complete one."""
     if path.lower().endswith(".msh"):
@@ -293,7 +310,7 @@ def _read_abaqus(path: str) -> Any:
     deck: dict[str, list[str]] = {"*NODE": []}
     blocks: list[str] = []
     rows: list[str] | None = None
-    header, parts, generate = "", 0, False
+    header, parts, generate, members = "", 0, False, 0
     for line in Path(path).read_text(errors="replace").splitlines():
         if line.startswith("**") or not line.strip():
             continue
@@ -306,10 +323,16 @@ def _read_abaqus(path: str) -> Any:
             generate = "GENERATE" in line.upper().replace(" ", "").split(",")
         elif rows is not None and generate:
             first, last, *step = (int(number) for number in line.split(",") if number.strip())
-            rows.append(",".join(map(str, range(first, last + 1, *step))))
+            numbers = range(first, last + 1, *step)
+            members = _counted(members, max(0, (numbers.stop - numbers.start) // numbers.step), path)
+            rows.append(",".join(map(str, numbers)))
         elif rows is not None and not line.strip()[0].isdigit():  # sets of sets
             kind = header.partition("=")[0]
-            rows += [row for name in line.split(",") for row in deck.get(f"{kind}={name.strip()}", [])]
+            for part in (deck.get(f"{kind}={name.strip()}", []) for name in line.split(",")):
+                if part is rows:
+                    raise InputError(f"{path}: a set names itself: {header}")
+                members = _counted(members, sum(row.count(",") + 1 for row in part), path)
+                rows += part
         elif rows is not None:
             rows.append(line)
     rank = {"*NODE": 0, "*ELEMENT": 1, "*NSET": 2, "*ELSET": 3}
@@ -323,6 +346,15 @@ def _read_abaqus(path: str) -> Any:
             sets[k] = np.arange(len(mesh.cells[k].data))
             mesh.cell_sets[name] = sets
     return mesh
+
+
+def _counted(members: int, more: int, path: str) -> int:
+    """Return the members of all sets that are written out, with `more` of them; a file must not name too many."""
+    if members + more > MOST_MEMBERS:
+        raise InputError(
+            f"{path}: its sets have more than {MOST_MEMBERS:,} members, as GENERATE or sets of sets name them"
+        )
+    return members + more
 
 
 def _abaqus_header(line: str, blocks: list[str]) -> tuple[str, str]:

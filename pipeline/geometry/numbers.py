@@ -1,18 +1,14 @@
-"""Numbers and vectors of a scene file with their limits and, where it is always the same, their SI unit."""
+"""Points and directions of a scene file; numbers are in `solver.numbers`."""
 
 from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator
 
-from gudgeon.solver.numbers import Length, Positive, Strict
-from gudgeon.solver.vectors import Coordinate, Finite
 from gudgeon.solver.vectors import Place as Point
+from gudgeon.solver.vectors import Vector as Direction
 
-__all__ = ["Coordinate", "Direction", "Finite", "Length", "NonZero", "Point", "Positive", "Strict", "UnitVector"]
-Dimensionless = Annotated[float, Field(allow_inf_nan=False, json_schema_extra={"unit": "1"})]
-Direction = tuple[Dimensionless, Dimensionless, Dimensionless]
-"""Of any length, zero included."""
+__all__ = ["Direction", "NonZero", "Point", "UnitVector"]
 
 
 def _refuse_zero(vector: Direction) -> Direction:

@@ -10,8 +10,9 @@ from pydantic import model_validator
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.geometry.cells import GMSH_ORDER, compacted
-from gudgeon.pipeline.geometry.numbers import Strict
+from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance
+from gudgeon.solver.numbers import Strict
 
 GMSH_TETRA4, GMSH_TETRA10, GMSH_TRIANGLE6 = 4, 11, 9
 ON_SURFACE = 1e-5
@@ -65,6 +66,13 @@ class Solid(Strict):
         """
         return False
 
+    def expected(self, volume: float, area: float, size: float) -> float:
+        """Return about how many elements of edge length `size` [m] a solid has by volume [m^3] and surface [m^2].
+
+        Within a factor of two for the shapes of the scenes at 1e3 to 2e5 elements; thin walls are one element thick.
+        """
+        return max(5.0 * volume / size**3, 4.0 * area / size**2)
+
     def build(self, size: float) -> MeshRecord:
         """Mesh the solid with elements of edge length `size` [m].
 
@@ -76,6 +84,8 @@ class Solid(Strict):
             model = gmsh.model
             self.draw(model.occ)
             model.occ.synchronize()
+            volume, area = (sum(model.occ.getMass(d, tag) for _, tag in model.getEntities(d)) for d in (3, 2))
+            refuse_large("solid", self.expected(volume, area, size), size)
             _generate(model.mesh, size, repair=not self.tie(model))
             outer = [tag for _, tag in model.getEntities(2) if len(model.getAdjacencies(2, tag)[0]) == 1]
             return _collect(model.mesh, outer, self.surface_shapes())

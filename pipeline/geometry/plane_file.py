@@ -12,10 +12,10 @@ from pydantic import Field
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import compacted, turned
-from gudgeon.pipeline.geometry.mesh_file import named_facets, read_mesh
-from gudgeon.pipeline.geometry.numbers import Length
+from gudgeon.pipeline.geometry.mesh_file import named_facets, read_mesh, scaled_points
 from gudgeon.pipeline.geometry.shapes.plane import UP, PlanePart, boundary_edges
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
+from gudgeon.solver.numbers import Length
 
 FLAT = 1e-9
 """How far nodes may lie off z = 0, relative to the part's size."""
@@ -36,7 +36,7 @@ class PlaneFile(PlanePart):
             InputError: the file is missing, no mesh, or not one part of six-node triangles in z = 0.
         """
         mesh = read_mesh(self.path)
-        points = self.unit * np.asarray(mesh.points, float)
+        points = scaled_points(mesh, self.unit, self.path)
         nodes, cells, number = compacted(points, _triangles(mesh, self.path))
         off = float(np.abs(nodes[:, 2]).max())
         if off > FLAT * np.ptp(nodes, axis=0).max():

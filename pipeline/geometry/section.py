@@ -10,9 +10,9 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
-from gudgeon.pipeline.geometry.numbers import Length, Positive, Strict
+from gudgeon.solver.numbers import Area, Length, PositiveRatio, SecondMoment, Strict
 
-Coefficient = Annotated[float, Field(gt=0, le=1, json_schema_extra={"unit": "1"})]
+Coefficient = Annotated[PositiveRatio, Field(le=1)]
 SHEAR = Field(default=None, description="Shear coefficient κ; by the energy of the shear stress by default")
 
 
@@ -120,8 +120,8 @@ class General(Strict):
 
     shear_form: ClassVar[None] = None
     kind: Literal["general"]
-    area: Positive = Field(json_schema_extra={"unit": "m^2"})
-    second_moment: Positive = Field(description="About the axis of bending [m^4]", json_schema_extra={"unit": "m^4"})
+    area: Area
+    second_moment: SecondMoment = Field(description="About the axis of bending [m^4]")
     height: Length
     shear_coefficient: Coefficient | None = Field(
         default=None, description="Shear coefficient κ; theory 'timoshenko' needs it"

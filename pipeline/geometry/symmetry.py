@@ -3,13 +3,14 @@
 import numpy as np
 from pydantic import Field
 
-from gudgeon.pipeline.geometry.numbers import NonZero, Point, Strict
+from gudgeon.pipeline.geometry.numbers import NonZero, Point
+from gudgeon.solver.numbers import MOST, Strict
 
 
 class CyclicSymmetry(Strict):
     """Cyclic symmetry of a wheel of equal sectors."""
 
-    sectors: int = Field(ge=2, description="Number of equal sectors of the wheel")
+    sectors: int = Field(ge=2, le=MOST, description="Number of equal sectors of the wheel")
     low: str = Field(default="low", description="Face of the sector towards the previous sector")
     high: str = Field(default="high", description="Face low, rotated about the axis by one sector")
     axis: NonZero = Field(default=(0.0, 0.0, 1.0), description="Axis of the wheel, right-handed")

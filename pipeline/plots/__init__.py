@@ -145,7 +145,13 @@ def _run_child(job: Path, hidden: Collection[str]) -> tuple[int, str, str]:
     """Return the child's exit code (−n: killed by signal n), stdout and stderr; it never outlives this call."""
     environment = {name: value for name, value in os.environ.items() if name not in hidden} | {"MPLBACKEND": "Agg"}
     command = [sys.executable, "-P", "-m", CHILD, str(job)]
-    child = subprocess.run(
-        command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace"
-    )
+    # Never written: its end tells the child that this process is gone, however it was ended.
+    alive, end = os.pipe()
+    try:
+        child = subprocess.run(
+            command, env=environment, stdin=alive, capture_output=True, encoding="utf-8", errors="replace"
+        )
+    finally:
+        os.close(alive)
+        os.close(end)
     return child.returncode, child.stdout, child.stderr

@@ -5,13 +5,25 @@
 
 import importlib
 import json
+import os
 import sys
+import threading
 import traceback
 from pathlib import Path
 
 from gudgeon import modaldb
 from gudgeon.pipeline.plots import DRIVEN, PLOTS
 from gudgeon.pipeline.plots.base.run import Drawing
+
+
+def end_with_parent() -> None:
+    """End this process as soon as the one that started it is gone: its pictures belong to nobody then."""
+
+    def watch() -> None:
+        os.read(0, 1)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def main(job_path: str) -> None:
@@ -48,4 +60,5 @@ def _tell(event: str, value: str) -> None:
 
 
 if __name__ == "__main__":
+    end_with_parent()
     main(sys.argv[1])

@@ -117,7 +117,7 @@ def _reduced(model: FEModel, contact: ContactRows, component: Component, where: 
     settings = component.modes
     if settings.reduction != "rigid" and settings.normal_count > (most := largest_count(model)):
         raise InputError(
-            f"{where}.modes.normal_count: {settings.normal_count} given, its mesh has {most} at most;"
+            f"{where}.modes.normal_count: {settings.normal_count} given, its mesh has {max(most, 0)} at most;"
             " refine the mesh or request fewer modes"
         )
     reference = None

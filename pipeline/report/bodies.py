@@ -24,6 +24,7 @@ from gudgeon.pipeline.report.reference import Reference, check_names, external_r
 from gudgeon.pipeline.report.steps import with_steps
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
+from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError, SolverError
@@ -102,7 +103,9 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
         )
         keep(job, document)
-        write_report(document, job.out, picture=_force_picture(job, one, reference))
+        picture = _force_picture(job, one, reference)
+        with held(job.out):
+            write_report(document, job.out, picture=picture)
         progress("report", 1.0)
         return document
 

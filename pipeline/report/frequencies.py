@@ -25,6 +25,7 @@ from gudgeon.pipeline.report.page.words import NOTHING, error_text, size_text
 from gudgeon.pipeline.report.reference import Reference, check_names, external_reference, largest
 from gudgeon.pipeline.report.sweep import Setting, able_settings, reason, settings_of
 from gudgeon.pipeline.report.timing import Prepared, prepared
+from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
@@ -87,7 +88,8 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
             timing=TIMING.format(repeat=how.repeat),
         )
         keep(job, document)
-        write_report(document, job.out)
+        with held(job.out):
+            write_report(document, job.out)
         progress("report", 1.0)
         return document
 

@@ -27,6 +27,7 @@ from gudgeon.pipeline.measuring.memory import peak_memory
 from gudgeon.pipeline.report.document import StageSeconds
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.products import STAGES, combined, product
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.errors import SceneError, SolverError
@@ -96,8 +97,8 @@ def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
     before = prepared(job)
     if not (job.store.has(measured.key) and job.store.has(solved.key)):
         trajectory, record = _measure(job, repeat, limit)
-        job.store.put(solved.key, solved.kind, trajectory, solved.inputs)
-        job.store.put(measured.key, measured.kind, record, measured.inputs)
+        keep(job.store, solved, trajectory)
+        keep(job.store, measured, record)
     trajectory, record = job.store.get(solved.key, "trajectory"), job.store.get(measured.key, "measurement")
     least, first, again = (record.seconds[name] for name in ("integration", "cold", "warm"))
     stages = before.stages | {"solve": StageSeconds(Seconds(**first), Seconds(**again))}
@@ -124,8 +125,14 @@ def spread(
             _make(job, item, limit)
         return
     with ProcessPoolExecutor(min(jobs, len(missing)), multiprocessing.get_context("spawn")) as pool:
-        for number, _ in enumerate(pool.map(_make, [job] * len(missing), missing, [limit] * len(missing))):
-            progress((number + 1) / len(missing))
+        try:
+            for number, _ in enumerate(pool.map(_make, [job] * len(missing), missing, [limit] * len(missing))):
+                progress((number + 1) / len(missing))
+        except KeyboardInterrupt:
+            # Only Ctrl-C reaches them by itself, and the pool waits for their runs.
+            for child in multiprocessing.active_children():
+                child.terminate()
+            raise
 
 
 def made(job: Job, limit: float) -> Trajectory:
@@ -140,7 +147,7 @@ def made(job: Job, limit: float) -> Trajectory:
     """
     solved = job.trajectory()
     if not job.store.has(solved.key):
-        job.store.put(solved.key, solved.kind, simulate(compiled(job), _guard(limit)), solved.inputs)
+        keep(job.store, solved, simulate(compiled(job), _guard(limit)))
     return job.store.get(solved.key, "trajectory")
 
 
@@ -201,7 +208,7 @@ def prepared(job: Job, repeat: int = 1) -> Prepared:
     how = {"machine": machine()} | ({"repeat": repeat} if repeat > 1 else {})
     measured = product("measurement", job.name, {"of": combined(sorted(set(keys))), "how": how})
     if not job.store.has(measured.key):
-        job.store.put(measured.key, measured.kind, _prepare(job, repeat), measured.inputs)
+        keep(job.store, measured, _prepare(job, repeat))
     found = job.store.get(measured.key, "measurement")
     stages = {
         stage: StageSeconds(Seconds(**found.seconds[f"{stage} cold"]), Seconds(**found.seconds[f"{stage} warm"]))
@@ -238,7 +245,7 @@ def _keep(made: Job, job: Job) -> None:
     for steps in made.components().values():
         for step in steps.values():
             if not job.store.has(step.key):
-                job.store.put(step.key, step.kind, made.store.get(step.key, step.kind), step.inputs)
+                keep(job.store, step, made.store.get(step.key, step.kind))
 
 
 @cache

@@ -5,9 +5,9 @@ from pathlib import Path
 from pydantic import Field
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.numbers import Strict
 from gudgeon.pipeline.scenes.reading import check_scene, read_tables
 from gudgeon.pipeline.scenes.robustness import Case, Robustness
+from gudgeon.solver.numbers import Strict
 
 SHIPPED = Path(__file__).with_name("cases.toml")
 

@@ -18,7 +18,7 @@ from gudgeon.pipeline.robustness.trial import REFUSALS, Trial, run_trial, sizes
 from gudgeon.pipeline.robustness.verdict import Verdict, judge
 from gudgeon.pipeline.scenes.reading import merged
 from gudgeon.pipeline.scenes.robustness import Case, Robustness
-from gudgeon.pipeline.stages.folder import claim
+from gudgeon.pipeline.stages.folder import claim, held
 from gudgeon.pipeline.stages.job import UNCHECKED, Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress
@@ -70,13 +70,14 @@ def robustness_cases(subject: Subject, cases: Mapping[str, Case], progress: Prog
             with tempfile.TemporaryDirectory(dir=scratch) as folder:
                 rows.append(_row(name, case, replace(subject, base=base, folder=Path(folder))))
     document = _document(job, rows, base)
-    claim(job)
-    write_text(job.out / "robustness.json", json.dumps(document, indent=1))
-    cells = ([row[key] for key in COLUMNS] for row in rows)
-    write_text(job.out / "robustness.csv", csv_text([COLUMNS, *cells], "\n"))
     from gudgeon.pipeline.robustness.picture import draw
 
-    draw(document, job.out / "robustness.png")
+    with held(job.out):
+        claim(job)
+        write_text(job.out / "robustness.json", json.dumps(document, indent=1))
+        cells = ([row[key] for key in COLUMNS] for row in rows)
+        write_text(job.out / "robustness.csv", csv_text([COLUMNS, *cells], "\n"))
+        draw(document, job.out / "robustness.png")
     progress("robustness", 1.0)
     return document, table_text(document)
 

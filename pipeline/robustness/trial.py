@@ -19,6 +19,7 @@ from gudgeon.pipeline.robustness.evidence import Evidence, FirstContact, Impacts
 from gudgeon.pipeline.robustness.rules import Compared
 from gudgeon.pipeline.stages.change import change_estimates, change_notes, largest_changes
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.products import component_products
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
@@ -55,7 +56,7 @@ def attempt(trial: Trial, scratch: Path, evidence_of: Callable[[Any], Evidence])
             job = replace(job, store=modaldb.open(scratch / "db"))
             for name, mesh in trial.meshes.items():
                 product = component_products(name, job.scene.component[name], job.path.parent)["base-mesh"]
-                job.store.put(product.key, product.kind, mesh, product.inputs)
+                keep(job.store, product, mesh)
         found = evidence_of(job)
     except REFUSALS as error:
         return Refusal(str(error).replace("\n", "; "), time.perf_counter() - start)
@@ -74,7 +75,7 @@ def _solved(job: Job, tell: Callable[[str, float], None]) -> Evidence:
     system, product = system_of(job), job.trajectory()
     if not job.store.has(product.key):
         found = simulate(system, lambda share: tell("solve", share))
-        job.store.put(product.key, product.kind, found, product.inputs)
+        keep(job.store, product, found)
     trajectory: Trajectory = job.store.get(product.key, "trajectory")
     if not (outcome := Result[trajectory.result]).ok:
         raise StageError(str(trajectory.counts.get("reason", outcome.value)))

@@ -5,13 +5,13 @@ from typing import Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry import Geometry
-from gudgeon.pipeline.geometry.numbers import Coordinate, Finite, Length, Positive, Strict
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.scenes.gauge import Gauge
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.modes import ModesSettings
 from gudgeon.pipeline.scenes.supports import SupportEntry
+from gudgeon.solver.numbers import Coordinate, Length, Name, PositiveRatio, Ratio, Strict
 
 BAR_COUNT = 150
 """Default number of normal modes of a bar: with 100, impacts by and on it have errors of 1 % in impulse and rebound."""
@@ -39,7 +39,7 @@ class Profile(Strict):
     surface: str | None = Field(
         default=None, description="Surface that moves; default: the surface of the first interface"
     )
-    scale: Finite = Field(default=1.0, description="Factor on the table's deviations", json_schema_extra={"unit": "1"})
+    scale: Ratio = Field(default=1.0, description="Factor on the table's deviations")
     offset: Coordinate = Field(default=0.0, description="Uniform outward deviation, added to that of the table [m]")
 
 
@@ -49,10 +49,9 @@ class Change(Strict):
     update: Literal["reuse", "recompute"] = Field(
         default="reuse", description="reuse: nodes move, modes are kept; recompute: modes of the moved mesh"
     )
-    tolerance: Positive = Field(
+    tolerance: PositiveRatio = Field(
         default=0.02,
         description="Estimated relative change of frequencies or contact compliance above which reuse is refused",
-        json_schema_extra={"unit": "1"},
     )
     profile: Profile = Profile()
 
@@ -69,8 +68,8 @@ class Component(Strict):
         default=(),
         description="Surfaces whose nodes are held: names (all directions) or tables; none for a free body",
     )
-    interface: dict[str, Interface] = Field(default={})
-    gauge: dict[str, Gauge] = Field(
+    interface: dict[Name, Interface] = Field(default={})
+    gauge: dict[Name, Gauge] = Field(
         default={}, validate_default=True, description="Places where stress or strain is recorded"
     )
     modes: ModesSettings = Field(default=ModesSettings(), validate_default=True)

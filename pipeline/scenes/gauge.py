@@ -4,8 +4,9 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from gudgeon.pipeline.geometry.numbers import Point, Strict
+from gudgeon.pipeline.geometry.numbers import Point
 from gudgeon.pipeline.scenes.modes import optional
+from gudgeon.solver.numbers import Strict
 
 
 class Gauge(Strict):

@@ -4,8 +4,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from gudgeon.pipeline.geometry.numbers import Coordinate, Direction, Finite, Length, Point, Strict
+from gudgeon.pipeline.geometry.numbers import Direction, Point
 from gudgeon.pipeline.scenes.modes import optional
+from gudgeon.solver.numbers import Angle, Coordinate, Length, Strict
 
 Span = tuple[Coordinate, Coordinate]
 OWN_KEYS = {
@@ -30,10 +31,9 @@ class Interface(Strict):
         " patch: one contact row, the mean normal displacement of a flat surface; tie: the surface is coupled to a"
         " reference point, see tie",
     )
-    sector_deg: tuple[Finite, Finite] | None = Field(
+    sector_deg: tuple[Angle, Angle] | None = Field(
         default=None,
         description="Only the part between two angles [deg]; needed for a traction space on a cylinder",
-        json_schema_extra={"unit": "deg"},
     )
     height: Span | None = Field(default=None, description="Only the part between two heights along the axis [m]")
     spacing: Annotated[tuple[Length, Length], BeforeValidator(_pair)] | None = Field(

@@ -2,7 +2,7 @@
 
 from pydantic import Field, model_validator
 
-from gudgeon.pipeline.geometry.numbers import Positive, Strict
+from gudgeon.solver.numbers import Density, Modulus, Poisson, Strict
 
 WAVE_SPEEDS = (0.5, 1e6)
 """Limits of √(E/ρ) [m/s]: soft gels have 1, diamond has 2e4; a modulus in GPa or a density in t/mm³ is outside."""
@@ -22,9 +22,9 @@ MISTAKEN_RHO = {
 class Material(Strict):
     """Isotropic linear elasticity."""
 
-    E: Positive = Field(description="Young's modulus [Pa]", json_schema_extra={"unit": "Pa"})
-    nu: float = Field(gt=-1, lt=0.5, description="Poisson's ratio", json_schema_extra={"unit": "1"})
-    rho: Positive = Field(description="Density [kg/m^3]", json_schema_extra={"unit": "kg/m^3"})
+    E: Modulus = Field(description="Young's modulus [Pa]")
+    nu: Poisson = Field(description="Poisson's ratio")
+    rho: Density = Field(description="Density [kg/m^3]")
 
     @property
     def lame(self) -> tuple[float, float]:

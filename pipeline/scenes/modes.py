@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from gudgeon.pipeline.geometry.numbers import Strict
+from gudgeon.solver.numbers import MOST, Strict
 
 Reduction = Literal[
     "macneal", "normal+static", "craig-bampton", "fixed-reference", "ritz", "rubin", "attachment", "interface",
@@ -34,6 +34,7 @@ class ModesSettings(Strict):
     normal_count: int = Field(
         default=30,
         ge=0,
+        le=MOST,
         description="Number of elastic normal modes or Ritz vectors (default: 30; on bars with normal modes, as many as"
         " the mesh resolves, 0.6 an element, from 30 to 150); 0: all, for reductions 'craig-bampton',"
         " 'interface', 'partial-interface' and 'attachment'; not used by reduction 'rigid'",
@@ -41,17 +42,20 @@ class ModesSettings(Strict):
     static_count: int = Field(
         default=0,
         ge=0,
+        le=MOST,
         description="Static correction modes of each interface of kind 'points', 'traction' or 'patch'",
     )
     substructures: int = Field(
         default=1,
         ge=1,
+        le=MOST,
         description="Number of substructures along the body's longest axis; for reductions 'craig-bampton',"
         " 'interface' and 'partial-interface'",
     )
     fixed_count: int = Field(
         default=10,
         ge=0,
+        le=MOST,
         description="Fixed-interface modes of each substructure; for reductions 'craig-bampton', 'interface' and"
         " 'partial-interface'",
     )
@@ -67,6 +71,7 @@ class ModesSettings(Strict):
         "Elastic interface modes of the boundary dofs that are not kept; default: all; for reductions 'interface' and"
         " 'partial-interface'",
         ge=0,
+        le=MOST,
     )
     reference: str | None = Field(
         default=None,
@@ -77,6 +82,7 @@ class ModesSettings(Strict):
         default=None,
         validate_default=True,
         ge=1,
+        le=MOST,
         description="Load-dependent vectors that reduction 'ritz' generates; default: twice normal_count",
     )
 

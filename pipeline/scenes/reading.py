@@ -6,6 +6,7 @@ import json
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,6 +17,10 @@ from gudgeon.pipeline.errors import InputError
 
 Model = TypeVar("Model", bound=BaseModel)
 SCENE_FILE = "scene.toml"
+SHOWN = 200
+"""Characters of a wrong value in a message."""
+DEEPEST = 40
+"""Tables within each other in a scene, and files based on each other."""
 UNSET = "unset"
 QUOTED = r"'([^']*)'"
 RENAMED = {
@@ -33,9 +38,9 @@ def scene_path(scene: str | Path) -> Path:
         InputError: it does not exist.
     """
     path = Path(scene)
-    path = path / SCENE_FILE if path.is_dir() else path
-    if not path.is_file():
-        raise InputError(f"{scene}: no scene here; give a folder with {SCENE_FILE} or a TOML file")
+    path = path / SCENE_FILE if _is_file(path / SCENE_FILE) else path
+    if not _is_file(path):
+        raise InputError(f"{str(scene)[:SHOWN]}: no scene here; give a folder with {SCENE_FILE} or a TOML file")
     return path
 
 
@@ -55,19 +60,41 @@ def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
 
 def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from error
+    tables = _parsed(text, str(path))
     base = tables.pop("base", None)
     if base is None:
         return tables
-    if not isinstance(base, str) or not (path.parent / base).is_file():
-        raise InputError(f"{path}: base: no file {base!r} beside it")
+    if not isinstance(base, str) or not _is_file(path.parent / base):
+        raise InputError(f"{path}: base: no file {_shown(base)} beside it")
     if (path.parent / base).resolve() in (*above, path.resolve()):
         raise InputError(f"{path}: base: '{base}' is based on this file itself")
+    if len(above) >= DEEPEST:
+        raise InputError(f"{path}: base: more than {DEEPEST} files are based on each other")
     return merged(_tables(path.parent / base, (*above, path.resolve())), tables)
+
+
+def _parsed(text: str, where: str) -> dict[str, Any]:
+    """Return the tables of a TOML text; errors name `where` it stands."""
+    try:
+        tables = tomllib.loads(text)
+        if not _deeper(tables, DEEPEST):
+            return tables
+    except RecursionError:
+        pass
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{where}: not valid TOML: {error}") from error
+    except ValueError as error:
+        raise InputError(f"{where}: not valid TOML: a whole number has too many digits") from error
+    raise InputError(f"{where}: tables or lists are nested too deeply; allowed: {DEEPEST} levels")
+
+
+def _deeper(value: Any, levels: int) -> bool:
+    """Return whether tables and lists within each other have more levels than given."""
+    below = value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ()
+    return any(levels == 0 or _deeper(one, levels - 1) for one in below)
 
 
 @contextlib.contextmanager
@@ -90,9 +117,14 @@ def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model
     try:
         return model.model_validate(raw)
     except ValidationError as error:
-        schema = model.model_json_schema()
+        schema = _schema(model)
         lines = [_explain(path, entry, schema) for entry in error.errors(include_url=False)]
         raise InputError("\n".join(lines)) from None
+
+
+@cache
+def _schema(model: type[BaseModel]) -> dict[str, Any]:
+    return model.model_json_schema()
 
 
 def refuse(path: Path, lines: Sequence[str]) -> None:
@@ -109,12 +141,19 @@ def parse_override(text: str) -> dict[str, Any]:
     """
     path, equals, value = text.partition("=")
     parts = [part.strip() for part in path.split(".")]
+    shown = text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
     if not equals or not all(parts):
-        raise InputError(f"--set {text}: expected path.to.key=value")
+        raise InputError(f"--set {shown}: expected path.to.key=value")
+    if len(parts) > DEEPEST:
+        raise InputError(f"--set {shown}: {len(parts)} parts of the path; allowed: {DEEPEST}")
     try:
         leaf = tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         leaf = value.strip()
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"--set {shown}: the value has too many digits or levels") from error
+    if _deeper(leaf, DEEPEST):
+        raise InputError(f"--set {shown}: the value has more than {DEEPEST} levels")
     return nested(parts, leaf)
 
 
@@ -166,7 +205,7 @@ def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, A
 
 
 def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
-    keys, allowed = _walk(schema, entry["loc"])
+    keys, allowed = _walk(schema, [part for part in entry["loc"] if part != "[key]"])
     where = ": ".join([str(path), ".".join(keys)] if keys else [str(path)])
     if entry["type"] == "extra_forbidden":
         return f"{where}: unknown key; {_hint(keys[-1], allowed)}allowed here: {', '.join(allowed)}"
@@ -182,8 +221,17 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
     given = entry["input"]
     if isinstance(given, Mapping) or entry["type"] == "value_error":
         return f"{where}: {message}"
+    shown = _shown(given)
     hint = _hint(str(given), re.findall(QUOTED, message)) if entry["type"] == "literal_error" else ""
-    return f"{where}: {given!r} given; {hint}{message[0].lower()}{message[1:]}"
+    return f"{where}: {shown} given; {hint}{message[0].lower()}{message[1:]}"
+
+
+def _shown(given: Any) -> str:
+    """Return a value as text, cut to one short line."""
+    if isinstance(given, int) and abs(given) >= 10**SHOWN:
+        return "a whole number of more digits than are read"
+    text = repr(given)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
 
 
 def _hint(given: str, allowed: Sequence[str]) -> str:
@@ -198,6 +246,7 @@ def _walk(schema: dict[str, Any], location: Sequence[str | int]) -> tuple[list[s
     node, keys, allowed = schema, [], list(schema.get("properties", {}))
     for part in location:
         node = _resolve(schema, node)
+        node = next((one for one in node.get("anyOf", ()) if "discriminator" in one), node)
         if (mapping := node.get("discriminator", {}).get("mapping")) is not None and part in mapping:
             node = {"$ref": mapping[str(part)]}
             allowed = list(_resolve(schema, node).get("properties", {}))
@@ -222,6 +271,14 @@ def find_file(name: str, folder: Path, where: str) -> Path:
         InputError: it is in neither folder.
     """
     for candidate in (folder / name, Path(name)):
-        if candidate.is_file():
+        if _is_file(candidate):
             return candidate
     raise InputError(f"{where}: no file '{name}', neither in {folder} nor in the current folder")
+
+
+def _is_file(path: Path) -> bool:
+    """Return whether there is a file at a path; no file can have some paths, such as those that are too long."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False

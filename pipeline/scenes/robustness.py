@@ -4,9 +4,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
-from gudgeon.pipeline.geometry.numbers import Positive, Strict
-
-Factor = Annotated[float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"unit": "1"})]
+from gudgeon.solver.numbers import (
+    MOST,
+    Duration,
+    Poisson,
+    PositiveAcceleration,
+    PositiveRatio,
+    RotationAngle,
+    Share,
+    Strict,
+)
 
 
 class Scaled(Strict):
@@ -19,21 +26,21 @@ class Scaled(Strict):
         " size: all lengths at the same material, so that times scale with the factor, masses with its cube;"
         " duration: that of the run; modes: the numbers of normal modes"
     )
-    factor: Factor
+    factor: PositiveRatio
 
 
 class Restitution(Strict):
     """Use rigid contact of method 'impact'; laws that have a restitution keep their method."""
 
     kind: Literal["restitution"]
-    value: float = Field(ge=0, le=1, json_schema_extra={"unit": "1"})
+    value: Share
 
 
 class Penetration(Strict):
     """Move the body of the first contact into the other surface."""
 
     kind: Literal["penetration"]
-    share: Factor = Field(description="Depth over the size of the body")
+    share: PositiveRatio = Field(description="Depth over the size of the body")
 
 
 class Samples(Strict):
@@ -47,36 +54,36 @@ class Gravity(Strict):
     """Add gravity towards the surface of the first contact; in a scene with gravity, double it."""
 
     kind: Literal["gravity"]
-    size: Positive = Field(default=9.81, description="Acceleration [m/s^2]", json_schema_extra={"unit": "m/s^2"})
+    size: PositiveAcceleration = Field(default=9.81, description="Acceleration [m/s^2]")
 
 
 class Reuse(Strict):
     """Move a cylindrical contact surface of an elastic body inwards, and reuse its modes."""
 
     kind: Literal["change"]
-    share: Factor = Field(description="Offset over the radius")
+    share: PositiveRatio = Field(description="Offset over the radius")
 
 
 class Spin(Strict):
     """Turn the body of the first contact, across the direction of the contact's force."""
 
     kind: Literal["spin"]
-    angle: Factor = Field(description="Rotation over the run [rad]", json_schema_extra={"unit": "rad"})
+    angle: RotationAngle = Field(description="Rotation over the run [rad]")
 
 
-class Poisson(Strict):
+class PoissonRatio(Strict):
     """Set Poisson's ratio of every elastic component."""
 
     kind: Literal["poisson"]
-    nu: float = Field(gt=-1, lt=0.5, json_schema_extra={"unit": "1"})
+    nu: Poisson
 
 
 class Slivers(Strict):
     """Split elements into slivers; the new mesh contains the shapes of the old one."""
 
     kind: Literal["slivers"]
-    aspect: float = Field(gt=1, allow_inf_nan=False, description="Edge over height", json_schema_extra={"unit": "1"})
-    count: int = Field(default=10, ge=1, description="Elements that are split, of each component")
+    aspect: Annotated[PositiveRatio, Field(gt=1)] = Field(description="Edge over height")
+    count: int = Field(default=10, ge=1, le=MOST, description="Elements that are split, of each component")
 
 
 class Collinear(Strict):
@@ -89,17 +96,17 @@ class OtherUnits(Strict):
     """Write the same numbers in other units of mass, length and time; 1/1000 is a unit a thousand times as large."""
 
     kind: Literal["units"]
-    mass: Factor = 1.0
-    length: Factor = 1.0
-    time: Factor = 1.0
+    mass: PositiveRatio = 1.0
+    length: PositiveRatio = 1.0
+    time: PositiveRatio = 1.0
 
 
 class Elasticity(Strict):
     """Scale modulus and density of every elastic component."""
 
     kind: Literal["material"]
-    modulus: Factor = 1.0
-    density: Factor = 1.0
+    modulus: PositiveRatio = 1.0
+    density: PositiveRatio = 1.0
 
 
 class Set(Strict):
@@ -110,8 +117,8 @@ class Set(Strict):
 
 
 Operation = Annotated[
-    Scaled | Restitution | Penetration | Samples | Gravity | Reuse | Spin | Poisson | Slivers | Collinear | OtherUnits
-    | Elasticity | Set,
+    Scaled | Restitution | Penetration | Samples | Gravity | Reuse | Spin | PoissonRatio | Slivers | Collinear
+    | OtherUnits | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[
@@ -141,10 +148,9 @@ class Case(Strict):
 class Robustness(Strict):
     """Settings of `gudgeon robustness`, and cases in addition to the shipped ones."""
 
-    duration: Positive | None = Field(
+    duration: Duration | None = Field(
         default=None,
         description="Duration of the cases [s], soon after the first contact; default: the scene's own",
-        json_schema_extra={"unit": "s"},
     )
     case: dict[str, Case] = Field(
         default={}, description="Further cases by name; a shipped case with this name is replaced"

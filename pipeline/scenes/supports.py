@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, field_validator
 
-from gudgeon.pipeline.geometry.numbers import Strict
+from gudgeon.solver.numbers import Strict
 
 
 class Support(Strict):

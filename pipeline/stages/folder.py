@@ -1,17 +1,91 @@
-"""The folder of a scene's results: it belongs to one scene file, and its pictures show the results beside them."""
+"""The folder of a scene's results: it belongs to one scene file, one run writes in it at a time, and its pictures show
+the results beside them."""
 
 import contextlib
+import errno
+import fcntl
 import json
+import logging
 import os
+import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.files import read_sealed, remove_scratch, write_text
+from gudgeon.pipeline.plots import FILES
 from gudgeon.pipeline.stages.base import Place
 
-OWNER, PICTURES = "scene.json", "pictures.json"
-"""Files that name the scene file of a folder, relative to it so that both can be copied together, and its pictures with
-the key of what they show."""
+log = logging.getLogger(__name__)
+OWNER, PICTURES, LOCK = "scene.json", "pictures.json", ".lock"
+"""Files that name the scene file of a folder, relative to it so that both can be copied together; its pictures with the
+key of what they show; and a file that exists while a run writes."""
+UNABLE = (errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL)
+"""Errors of file systems without locks."""
+CLOSED = (errno.EACCES, errno.EPERM, errno.EROFS)
+"""Errors of folders that this user only reads."""
+EXPORTS = "vtu"
+"""Folder of exported files within the results."""
+
+
+@contextlib.contextmanager
+def held(out: Path, waits: Callable[[], None] = lambda: None) -> Iterator[None]:
+    """Keep other runs from writing in a folder of results during the block, and remove what killed ones left there.
+
+    Args:
+        waits: Called before waiting for another run.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        lock = _locked(out / LOCK, waits)
+    except OSError as error:
+        if out.is_dir() and error.errno in CLOSED:
+            yield  # Fresh results are read; whatever would be written says that it cannot.
+            return
+        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from error
+    try:
+        for folder in (out, out / EXPORTS, *_folders(out / EXPORTS)):
+            remove_scratch(folder)
+        yield
+    finally:
+        # Removed while it is still locked, so that nobody else can have it.
+        with contextlib.suppress(OSError):
+            (out / LOCK).unlink()
+        os.close(lock)
+
+
+def _locked(path: Path, waits: Callable[[], None]) -> int:
+    """Return the descriptor of a lock file that this process alone has locked."""
+    while True:
+        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+        try:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                waits()
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            except OSError as error:
+                if error.errno not in UNABLE:
+                    raise
+                log.warning("%s: this file system has no locks; start one run at a time in it", path.parent)
+            # The one that had it has removed it: only the file of this name counts.
+            with contextlib.suppress(FileNotFoundError):
+                if os.path.samestat(os.fstat(lock), os.stat(path)):
+                    return lock
+        except BaseException:
+            os.close(lock)
+            raise
+        os.close(lock)
+
+
+def _folders(folder: Path) -> list[Path]:
+    try:
+        return [path for path in folder.iterdir() if path.is_dir() and not path.is_symlink()]
+    except OSError:
+        return []
 
 
 def claim(job: Place) -> None:
@@ -20,28 +94,42 @@ def claim(job: Place) -> None:
     Raises:
         InputError: the folder has the results of another scene file that still exists, or cannot be written.
     """
-    named = _read(job.out / OWNER).get("scene")
-    owner = (job.out.resolve() / str(named)).resolve()
-    if named is not None and owner.is_file() and owner != job.path.resolve():
-        raise InputError(f"--out {job.out}: holds the results of {owner}; {job.path} needs a folder of its own")
-    content = {"scene": os.path.relpath(job.path.resolve(), job.out.resolve())}
-    if content["scene"] != named:
-        write_text(job.out / OWNER, json.dumps(content, indent=1))
+    named, scene = _owner(job.out / OWNER), job.path.resolve()
+    if named is not None:
+        owner = (job.out.resolve() / named).resolve()
+        if owner != scene:
+            raise InputError(f"--out {job.out}: holds the results of {owner}; {job.path} needs a folder of its own")
+    own = os.path.relpath(scene, job.out.resolve())
+    if own != named:
+        write_text(job.out / OWNER, json.dumps({"scene": own}, indent=1))
 
 
 def remove_pictures(out: Path, key: str) -> None:
-    """Remove the pictures of a folder unless they were drawn for `key`."""
-    noted = _read(out / PICTURES)
-    if not noted or noted.get("key") == key:
+    """Remove the pictures of a folder unless they were drawn for `key`.
+
+    Those of a list that is not as it was written are removed by their names.
+    """
+    noted = read_sealed(out / PICTURES)
+    if noted is None and not (out / PICTURES).exists():
         return
-    for name in [*noted.get("files", ()), PICTURES]:
-        with contextlib.suppress(FileNotFoundError):
+    if noted is not None and noted["key"] == key:
+        return
+    own = [*FILES, *_named(out / PICTURES)] if noted is None else noted["files"]
+    for name in [*own, PICTURES]:
+        with contextlib.suppress(OSError):
             (out / Path(name).name).unlink()
 
 
-def _read(path: Path) -> dict:
+def _named(path: Path) -> list[str]:
+    """Return the pictures that a list of pictures names that is not as it was written."""
+    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    return re.findall(r'"([^"/\\\\]+\.(?:png|mp4))"', text)
+
+
+def _owner(path: Path) -> str | None:
+    """Return the scene file that a folder names; None if it names none that exists."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return found if isinstance(found, dict) else {}
+        found = json.loads(path.read_text(encoding="utf-8"))["scene"]
+        return found if isinstance(found, str) and (path.parent / found).resolve().is_file() else None
+    except (OSError, ValueError, LookupError, TypeError, RecursionError, RuntimeError):
+        return None

@@ -1,23 +1,33 @@
-"""Runs the stages of a scene of any kind; a record that is in the database is not computed again."""
+"""Runs the stages of a scene of any kind; a record that is in the database is not computed again.
 
-import json
+`keep` is the gate through which every product enters the database: no NaN and no infinity leaves a stage.
+"""
+
+import math
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from gudgeon.modaldb.keys import content_key, file_digest
+from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.files import write_sealed
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.base import SceneJob
-from gudgeon.pipeline.stages.folder import PICTURES, claim, remove_pictures
+from gudgeon.pipeline.stages.folder import PICTURES, claim, held, remove_pictures
 from gudgeon.pipeline.stages.products import Product, combined
 from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.status import fresh_pictures, remember
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.result import Result
+
+UNKNOWN = ("impacts", "discretisation_errors")
+"""Fields in which NaN stands for what is unknown, by docs/format.md."""
 
 
 class Task(NamedTuple):
@@ -50,15 +60,19 @@ def run_stages(
     """
     if until not in job.stages:
         raise InputError(f"{job.path}: no stage '{until}'; its stages are {', '.join(job.stages)}")
-    claim(job)
+    waits = partial(tell, f"waiting for another run in {job.out}", 0.0)
+    with held(job.out, waits):
+        claim(job)
     wanted = job.stages[: job.stages.index(until) + 1]
     stages = {stage: make_stage(job, stage, tasks, tell) for stage in wanted if stage != "plot"}
-    report, pictures, notes = finish(until), [], []
-    if report.result is not None:
-        remove_pictures(job.out, content_key(job.pictures()))
-    if "plot" in wanted and report.result != Result.DIVERGED.name:
-        stages["plot"], pictures, notes = plot_stage(job, draw, tell)
-    remember(job, wanted)
+    with held(job.out, waits):
+        claim(job)
+        report, pictures, notes = finish(until), [], []
+        if report.result is not None:
+            remove_pictures(job.out, content_key(job.pictures()))
+        if "plot" in wanted and report.result != Result.DIVERGED.name:
+            stages["plot"], pictures, notes = plot_stage(job, draw, tell)
+        remember(job, wanted)
     return replace(report, stages=stages, pictures=pictures, notes=[*notes, *report.notes])
 
 
@@ -73,7 +87,7 @@ def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> Stage
         tell(stage, 0.0)
         with named(job.path, InputError, StageError, SceneError):
             record = make()
-        job.store.put(product.key, product.kind, record, product.inputs)
+        keep(job.store, product, record)
         ran = True
     tell(stage, 1.0)
     return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys), names)
@@ -86,7 +100,44 @@ def plot_stage(job: SceneJob, draw: Draw, tell: Progress) -> tuple[StageReport, 
         return StageReport("fresh", time.perf_counter() - start, key), pictures, []
     drawn, notes = draw()
     digests = {path.name: file_digest(path) for path in drawn}
-    noted = {"key": key, "files": digests, "complete": not notes}
-    write_text(job.out / PICTURES, json.dumps(noted, indent=1))
+    write_sealed(job.out / PICTURES, {"key": key, "files": digests, "complete": not notes})
     tell("plot", 1.0)
     return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes
+
+
+def keep(store: FolderStore, product: Product, record: Any) -> None:
+    """Write a record of a stage into the database.
+
+    Raises:
+        StageError: a number of it is not finite.
+    """
+    if (field := next(not_finite(record), None)) is not None:
+        raise StageError(
+            f"{product.stage} of '{product.name}': {field} is not finite; numbers of the scene are too large, too"
+            " small or too different in size for its model"
+        )
+    store.put(product.key, product.kind, record, product.inputs)
+
+
+def not_finite(value: Any, where: str = "") -> Iterator[str]:
+    """Yield the fields of a record that hold a NaN or an infinity, as paths such as `contacts/wall/force`."""
+    if isinstance(value, float | complex | np.number):
+        if not (math.isfinite(value.real) and math.isfinite(value.imag)):
+            yield where
+    elif isinstance(value, np.ndarray):
+        wrong = np.isinf if where.partition("/")[0] in UNKNOWN else _unsound
+        if value.dtype.kind in "fc" and wrong(value).any():
+            yield where
+    elif is_dataclass(value):
+        for one in fields(value):
+            yield from not_finite(getattr(value, one.name), f"{where}/{one.name}".lstrip("/"))
+    elif isinstance(value, Mapping):
+        for name, one in value.items():
+            yield from not_finite(one, f"{where}/{name}".lstrip("/"))
+    elif isinstance(value, list | tuple):
+        for number, one in enumerate(value):
+            yield from not_finite(one, f"{where}/{number}".lstrip("/"))
+
+
+def _unsound(values: np.ndarray) -> np.ndarray:
+    return ~np.isfinite(values)

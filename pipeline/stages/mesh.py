@@ -27,6 +27,8 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
         raise InputError(f"component.{name}.mesh.size: is missing; give an edge length [m]")
     try:
         return geometry.build(component.mesh.size)
+    except InputError as error:
+        raise InputError(f"component.{name}.{error}") from error
     except StageError as error:
         raise StageError(f"component.{name}.geometry: {error}") from error
 

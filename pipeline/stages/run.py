@@ -25,7 +25,7 @@ from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
-from gudgeon.solver.kernel_cache import compile_beside, is_compiled
+from gudgeon.solver.kernel_cache import compile_beside, is_compiled, uncached_note
 from gudgeon.solver.result import Result
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 Compilation = subprocess.Popen[bytes] | None
 COMPONENT_STAGES = STAGES[:3]
 """Stages of single components, independent of the scene's dynamics."""
+TRAJECTORY = "trajectory.h5"
+"""Copy of the record of a run, beside its summary."""
 DRIFT = 1e-3
 """Energy drift above which a run gives a note."""
 EDGE_SHARE = 1e-3
@@ -163,15 +165,17 @@ def _finish(job: Job, until: str) -> RunReport:
     if until == "morph":
         return RunReport(job.name, None, out=str(job.out), notes=notes, changes=change_estimates(job))
     key, expected = job.trajectory().key, _references(job)
-    summary = read_summary(job.out, key, "trajectory.h5", expected)
+    summary = read_summary(job.out, key, TRAJECTORY, expected)
     if summary is None:
-        copy_file(job.store.path(key), job.out / "trajectory.h5")
-        summary = write_summary(job.out, key, expected, job.store.get(key, "trajectory", only=["times"]))
+        copy_file(job.store.path(key), job.out / TRAJECTORY)
+        found = job.store.get(key, "trajectory", only=["times"])
+        summary = write_summary(job.out, key, expected, found, TRAJECTORY)
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     own += _energy_notes(job, summary) + _gap_notes(job, summary["quantities"])
     windows = (entry["value"] for name, entry in summary["quantities"].items() if name.endswith(".force_window"))
     reason = summary["counts"].get(BASIS_REASON, "")
     own += basis_notes(job.scene, summary["estimates"], reason, max(windows, default=0.0))
+    own += [note for note in [uncached_note()] if note is not None]
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],

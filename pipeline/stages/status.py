@@ -1,11 +1,10 @@
 """Which stages are fresh or stale, and why; the inputs of each run are kept in `inputs.json` to name what changed."""
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
 from gudgeon.modaldb.keys import content_key, differences, file_digest
-from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.files import read_sealed, write_sealed
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.folder import PICTURES
 from gudgeon.pipeline.stages.products import Product, combined
@@ -31,32 +30,24 @@ def status(job: SceneJob) -> list[tuple[str, str, str, list[str]]]:
 def remember(job: SceneJob, stages: Sequence[str]) -> None:
     """Keep the inputs of the stages that are now fresh, so that `status` can name what has changed since."""
     noted = _last_inputs(job) | {place: product.inputs for place, product in job.products(stages).items()}
-    text = json.dumps(noted, indent=1, sort_keys=True)
-    path = job.out / INPUTS
-    if not path.is_file() or path.read_text() != text:
-        write_text(path, text)
+    if noted != _last_inputs(job):
+        write_sealed(job.out / INPUTS, noted)
 
 
 def fresh_pictures(job: SceneJob, key: str) -> list[str] | None:
     """Return the pictures in the job's folder if they were drawn for `key` and are undamaged, else None."""
-    try:
-        noted = json.loads((job.out / PICTURES).read_text())
-        paths = [job.out / name for name in noted["files"]]
-        fresh = (
-            noted["key"] == key
-            and noted.get("complete", True)
-            and [file_digest(path) for path in paths] == [*noted["files"].values()]
-        )
-    except (OSError, ValueError, KeyError):
+    noted = read_sealed(job.out / PICTURES)
+    if noted is None or noted["key"] != key or not noted["complete"]:
         return None
-    return [str(path) for path in paths] if fresh else None
+    paths = [job.out / name for name in noted["files"]]
+    try:
+        return [str(path) for path in paths] if [*map(file_digest, paths)] == [*noted["files"].values()] else None
+    except OSError:
+        return None
 
 
 def _last_inputs(job: SceneJob) -> dict[str, Any]:
-    try:
-        return json.loads((job.out / INPUTS).read_text())
-    except (OSError, ValueError):
-        return {}
+    return read_sealed(job.out / INPUTS) or {}
 
 
 def _reasons(before: dict[str, Any] | None, product: Product) -> list[str]:

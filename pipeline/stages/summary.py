@@ -6,17 +6,25 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gudgeon.modaldb.keys import file_digest
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.files import read_sealed, write_sealed
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.scenes.report import Report
 
 SUMMARY = "summary.json"
 
 
-def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: Trajectory) -> dict[str, Any]:
-    """Write the summary of a trajectory with this key, and return it; `expected` has reference values by quantity."""
+def write_summary(
+    out: Path, key: str, expected: dict[str, float], trajectory: Trajectory, beside: str
+) -> dict[str, Any]:
+    """Write the summary of a trajectory with this key, and return it.
+
+    Args:
+        expected: Reference values by quantity.
+        beside: Name of the file with the result itself.
+    """
     quantities = {}
     for name, entry in trajectory.quantities.items():
         reference = expected.get(name)
@@ -33,25 +41,27 @@ def write_summary(out: Path, key: str, expected: dict[str, float], trajectory: T
         "estimates": trajectory.estimates,
         "counts": trajectory.counts,
     }
-    write_text(out / SUMMARY, json.dumps(summary, indent=1))
+    return seal_summary(out, summary, beside)
+
+
+def seal_summary(out: Path, summary: dict[str, Any], beside: str) -> dict[str, Any]:
+    """Write a summary with the digest of the file `beside`, and return it."""
+    summary = summary | {"files": {beside: file_digest(out / beside)}}
+    write_sealed(out / SUMMARY, summary)
     return summary
 
 
 def read_summary(out: Path, key: str, beside: str, expected: dict[str, float] | None = None) -> dict[str, Any] | None:
-    """Return the summary of a result, or None if there is none, or it belongs to another result.
+    """Return the summary of a result; None if there is none, it belongs to another result, or a file was changed.
 
-    It must have the key, the file `beside` must exist, and its reference values must be `expected`.
+    It must have the key, be as it was written, and so must the file `beside`; its reference values must be `expected`.
     """
+    summary = read_sealed(out / SUMMARY)
+    if summary is None or summary["key"] != key or summary.get("expected") != expected:
+        return None
     try:
-        summary = json.loads((out / SUMMARY).read_text())
-        fresh = (
-            summary["key"] == key
-            and summary.get("expected") == expected
-            and "estimates" in summary
-            and (out / beside).is_file()
-        )
-        return summary if fresh else None
-    except (OSError, ValueError, KeyError):
+        return summary if summary["files"] == {beside: file_digest(out / beside)} else None
+    except OSError:
         return None
 
 

@@ -16,6 +16,8 @@ from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
 from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.folder import held
+from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.pipeline.wheel.comparison import FREQUENCY, FULL, MAGNIFICATION, RESPONSE, TUNED, Comparison, InterfaceRow
 from gudgeon.pipeline.wheel.job import WheelJob
@@ -66,8 +68,9 @@ def report_wheel(job: WheelJob, how: Effort, progress: Progress) -> Document:
             tables=[_table(found)],
             timing=TIMING.format(repeat=how.repeat),
         )
-        draw(found, job.out / PICTURE)
-        write_report(document, job.out, picture=(job.out / PICTURE).read_bytes())
+        with held(job.out):
+            draw(found, job.out / PICTURE)
+            write_report(document, job.out, picture=(job.out / PICTURE).read_bytes())
     progress("report", 1.0)
     return document
 
@@ -135,7 +138,7 @@ def _full(job: WheelJob, case: Case, progress: Progress) -> WheelRecord:
         record.quantities["truncation_error"] = {"value": truncation_error(case, record), "unit": "1"}
         record.counts["peak_mib"] = peak.mib
         record.counts["wall"] = taken.wall + record.counts["cpu_response"]
-        job.store.put(product.key, product.kind, record, product.inputs)
+        keep(job.store, product, record)
     return job.store.get(product.key, "wheel")
 
 

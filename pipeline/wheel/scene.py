@@ -7,24 +7,23 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.numbers import Finite, Length, NonZero, Positive, Strict
+from gudgeon.pipeline.geometry.numbers import NonZero
 from gudgeon.pipeline.geometry.symmetry import CyclicSymmetry
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.scenes.robustness import Robustness
+from gudgeon.solver.numbers import MOST, Frequency, Length, Name, PositiveRatio, Ratio, Strict
 
 
 class Mistuning(Strict):
     """Relative changes of the blades' stiffness: as numbers, from a file, or random."""
 
-    values: tuple[Finite, ...] = Field(
-        default=(), description="Relative change of each blade's stiffness", json_schema_extra={"unit": "1"}
-    )
+    values: tuple[Ratio, ...] = Field(default=(), description="Relative change of each blade's stiffness")
     table: str | None = Field(default=None, description="CSV file with the change of each blade, in the scene's folder")
-    deviation: Positive | None = Field(
-        default=None, description="Standard deviation of normally distributed changes", json_schema_extra={"unit": "1"}
+    deviation: PositiveRatio | None = Field(
+        default=None, description="Standard deviation of normally distributed changes"
     )
-    seed: int = Field(default=0, ge=0, description="Seed of the random numbers, with deviation")
+    seed: int = Field(default=0, ge=0, le=MOST, description="Seed of the random numbers, with deviation")
 
     @model_validator(mode="after")
     def _one_source(self) -> "Mistuning":
@@ -65,7 +64,7 @@ class KeptInterface(Strict):
         default=(), description="Surfaces whose dofs on the low face are kept; 'all' is Craig-Bampton"
     )
     interface_count: int | None = Field(
-        default=None, ge=0, description="Elastic interface modes per sector for the other dofs; default: all"
+        default=None, ge=0, le=MOST, description="Elastic interface modes per sector for the other dofs; default: all"
     )
 
     @model_validator(mode="after")
@@ -80,13 +79,9 @@ class Response(Strict):
 
     surface: str = Field(default="tip", description="Surface of the blade on which the force is uniform")
     direction: NonZero = Field(default=(0.0, 0.0, 1.0), description="Direction of the force, any length")
-    engine_order: int = Field(ge=0, description="r, below the number of sectors")
-    loss_factor: Positive = Field(
-        default=2e-3, description="η of structural damping, K (1 + iη)", json_schema_extra={"unit": "1"}
-    )
-    band: tuple[Positive, Positive] = Field(
-        description="Lowest and highest frequency of the force [Hz]", json_schema_extra={"unit": "Hz"}
-    )
+    engine_order: int = Field(ge=0, le=MOST, description="r, below the number of sectors")
+    loss_factor: PositiveRatio = Field(default=2e-3, description="η of structural damping, K (1 + iη)")
+    band: tuple[Frequency, Frequency] = Field(description="Lowest and highest frequency of the force [Hz]")
     points: int = Field(default=2001, ge=3, le=1_000_000, description="Number of frequencies in the band")
 
     @field_validator("band")
@@ -118,14 +113,16 @@ class Wheel(CyclicSymmetry):
     """Equal sectors about an axis, whose blades differ in stiffness."""
 
     component: str = Field(description="Component that is the sector")
-    mode_count: int = Field(default=10, ge=1, description="Elastic modes of each harmonic")
-    count: int = Field(default=60, ge=1, description="Lowest elastic modes of the whole wheel, for its response")
+    mode_count: int = Field(default=10, ge=1, le=MOST, description="Elastic modes of each harmonic")
+    count: int = Field(
+        default=60, ge=1, le=MOST, description="Lowest elastic modes of the whole wheel, for its response"
+    )
     blade_radius: Length | None = Field(
         default=None,
         description="Distance from the axis beyond which cells belong to the blade [m]; default: the geometry's",
     )
     mistuning: Mistuning
-    fixed_count: int = Field(default=20, ge=0, description="Number of modes of a sector with both faces held")
+    fixed_count: int = Field(default=20, ge=0, le=MOST, description="Number of modes of a sector with both faces held")
     interface: KeptInterface = Field(default=KeptInterface(), description="Kept interface in the solve stage")
     response: Response
 
@@ -139,8 +136,8 @@ class WheelReport(Strict):
 class WheelFile(Strict):
     """A whole scene file of a wheel."""
 
-    component: dict[str, Component]
-    wheel: dict[str, Wheel] = Field(min_length=1, max_length=1)
+    component: dict[Name, Component]
+    wheel: dict[Name, Wheel] = Field(min_length=1, max_length=1)
     report: WheelReport = WheelReport()
     robustness: Robustness = Robustness()
 

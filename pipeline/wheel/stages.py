@@ -1,6 +1,5 @@
 """The stages of a wheel, `mesh → modes → solve → plot`: what each of them computes and reports."""
 
-import json
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +13,7 @@ from gudgeon.pipeline.scenes.checks import unit_notes
 from gudgeon.pipeline.stages.make import Task, run_stages
 from gudgeon.pipeline.stages.parts import extent_notes, part_row
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
-from gudgeon.pipeline.stages.summary import SUMMARY, read_summary
+from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
 from gudgeon.pipeline.wheel.job import WheelJob
 
 RESPONSE = "response.csv"
@@ -87,9 +86,9 @@ def _finish(job: WheelJob, until: str) -> RunReport:
     if summary is None:
         record: WheelRecord = job.store.get(key, "wheel")
         quantities = {name: one | {"reference": None, "error": None} for name, one in record.quantities.items()}
-        summary = {"key": key, "quantities": quantities, "counts": record.counts}
         write_text(job.out / RESPONSE, _response_table(record))
-        write_text(job.out / SUMMARY, json.dumps(summary, indent=1))
+        summary = {"key": key, "quantities": quantities, "counts": record.counts}
+        summary = seal_summary(job.out, summary, RESPONSE)
     return RunReport(
         job.name, "FINISHED", {}, summary["quantities"], out=str(job.out), files=(SUMMARY, RESPONSE), notes=notes
     )

@@ -6,8 +6,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import Strict
-from gudgeon.solver.vectors import Finite
+from gudgeon.solver.numbers import Angle, Pressure, Strict
 
 
 class GasPressure(Strict):
@@ -20,14 +19,12 @@ class GasPressure(Strict):
     table: str | None = Field(
         default=None, description="CSV: crank angle [deg], absolute pressure [Pa]; periodic over its span"
     )
-    values: tuple[tuple[Finite, Finite], ...] = Field(
+    values: tuple[tuple[Angle, Pressure], ...] = Field(
         default=(),
         description="The same as pairs; read from the table if one is given",
         json_schema_extra={"unit": ["deg", "Pa"]},
     )
-    ambient: Finite = Field(
-        default=1.0e5, description="Pressure on the other side of the surface [Pa]", json_schema_extra={"unit": "Pa"}
-    )
+    ambient: Pressure = Field(default=1.0e5, description="Pressure on the other side of the surface [Pa]")
 
     @model_validator(mode="after")
     def _given(self) -> "GasPressure":

@@ -5,8 +5,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from gudgeon.solver.numbers import NotNegative, Strict
-from gudgeon.solver.vectors import Coordinate, Finite
+from gudgeon.solver.numbers import Coordinate, ForceValue, Speed, Strict, TimeFromZero
 
 
 class MovingForce(Strict):
@@ -15,12 +14,10 @@ class MovingForce(Strict):
     kind: Literal["moving"]
     body: str
     interface: str = Field(description="Interface of kind 'traction'; its knot spacing is the size of the footprint")
-    force: Finite = Field(description="Force, positive inwards [N]", json_schema_extra={"unit": "N"})
+    force: ForceValue = Field(description="Force, positive inwards [N]")
     at: tuple[Coordinate, Coordinate] = Field(description="Coordinates across and along at the start [m]")
-    speed: Finite = Field(default=0.0, description="Speed along [m/s]; 0: at rest", json_schema_extra={"unit": "m/s"})
-    rise: NotNegative = Field(
-        default=0.0, description="Rise time, as half a cosine [s]; 0: a step", json_schema_extra={"unit": "s"}
-    )
+    speed: Speed = Field(default=0.0, description="Speed along [m/s]; 0: at rest")
+    rise: TimeFromZero = Field(default=0.0, description="Rise time, as half a cosine [s]; 0: a step")
 
     def places(self, time: np.ndarray) -> np.ndarray:
         """Return the coordinates across and along [m], (t, 2), at times [s], (t,)."""

@@ -4,8 +4,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import NotNegative, Positive, Strict
-from gudgeon.solver.vectors import Coordinate, Direction, Place
+from gudgeon.solver.numbers import Coordinate, DampingConstant, Stiffness, Strict
+from gudgeon.solver.vectors import Direction, Place
 
 
 class Spring(Strict):
@@ -16,8 +16,8 @@ class Spring(Strict):
     against: str | None = Field(default=None, description="Other body; default: the ground")
     direction: Direction = Field(description="Direction of any length")
     at: Place = Field(default=(0.0, 0.0, 0.0), description="Point of the body relative to its component's origin [m]")
-    stiffness: Positive = Field(json_schema_extra={"unit": "N/m"})
-    damping: NotNegative = Field(default=0.0, json_schema_extra={"unit": "N s/m"})
+    stiffness: Stiffness
+    damping: DampingConstant = 0.0
     stretch: Coordinate = Field(default=0.0, description="Elongation at the start [m]")
 
     @model_validator(mode="after")

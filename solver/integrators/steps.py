@@ -4,9 +4,13 @@ import math
 from dataclasses import dataclass, replace
 
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED, Integrator
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.scene.run import Run
 from gudgeon.solver.system.system import System
+
+MOST_STEPS = 10**11
+"""Steps of a run at most: hours of the fastest time loop."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,7 @@ def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touch
         touches: Whether there are contact points.
     """
     duration, samples, frames = run.duration, run.samples, run.frames
+    _refuse_endless(run, integrator, critical)
     if run.step is None:
         largest = own_step(run, integrator, critical)
         per_frame = max(1, min(round(samples / frames), math.ceil(duration / largest / frames)))
@@ -101,6 +106,22 @@ def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touch
     frames = math.ceil(count / (stride * per_frame))
     # Whole frames end with the run: steps are as much shorter.
     return Schedule(duration / (stride * per_frame * frames), substeps, stride, per_frame, frames)
+
+
+def _refuse_endless(run: Run, integrator: type[Integrator], critical: float) -> None:
+    """Raise SceneError if a run would have more steps than can be taken, or its critical frequency is not finite."""
+    shortest = own_step(run, integrator, critical) if math.isfinite(critical) else 0.0
+    shortest = shortest if run.step is None else min(shortest, run.step)
+    if run.duration > MOST_STEPS * shortest:
+        what = (
+            f"run.step = {run.step:g} s"
+            if run.step is not None and shortest == run.step
+            else f"ω_c = {critical:g} rad/s"
+        )
+        raise SceneError(
+            f"run.duration: {run.duration:g} s given; with {what} the run has more than {MOST_STEPS:.0e} steps: shorten"
+            " it, or check the units of stiffnesses, masses and lengths"
+        )
 
 
 def parts_of(step: float, critical: float, most: float) -> int:

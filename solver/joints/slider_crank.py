@@ -5,8 +5,8 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import Length, Positive, Strict
-from gudgeon.solver.vectors import Direction, Finite, Place, unit
+from gudgeon.solver.numbers import Angle, Length, RotationRate, Strict
+from gudgeon.solver.vectors import Direction, Place, unit
 
 
 class SliderCrank(Strict):
@@ -17,11 +17,10 @@ class SliderCrank(Strict):
     interface: str = Field(description="Interface of kind 'mean' that the rod holds")
     crank_radius: Length
     rod_length: Length = Field(description="Between crank pin and piston pin [m]")
-    speed: Positive = Field(json_schema_extra={"unit": "rev/min"})
-    start: Finite = Field(
+    speed: RotationRate
+    start: Angle = Field(
         default=0.0,
         description="Crank angle at the start, from the upper dead centre [deg]",
-        json_schema_extra={"unit": "deg"},
     )
     centre: Place = Field(default=(0.0, 0.0, 0.0), description="Crank axis [m]")
     along: Direction = Field(default=(0.0, 0.0, 1.0), description="From the crank axis to the upper dead centre")

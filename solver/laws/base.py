@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import Length, Positive, Strict
+from gudgeon.solver.numbers import Exponent, HertzStiffness, Length, Modulus, Strict
 
 
 class Coefficients(NamedTuple):
@@ -35,16 +35,13 @@ class HertzContact(ContactLaw):
     H. Hertz, J. Reine Angew. Math. 92 (1882) 156-171; K. L. Johnson, Contact Mechanics (1985), chapter 4.
     """
 
-    stiffness: Positive | None = Field(
-        default=None, description="K [N/m^n]; or give radius and modulus", json_schema_extra={"unit": "N/m^exponent"}
-    )
+    stiffness: HertzStiffness | None = Field(default=None, description="K [N/m^n]; or give radius and modulus")
     radius: Length | None = Field(default=None, description="Of both surfaces, 1/R = 1/R1 + 1/R2 [m]")
-    modulus: Positive | None = Field(
+    modulus: Modulus | None = Field(
         default=None,
         description="Of both materials, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]",
-        json_schema_extra={"unit": "Pa"},
     )
-    exponent: Positive = Field(default=1.5, description="n [1]", json_schema_extra={"unit": "1"})
+    exponent: Exponent = Field(default=1.5, description="n [1]")
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> "HertzContact":

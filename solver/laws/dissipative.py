@@ -1,12 +1,13 @@
 """Hertzian laws with hysteresis damping: one model, and a table of their loss χ over the restitution e."""
 
 from collections.abc import Callable
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.solver.laws.base import Coefficients, HertzContact
 from gudgeon.solver.laws.restitution import SMALLEST, departure, loss_of_restitution
+from gudgeon.solver.numbers import Share
 
 Kind = Literal["hunt-crossley", "lankarani-nikravesh", "flores", "hu-guo", "gonthier", "exact"]
 
@@ -42,9 +43,7 @@ class Dissipative(HertzContact):
     """F = K dⁿ (1 + χ ḋ/v⁻) with the loss χ that the kind derives from the restitution."""
 
     kind: Kind
-    restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
-        description="Separation speed over approach speed [1]", json_schema_extra={"unit": "1"}
-    )
+    restitution: Share = Field(description="Separation speed over approach speed [1]")
 
     @field_validator("restitution")
     @classmethod

@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from gudgeon.solver.laws.base import Coefficients, ContactLaw
-from gudgeon.solver.numbers import NotNegative, Positive
+from gudgeon.solver.numbers import DampingConstant, Stiffness
 
 
 class Linear(ContactLaw):
@@ -18,8 +18,8 @@ class Linear(ContactLaw):
     """
 
     kind: Literal["linear"]
-    stiffness: Positive = Field(description="K [N/m]", json_schema_extra={"unit": "N/m"})
-    damping: NotNegative = Field(default=0.0, description="c [N s/m]", json_schema_extra={"unit": "N s/m"})
+    stiffness: Stiffness = Field(description="K [N/m]")
+    damping: DampingConstant = Field(default=0.0, description="c [N s/m]")
 
     def coefficients(self) -> Coefficients:
         """Return K, n = 1 and c."""

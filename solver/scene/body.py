@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from gudgeon.solver.numbers import Positive, Strict
-from gudgeon.solver.vectors import Place, Vector, Velocity
+from gudgeon.solver.numbers import Frequency, PositiveRatio, Strict
+from gudgeon.solver.vectors import Place, Spin, Velocity
 
 Freedom = Literal["x", "y", "z", "rx", "ry", "rz"]
 
@@ -16,10 +16,10 @@ ALL_FREE: tuple[Freedom, ...] = ("x", "y", "z", "rx", "ry", "rz")
 class Damping(Strict):
     """Stiffness-proportional damping, given by its damping ratio at one frequency."""
 
-    ratio: Annotated[Positive, Field(lt=1)] = Field(
-        description="Damping ratio at `frequency`, relative to critical damping", json_schema_extra={"unit": "1"}
+    ratio: Annotated[PositiveRatio, Field(lt=1)] = Field(
+        description="Damping ratio at `frequency`, relative to critical damping"
     )
-    frequency: Positive = Field(description="Frequency of that damping ratio [Hz]", json_schema_extra={"unit": "Hz"})
+    frequency: Frequency = Field(description="Frequency of that damping ratio [Hz]")
 
     @property
     def stiffness_factor(self) -> float:
@@ -33,10 +33,9 @@ class Body(Strict):
     component: str | None = Field(default=None, description="Name of its component; default: the name of the body")
     position: Place = Field(default=(0.0, 0.0, 0.0), description="Position of the component's origin at the start [m]")
     velocity: Velocity = Field(default=(0.0, 0.0, 0.0), description="Velocity of the centre of mass at the start [m/s]")
-    angular_velocity: Vector = Field(
+    angular_velocity: Spin = Field(
         default=(0.0, 0.0, 0.0),
         description="Angular velocity at the start [rad/s]",
-        json_schema_extra={"unit": "rad/s"},
     )
     freedom: tuple[Freedom, ...] = Field(default=ALL_FREE, description="Free rigid motions; default: all")
     damping: Damping | None = None

@@ -6,7 +6,7 @@ from pydantic import Field, field_validator, model_validator
 
 from gudgeon.solver.laws import Law
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import NotNegative, Positive, Strict
+from gudgeon.solver.numbers import LayerStiffness, RatioFromZero, Share, Strict
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.vectors import Direction
 
@@ -30,11 +30,10 @@ class OtherBody(Strict):
 class Friction(Strict):
     """Coulomb friction along one line."""
 
-    static: NotNegative = Field(description="Coefficient of static friction", json_schema_extra={"unit": "1"})
-    kinetic: NotNegative | None = Field(
+    static: RatioFromZero = Field(description="Coefficient of static friction")
+    kinetic: RatioFromZero | None = Field(
         default=None,
         description="Coefficient of kinetic friction; default: the static coefficient",
-        json_schema_extra={"unit": "1"},
     )
     direction: Direction = Field(description="Direction of sliding, of any length")
 
@@ -62,21 +61,19 @@ class Contact(Strict):
         " point; constraint: the gap is held at zero from closing until its force would become tensile"
         " (addition-deletion); impact: Newton's restitution at each impact",
     )
-    surface_stiffness: Positive | None = Field(
+    surface_stiffness: LayerStiffness | None = Field(
         default=None,
         description="Stiffness per area of a surface layer, such as asperities, or of the penalty springs [N/m^3]:"
         " measured or assumed data of the surfaces, so there is no default; without it, method 'residual' is rigid"
         " contact of the surfaces on the bodies' own flexibility",
-        json_schema_extra={"unit": "N/m^3"},
     )
     law: Law | None = Field(
         default=None, description="Force of each point as a function of indentation, instead of a surface layer"
     )
-    restitution: Annotated[float, Field(ge=0, le=1)] | None = Field(
+    restitution: Share | None = Field(
         default=None,
         description="Separation speed over approach speed, for method 'impact'; with 0 the contact stays closed until"
         " its force would become tensile",
-        json_schema_extra={"unit": "1"},
     )
     friction: Friction | None = Field(
         default=None, description="Coulomb friction, for rigid contact of rigid bodies; static = 0 means no friction"

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from gudgeon.solver.capabilities import INTEGRATORS
-from gudgeon.solver.numbers import Positive, Strict
-from gudgeon.solver.vectors import Vector
+from gudgeon.solver.numbers import Duration, Length, RotationAngle, Strict
+from gudgeon.solver.vectors import Gravity
 
 STEPPING = {name: one for name, one in INTEGRATORS.items() if not one.own_steps}
 """Integrators with a fixed step."""
@@ -18,31 +18,28 @@ LIMITS = ", ".join(f"{one.largest:g}/ω_c ({name})" for name, one in INTEGRATORS
 class Limits(Strict):
     """Range of the motion, which is small: a run that leaves it ends as a failure."""
 
-    angle: Positive = Field(
+    angle: RotationAngle = Field(
         default=0.05,
         description="Largest rotation of a body [rad]: rotations are linear and gyroscopic terms are missing",
-        json_schema_extra={"unit": "rad"},
     )
-    offset: Positive | None = Field(
+    offset: Length | None = Field(
         default=None,
         description="Largest lateral offset of the points of a contact against another body while they touch, or over"
         " a curved surface [m]. Default: the distance of neighbouring contact points; of a single point 2 % of its"
         " distance from the centre of mass",
-        json_schema_extra={"unit": "m"},
     )
 
 
 class Run(Strict):
     """Duration, steps and integrator of a run, and its gravity."""
 
-    duration: Positive = Field(description="Duration of the run [s]", json_schema_extra={"unit": "s"})
-    step: Positive | None = Field(
+    duration: Duration = Field(description="Duration of the run [s]")
+    step: Duration | None = Field(
         default=None,
         description="Time step [s]. Default: the step that run.accuracy requires, found by repeating the run with finer"
         f" steps from 2 times {DEFAULTS} on. A step above the limit of the integrator, {LIMITS}, is divided into"
         " substeps; a step that does not divide the duration is reduced; its error is not estimated. Integrator 'event'"
         " has no step.",
-        json_schema_extra={"unit": "s"},
     )
     accuracy: Annotated[float, Field(ge=1e-12, le=0.1)] | None = Field(
         default=None,
@@ -56,12 +53,11 @@ class Run(Strict):
         description="Whether the errors of the step and of the modal basis are estimated by further runs, and the step"
         " is chosen by them; false saves the time, and a step left out is then the first one of the integrator",
     )
-    window: Positive | None = Field(
+    window: Duration | None = Field(
         default=None,
         description="Window of peak forces [s]: the mean force over it is reported, and impacts that are separated by"
         " less than it are one. Default: the longest of the shortest kept periods of the elastic bodies in contact;"
         " no window for rigid bodies",
-        json_schema_extra={"unit": "s"},
     )
     integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(
         default="auto",
@@ -70,9 +66,7 @@ class Run(Strict):
         " explicit: contact impulses at the middle of each step; implicit: trapezoidal rule, for damping, joints, loads"
         " and sliding pairs; auto: selected from the features of the scene",
     )
-    gravity: Vector = Field(
-        default=(0.0, 0.0, 0.0), description="Acceleration of gravity [m/s^2]", json_schema_extra={"unit": "m/s^2"}
-    )
+    gravity: Gravity = Field(default=(0.0, 0.0, 0.0), description="Acceleration of gravity [m/s^2]")
     start: Literal["rest", "undeformed"] = Field(
         default="rest",
         description="Shape of the bodies at the start. rest: static equilibrium of the elastic deformation with"

@@ -12,7 +12,7 @@ from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints import Joint
 from gudgeon.solver.methods import METHODS
-from gudgeon.solver.numbers import Strict
+from gudgeon.solver.numbers import Name, Strict
 from gudgeon.solver.scene.body import Body
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
 from gudgeon.solver.scene.run import Run
@@ -21,10 +21,10 @@ from gudgeon.solver.scene.run import Run
 class Scene(Strict):
     """Everything that the solver needs besides the records."""
 
-    body: dict[str, Body] = Field(min_length=1)
-    contact: dict[str, Contact] = Field(default={})
-    joint: dict[str, Joint] = Field(default={})
-    force: dict[str, Force] = Field(default={})
+    body: dict[Name, Body] = Field(min_length=1)
+    contact: dict[Name, Contact] = Field(default={})
+    joint: dict[Name, Joint] = Field(default={})
+    force: dict[Name, Force] = Field(default={})
     run: Run
 
     @model_validator(mode="after")

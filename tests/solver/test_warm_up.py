@@ -25,6 +25,7 @@ from tests.solver.systems import (
     rod_scene,
 )
 
+ROOT = Path(__file__).resolve().parents[2]
 MODULES = ("explicit.kernel", "explicit.one_point", "implicit.kernel", "collocation.kernel", "discrete_gradient.kernel")
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}
 LAYER = {"surface_stiffness": 1e13}
@@ -92,16 +93,59 @@ def test_sources_name_the_folder(tmp_path: Path) -> None:
     ("changes", "expected"),
     [
         ({"NUMBA_CACHE_DIR": "{0}/own"}, "{0}/own"),
-        ({"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "{0}/xdg"}, "{0}/xdg/gudgeon/kernels-"),
-        ({"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "{0}/file"}, "None"),
+        ({"NUMBA_CACHE_DIR": "{0}/file"}, "None"),
+        ({"XDG_CACHE_HOME": "{0}/xdg"}, "{0}/xdg/gudgeon/kernels-"),
+        ({"XDG_CACHE_HOME": "{0}/linked"}, "{0}/linked/gudgeon/kernels-"),
+        ({"XDG_CACHE_HOME": "{0}/file"}, "{0}/tmp/gudgeon-{1}/kernels-"),
+        ({"XDG_CACHE_HOME": "", "HOME": "{0}/file"}, "{0}/tmp/gudgeon-{1}/kernels-"),
+        ({"XDG_CACHE_HOME": "{0}/file", "TMPDIR": "{0}/open"}, "None"),
+        ({"XDG_CACHE_HOME": "{0}/file", "TMPDIR": "{0}/lured"}, "None"),
     ],
 )
 def test_folder_follows_the_environment(changes: dict[str, str], expected: str, tmp_path: Path) -> None:
+    own = f"gudgeon-{os.getuid()}"
+    for folder in ("tmp", "xdg/gudgeon", "linked", "lured", f"open/{own}"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / f"open/{own}").chmod(0o777)  # Others could put their machine code there.
+    (tmp_path / f"lured/{own}").symlink_to(tmp_path / "tmp")
+    (tmp_path / "linked/gudgeon").symlink_to(tmp_path / "xdg/gudgeon")
     (tmp_path / "file").write_text("")
-    environment = os.environ | {key: value.format(tmp_path) for key, value in changes.items()}
+    given = {"NUMBA_CACHE_DIR": "", "TMPDIR": "{0}/tmp"} | changes
+    environment = os.environ | {key: value.format(tmp_path) for key, value in given.items()}
     program = [sys.executable, "-c", "from gudgeon.solver.kernel_cache import cache_folder; print(cache_folder())"]
     child = subprocess.run(program, env=environment, capture_output=True, text=True, check=True)
-    assert child.stdout.startswith(expected.format(tmp_path))
+    assert child.stdout.startswith(expected.format(tmp_path, os.getuid()))
+
+
+def test_a_temporary_folder_is_closed_to_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(Path(__file__)))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    found = cache_folder.__wrapped__()
+    assert found is not None
+    assert found.parent == tmp_path / f"gudgeon-{os.getuid()}"
+    assert found.parent.stat().st_mode & 0o777 == 0o700
+
+
+WITHOUT = """
+import sys
+from gudgeon.pipeline.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_run_without_any_folder_says_so_in_one_line(tmp_path: Path) -> None:
+    """No cache at all: the time loop is compiled in memory, and a note says how to keep it."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(Path(__file__))}
+    places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    command = [sys.executable, "-c", WITHOUT, "solve", str(ROOT / "data/rod-wall"), *places]
+    command += ["--set", "run.integrator=explicit", "--set", "run.checks=false"]
+    child = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert child.returncode == 0, child.stderr
+    assert "Traceback" not in child.stderr
+    notes = [line for line in child.stderr.splitlines() if "NUMBA_CACHE_DIR" in line]
+    assert len(notes) == 1
+    assert "compiles it again" in notes[0]
 
 
 def test_the_command_tells_what_it_does(capsys: pytest.CaptureFixture[str]) -> None:
@@ -124,13 +168,3 @@ def test_the_child_takes_no_module_of_the_users_folder(tmp_path: Path, monkeypat
     assert child is not None
     assert child.wait(120) == 0
     assert not list(tmp_path.glob("*-ran"))
-
-
-def test_no_home_is_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    def homeless() -> Path:
-        raise RuntimeError("Could not determine home directory.")
-
-    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(Path, "home", homeless)
-    assert cache_folder.__wrapped__() is None

@@ -6,8 +6,9 @@ import numpy as np
 from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.numbers import Length, Positive, Strict
+from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.surfaces import point_surface
+from gudgeon.solver.numbers import Area, Length, Strict
 
 
 class Bar(Strict):
@@ -15,7 +16,7 @@ class Bar(Strict):
 
     kind: Literal["bar"]
     length: Length
-    area: Positive = Field(description="Cross-section [m^2]", json_schema_extra={"unit": "m^2"})
+    area: Area = Field(description="Cross-section [m^2]")
 
     def elements(self, size: float) -> int:
         """Return the number of elements no longer than `size` [m]."""
@@ -24,6 +25,7 @@ class Bar(Strict):
     def build(self, size: float) -> MeshRecord:
         """Divide the bar into quadratic line elements no longer than `size` [m]."""
         count = self.elements(size)
+        refuse_large("line", count, size)
         nodes = np.zeros((2 * count + 1, 3))
         nodes[:, 0] = np.linspace(0.0, self.length, 2 * count + 1)
         first = 2 * np.arange(count)

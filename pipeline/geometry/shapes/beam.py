@@ -7,9 +7,10 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.numbers import Length, Strict
+from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.section import General, Section
 from gudgeon.pipeline.geometry.surfaces import point_surface
+from gudgeon.solver.numbers import Coordinate, Length, Name, Strict
 
 ENDS = ("left", "right")
 NEAREST = 1e-6
@@ -29,9 +30,7 @@ class Beam(Strict):
         description="euler-bernoulli: slender, no shear and no rotary inertia; timoshenko: both",
     )
     along: Literal["x", "y"] = Field(default="x", description="Axis of the beam")
-    stations: dict[str, float] = Field(
-        default={}, description="Named positions of nodes along the axis [m]", json_schema_extra={"unit": "m"}
-    )
+    stations: dict[Name, Coordinate] = Field(default={}, description="Named positions of nodes along the axis [m]")
 
     @field_validator("theory")
     @classmethod
@@ -77,6 +76,7 @@ class Beam(Strict):
 
         Two-node elements for Euler-Bernoulli (`beam2`), three-node ones for Timoshenko (`beam3`).
         """
+        refuse_large("line", self.length / size, size)
         quadratic = self.theory == "timoshenko"
         stops = sorted({0.0, self.length, *self.stations.values()})
         corners = np.concatenate([[0.0], *(_divided(a, b, size) for a, b in pairwise(stops))])

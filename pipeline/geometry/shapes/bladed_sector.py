@@ -6,9 +6,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from gudgeon.pipeline.geometry.numbers import Length
 from gudgeon.pipeline.geometry.occ import TURN, Solid, polygon_face, turned_solid
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
+from gudgeon.solver.numbers import Length
 
 ON_FACE = 1e-9
 """Largest distance of a face's centre from a plane through the axis on which it lies, over the radius of the tip."""

@@ -7,9 +7,9 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.geometry.numbers import Length
 from gudgeon.pipeline.geometry.occ import Solid
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, box_faces
+from gudgeon.solver.numbers import Length
 
 
 class Box(Solid):

@@ -4,9 +4,9 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from gudgeon.pipeline.geometry.numbers import Length
 from gudgeon.pipeline.geometry.occ import REVOLVED, Solid, revolve
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
+from gudgeon.solver.numbers import Length
 
 
 class Liner(Solid):

@@ -5,9 +5,9 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from gudgeon.pipeline.geometry.numbers import Coordinate, Length
 from gudgeon.pipeline.geometry.occ import REVOLVED, Solid, revolve
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
+from gudgeon.solver.numbers import Coordinate, Length
 
 
 class Piston(Solid):

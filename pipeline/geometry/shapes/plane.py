@@ -8,9 +8,10 @@ from pydantic import Field
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import EDGES, side_counts, turned
-from gudgeon.pipeline.geometry.numbers import Length, Strict
+from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.occ import GMSH_TRIANGLE6, ON_SURFACE, meshing, nodes_and_cells
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, box_faces, distance
+from gudgeon.solver.numbers import Length, Strict
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -48,6 +49,7 @@ class Rectangle(PlanePart):
             InputError: the size is so large that nothing is meshed.
             StageError: gmsh failed.
         """
+        refuse_large("plane", 2.3 * self.lx * self.ly / size**2, size)
         with meshing(size, {}) as gmsh:
             gmsh.model.occ.addRectangle(-self.lx / 2, -self.ly / 2, 0, self.lx, self.ly)
             gmsh.model.occ.synchronize()

@@ -8,9 +8,9 @@ from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.geometry.cells import turned
-from gudgeon.pipeline.geometry.numbers import Length
 from gudgeon.pipeline.geometry.occ import Solid
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, box_faces
+from gudgeon.solver.numbers import MOST, Length
 
 
 class Plate(Solid):
@@ -24,7 +24,7 @@ class Plate(Solid):
     lx: Length
     ly: Length
     thickness: Length
-    layers: int = Field(default=2, ge=1, description="Elements through the thickness")
+    layers: int = Field(default=2, ge=1, le=MOST, description="Elements through the thickness")
 
     def surface_shapes(self) -> dict[str, SurfaceRule]:
         return box_faces(self.lx, self.ly, self.thickness)
@@ -32,6 +32,9 @@ class Plate(Solid):
     def draw(self, occ: Any) -> None:
         face = occ.addRectangle(-self.lx / 2, -self.ly / 2, 0, self.lx, self.ly)
         occ.extrude([(2, face)], 0, 0, self.thickness, numElements=[self.layers])
+
+    def expected(self, volume: float, area: float, size: float) -> float:
+        return max(super().expected(volume, area, size), 3.3 * self.layers * area / size**2)
 
     def build(self, size: float) -> MeshRecord:
         # Extruded faces keep the sense in which they were drawn.

@@ -1,15 +1,14 @@
 """A rigid body without mesh: mass, principal inertia, and the points where it has contact or supports."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.geometry.numbers import NonZero, Point, Positive, Strict
+from gudgeon.pipeline.geometry.numbers import NonZero, Point
 from gudgeon.pipeline.geometry.surfaces import point_surface
-
-Moment = Annotated[float, Field(ge=0, allow_inf_nan=False, json_schema_extra={"unit": "kg m^2"})]
+from gudgeon.solver.numbers import Area, Mass, Moment, Name, Strict
 
 
 class RigidPoint(Strict):
@@ -17,10 +16,9 @@ class RigidPoint(Strict):
 
     at: Point = Field(description="Position from the centre of mass [m]")
     normal: NonZero = Field(description="Outward normal, of any length")
-    area: Positive = Field(
+    area: Area = Field(
         default=1.0,
         description="Tributary area [m^2]; with 1, a surface_stiffness is the point's own in N/m",
-        json_schema_extra={"unit": "m^2"},
     )
 
 
@@ -28,12 +26,12 @@ class Rigid(Strict):
     """Rigid body with its centre of mass at the origin."""
 
     kind: Literal["rigid"]
-    mass: Positive = Field(json_schema_extra={"unit": "kg"})
+    mass: Mass
     inertia: tuple[Moment, Moment, Moment] = Field(
         default=(0.0, 0.0, 0.0),
         description="Principal inertia about x, y, z [kg m^2]; the body does not rotate about an axis with 0",
     )
-    points: dict[str, RigidPoint] = Field(default={}, description="Points of contact, joints and supports, by name")
+    points: dict[Name, RigidPoint] = Field(default={}, description="Points of contact, joints and supports, by name")
 
     def build(self, size: float | None) -> MeshRecord:
         """Return a node at the centre and one at each point, with a surface for each point."""

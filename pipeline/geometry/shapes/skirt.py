@@ -4,9 +4,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from gudgeon.pipeline.geometry.numbers import Length
 from gudgeon.pipeline.geometry.occ import Solid
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylinder, plane
+from gudgeon.solver.numbers import Length
 
 
 class Skirt(Solid):

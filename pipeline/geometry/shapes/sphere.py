@@ -2,9 +2,9 @@
 
 from typing import Any, Literal
 
-from gudgeon.pipeline.geometry.numbers import Length
 from gudgeon.pipeline.geometry.occ import Solid
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, sphere
+from gudgeon.solver.numbers import Length
 
 
 class Sphere(Solid):

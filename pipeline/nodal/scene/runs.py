@@ -10,6 +10,7 @@ from gudgeon.pipeline.nodal.problem import NodalProblem, PointProblem
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.products import Product, nodal_product
 
 REPEATS, SHORT = 3, 10.0
@@ -35,7 +36,7 @@ def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRe
             problem = problem or nodal_problem(job)
             stage = f"full FE {step * 1e6:g} µs ({number + 1} of {len(steps)})"
             record = _timed(problem, step, lambda share, stage=stage: progress(stage, share))
-            job.store.put(product.key, "nodal", record, product.inputs)
+            keep(job.store, product, record)
         runs.append(job.store.get(product.key, "nodal"))
     return runs
 

@@ -20,6 +20,7 @@ from gudgeon.pipeline.report.document import Cost, Run
 from gudgeon.pipeline.report.errors import Point
 from gudgeon.pipeline.report.timing import prepared
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.products import product
 
 TOLERANCES = (1e-2, 1e-3)
@@ -150,9 +151,7 @@ def nodal_times(job: Job, runs: Sequence[NodalRecord]) -> NodalTimes:
     if not job.store.has(measured.key):
         assembly, factors = set_up_seconds(job, finest.step)
         seconds = {"assembly": _plain(assembly), "factors": _plain(factors)}
-        job.store.put(
-            measured.key, measured.kind, MeasurementRecord(seconds, 0.0, {}, machine()), measured.inputs
-        )  # fmt: skip
+        keep(job.store, measured, MeasurementRecord(seconds, 0.0, {}, machine()))
     seconds = job.store.get(measured.key, "measurement").seconds
     assembly, factors = (float(seconds[name]["cpu"]) for name in ("assembly", "factors"))
     mesh = prepared(job).stages["mesh"].cold

@@ -400,3 +400,27 @@ def test_the_family_imports_nothing_heavy() -> None:
     code = f"import sys, gudgeon.pipeline.geometry; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+DOUBLED = "".join(f"*NSET, NSET=s{k + 1}\ns{k}, s{k}\n" for k in range(60))
+BOMBS = [
+    ("*NSET, NSET=a, GENERATE\n1, 10000000000\n", "more than 10,000,000 members"),
+    ("*ELSET, ELSET=a, GENERATE\n-5000000000, 5000000000, 1\n", "more than 10,000,000 members"),
+    ("*NSET, NSET=a\n1\na\n", "a set names itself"),
+    (
+        "*NSET, NSET=s0\n1,2\n" + "".join(f"*NSET, NSET=s{k + 1}\ns{k}, s{k}\n" for k in range(60)),
+        "more than 10,000,000",
+    ),
+]
+
+
+@pytest.mark.parametrize(("end", "text"), BOMBS, ids=["nodes", "elements", "itself", "doubled"])
+def test_endless_sets_are_refused(end: str, text: str, tmp_path: Path) -> None:
+    (tmp_path / "part.inp").write_text(DECK + end)
+    assert text in refusal(part(tmp_path / "part.inp"))
+
+
+def test_coordinates_beyond_any_part_are_refused(tmp_path: Path) -> None:
+    points = np.array([[0.0, 0, 0], [1e300, 0, 0], [0, 1, 0], [0, 0, 1]])
+    meshio.Mesh(points, [("tetra", [[0, 1, 2, 3]])]).write(tmp_path / "part.vtu")
+    assert "has a coordinate of 1e+300 m; allowed: up to 1e+12 m" in refusal(part(tmp_path / "part.vtu"))

@@ -336,9 +336,8 @@ def test_a_scene_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
 
 def test_what_is_wrong_makes_the_command_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     two(tmp_path)
-    declared = Body.model_fields["velocity"].json_schema_extra
-    assert isinstance(declared, dict)
-    monkeypatch.setitem(declared, "unit", "m")  # A wrong scale is found.
+    speed = typing.get_args(typing.get_args(Body.model_fields["velocity"].annotation)[0])[1]
+    monkeypatch.setitem(speed.json_schema_extra, "unit", "m")  # A wrong scale is found.
     code = main(
         ["robustness", str(tmp_path / "two.toml"), "--only", "lengths 1e3", "--db", str(tmp_path / "db"), "--out",
          str(tmp_path / "out")]

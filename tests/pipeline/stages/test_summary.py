@@ -21,7 +21,8 @@ def summary(tmp_path: Path) -> dict[str, dict[str, Any]]:
         "wall.start": {"value": 1.0, "unit": "s"},
     }
     run = Trajectory("FINISHED", {}, {}, none, none, {}, none, none, none, quantities, 0.0, 0.0, {})
-    write_summary(tmp_path, "key", {"ball.velocity_x": 0.0, "wall.impulse": 2.0}, run)
+    (tmp_path / "trajectory.h5").write_bytes(b"")
+    write_summary(tmp_path, "key", {"ball.velocity_x": 0.0, "wall.impulse": 2.0}, run, "trajectory.h5")
     return json.loads((tmp_path / "summary.json").read_text())["quantities"]
 
 

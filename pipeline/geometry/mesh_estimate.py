@@ -1,0 +1,57 @@
+"""What a mesh will need, estimated before it is made: elements, memory and time of the stages up to its modes."""
+
+import math
+import os
+from typing import NamedTuple
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.measuring.memory import total_memory
+
+GIB = 2**30
+DISTRIBUTED = "GUDGEON_SLEPC"
+"""Variable that hands the extraction of modes to several machines, see docs/cluster.md."""
+
+
+class Cost(NamedTuple):
+    """Cost of meshes of one type of element, measured on blocks, skirts, liners and plates of 1e3 to 2e5 elements."""
+
+    dofs: float
+    """Degrees of freedom per element."""
+    mesh_bytes: float
+    """Memory per element of mesh and matrices."""
+    factor_bytes: float
+    """Of the factor, per (degrees of freedom)^growth."""
+    growth: float
+    """4/3 for solids, 1 for planes and lines, by nested dissection: A. George, SIAM J. Numer. Anal. 10 (1973) 345."""
+    seconds: float
+    """Per element."""
+    factor_seconds: float
+    """Per (degrees of freedom)^(3/2 growth)."""
+
+
+COSTS = {
+    "solid": Cost(4.5, 5e3, 150.0, 4 / 3, 2e-4, 2e-9),
+    "plane": Cost(4.0, 5e3, 800.0, 1.0, 1e-4, 1e-7),
+    "line": Cost(4.0, 5e3, 100.0, 1.0, 1e-5, 1e-8),
+}
+
+
+def refuse_large(kind: str, elements: float, size: float) -> None:
+    """Raise InputError where a mesh of about so many elements, of edge length `size` [m], exceeds the memory."""
+    cost = COSTS[kind]
+    dofs = cost.dofs * elements
+    # Several machines may hold the factor.
+    factor = 0.0 if os.environ.get(DISTRIBUTED) else cost.factor_bytes * dofs**cost.growth
+    need = cost.mesh_bytes * elements + factor
+    if need <= total_memory():
+        return
+    seconds = cost.seconds * elements + cost.factor_seconds * dofs ** (1.5 * cost.growth)
+    many, memory, minutes = map(_figure, (elements, need / GIB, math.ceil(seconds / 60)))
+    raise InputError(
+        f"mesh.size: {size:g} m gives about {many} elements, whose modes need about {memory} GiB of memory and"
+        f" {minutes} minutes; this machine has {total_memory() / GIB:.1f} GiB: give a larger size"
+    )
+
+
+def _figure(value: float) -> str:
+    return f"{value:,.0f}" if 10 <= value < 1e6 else f"{value:.2g}"

@@ -1,0 +1,301 @@
+"""Input that attacks: numbers at the edge of arithmetic, endless files, names that leave a folder, full disks."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+import pytest
+
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
+from gudgeon.pipeline.geometry.shapes.box import Box
+from gudgeon.pipeline.kinds import open_job, run, schema
+from gudgeon.pipeline.stages.make import keep, not_finite
+from gudgeon.pipeline.stages.products import Product
+from gudgeon.solver.errors import SolverError
+from gudgeon.solver.numbers import RANGES
+from tests.fuzz.out_folders import SCENE
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENES = sorted((ROOT / "data").glob("*/*.toml"))
+Capture = pytest.CaptureFixture[str]
+NORMAL = "contact.floor.against.normal"
+
+
+@pytest.fixture
+def ball(tmp_path: Path) -> Path:
+    """The folder of a scene that runs at once."""
+    (tmp_path / "ball").mkdir()
+    (tmp_path / "ball" / "scene.toml").write_text(SCENE)
+    return tmp_path / "ball"
+
+
+def refused(arguments: list[str], capsys: Capture, code: int = 2) -> str:
+    """Return the one line in which a command is refused."""
+    assert main(arguments) == code
+    (line,) = [one for one in capsys.readouterr().err.splitlines() if not one.endswith(" …")]
+    assert line.startswith("gudgeon: ")
+    return line.removeprefix("gudgeon: ")
+
+
+EDGES = [
+    ("rod-wall", "contact.wall.against.normal=[5e-324, 0, 0]", "normal.0: 5e-324 given; allowed magnitude: 1e-15 to"),
+    ("rod-wall", "body.rod.velocity=[1e300, 0, 0]", "velocity.0: 1e+300 given; input should be less than or equal to"),
+    ("rod-wall", "component.rod.geometry.area=5e-324", "area: 5e-324 given; allowed magnitude: 1e-36 to 1e+24 m^2"),
+    ("rod-wall", "run.gravity=[0, 0, 1e308]", "run.gravity.2: 1e+308 given; input should be less than or equal to"),
+    ("rod-wall", "run.duration=1e-320", "run.duration: 1e-320 given; allowed magnitude"),
+    ("rod-wall", "component.rod.material.nu=0.4999999999999999", "nu: 0.4999999999999999 given; allowed: 1e-09 away"),
+    ("skirt", "component.skirt.change.profile.offset=1e300", "offset: 1e+300 given; input should be less than or"),
+    ("hertz", "contact.pair.law.exponent=1e4", "exponent: 10000.0 given; input should be less than or equal to 10"),
+    ("rod-wall", "component.rod.modes.normal_count=99999999999999999999", "should be less than or equal to 1000000"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("scene", "change", "expected"), EDGES)
+def test_numbers_at_the_edge_are_refused(
+    scene: str, change: str, expected: str, tmp_path: Path, capsys: Capture
+) -> None:
+    path = ROOT / "data" / scene
+    line = refused(["status", str(path), "--set", change, "--db", str(tmp_path)], capsys)
+    assert line.startswith(f"{path}/scene.toml: {change.partition('=')[0]}")
+    assert expected in line
+
+
+def test_every_number_of_the_schema_has_a_range() -> None:
+    """Of every unit; counts have a largest value. Free tables of changes are checked as scenes are."""
+    open_ended = []
+
+    def walk(node: object, where: str) -> None:
+        if isinstance(node, dict):
+            if node.get("type") == "number" and not {"maximum", "exclusiveMaximum"} & set(node):
+                open_ended.append(where)
+            if node.get("type") == "integer" and "maximum" not in node:
+                open_ended.append(where)
+            if node.get("type") == "number" and node.get("unit") in RANGES and "maximum" in node:
+                assert {"minimum", "least_magnitude", "exclusiveMinimum"} & set(node), where
+            for key, value in node.items():
+                walk(value, f"{where}.{key}")
+        elif isinstance(node, list):
+            for number, value in enumerate(node):
+                walk(value, f"{where}.{number}")
+
+    walk(schema(), "")
+    assert open_ended == []
+
+
+def test_directions_of_any_length_are_the_same(ball: Path) -> None:
+    found = [
+        run(
+            ball,
+            set={"contact.floor.against.normal": [0.0, 0.0, size]},
+            db=ball / "db",
+            out=ball / f"{k}",
+            until="solve",
+        )
+        for k, size in enumerate((1e-15, 1.0, 1e15))
+    ]
+    assert found[0].quantities == found[1].quantities == found[2].quantities
+
+
+def test_a_mesh_beyond_the_memory_is_refused_with_its_figures(tmp_path: Path, capsys: Capture) -> None:
+    places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    for scene, size in (("rod-wall", "component.rod.mesh.size"), ("skirt", "component.skirt.mesh.size")):
+        line = refused(["mesh", str(ROOT / "data" / scene), "--set", f"{size}=1e-9", *places], capsys)
+        assert f"{size}: 1e-09 m gives about " in line
+        assert "GiB of memory" in line
+        assert "minutes; this machine has" in line
+        (tmp_path / "out" / "scene.json").unlink()
+
+
+@pytest.mark.parametrize("size", [0.02, 0.05])
+def test_the_estimated_number_of_elements_is_that_of_the_mesh_within_a_factor_of_two(size: float) -> None:
+    box = Box(kind="box", lx=0.1, ly=0.2, lz=0.1)
+    expected = box.expected(2e-3, 0.1, size)
+    assert 0.5 < len(box.build(size).cells) / expected < 2
+
+
+def test_memory_grows_with_the_mesh() -> None:
+    with mock.patch("gudgeon.pipeline.geometry.mesh_estimate.total_memory", return_value=2**30):
+        refuse_large("solid", 1e4, 0.01)
+        with mock.patch.dict("os.environ", GUDGEON_SLEPC="mpirun -n 4 python3"):
+            refuse_large("solid", 2e5, 0.01)
+        with pytest.raises(InputError, match=r"1e\+06 elements, whose modes need about \d+ GiB of memory and"):
+            refuse_large("solid", 1e6, 0.001)
+
+
+def test_more_steps_than_can_be_taken_are_refused(tmp_path: Path) -> None:
+    settings = {"run.step": 1e-25, "run.integrator": "explicit"}
+    with pytest.raises(
+        SolverError, match=r"run\.duration: .* with run\.step = 1e-25 s the run has more than 1e\+11 steps"
+    ):
+        run(ROOT / "data/rod-wall", set=settings, db=tmp_path / "db", out=tmp_path / "out", until="solve")
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_run_step_is_taken_or_refused_in_one_line(path: Path, tmp_path: Path, capsys: Capture) -> None:
+    arguments = ["plan", str(path), "--set", "run.step=1e-6", "--db", str(tmp_path)]
+    code = main(arguments)
+    lines = capsys.readouterr().err.splitlines()
+    assert (code, len(lines)) in ((0, 0), (2, 1))
+
+
+def test_nothing_that_is_not_finite_enters_the_database(tmp_path: Path) -> None:
+    store = open_job(ROOT / "data/rod-wall", db=tmp_path).store
+    none = np.zeros((0, 0))
+    entry = {"wall.force_peak": {"value": float("inf"), "unit": "N"}}
+    record = Trajectory("FINISHED", {}, {}, none, none, {}, none, none, none, entry, 0.0, 0.0, {})
+    product = Product("solve", "scene", "trajectory", "0" * 64, {})
+    with pytest.raises(StageError, match=r"solve of 'scene': quantities/wall.force_peak/value is not finite"):
+        keep(store, product, record)
+    assert list(store.keys()) == []
+    unknown = {"impacts": {"wall": np.array([[0.0, np.nan]])}}
+    assert list(not_finite(unknown)) == []
+    assert list(not_finite({"impacts": {"wall": np.array([np.inf])}, "times": np.array([np.nan])})) == [
+        "impacts/wall",
+        "times",
+    ]
+
+
+BAD_NAMES = ["", ".", "..", "../x", "a/b", "/x", r"a\\b", "x" * 101, " x", "x ", r"a\nb", r"a\u0000b", "<x>"]
+"""As TOML writes them."""
+
+
+@pytest.mark.parametrize("name", BAD_NAMES)
+@pytest.mark.parametrize("old", ["body.ball", "contact.floor", "component.ball", "interface.foot"])
+def test_names_cannot_leave_a_folder(old: str, name: str, ball: Path, capsys: Capture) -> None:
+    head = old.partition(".")[0]
+    text = SCENE.replace(f"[{old}]", f'[{head}."{name}"]').replace("\ninterface.foot", f'\n{head}."{name}"')
+    (ball / "scene.toml").write_text(text if head != "interface" else SCENE.replace(old, f'{head}."{name}"'))
+    assert main(["export", str(ball), "results", "--out", str(ball / "out"), "--db", str(ball / "db")]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert any("; allowed: at most 100 letters, digits, '_', '.', '-' and spaces" in line for line in lines)
+    assert {path.name for path in ball.iterdir()} <= {"scene.toml", "db"}
+
+
+def test_plain_names_are_taken(ball: Path) -> None:
+    for name in ("ball", "Kolben-1.2", "großer Kolben", "_", "3", "a b"):
+        (ball / "scene.toml").write_text(SCENE.replace("[body.ball]", f'[body."{name}"]\ncomponent = "ball"').replace(
+            'body = "ball"', f'body = "{name}"'))  # fmt: skip
+        assert list(open_job(ball, db=ball / "db").scene.body) == [name]
+
+
+ENDLESS = {
+    "levels": "a = " + "[" * 20_000 + "]" * 20_000,
+    "tables": "[" + ".".join(["a"] * 3000) + "]\nx = 1",
+    "digits": "a = " + "1" * 5000,
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_endless_scenes_are_refused(name: str, tmp_path: Path, capsys: Capture) -> None:
+    (tmp_path / "scene.toml").write_text(ENDLESS[name])
+    line = refused(["status", str(tmp_path)], capsys)
+    assert line.startswith(f"{tmp_path / 'scene.toml'}: ")
+    assert "nested too deeply; allowed: 40 levels" in line or "a whole number has too many digits" in line
+
+
+def test_endless_bases_are_refused(tmp_path: Path, capsys: Capture) -> None:
+    for k in range(1200):
+        (tmp_path / f"{k}.toml").write_text(f'base = "{k + 1}.toml"')
+    (tmp_path / "1200.toml").write_text("")
+    assert "more than 40 files are based on each other" in refused(["status", str(tmp_path / "0.toml")], capsys)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (".".join(["a"] * 3000) + "=1", "3000 parts of the path; allowed: 40"),
+        ("run.frames=" + "1" * 5000, "too many digits or levels"),
+        ("run.frames=" + "[" * 5000 + "]" * 5000, "too many digits or levels"),
+        ("run.frames=0x" + "f" * 5000, "a whole number of more digits than are read given; input should be less"),
+    ],
+)
+def test_endless_overrides_are_refused(text: str, expected: str, ball: Path, capsys: Capture) -> None:
+    line = refused(["status", str(ball), "--set", text], capsys)
+    assert expected in line
+    assert len(line) < 1000
+
+
+@pytest.mark.parametrize("place", ["x" * 5000, "~nobody9/db", "a\0b"])
+def test_databases_that_no_folder_can_be_are_refused(place: str, ball: Path, capsys: Capture) -> None:
+    assert "no database can be here" in refused(["status", str(ball), "--db", place], capsys)
+    assert "no scene here" in refused(["status", place], capsys)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize(
+    "arguments", [["schema"], ["--version"], ["example", "list"], ["run", "{ball}"], ["status", "{ball}"]]
+)
+def test_standard_output_on_a_full_disk_is_one_line(arguments: list[str], ball: Path) -> None:
+    command = [sys.executable, "-m", "gudgeon.pipeline", *(text.format(ball=ball) for text in arguments)]
+    with Path("/dev/full").open("w") as full:
+        child = subprocess.run(command, cwd=ball, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert child.returncode == 1
+    lines = [line for line in child.stderr.splitlines() if not line.endswith(" …")]
+    assert lines == ["gudgeon: standard output: cannot be written (No space left on device)"]
+
+
+ENDING = """
+import os, signal, sys, time
+from gudgeon.pipeline import kinds
+from gudgeon.pipeline.cli import main
+def ended(*arguments, **options):
+    os.kill(os.getpid(), int(sys.argv[1]))
+    time.sleep(60)
+kinds.open_job = ended
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals, ball: Path) -> None:
+    command = [sys.executable, "-c", ENDING, str(int(number)), "status", str(ball)]
+    before = {one: signal.SIG_DFL for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    child = subprocess.run(
+        command, capture_output=True, text=True, timeout=60,
+        preexec_fn=lambda: [signal.signal(one, handler) for one, handler in before.items()] and None,
+    )  # fmt: skip
+    assert child.returncode == 1
+    assert child.stderr.startswith("gudgeon: interrupted; finished stages are in the database")
+    assert len(child.stderr.splitlines()) == 1
+
+
+def test_a_signal_that_is_ignored_stays_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`nohup gudgeon run …` goes on when its terminal is closed."""
+    seen = []
+    monkeypatch.setattr("gudgeon.pipeline.kinds.schema", lambda: seen.append(signal.getsignal(signal.SIGHUP)) or {})
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert main(["schema"]) == 0
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert seen == [signal.SIG_IGN]
+
+
+DROPPED = """
+import os, signal, sys, time
+from gudgeon.pipeline import kinds
+from gudgeon.pipeline.cli import main
+class Dropping:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(0.2)
+def opened(*arguments, **options):
+    Dropping()
+    time.sleep(60)
+kinds.open_job = opened
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_signal_within_a_destructor_is_not_lost(ball: Path) -> None:
+    command = [sys.executable, "-c", DROPPED, "status", str(ball)]
+    child = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert child.returncode == 1
+    assert child.stderr.startswith("gudgeon: interrupted; ")
+    assert len(child.stderr.splitlines()) == 1
