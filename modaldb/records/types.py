@@ -1,6 +1,7 @@
-"""Types that records are made of."""
+"""Types that records are made of, and what their arrays must be."""
 
-from typing import Any
+from dataclasses import MISSING, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,4 +10,35 @@ FORMER = "former"
 """Key of a field's metadata: its name in files of older versions."""
 COLUMNS = "columns"
 """Key of a field's metadata: number of columns of its arrays; older files have fewer, and the others become NaN."""
+ARRAY = "array"
+"""Key of a field's metadata: the `ArrayRule` of its arrays."""
 Json = dict[str, Any]
+
+
+class ArrayRule(NamedTuple):
+    """What an array of a record must be. It is checked when a record is written and when it is read."""
+
+    shape: str
+    """Dimensions, such as `n 3`: a number, several as `4|5`, `*` for any, or a letter, which has the same value
+    throughout the record; with an apostrophe, throughout its member of a group. Several shapes: `s or s *`."""
+    dtype: str
+    """`float`, `int` or `bool`."""
+    finite: bool
+    """Whether NaN and infinities are refused."""
+    below: str
+    """Letter of the dimension that its numbers count, so that 0 ≤ number < dimension; empty: any numbers."""
+
+
+def array(
+    shape: str,
+    dtype: str = "float",
+    *,
+    finite: bool = True,
+    below: str = "",
+    default: Any = MISSING,
+    default_factory: Any = MISSING,
+    **metadata: Any,
+) -> Any:
+    """Return a field of one array or of a named group of arrays, see `ArrayRule`."""
+    rule = {ARRAY: ArrayRule(shape, dtype, finite, below)} | metadata
+    return field(default=default, default_factory=default_factory, metadata=rule)
