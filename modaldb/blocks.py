@@ -54,7 +54,7 @@ class Blocks:
         self._visited.add(address)
         found = self.read(address, size)
         if not found.startswith(signature):
-            raise Malformed(f"no block {signature.decode()} where one should be")
+            raise Malformed(f"no block {signature[:4].decode()} where one should be")
         return found
 
     def count(self) -> None:

@@ -29,6 +29,8 @@ from gudgeon.modaldb.structure import Dataset, Group, read_structure
 MAGIC = b"GUDGEON-RECORD 1\n"
 BESIDE = {"encoding-type", "encoding-version", "provenance"}
 """Attributes of the root that are no fields."""
+LONGEST_CAUSE = 300
+"""Characters of the cause in an error."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +179,9 @@ def _mismatch(path: Path) -> Iterator[None]:
     try:
         yield
     except Malformed as error:
-        raise RecordMismatch(f"{path}: {error}") from None
+        # Names and texts of the file may hold anything.
+        cause = "".join(one if one.isprintable() else "�" for one in str(error)[:LONGEST_CAUSE])
+        raise RecordMismatch(f"{path}: {cause}") from None
 
 
 def _user_block(digest: str, kind: bytes) -> bytes:
@@ -258,7 +262,7 @@ class _Reader:
 def read_array(descriptor: int, dataset: Dataset, path: str) -> np.ndarray:
     """Return the numbers of a dataset; `path` is its field path, for the message."""
     array = np.empty(dataset.shape, dataset.dtype)
-    raw, done = memoryview(array.reshape(-1).view(np.uint8)), 0
+    raw, done = array.reshape(-1).view(np.uint8).data, 0
     while done < len(raw):
         count = os.preadv(descriptor, [raw[done:]], dataset.offset + done)
         if not count:

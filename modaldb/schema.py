@@ -113,7 +113,7 @@ def _field(value: Any, base: Any, entry: Field, path: str, own: Letters) -> Foun
     if isinstance(value, Dataset):
         yield path, value, entry.metadata[ARRAY], own
     elif isinstance(value, Group) and member is None:
-        yield from _walk(value, base, f"{path}/", set())
+        yield from _walk(value, typing.cast(type, base), f"{path}/", set())
     elif isinstance(value, Group):
         if value.attributes:
             raise Malformed(f"{path}: attributes of a group of named members")

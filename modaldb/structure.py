@@ -68,7 +68,7 @@ def read_structure(descriptor: int) -> Group:
         if base != USERBLOCK or beside != UNDEFINED:
             raise Malformed("another base address, or a superblock extension")
         found, arrays = _Objects(blocks).read(root, "")
-    except (struct.error, UnicodeDecodeError, OverflowError) as error:
+    except (struct.error, IndexError, UnicodeDecodeError, OverflowError) as error:
         raise Malformed(f"a damaged structure ({error})") from None
     if isinstance(found, Dataset):
         raise Malformed("its root is an array")

@@ -1,6 +1,5 @@
 """Types that records are made of, and what their arrays must be."""
 
-from dataclasses import MISSING, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,16 +28,6 @@ class ArrayRule(NamedTuple):
     """Letter of the dimension that its numbers count, so that 0 ≤ number < dimension; empty: any numbers."""
 
 
-def array(
-    shape: str,
-    dtype: str = "float",
-    *,
-    finite: bool = True,
-    below: str = "",
-    default: Any = MISSING,
-    default_factory: Any = MISSING,
-    **metadata: Any,
-) -> Any:
-    """Return a field of one array or of a named group of arrays, see `ArrayRule`."""
-    rule = {ARRAY: ArrayRule(shape, dtype, finite, below)} | metadata
-    return field(default=default, default_factory=default_factory, metadata=rule)
+def rule(shape: str, dtype: str = "float", *, finite: bool = True, below: str = "") -> dict[str, Any]:
+    """Return the metadata of a field of one array or of a named group of arrays, see `ArrayRule`."""
+    return {ARRAY: ArrayRule(shape, dtype, finite, below)}

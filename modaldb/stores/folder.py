@@ -8,6 +8,7 @@ import contextlib
 import errno
 import logging
 import os
+import stat
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, Protocol
@@ -105,7 +106,7 @@ class FolderStore:
         try:
             self._make_folders(path.parent)
             if not isinstance(fault, RecordMissing):
-                self._set_aside(key, fault)
+                logger.warning("%s; renamed to %s", fault, set_aside(path).name)
             with scratch.scratch_file(path.parent, self.root.stat()) as (descriptor, unfinished):
                 scratch.write_whole(descriptor, parts)
                 head = hdf5.read_head(descriptor, path, kind)
@@ -122,10 +123,14 @@ class FolderStore:
                 " another folder with --db, and run the command again"
             ) from error
 
-    def set_aside(self, key: str) -> Path | None:
-        """Rename a record that cannot be used to `.damaged`; return its new path, None if there is nothing to do."""
-        fault = self.fault(key)
-        return None if fault is None or isinstance(fault, RecordMissing) else self._set_aside(key, fault)
+    def examine(self, key: str) -> ModalDBError | None:
+        """Return why a record cannot be used, as `fault` does, after reading all of it."""
+        try:
+            with self._opened(key, "record") as (descriptor, head):
+                hdf5.read_fields(descriptor, head, self.path(key))
+        except (RecordMissing, RecordDamaged, RecordMismatch) as error:
+            return error
+        return None
 
     def sizes(self, key: str) -> dict[str, int]:
         """Return the bytes of each dataset of a record, by field path; see `get` for errors."""
@@ -163,12 +168,18 @@ class FolderStore:
     def _head(self, descriptor: int, key: str) -> hdf5.Head:
         """Return the head of an open record, verified unless that was done and the file is the same."""
         path, stamp = self.path(key), _stamp(descriptor)
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise RecordDamaged(f"{path}: not a file")
         known = self._sound.get(path)
         if known is not None and known[0] == stamp:
             return known[1]
         hdf5.verify_open(descriptor, path)
         head = hdf5.read_head(descriptor, path)
-        if (own := content_key(head.inputs)) != key:
+        try:
+            own = content_key(head.inputs)
+        except (ValueError, RecursionError):
+            raise RecordMismatch(f"{path}: provenance: not the inputs of a record") from None
+        if own != key:
             raise RecordMismatch(f"{path}: holds the record of another key, {own[:12]}…")
         self._sound[path] = stamp, head
         return head
@@ -183,17 +194,17 @@ class FolderStore:
                 with contextlib.suppress(OSError):
                     scratch.remove(path)
 
-    def _set_aside(self, key: str, fault: ModalDBError) -> Path:
-        path = self.path(key)
-        aside = path.with_suffix(DAMAGED)
-        os.replace(path, aside)
-        logger.warning("%s; renamed to %s", fault, aside.name)
-        return aside
+
+def set_aside(path: Path) -> Path:
+    """Rename a record that cannot be used to `.damaged`; return its new path."""
+    aside = path.with_suffix(DAMAGED)
+    os.replace(path, aside)
+    return aside
 
 
 def _stamp(descriptor: int) -> Stamp:
-    stat = os.fstat(descriptor)
-    return stat.st_mtime_ns, stat.st_size, stat.st_ino
+    found = os.fstat(descriptor)
+    return found.st_mtime_ns, found.st_size, found.st_ino
 
 
 def open_store(location: str | Path) -> FolderStore:

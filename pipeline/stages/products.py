@@ -1,7 +1,8 @@
 """The products of each stage, identified by a key of everything that they depend on. No arrays are computed here.
 
-A key holds inputs, parameters, the schema version, the digest of the sources that shape the product, and the versions of
-the libraries that affect it; the choice of the linear solver changes results by round-off only and is not part of it.
+A key holds inputs, parameters, the schema version, the digest of the sources that shape the product, and the versions
+of the libraries that affect it; the choice of the linear solver changes results by round-off only and is not
+part of it.
 """
 
 import json

@@ -44,8 +44,12 @@ PACKAGES = ("modaldb", "pipeline", "solver")
 NAME = re.compile(r"gudgeon((?:\.\w+)+)(?::\w+)?")
 
 
+SOURCES = Path(__file__).resolve().parents[2]
+"""The folder that has the packages."""
+
+
 @cache
-def code_digests(root: Path = Path(__file__).resolve().parents[2]) -> Mapping[str, str]:
+def code_digests(root: Path = SOURCES) -> Mapping[str, str]:
     """Return the digest of each stage's sources, 16 digits, for the packages in a folder."""
     texts = source_texts(root)
     whole = hashlib.sha256()
@@ -166,7 +170,7 @@ def _describe(item: Any, parts: list[str]) -> None:
             if name == "body" and isinstance(value, list):
                 # A text that stands alone is a docstring, of a field too.
                 value = [one for one in value if not _is_text(one)]
-            if value is None and name != "value" or value == [] or name in ("ctx", "kind", "type_comment"):
+            if (value is None and name != "value") or value == [] or name in ("ctx", "kind", "type_comment"):
                 continue
             parts.append(f" {name}=")
             _describe(value, parts)
