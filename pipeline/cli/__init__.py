@@ -1,5 +1,6 @@
 """The command line."""
 
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -13,6 +14,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Set before numpy loads: MKL threads the factorisations, and a second pool of threads slows them down.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     Console.last_stage = ""
+    assert logging.lastResort is not None
+    logging.lastResort.setFormatter(logging.Formatter("gudgeon: %(message)s"))  # Of warnings, without --verbose.
     parser = build_parser()
     options = parser.parse_args(arguments)
     if (threads := getattr(options, "threads", None) or getattr(options, "jobs", None)) is not None:
