@@ -23,7 +23,7 @@ from gudgeon.modaldb.contents import check_contents
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
 from gudgeon.modaldb.records.types import ARRAY, COLUMNS
-from gudgeon.modaldb.schema import Outline, base_type, check_values, checked_outline, file_name, member_type
+from gudgeon.modaldb.schema import Outline, base_type, check_values, checked_outline, file_name, member_type, type_hints
 from gudgeon.modaldb.structure import Dataset, Group, read_structure
 
 MAGIC = b"GUDGEON-RECORD 1\n"
@@ -190,7 +190,7 @@ def _user_block(digest: str, kind: bytes) -> bytes:
 
 
 def _write_group(group: Any, record: Any, prefix: str) -> None:
-    hints = typing.get_type_hints(type(record))
+    hints = type_hints(type(record))
     for entry in fields(record):
         rule = entry.metadata.get(ARRAY)
         _write_field(group, entry.name, getattr(record, entry.name), (hints[entry.name], rule, prefix + entry.name))
@@ -200,8 +200,11 @@ def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str])
     """Write a value under a name; `field` has its type, the rule of its arrays and its path."""
     hint, rule, path = field
     if isinstance(value, np.ndarray):
-        check_values(value, rule, {}, path)
-        group.create_dataset(name, data=np.ascontiguousarray(value), track_times=False)
+        array = (
+            value.astype(float) if rule.dtype == "float" and value.dtype.kind in "iu" else np.ascontiguousarray(value)
+        )
+        check_values(array, rule, {}, path)
+        group.create_dataset(name, data=array, track_times=False)
     elif is_dataclass(value):
         _write_group(group.create_group(name), value, f"{path}/")
     elif (member := member_type(hint)) is not None:
@@ -220,7 +223,7 @@ class _Reader:
 
     def group(self, group: Group, cls: type, prefix: str) -> Any:
         """Return a dataclass."""
-        hints, values = typing.get_type_hints(cls), {}
+        hints, values = type_hints(cls), {}
         for entry in fields(cls):
             name, hint = file_name(entry, group), hints[entry.name]
             value, path = group.members.get(name, group.attributes.get(name)), prefix + entry.name

@@ -4,6 +4,7 @@ import types
 import typing
 from collections.abc import Iterator
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from functools import cache
 from typing import Any
 from urllib.parse import unquote
 
@@ -57,6 +58,12 @@ def file_name(entry: Field, group: Group) -> str:
     return former if former in group.members or former in group.attributes else entry.name
 
 
+@cache
+def type_hints(cls: type) -> dict[str, Any]:
+    """Return the type of every field of a dataclass."""
+    return typing.get_type_hints(cls)
+
+
 def base_type(hint: Any) -> Any:
     """Return the type of a field; that of an optional one comes before None."""
     return typing.get_args(hint)[0] if isinstance(hint, types.UnionType) else hint
@@ -88,7 +95,7 @@ Found = Iterator[tuple[str, Dataset, ArrayRule, Letters]]
 
 def _walk(group: Group, cls: type, prefix: str, beside: set[str]) -> Found:
     """Yield every array of a record with its rule and the letters of its member, and check all else."""
-    hints, expected, own = typing.get_type_hints(cls), set(beside), Letters()
+    hints, expected, own = type_hints(cls), set(beside), Letters()
     for entry in fields(cls):
         name, hint = file_name(entry, group), hints[entry.name]
         expected.add(name)

@@ -18,7 +18,7 @@ from gudgeon.modaldb.records import SCHEMA_VERSION
 from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import find_file
-from gudgeon.pipeline.stages.sources import code_digests
+from gudgeon.pipeline.sources import code_digests
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
 FEM = ("numpy", "scipy", "scikit-fem")

@@ -178,9 +178,15 @@ def stocked() -> Records:
     """A block with all that a component can have, of which scenes need little."""
     modal, morph = block_records(4)
     rng, plate = np.random.default_rng(0), plate_records()[0]
-    gauges = {n: GaugeModes(rng.standard_normal((6, 8)), 1e-9 * rng.standard_normal((6, 4)), "Pa") for n in "ab"}
-    shapes = rng.standard_normal((5, 3, 8))
-    return {"part": (replace(modal, gauges=gauges, shapes=shapes, tractions=plate.tractions), morph)}
+    tractions, rows, size = {}, dict(modal.interface_rows), len(modal.residual_flexibility)
+    for name, space in plate.tractions.items():
+        tractions[name] = replace(space, rows=rng.standard_normal((space.size, 8)))
+        rows[name], size = [size, size + space.size], size + space.size
+    R = np.diag(np.full(size, 1e-9))
+    R[: len(modal.residual_flexibility), : len(modal.residual_flexibility)] = modal.residual_flexibility
+    gauges = {n: GaugeModes(rng.standard_normal((6, 8)), 1e-9 * rng.standard_normal((6, size)), "Pa") for n in "ab"}
+    modal = replace(modal, residual_flexibility=R, interface_rows=rows)
+    return {"part": (replace(modal, gauges=gauges, shapes=rng.standard_normal((5, 3, 8)), tractions=tractions), morph)}
 
 
 def moving_scene() -> dict[str, Any]:

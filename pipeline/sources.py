@@ -44,7 +44,7 @@ PACKAGES = ("modaldb", "pipeline", "solver")
 NAME = re.compile(r"gudgeon((?:\.\w+)+)(?::\w+)?")
 
 
-SOURCES = Path(__file__).resolve().parents[2]
+SOURCES = Path(__file__).resolve().parents[1]
 """The folder that has the packages."""
 
 

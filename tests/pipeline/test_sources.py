@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from gudgeon.pipeline import sources
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.stages import products, sources
+from gudgeon.pipeline.sources import ROOTS, SOURCES, Modules, canonical, code_digests, source_texts
+from gudgeon.pipeline.stages import products
 from gudgeon.pipeline.stages.products import LIBRARIES
-from gudgeon.pipeline.stages.sources import ROOTS, SOURCES, Modules, canonical, code_digests, source_texts
 from gudgeon.pipeline.stages.status import remember, status
 from tests.pipeline.small import write_scene
 
