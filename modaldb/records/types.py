@@ -23,7 +23,7 @@ class ArrayRule(NamedTuple):
     dtype: str
     """`float`, `int` or `bool`."""
     finite: bool
-    """Whether NaN and infinities are refused."""
+    """Whether NaN, infinities and numbers whose square overflows are refused."""
     below: str
     """Letter of the dimension that its numbers count, so that 0 ≤ number < dimension; empty: any numbers."""
 

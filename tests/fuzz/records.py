@@ -79,6 +79,12 @@ def fields_mutated(dice: random.Random, kind: str, folder: Path) -> bytes:
     """Return a sample with links, arrays and texts that HDF5 allows and records do not, or with other numbers."""
     path = folder / "mutated.h5"
     path.write_bytes(sealed(BODIES[kind], kind))
+    change_field(dice, path)
+    return sealed(path.read_bytes()[USERBLOCK:], kind)
+
+
+def change_field(dice: random.Random, path: Path) -> None:
+    """Change one link, array or attribute of a record file with HDF5's library; the file must be sealed again."""
     with h5py.File(path, "r+", libver=("v110", "v110")) as file:
         groups: list[Any] = [file]
         arrays: list[Any] = []
@@ -88,7 +94,6 @@ def fields_mutated(dice: random.Random, kind: str, folder: Path) -> bytes:
             dice.choice(ARRAY_CHANGES)(dice, chosen.parent, chosen.name.rpartition("/")[2])
         else:
             dice.choice(GROUP_CHANGES)(dice, dice.choice(groups))
-    return sealed(path.read_bytes()[USERBLOCK:], kind)
 
 
 def _instead(make: Callable[[random.Random, Any, str, np.ndarray], None]) -> Callable[[random.Random, Any, str], None]:
@@ -158,6 +163,8 @@ GROUP_CHANGES: tuple[Callable[[random.Random, Any], None], ...] = (
     lambda dice, group: group.create_group("%2E%2E") and None,
     lambda dice, group: group.__setitem__("type", np.dtype("<f8")),
 )  # fmt: skip
+REFUSALS = (OSError, ValueError, TypeError, KeyError, RuntimeError)
+"""What HDF5's library raises where it refuses to make a harm."""
 BODIES = {kind: body_of(kind) for kind in KINDS}
 MUTATIONS = (bytes_mutated, bytes_mutated, bytes_mutated, fields_mutated)
 
@@ -222,7 +229,7 @@ def main(count: int, seed: int = 1) -> Counter[str]:
             kind = dice.choice([*KINDS])
             try:
                 whole = dice.choice(MUTATIONS)(dice, kind, Path(folder))
-            except (OSError, ValueError, TypeError, KeyError, RuntimeError):  # HDF5 refuses to make it.
+            except REFUSALS:
                 outcomes["not made"] += 1
                 continue
             path.write_bytes(whole)

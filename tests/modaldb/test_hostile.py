@@ -82,7 +82,8 @@ HARM: dict[str, tuple[Change, str]] = {
     "a missing array": (lambda f: f.__delitem__("centre"), "centre: missing"),
     "a missing number": (lambda f: f.attrs.__delitem__("mass"), "mass: missing"),
     "a field too many": (lambda f: f.create_dataset("more", data=np.zeros(3)), "more: no field of such a record"),
-    "not a number": (numbers("shapes", (0, 0, 0), np.nan), "shapes: not a number, or infinite"),
+    "not a number": (numbers("shapes", (0, 0, 0), np.nan), "shapes: not a number, infinite"),
+    "a number that overflows": (numbers("shapes", (0, 0, 0), 1e200), "shapes: not a number, infinite, or so large"),
     "infinite": (numbers("residual_flexibility", (0, 0), np.inf), "residual_flexibility: not a number"),
     "a node that is not there": (numbers("interfaces/thrust/nodes", 0, 99), r"nodes: numbers 5 to 99, expected 0 to 9"),
     "a negative node": (numbers("interfaces/thrust/nodes", 0, -1), "nodes: numbers -1 to 5"),
@@ -127,9 +128,9 @@ def test_harm_is_one_line(harm: str, store: FolderStore) -> None:
     assert str(caught.value).isprintable()
 
 
-IN_NUMBERS = {"not a number", "infinite", "a node that is not there", "a negative node", "a negative mass",
-              "rows beyond R", "rows of another interface", "JSON that is none", "JSON without end", "splines",
-              "a chart"}  # fmt: skip
+IN_NUMBERS = {"not a number", "infinite", "a number that overflows", "a node that is not there", "a negative node",
+              "a negative mass", "rows beyond R", "rows of another interface", "JSON that is none", "JSON without end",
+              "splines", "a chart"}  # fmt: skip
 """What stands in the values and not in the structure."""
 
 
