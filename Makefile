@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup browser solver-env demo test lint bench bench-peers reports defaults lock clean help
+.PHONY: setup browser solver-env demo test fuzz lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -60,6 +60,9 @@ test: browser solver-env ## run the tests, on two cores; `make test WORKERS=8` t
 browser: setup # After the set-up: apt-get does not run twice at once.
 	@for name in $(BROWSERS); do command -v $$name > /dev/null && exit 0; done; \
 	$(call install_packages,chromium,the tests of a report's page need)
+
+fuzz: setup ## run the fuzzers at length, an hour; `make fuzz ARGS="records --count 500"` runs one
+	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -X faulthandler -m tests.fuzz $(ARGS)
 
 lint: setup ## check style and types
 	$(BIN)/ruff check

@@ -1,6 +1,13 @@
 """Modal database: immutable, content-addressed records of meshes, modes, designs and trajectories."""
 
-from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
+from gudgeon.modaldb.errors import (
+    ModalDBError,
+    RecordDamaged,
+    RecordMismatch,
+    RecordMissing,
+    RecordNotWritten,
+    StoreUnusable,
+)
 from gudgeon.modaldb.stores.folder import FolderStore, Store
 from gudgeon.modaldb.stores.folder import open_store as open
 
@@ -10,6 +17,7 @@ __all__ = [
     "RecordDamaged",
     "RecordMismatch",
     "RecordMissing",
+    "RecordNotWritten",
     "Store",
     "StoreUnusable",
     "open",

@@ -17,7 +17,12 @@ class RecordDamaged(ModalDBError):
 
 
 class RecordMismatch(ModalDBError):
-    """A record is undamaged, but of another kind or of a schema version that this release cannot read."""
+    """A record's bytes are as they were written, but they are not what was looked for: it has another key, kind or
+    schema version, or a field that its kind does not allow."""
+
+
+class RecordNotWritten(ModalDBError):
+    """A record could not be written: the disk is full, a quota is reached, or the disk failed."""
 
 
 class StoreUnusable(ModalDBError):

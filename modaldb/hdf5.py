@@ -1,52 +1,84 @@
-"""Records as HDF5 files: the only module that imports h5py. docs/format.md specifies the format.
+"""Records as HDF5 files. docs/format.md specifies the format.
 
 A file starts with a 512-byte user block that plain HDF5 readers skip: a magic line, the SHA-256 of everything after
 the block and of the kind, and the record's kind. It can be verified without HDF5, and opens in any HDF5 viewer.
+HDF5's library writes records, in memory; they are read by `structure`, which a file made to harm cannot mislead.
 """
 
 import hashlib
 import json
 import os
-import types
 import typing
-from collections.abc import Collection
-from dataclasses import MISSING, fields, is_dataclass
-from io import BufferedRandom, BufferedReader
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
 
 import numpy as np
 
+from gudgeon.modaldb.blocks import USERBLOCK, Malformed
+from gudgeon.modaldb.contents import check_contents
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
-from gudgeon.modaldb.records.types import COLUMNS, FORMER
+from gudgeon.modaldb.records.types import ARRAY, COLUMNS
+from gudgeon.modaldb.schema import Outline, base_type, check_values, checked_outline, file_name, member_type, type_hints
+from gudgeon.modaldb.structure import Dataset, Group, read_structure
 
 MAGIC = b"GUDGEON-RECORD 1\n"
-USERBLOCK = 512
+BESIDE = {"encoding-type", "encoding-version", "provenance"}
+"""Attributes of the root that are no fields."""
+LONGEST_CAUSE = 300
+"""Characters of the cause in an error."""
 
 
-def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> None:
-    """Write `record` to the new file `path` and flush it to the disk.
+@dataclass(frozen=True)
+class Head:
+    """All of a record but its arrays."""
+
+    kind: str
+    root: Group
+    outline: Outline
+    inputs: dict[str, Any]
+    """What the record was made from."""
+
+
+def record_bytes(kind: str, record: Any, inputs: dict[str, Any]) -> tuple[bytes, bytes]:
+    """Return the user block and the rest of a record's file.
 
     Args:
-        path: Must not exist; the caller renames it when this returns.
         kind: A name in `KINDS`.
         record: An instance of that kind's dataclass.
         inputs: Everything that the record depends on, stored as provenance.
+
+    Raises:
+        RecordMismatch: a number is not finite, or not what its field allows.
     """
     import h5py
 
-    with h5py.File(path, "x", userblock_size=USERBLOCK, libver=("v110", "v110")) as file:
+    # In memory: HDF5 does not survive a disk that is full when it closes a file.
+    options = {"driver": "core", "backing_store": False, "userblock_size": USERBLOCK, "libver": ("v110", "v110")}
+    with h5py.File(f"{kind} record", "w", **options) as file:
         file.attrs["encoding-type"] = f"gudgeon-{kind}"
         file.attrs["encoding-version"] = SCHEMA_VERSION
         file.attrs["provenance"] = json.dumps(inputs, sort_keys=True)
-        _write_group(file, record)
-    with path.open("r+b") as raw:
-        raw.seek(USERBLOCK)
-        block = _user_block(raw, kind.encode())
-        raw.seek(0)
-        raw.write(block)
+        try:
+            _write_group(file, record, "")
+        except Malformed as error:
+            raise RecordMismatch(f"{kind} record: {error}") from None
+        file.flush()
+        image = file.id.get_file_image()
+    digest = hashlib.sha256(kind.encode())
+    digest.update(image)
+    return _user_block(digest.hexdigest(), kind.encode()), image
+
+
+def write_record(path: Path, kind: str, record: Any, inputs: dict[str, Any]) -> None:
+    """Write a record to the new file `path` and flush it to the disk; see `record_bytes`."""
+    with path.open("xb") as raw:
+        for part in record_bytes(kind, record, inputs):
+            raw.write(part)
         raw.flush()
         os.fsync(raw.fileno())
 
@@ -58,148 +90,212 @@ def verify_record(path: Path) -> str:
         RecordDamaged: the header is not that of a record, or a byte has changed.
     """
     with path.open("rb") as raw:
+        return verify_open(raw.fileno(), path)
+
+
+def verify_open(descriptor: int, path: Path) -> str:
+    """Check an open file as `verify_record` does; `path` is for the message."""
+    with os.fdopen(os.dup(descriptor), "rb") as raw:
+        raw.seek(0)
         block = raw.read(USERBLOCK)
         lines = block.rstrip(b"\0").split(b"\n")
         if not block.startswith(MAGIC) or len(lines) != 4:
             raise RecordDamaged(f"{path}: not a gudgeon record (header damaged)")
-        if block != _user_block(raw, lines[2]):
+        digest = hashlib.file_digest(raw, lambda: hashlib.sha256(lines[2])).hexdigest()
+        if block != _user_block(digest, lines[2]):
             raise RecordDamaged(f"{path}: checksum differs from the one written")
-    return lines[2].decode()
+    return lines[2].decode(errors="replace")
 
 
-def read_record(path: Path, kind: str, only: Collection[str] | None = None) -> Any:
+def read_head(descriptor: int, path: Path, kind: str | None = None) -> Head:
+    """Read all of an open record but its arrays, and check it against the schema of its kind.
+
+    Args:
+        descriptor: Of a file that `verify_open` accepts.
+        path: For the message.
+        kind: The kind expected; None takes the one that the file has.
+
+    Raises:
+        RecordMismatch: another kind, an unknown schema version, or not what the schema says.
+    """
+    with _mismatch(path):
+        root = read_structure(descriptor)
+        encoding, version = root.attributes.get("encoding-type"), root.attributes.get("encoding-version")
+        found = str(encoding).removeprefix("gudgeon-")
+        if (encoding != f"gudgeon-{kind}") if kind is not None else (found not in KINDS):
+            expected = f"gudgeon-{kind}" if kind is not None else f"one of {', '.join(KINDS)}"
+            raise Malformed(f"holds {encoding}, expected {expected}")
+        if version not in READABLE_VERSIONS:
+            known = ", ".join(map(str, READABLE_VERSIONS))
+            raise Malformed(f"schema version {version}, this release reads {known}")
+        inputs = _json(root.attributes.get("provenance"), "provenance")
+        return Head(found, root, checked_outline(root, KINDS[found], BESIDE), inputs)
+
+
+def read_fields(descriptor: int, head: Head, path: Path, only: Collection[str] | None = None) -> Any:
     """Read a record, or some fields of it.
 
     Args:
-        path: A file that `verify_record` accepts.
-        kind: The kind expected.
+        descriptor: Of the open file.
+        head: What `read_head` returned for it.
+        path: For the message.
         only: Field paths to read, such as `interfaces/thrust/rows`; a path includes all below it. Other optional
             fields become None and other arrays empty. None reads all fields.
 
     Raises:
-        RecordMismatch: another kind, or an unknown schema version.
+        RecordMismatch: numbers are not what the schema says.
     """
-    with _opened(path) as file:
-        encoding, version = file.attrs.get("encoding-type"), file.attrs.get("encoding-version")
-        if encoding != f"gudgeon-{kind}":
-            raise RecordMismatch(f"{path}: holds {encoding}, expected gudgeon-{kind}")
-        if version not in READABLE_VERSIONS:
-            known = ", ".join(map(str, READABLE_VERSIONS))
-            raise RecordMismatch(f"{path}: schema version {version}, this release reads {known}")
-        return _read_group(file, KINDS[kind], "", only)
+    with _mismatch(path):
+        record = _Reader(descriptor, head.outline, only).group(head.root, KINDS[head.kind], "")
+        check_contents(record, head.outline)
+    return record
 
 
-def dataset_bytes(path: Path) -> dict[str, int]:
+def read_record(path: Path, kind: str, only: Collection[str] | None = None) -> Any:
+    """Read a record of the kind expected from a file that `verify_record` accepts; see `read_fields`."""
+    with path.open("rb") as raw:
+        head = read_head(raw.fileno(), path, kind)
+        return read_fields(raw.fileno(), head, path, only)
+
+
+def dataset_bytes(head: Head) -> dict[str, int]:
     """Return the size of every dataset of a record [bytes], by field path."""
-    import h5py
-
     sizes: dict[str, int] = {}
 
-    def note(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset):
-            sizes[unquote(name)] = int(item.nbytes)
+    def note(group: Group, prefix: str) -> None:
+        for name, member in group.members.items():
+            path = prefix + unquote(name)
+            if isinstance(member, Group):
+                note(member, f"{path}/")
+            else:
+                sizes[path] = member.nbytes
 
-    with _opened(path) as file:
-        file.visititems(note)
+    note(head.root, "")
     return sizes
 
 
-def provenance(path: Path) -> dict[str, Any]:
-    """Return the inputs that a record was made from."""
-    with _opened(path) as file:
-        return json.loads(str(file.attrs["provenance"]))
+@contextmanager
+def _mismatch(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except Malformed as error:
+        # Names and texts of the file may hold anything.
+        cause = "".join(one if one.isprintable() else "�" for one in str(error)[:LONGEST_CAUSE])
+        raise RecordMismatch(f"{path}: {cause}") from None
 
 
-def _opened(path: Path) -> Any:
-    import h5py
-
-    return h5py.File(path, "r", locking=False)
-
-
-def _user_block(raw: BufferedReader | BufferedRandom, kind: bytes) -> bytes:
-    """Return the user block, (512,) bytes, of a kind and of the rest of a file, read from its position on."""
-    digest = hashlib.file_digest(raw, lambda: hashlib.sha256(kind)).hexdigest()
+def _user_block(digest: str, kind: bytes) -> bytes:
+    """Return the user block, (512,) bytes."""
     return (MAGIC + digest.encode() + b"\n" + kind + b"\n").ljust(USERBLOCK, b"\0")
 
 
-def _write_group(group: Any, record: Any) -> None:
-    hints = typing.get_type_hints(type(record))
+def _write_group(group: Any, record: Any, prefix: str) -> None:
+    hints = type_hints(type(record))
     for entry in fields(record):
-        _write_field(group, entry.name, getattr(record, entry.name), hints[entry.name])
+        rule = entry.metadata.get(ARRAY)
+        _write_field(group, entry.name, getattr(record, entry.name), (hints[entry.name], rule, prefix + entry.name))
 
 
-def _write_field(group: Any, name: str, value: Any, hint: Any) -> None:
+def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str]) -> None:
+    """Write a value under a name; `field` has its type, the rule of its arrays and its path."""
+    hint, rule, path = field
     if isinstance(value, np.ndarray):
-        group.create_dataset(name, data=np.ascontiguousarray(value), track_times=False)
+        array = (
+            value.astype(float) if rule.dtype == "float" and value.dtype.kind in "iu" else np.ascontiguousarray(value)
+        )
+        check_values(array, rule, {}, path)
+        group.create_dataset(name, data=array, track_times=False)
     elif is_dataclass(value):
-        _write_group(group.create_group(name), value)
-    elif (member := _member_type(hint)) is not None:
+        _write_group(group.create_group(name), value, f"{path}/")
+    elif (member := member_type(hint)) is not None:
         below = group.create_group(name)
         for item, part in value.items():
-            _write_field(below, _escaped(item), part, member)
+            _write_field(below, _escaped(item), part, (member, rule, f"{path}/{item}"))
     elif value is not None:
         group.attrs[name] = json.dumps(value) if isinstance(value, dict) else value
 
 
-def _read_group(group: Any, cls: type, prefix: str, only: Collection[str] | None) -> Any:
-    hints, values = typing.get_type_hints(cls), {}
-    for entry in fields(cls):
-        name = entry.metadata.get(FORMER, entry.name)
-        if name not in group and name not in group.attrs:
-            name = entry.name
-        absent = name not in group and name not in group.attrs
-        if absent and (entry.default_factory is not MISSING or entry.default is not MISSING):
-            continue  # The file is older than the field: its default holds.
-        value = _read_field(group, name, hints[entry.name], prefix + entry.name, only)
-        if (columns := entry.metadata.get(COLUMNS)) is not None:
-            value = {item: _widened(array, columns) for item, array in value.items()}
-        values[entry.name] = value
-    return cls(**values)
+class _Reader:
+    """Reads the fields of a record from its file and its structure."""
+
+    def __init__(self, descriptor: int, outline: Outline, only: Collection[str] | None) -> None:
+        self._descriptor, self._letters, self._only = descriptor, outline.letters, only
+
+    def group(self, group: Group, cls: type, prefix: str) -> Any:
+        """Return a dataclass."""
+        hints, values = type_hints(cls), {}
+        for entry in fields(cls):
+            name, hint = file_name(entry, group), hints[entry.name]
+            value, path = group.members.get(name, group.attributes.get(name)), prefix + entry.name
+            if value is None:  # The file is older than the field, or has none: its default holds.
+                if entry.default is MISSING and entry.default_factory is MISSING:
+                    values[entry.name] = None
+                continue
+            read = self._field(value, hint, path, entry.metadata.get(ARRAY))
+            if (columns := entry.metadata.get(COLUMNS)) is not None:
+                read = {item: _widened(array, columns) for item, array in read.items()}
+            values[entry.name] = read
+        return cls(**values)
+
+    def _field(self, value: Any, hint: Any, path: str, rule: Any) -> Any:
+        base = base_type(hint)
+        if isinstance(value, Dataset):
+            if self._wants(path):
+                return self._array(value, path, rule)
+            return None if base is not hint else _sealed(np.empty(0))
+        if (member := member_type(base)) is not None:
+            below = {unquote(name): item for name, item in value.members.items()}
+            wanted = {name: item for name, item in below.items() if self._wants(f"{path}/{name}")}
+            return {name: self._field(item, member, f"{path}/{name}", rule) for name, item in wanted.items()}
+        if isinstance(value, Group):
+            return self.group(value, base, f"{path}/") if base is hint or self._wants(path) else None
+        return _json(value, path) if typing.get_origin(base) is dict else base(value)
+
+    def _array(self, dataset: Dataset, path: str, rule: Any) -> np.ndarray:
+        array = read_array(self._descriptor, dataset, path)
+        check_values(array, rule, self._letters, path)
+        return _sealed(array)
+
+    def _wants(self, path: str) -> bool:
+        """Whether `only` contains `path`, a group above it, or a field below it."""
+        only = self._only
+        return only is None or any(path == p or path.startswith(f"{p}/") or p.startswith(f"{path}/") for p in only)
+
+
+def read_array(descriptor: int, dataset: Dataset, path: str) -> np.ndarray:
+    """Return the numbers of a dataset; `path` is its field path, for the message."""
+    array = np.empty(dataset.shape, dataset.dtype)
+    raw, done = array.reshape(-1).view(np.uint8).data, 0
+    while done < len(raw):
+        count = os.preadv(descriptor, [raw[done:]], dataset.offset + done)
+        if not count:
+            raise Malformed(f"{path}: the file was cut while it was read")
+        done += count
+    return array
+
+
+def _sealed(array: np.ndarray) -> np.ndarray:
+    array.setflags(write=False)
+    return array
+
+
+def _json(text: Any, path: str) -> dict[str, Any]:
+    try:
+        found = json.loads(text)
+    except (TypeError, ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise Malformed(f"{path}: no JSON object")
+    return found
 
 
 def _widened(array: np.ndarray, columns: int) -> np.ndarray:
     """Return an array (b, k) of an older version with further columns of NaN, (b, columns)."""
-    if array.shape[1] == columns:
+    if array.ndim < 2 or array.shape[1] == columns:
         return array
-    wide = np.column_stack([array, np.full((len(array), columns - array.shape[1]), np.nan)])
-    wide.setflags(write=False)
-    return wide
-
-
-def _read_field(group: Any, name: str, hint: Any, path: str, only: Collection[str] | None) -> Any:
-    # The type of an optional field comes before None.
-    base = typing.get_args(hint)[0] if isinstance(hint, types.UnionType) else hint
-    there = name in group and _wanted(path, only)
-    if base is np.ndarray:
-        if not there and base is not hint:
-            return None
-        return _read_array(group[name] if there else np.empty(0))
-    if is_dataclass(base):
-        return _read_group(group[name], typing.cast(type, base), f"{path}/", only) if there else None
-    if (member := _member_type(base)) is not None:
-        names = [item for item in map(unquote, group.get(name, ())) if _wanted(f"{path}/{item}", only)]
-        return {item: _read_field(group[name], _escaped(item), member, f"{path}/{item}", only) for item in names}
-    raw = group.attrs[name]
-    return json.loads(raw) if typing.get_origin(base) is dict else typing.cast(type, base)(raw)
-
-
-def _read_array(dataset: Any) -> np.ndarray:
-    array = dataset[()]
-    array.setflags(write=False)
-    return array
+    return _sealed(np.column_stack([array, np.full((len(array), columns - array.shape[1]), np.nan)]))
 
 
 def _escaped(name: str) -> str:
     """Return a member's name percent-encoded, since HDF5 reserves `/` and `.`."""
     return quote(name, safe=" ").replace(".", "%2E")
-
-
-def _wanted(path: str, only: Collection[str] | None) -> bool:
-    """Whether `only` contains `path`, a group above it, or a field below it."""
-    return only is None or any(path == p or path.startswith(f"{p}/") or p.startswith(f"{path}/") for p in only)
-
-
-def _member_type(hint: Any) -> Any:
-    """Return the type of the named members of a group hint `dict[str, X]`, or None where X is plain JSON."""
-    member = typing.get_args(hint)[1] if typing.get_origin(hint) is dict else None
-    return member if is_dataclass(member) or member is np.ndarray else None

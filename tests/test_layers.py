@@ -38,7 +38,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
      "solver.kernel_cache"),
     ("pipeline.measuring", "solver.compiled", "solver.vectors"),
-    ("pipeline.files", "pipeline.geometry", "pipeline.linalg", "solver.forces", "solver.joints",
+    ("pipeline.files", "pipeline.sources", "pipeline.geometry", "pipeline.linalg", "solver.forces", "solver.joints",
      "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
     ("solver.scene",),
     ("pipeline.scenes", "solver.bodies"),

@@ -1,8 +1,8 @@
 """Records of wheels of equal sectors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from gudgeon.modaldb.records.types import Array, Json
+from gudgeon.modaldb.records.types import Array, Json, rule
 
 
 @dataclass(frozen=True)
@@ -14,13 +14,13 @@ class CyclicHarmonic:
     """How often the wheel has each frequency: 2 where n and N − n are two harmonics."""
     rigid: int
     """Rigid motions of this harmonic beside the elastic modes; the wheel has each `multiplicity` times."""
-    angular_frequencies: Array
+    angular_frequencies: Array = field(metadata=rule("m'"))
     """ω [rad/s], (m,), ascending."""
-    residuals: Array
+    residuals: Array = field(metadata=rule("m'"))
     """‖Kv − ω²Mv‖ / ‖Kv‖ of each mode over the sector's own dofs, (m,)."""
-    real: Array
+    real: Array = field(metadata=rule("n 3 m'"))
     """Real part of each shape on the first sector, uᴴMu = 1 over it [kg^-½], (n, 3, m)."""
-    imaginary: Array | None
+    imaginary: Array | None = field(metadata=rule("n 3 m'"))
     """Imaginary part, (n, 3, m); None where the harmonic is no pair and its shapes are real."""
     quality: Json
     """Orthogonality, and the inertia count: `shift` [rad²/s²], elastic modes `found` and `expected` below it."""
@@ -33,9 +33,9 @@ class CyclicRecord:
     mesh_key: str
     sectors: int
     """N"""
-    axis: Array
+    axis: Array = field(metadata=rule("3"))
     """Unit vector about which sector follows on sector, right-handed, (3,)."""
-    origin: Array
+    origin: Array = field(metadata=rule("3"))
     """A point of the axis [m], (3,)."""
     harmonics: dict[str, CyclicHarmonic]
     """By the harmonic's number as text."""
@@ -54,19 +54,19 @@ class WheelRecord:
     engine_order: int
     loss_factor: float
     """η of K (1 + iη)."""
-    stiffness_changes: Array
+    stiffness_changes: Array = field(metadata=rule("N"))
     """Relative change of each blade's stiffness, (N,)."""
-    tuned_frequencies: Array
+    tuned_frequencies: Array = field(metadata=rule("t"))
     """Lowest elastic frequencies of the tuned wheel in this model [rad/s], (m,)."""
-    mistuned_frequencies: Array
+    mistuned_frequencies: Array = field(metadata=rule("m"))
     """The same of the mistuned wheel [rad/s], (m,)."""
-    blades: Array
+    blades: Array = field(metadata=rule("N m"))
     """Motion of each blade along the force in each mistuned mode [kg^-½], (N, m)."""
-    excitation: Array
+    excitation: Array = field(metadata=rule("s"))
     """Frequencies of the force [rad/s], (s,)."""
-    tuned: Array
+    tuned: Array = field(metadata=rule("s N 2"))
     """Real and imaginary part of each blade's displacement along the force per unit force [m/N], (s, N, 2)."""
-    mistuned: Array
+    mistuned: Array = field(metadata=rule("s N 2"))
     """The same of the mistuned wheel [m/N], (s, N, 2)."""
     quantities: Json
     """name → {"value", "unit"}."""

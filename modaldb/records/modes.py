@@ -2,24 +2,24 @@
 
 from dataclasses import dataclass, field
 
-from gudgeon.modaldb.records.types import FORMER, Array, Json
+from gudgeon.modaldb.records.types import FORMER, Array, Json, rule
 
 
 @dataclass(frozen=True)
 class InterfaceModes:
     """Contact points of a named interface of a body, and their displacement rows; one row per point."""
 
-    nodes: Array
+    nodes: Array = field(metadata=rule("c'", "int", below="n"))
     """Node number of each contact point, (c,)."""
-    points: Array
+    points: Array = field(metadata=rule("c' 3"))
     """Contact points on the true surface [m], (c, 3)."""
-    normals: Array
+    normals: Array = field(metadata=rule("c' 3"))
     """Outward unit normals of the true surface, (c, 3)."""
-    areas: Array
+    areas: Array = field(metadata=rule("c'"))
     """Tributary areas [m^2], (c,)."""
-    edge: Array
+    edge: Array = field(metadata=rule("c'", "bool"))
     """Whether a point borders on surface that is not part of the interface, (c,); contact may extend beyond it."""
-    rows: Array
+    rows: Array = field(metadata=rule("c' m"))
     """B Φ: outward normal displacement per unit of each elastic coordinate [kg^-½], (c, m)."""
 
 
@@ -33,11 +33,11 @@ class SplineGrid:
     chart: Json
     """What `across` and `along` mean: `{"kind": "cylinder", "axis", "origin", "radius", "middle"}` or
     `{"kind": "plane", "origin", "normal", "across", "along"}`."""
-    start: Array
+    start: Array = field(metadata=rule("2"))
     """Least coordinates of the space, across and along [m], (2,)."""
-    spacing: Array
+    spacing: Array = field(metadata=rule("2"))
     """Knot spacing across and along [m], (2,)."""
-    counts: Array
+    counts: Array = field(metadata=rule("2", "int"))
     """Number of splines across and along, f = their product, (2,)."""
 
     @property
@@ -51,9 +51,9 @@ class TractionModes(SplineGrid):
     """A smooth traction space on a surface that many points slide over; a traction is N_a / ∫ N_a dA, of unit
     resultant."""
 
-    rows: Array
+    rows: Array = field(metadata=rule("f' m"))
     """B Φ: mean outward normal displacement under each traction per unit of each elastic coordinate [kg^-½], (f, m)."""
-    resultant: Array
+    resultant: Array = field(metadata=rule("f' 6"))
     """Force and moment about the component's origin of each unit traction along the outward normal [1, m], (f, 6)."""
 
 
@@ -61,11 +61,11 @@ class TractionModes(SplineGrid):
 class LoadModes:
     """A load, or a point held by a joint: k generalised forces and their displacements."""
 
-    rows: Array
+    rows: Array = field(metadata=rule("k' m"))
     """B Φ: displacement conjugate to each force per unit of each elastic coordinate, (k, m)."""
-    resultant: Array
+    resultant: Array = field(metadata=rule("k' 6"))
     """Force and moment about the component's origin per unit, (k, 6)."""
-    point: Array
+    point: Array = field(metadata=rule("3"))
     """Its point of action: the mean of its surface, or the reference point of a tie [m], (3,)."""
     unit: str
     """Of the generalised force: `N` of a mean's three, `N, N m` on a tie's reference point, `Pa` of a pressure."""
@@ -79,14 +79,14 @@ class GaugeModes:
     strain as ε_xy and not γ_xy; k = 6 s are these at s nodes of a surface, node by node.
     """
 
-    rows: Array
+    rows: Array = field(metadata=rule("k' m"))
     """Value per unit of each elastic coordinate, (k, m)."""
-    residual: Array
+    residual: Array = field(metadata=rule("k' C or k' 0"))
     """Quasi-static value per unit force of each row of R, the part of the truncated modes, (k, C); (k, 0) of a surface
     where the reduction makes no R."""
     unit: str
     """Of the value, `Pa` or `1`."""
-    nodes: Array | None = None
+    nodes: Array | None = field(default=None, metadata=rule("s'", "int", below="n"))
     """Node numbers of a surface, (s,), ascending; None for a point."""
 
 
@@ -95,11 +95,11 @@ class StaticResponses:
     """Static displacement of a solid under k smooth pressures on its interfaces of contact, balanced by inertia if the
     body is free: what a design change with unchanged modes is judged by."""
 
-    shapes: Array
+    shapes: Array = field(metadata=rule("n 3 k'"))
     """Y = G f, nodal displacement per unit of each pressure, (n, 3, k)."""
-    compliance: Array
+    compliance: Array = field(metadata=rule("k' k'"))
     """fᵀ G f, displacement conjugate to each pressure per unit of each, (k, k)."""
-    resultant: Array
+    resultant: Array = field(metadata=rule("k' 6"))
     """Force and moment about the component's origin of each pressure, (k, 6)."""
     columns: Json
     """First and last + 1 pressure of each interface."""
@@ -109,11 +109,11 @@ class StaticResponses:
 class InertiaCouplings:
     """Constant tensors of the nodal floating frame from the consistent mass (Zwölfer & Gerstmayr 2020)."""
 
-    translation: Array
+    translation: Array = field(metadata=rule("3 m"))
     """Tᵀ M Φ [kg^½], (3, m); zero for free-free modes."""
-    rotation: Array
+    rotation: Array = field(metadata=rule("3 m"))
     """x̃ᵀ M Φ about the centre of mass [kg^½ m], (3, m); zero for free-free modes."""
-    rotation_gradient: Array
+    rotation_gradient: Array = field(metadata=rule("3 m m"))
     """∂(ũᵀ M Φ)/∂q [1], (3, m, m), antisymmetric in the last two."""
 
 
@@ -125,23 +125,23 @@ class ModalRecord:
     reduction: str = field(metadata={FORMER: "recipe"})
     normal_count: int
     static_count: int
-    angular_frequencies: Array
+    angular_frequencies: Array = field(metadata=rule("m"))
     """ω [rad/s], (m,): normal modes first, then the static correction shapes' own."""
     mass: float
     """[kg]"""
-    centre: Array
+    centre: Array = field(metadata=rule("3"))
     """Centre of mass [m], (3,)."""
-    inertia: Array
+    inertia: Array = field(metadata=rule("3 3"))
     """Inertia about the centre of mass [kg m^2], (3, 3)."""
-    rigid_twists: Array
+    rigid_twists: Array = field(metadata=rule("r 6"))
     """Mass-normalised rigid motions (translation, rotation about the centre) [kg^-½, kg^-½ m^-1], (r, 6)."""
     interfaces: dict[str, InterfaceModes]
     interface_rows: Json
     """First and last + 1 row of each interface, traction space and load in the residual flexibility."""
-    residual_flexibility: Array | None
+    residual_flexibility: Array | None = field(metadata=rule("C C"))
     """R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ [m/N] over the rows of all interfaces, (C, C), symmetric positive semidefinite; None
     where the reduction makes none."""
-    shapes: Array | None
+    shapes: Array | None = field(metadata=rule("n 3 m"))
     """Φ, nodal displacement per unit of each elastic coordinate, (n, 3, m)."""
     inertia_couplings: InertiaCouplings | None
     quality: Json
@@ -151,15 +151,15 @@ class ModalRecord:
     loads: dict[str, LoadModes] = field(default_factory=dict)
     """Loads by interface; `interface_rows` has their rows in R."""
     gauges: dict[str, GaugeModes] = field(default_factory=dict)
-    residuals: Array | None = None
+    residuals: Array | None = field(default=None, metadata=rule("m", finite=False))
     """‖KΦ − MΦω²‖ / ‖KΦ‖ of each coordinate over the free dofs, (m,): round-off for a normal mode, larger for
     a Ritz vector; None in records before version 4."""
-    algebraic_errors: Array | None = None
+    algebraic_errors: Array | None = field(default=None, metadata=rule("m", finite=False))
     """Bound on |δω|/ω of each coordinate against the nearest exact frequency of the same mesh, (m,)."""
-    discretisation_errors: Array | None = None
+    discretisation_errors: Array | None = field(default=None, metadata=rule("m", finite=False))
     """Estimate of (ω − ω_exact)/ω of each normal mode, the discretisation error, (m,); NaN for static shapes
     and Ritz vectors; None where the elements have no estimate."""
-    participation: Array | None = None
+    participation: Array | None = field(default=None, metadata=rule("3 m"))
     """Tᵀ M Φ with T the unit translations [kg^½], (3, m): the load of gravity on each coordinate; None without
     supports, since free modes take no part in translations."""
     static_responses: StaticResponses | None = None
@@ -174,13 +174,13 @@ class MorphRecord:
     modes_key: str
     update: str = field(metadata={FORMER: "rung"})
     """`none`, `reuse` or `recompute`."""
-    points: dict[str, Array]
+    points: dict[str, Array] = field(metadata=rule("c' 3"))
     """Contact points of each interface in this design [m], (c, 3)."""
     mass: float
-    centre: Array
-    inertia: Array
-    rigid_twists: Array
+    centre: Array = field(metadata=rule("3"))
+    inertia: Array = field(metadata=rule("3 3"))
+    rigid_twists: Array = field(metadata=rule("r 6"))
     """As in ModalRecord, always recomputed for this design."""
-    nodes: Array | None
+    nodes: Array | None = field(metadata=rule("n 3"))
     """Nodal positions of this design [m], (n, 3); None where no node moved."""
     quality: Json

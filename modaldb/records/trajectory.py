@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from gudgeon.modaldb.records.types import COLUMNS, FORMER, Array, Json
+from gudgeon.modaldb.records.types import COLUMNS, FORMER, Array, Json, rule
 
 BEGINS, ENDS, IMPULSE, PEAK, PEAK_TIME, CLOSING, OPENING, WINDOWED, WINDOWED_TIME = range(9)
 """Columns of `Trajectory.impacts`."""
@@ -17,23 +17,23 @@ class ContactHistory:
 
     body: str
     interface: str
-    force: Array
+    force: Array = field(metadata=rule("s 3", finite=False))
     """Resultant on the body, mean over each sample interval, so that its sum × interval is the impulse [N], (s, 3)."""
-    multipliers: Array
+    multipliers: Array = field(metadata=rule("f c'", finite=False))
     """Contact force of each point at each frame [N], (f, c)."""
-    areas: Array | None
+    areas: Array | None = field(metadata=rule("c'", finite=False))
     """Tributary areas [m^2], (c,); None where the scene does not use them."""
-    points: Array
+    points: Array = field(metadata=rule("c' 3", finite=False))
     """Contact points in the body's own design position [m], (c, 3)."""
-    master: Array | None = None
+    master: Array | None = field(default=None, metadata=rule("f u'", finite=False))
     """For a contact on another body's traction space: mean outward normal displacement under each of its functions at
     each frame [m], (f, functions)."""
-    path: Array | None = None
+    path: Array | None = field(default=None, metadata=rule("s 1|2", finite=False))
     """Of a contact of one point: displacement along the force on the body, of its point and of the other body's, at the
     end of each sample interval [m], (s, 1 or 2)."""
-    peak_multipliers: Array | None = None
+    peak_multipliers: Array | None = field(default=None, metadata=rule("p c'", finite=False))
     """Contact force of each point at each of `Trajectory.peak_times` [N], (p, c)."""
-    peak_master: Array | None = None
+    peak_master: Array | None = field(default=None, metadata=rule("p u'", finite=False))
     """As `master`, at each of `Trajectory.peak_times` [m], (p, functions)."""
 
 
@@ -43,11 +43,11 @@ class JointHistory:
 
     body: str
     interface: str
-    angle: Array
+    angle: Array = field(metadata=rule("s", finite=False))
     """Of the crank, from its upper dead centre, at the end of each sample interval [rad], (s,)."""
-    force: Array
+    force: Array = field(metadata=rule("s 3", finite=False))
     """On the body, mean over each sample interval [N], (s, 3)."""
-    violation: Array
+    violation: Array = field(metadata=rule("s", finite=False))
     """Length error at the end of each sample interval [m], (s,)."""
 
 
@@ -61,17 +61,17 @@ class Trajectory:
     """Key of each body's MorphRecord."""
     coordinate_offsets: Json
     """First coordinate of each body: its rigid ones (as many as its rigid twists), then its elastic ones."""
-    times: Array
+    times: Array = field(metadata=rule("s", finite=False))
     """Ends of the sample intervals [s], (s,)."""
-    energies: Array
+    energies: Array = field(metadata=rule("s 4|5", finite=False))
     """Kinetic, strain, contact (½ λᵀCλ) and dissipated energy, and the work of loads and joints so far, at the end of
     each interval [J], (s, 5); without the work in version 1, (s, 4)."""
     contacts: dict[str, ContactHistory]
-    frame_times: Array
+    frame_times: Array = field(metadata=rule("f", finite=False))
     """[s], (f,)"""
-    frames: Array
+    frames: Array = field(metadata=rule("f q", finite=False))
     """All coordinates at each frame [m kg^½], (f, coordinates)."""
-    velocities: Array
+    velocities: Array = field(metadata=rule("f q", finite=False))
     """All velocities at each frame [m kg^½/s], (f, coordinates)."""
     quantities: Json
     """name → {"value", "unit"}."""
@@ -81,23 +81,25 @@ class Trajectory:
     """Steps, substeps per given step, steps in contact, pivots, coordinates, bytes read; `reason`, with figures, where
     the run left the range of its model; `basis_reason` where the run that estimates the error of the basis failed."""
     joints: dict[str, JointHistory] = field(default_factory=dict)
-    motion: dict[str, Array] = field(default_factory=dict)
+    motion: dict[str, Array] = field(default_factory=dict, metadata=rule("s 12", finite=False))
     """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass
     since the start [m, rad], their rates [m/s, rad/s], (s, 12)."""
-    impacts: dict[str, Array] = field(default_factory=dict, metadata={FORMER: "episodes", COLUMNS: IMPACT_COLUMNS})
+    impacts: dict[str, Array] = field(
+        default_factory=dict, metadata=rule("b' 7|9", finite=False) | {FORMER: "episodes", COLUMNS: IMPACT_COLUMNS}
+    )
     """Contact by contact, each impact: first and last time [s], impulse [N s], largest force [N], its time [s], closing
     speed at the first time and opening speed at the last [m/s], largest mean force over the window [N], middle of this
     window [s], (b, 9). NaN where unknown, as the last two up to version 6."""
-    gauges: dict[str, Array] = field(default_factory=dict)
+    gauges: dict[str, Array] = field(default_factory=dict, metadata=rule("s or s *", finite=False))
     """`body.gauge` → value at the end of each sample interval, (s, k)."""
     peaks: Json = field(default_factory=dict)
     """Number of each contact's own largest force among `peak_times`; without those that were open throughout."""
-    peak_times: Array | None = None
+    peak_times: Array | None = field(default=None, metadata=rule("p", finite=False))
     """End of the sample of the largest mean force of each contact that ever closed [s], (p,). Pictures show a contact
     at this time."""
-    peak_frames: Array | None = None
+    peak_frames: Array | None = field(default=None, metadata=rule("p q", finite=False))
     """All coordinates at each of `peak_times` [m kg^½], (p, coordinates)."""
-    peak_velocities: Array | None = None
+    peak_velocities: Array | None = field(default=None, metadata=rule("p q", finite=False))
     """All velocities at each of `peak_times` [m kg^½/s], (p, coordinates)."""
     estimates: Json = field(default_factory=dict)
     """Estimated relative errors of the run by name, such as `step.impulse`; empty where none was made."""

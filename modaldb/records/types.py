@@ -1,6 +1,6 @@
-"""Types that records are made of."""
+"""Types that records are made of, and what their arrays must be."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,4 +9,25 @@ FORMER = "former"
 """Key of a field's metadata: its name in files of older versions."""
 COLUMNS = "columns"
 """Key of a field's metadata: number of columns of its arrays; older files have fewer, and the others become NaN."""
+ARRAY = "array"
+"""Key of a field's metadata: the `ArrayRule` of its arrays."""
 Json = dict[str, Any]
+
+
+class ArrayRule(NamedTuple):
+    """What an array of a record must be. It is checked when a record is written and when it is read."""
+
+    shape: str
+    """Dimensions, such as `n 3`: a number, several as `4|5`, `*` for any, or a letter, which has the same value
+    throughout the record; with an apostrophe, throughout its member of a group. Several shapes: `s or s *`."""
+    dtype: str
+    """`float`, `int` or `bool`."""
+    finite: bool
+    """Whether NaN, infinities and numbers whose square overflows are refused."""
+    below: str
+    """Letter of the dimension that its numbers count, so that 0 ≤ number < dimension; empty: any numbers."""
+
+
+def rule(shape: str, dtype: str = "float", *, finite: bool = True, below: str = "") -> dict[str, Any]:
+    """Return the metadata of a field of one array or of a named group of arrays, see `ArrayRule`."""
+    return {ARRAY: ArrayRule(shape, dtype, finite, below)}

@@ -1,6 +1,7 @@
 """The command line."""
 
 import contextlib
+import logging
 import os
 import signal
 import sys
@@ -48,6 +49,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _outcome(arguments: Sequence[str] | None) -> tuple[int, str]:
     """Run one command; return its exit code and the message of a failure."""
+    assert logging.lastResort is not None
+    logging.lastResort.setFormatter(logging.Formatter("gudgeon: %(message)s"))  # Of warnings, without --verbose.
     options = build_parser().parse_args(arguments)
     if (threads := getattr(options, "threads", None) or getattr(options, "jobs", None)) is not None:
         os.environ["MKL_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(threads)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.cli import commands
+from gudgeon.pipeline.cli import commands, database
 
 EXAMPLES = """\
 examples:
@@ -49,6 +49,16 @@ Run the scene under extreme parameters (contact stiffness, masses, steps, restit
 and others) and check each result against a rule, such as the energy balance or the same result in other units. Write
 robustness.json, robustness.csv and robustness.png. Exit code 0: no case is wrong and at least 85 % of the applicable
 cases are right.
+"""
+VERIFY_HELP = """\
+Read every record of a database in full: its checksum, its key, and whether it has what a record of its kind must have.
+List those that cannot be used, with the reason. Exit code: 0 all can be used, or were set aside; 1 some cannot.
+"""
+GC_HELP = """\
+List what can be removed: files of writers that were killed, damaged records that were set aside, and unreferenced
+records. These were made by another version of the code or of the libraries, so that no run of this version finds them,
+and no record of this version refers to them. In the folder of results: unfinished pictures that are older than a day.
+Nothing is removed without --delete.
 """
 
 
@@ -99,6 +109,15 @@ def build_parser() -> argparse.ArgumentParser:
     add = _plain(what, "copy", "copy the folder of a scene", commands.example_copy_command).add_argument
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")
     add("folder", metavar="FOLDER", type=Path, nargs="?", help="new folder, must not exist (default ./NAME)")
+    text = "examine or tidy a database"
+    what = _plain(names, "db", text, None).add_subparsers(metavar="verify|gc", required=True)
+    text = "read every record of a database and list those that cannot be used"
+    add = _database(what, "verify", text, database.verify_command, VERIFY_HELP).add_argument
+    add("--repair", action="store_true", help="rename those records, so that the next run makes them again")
+    text = "list what can be removed from a database"
+    add = _database(what, "gc", text, database.gc_command, GC_HELP).add_argument
+    add("--delete", action="store_true", help="remove what is listed")
+    add("--out", type=Path, default=Path("out"), metavar="PATH", help="folder of all results (default out)")
     _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
     return parser
 
@@ -113,6 +132,14 @@ def _plain(names: Any, name: str, text: str, action: Action | None, description:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     command.set_defaults(action=action)
+    return command
+
+
+def _database(names: Any, name: str, text: str, action: Action, description: str) -> argparse.ArgumentParser:
+    """Add a command on a database."""
+    command = _plain(names, name, text, action, description)
+    command.add_argument("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
+    command.add_argument("--json", action="store_true", help="print one JSON document on stdout")
     return command
 
 

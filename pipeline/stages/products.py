@@ -1,7 +1,8 @@
 """The products of each stage, identified by a key of everything that they depend on. No arrays are computed here.
 
-A key holds inputs, parameters, the schema version and the versions of the libraries that affect the result; the choice
-of the linear solver changes results by round-off only and is not part of it.
+A key holds inputs, parameters, the schema version, the digest of the sources that shape the product, and the versions
+of the libraries that affect it; the choice of the linear solver changes results by round-off only and is not
+part of it.
 """
 
 import json
@@ -17,11 +18,9 @@ from gudgeon.modaldb.records import SCHEMA_VERSION
 from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import find_file
+from gudgeon.pipeline.sources import code_digests
 
 STAGES = ("mesh", "modes", "morph", "solve", "plot")
-CODE_VERSIONS = {"mesh": 2, "modes": 12, "morph": 3, "solve": 19, "plot": 6, "nodal": 4, "cyclic": 2, "wheel": 3,
-                 "measurement": 1, "report": 2}  # fmt: skip
-"""Raised whenever a stage's code gives another result for the same inputs."""
 FEM = ("numpy", "scipy", "scikit-fem")
 LIBRARIES = {
     **dict.fromkeys(("modes", "morph", "nodal", "cyclic", "wheel"), FEM),
@@ -58,7 +57,7 @@ def component_products(name: str, component: Component, folder: Path) -> dict[st
     base = product("mesh", name, {"geometry": _geometry(component, folder, name), "size": component.mesh.size})
     change = _profile(component, folder, name)
     recompute = bool(change) and component.change.update == "recompute"
-    moved = {"base": base.key, "profile": change, "morph": CODE_VERSIONS["morph"]}
+    moved = {"base": base.key, "profile": change, "morph": code_digests()["morph"]}
     mesh = product("mesh", name, moved) if recompute else base
     modes = product(
         "modes", name,
@@ -96,7 +95,7 @@ def nodal_product(
 
 def plot_inputs(trajectory_key: str, compared: Mapping[str, str]) -> dict[str, Any]:
     """Return everything that the pictures depend on; `compared` has the keys of other trajectories that they show."""
-    inputs = {"trajectory": trajectory_key, "code": CODE_VERSIONS["plot"], "libraries": _versions("plot")}
+    inputs = {"trajectory": trajectory_key, "code": code_digests()["plot"], "libraries": _versions("plot")}
     return inputs | ({"compare": dict(compared)} if compared else {})
 
 
@@ -107,9 +106,13 @@ def combined(keys: list[str]) -> str:
 
 def product(stage: str, name: str, parameters: dict[str, Any]) -> Product:
     """Return the product of a stage with these inputs, as JSON; its kind of record is `trajectory` for `solve`."""
-    common = {"code": CODE_VERSIONS[stage], "schema": SCHEMA_VERSION, "libraries": _versions(stage)}
-    inputs = parameters | {"stage": stage} | common
+    inputs = parameters | {"stage": stage} | made_by(stage)
     return Product(stage, name, "trajectory" if stage == "solve" else stage, content_key(inputs), inputs)
+
+
+def made_by(stage: str) -> dict[str, Any]:
+    """Return what the keys of a stage hold of the program itself."""
+    return {"code": code_digests()[stage], "schema": SCHEMA_VERSION, "libraries": _versions(stage)}
 
 
 def _supports(component: Component) -> list[Any]:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from gudgeon.modaldb.errors import ModalDBError, RecordMissing
 from gudgeon.modaldb.keys import content_key, differences, file_digest
 from gudgeon.pipeline.files import read_sealed, write_sealed
 from gudgeon.pipeline.stages.base import SceneJob
@@ -17,8 +18,10 @@ def status(job: SceneJob) -> list[tuple[str, str, str, list[str]]]:
     last, rows = _last_inputs(job), []
     for stage in job.stages[:-1]:
         products = job.products([stage])
-        missing = {place: product for place, product in products.items() if not job.store.has(product.key)}
-        why = list(dict.fromkeys(one for place, p in missing.items() for one in _reasons(last.get(place), p)))
+        faults = {place: job.store.fault(product.key) for place, product in products.items()}
+        missing = {place: fault for place, fault in faults.items() if fault is not None}
+        reasons = (_reasons(last.get(place), products[place], fault) for place, fault in missing.items())
+        why = list(dict.fromkeys(one for found in reasons for one in found))
         keys = list(dict.fromkeys(product.key for product in products.values()))
         rows.append((stage, "stale" if missing else "fresh", combined(keys), why))
     key = content_key(job.pictures())
@@ -50,8 +53,14 @@ def _last_inputs(job: SceneJob) -> dict[str, Any]:
     return read_sealed(job.out / INPUTS) or {}
 
 
-def _reasons(before: dict[str, Any] | None, product: Product) -> list[str]:
+def _reasons(before: dict[str, Any] | None, product: Product, fault: ModalDBError) -> list[str]:
+    """Return why a product's record cannot be used: what changed since the last run, or what is wrong with it."""
+    if not isinstance(fault, RecordMissing):
+        return [f"{product.name}: {fault}"]
     if before is None:
         return [f"{product.name}: not made yet"]
     changed = differences(before, product.inputs)
+    if "code" in before and before["code"] != product.inputs["code"]:
+        changed = [line for line in changed if not line.startswith("code: ")]
+        changed.insert(0, f"code of stage {product.stage} changed")
     return [f"{product.name}: {line}" for line in changed] or [f"{product.name}: not in this database"]

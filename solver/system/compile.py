@@ -6,6 +6,8 @@ from itertools import permutations
 
 import numpy as np
 
+from gudgeon.modaldb.errors import RecordMismatch
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.stores.folder import Store
 from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
 from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block
@@ -29,6 +31,7 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     Raises:
         SceneError: an interface or the residual flexibility is missing, an obstacle does not face its surface, points
             start inside of it, or one moves across its line of friction.
+        ModalDBError: a record is missing or cannot be used, or a design does not fit its modes.
     """
     keys = {name: morphs[scene.component_of(name)] for name in scene.body}
     possible = scene_terms(scene)  # What is read of a design does not depend on what its modes have.
@@ -38,7 +41,7 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     stocks = {name: Stock.of(store.sizes(key)) if store.has(key) else Stock() for name, key in modes.items()}
     terms, bodies, size = scene_terms(scene, stocks), {}, 0
     for name, settings in scene.body.items():
-        modal = store.get(modes[name], "modes", only=fields_read(terms, name, "modes"))
+        modal = _checked_modes(store, name, designs[name], fields_read(terms, name, "modes"))
         beta = settings.damping.stiffness_factor if settings.damping else 0.0
         twists = free_twists(designs[name], settings, name)
         bodies[name] = FlexibleBody(name, keys[name], designs[name], modal, twists, beta, first=size)
@@ -49,6 +52,19 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
             " motion"
         )
     return assembled(scene, bodies, terms)
+
+
+def _checked_modes(store: Store, name: str, design: MorphRecord, only: list[str]) -> ModalRecord:
+    """Return the modes of a body's design; raise a RecordMismatch where the design does not fit them."""
+    modal: ModalRecord = store.get(design.modes_key, "modes", only=only)
+    for interface, found in modal.interfaces.items():
+        count, points = max(len(found.rows), len(found.normals)), design.points.get(interface)
+        if count and (points is None or len(points) not in (0, count)):
+            there = "no" if points is None else len(points)
+            raise RecordMismatch(
+                f"body {name}: interface {interface}: {there} points in its design, {count} in its modes"
+            )
+    return modal
 
 
 def assembled(

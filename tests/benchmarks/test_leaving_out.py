@@ -14,7 +14,7 @@ from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 from tests.solver.scenes_counted import Case, families
-from tests.solver.systems import stored
+from tests.solver.systems import keys_of, stored
 
 FINER = 100
 """Steps of the tiny scenes are divided by it, so that the compiled loops take most of the time."""
@@ -27,7 +27,7 @@ FAMILIES = families(FINER)
 
 def compiled(folder: Path, case: Case) -> System:
     store, scene = stored(folder, case.records), Scene.model_validate(case.scene)
-    return compile_system(store, scene, {name: name for name in case.records})
+    return compile_system(store, scene, keys_of(case.records))
 
 
 def reading(system: System, runs: int) -> float:

@@ -52,7 +52,7 @@ def operations(case: Case, folder: Path) -> dict[str, Any]:
     # Once: the estimates of errors read all fields of the records, also those that the loop leaves out.
     tables = case.scene | {"run": case.scene["run"] | {"checks": False}}
     store, scene = systems.stored(folder, case.records), Scene.model_validate(tables)
-    system, compiling = counted(lambda: compile_system(store, scene, {name: name for name in case.records}))
+    system, compiling = counted(lambda: compile_system(store, scene, systems.keys_of(case.records)))
     found, running = counted(lambda: simulate(system))
     digest = hashlib.sha256()
     for array in systems.arrays(system):

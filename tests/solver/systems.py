@@ -1,6 +1,6 @@
 """Small records and systems made without gmsh or scikit-fem, for tests of the solver alone."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon import modaldb
+from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
 from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.solver.integrators.implicit.integrator import Implicit
@@ -165,16 +166,27 @@ def build(folder: Path, records: tuple[ModalRecord, MorphRecord], scene: dict[st
 
 def build_all(folder: Path, records: dict[str, tuple[ModalRecord, MorphRecord]], scene: dict[str, Any]) -> System:
     """Store the records of each component and compile a scene against them."""
-    return compile_system(stored(folder, records), Scene.model_validate(scene), {name: name for name in records})
+    return compile_system(stored(folder, records), Scene.model_validate(scene), keys_of(records))
 
 
 def stored(folder: Path, records: dict[str, tuple[ModalRecord, MorphRecord]]) -> FolderStore:
-    """Store the records of each component: its design under its name, its modes under `name-modes`."""
+    """Store the records of each component under the keys that `part_key` returns."""
     store = modaldb.open(folder / "db")
     for name, (modal, morph) in records.items():
-        store.put(f"{name}-modes", "modes", modal, {})
-        store.put(name, "morph", replace(morph, modes_key=f"{name}-modes"), {})
+        store.put(part_key(name, "modes"), "modes", modal, {"part": name, "kind": "modes"})
+        design = replace(morph, modes_key=part_key(name, "modes"))
+        store.put(part_key(name, "morph"), "morph", design, {"part": name, "kind": "morph"})
     return store
+
+
+def part_key(name: str, kind: str) -> str:
+    """Return the key of a component's `modes` or `morph` in `stored`."""
+    return content_key({"part": name, "kind": kind})
+
+
+def keys_of(names: Iterable[str]) -> dict[str, str]:
+    """Return the key of each component's design in `stored`."""
+    return {name: part_key(name, "morph") for name in names}
 
 
 def arrays(item: Any) -> Iterator[np.ndarray]:

@@ -9,12 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 
 from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.records.modes import GaugeModes, ModalRecord, MorphRecord
+from gudgeon.modaldb.structure import Dataset
 from gudgeon.pipeline.kinds import kind_of, open_job
 from gudgeon.pipeline.stages.plan import plan
 from gudgeon.pipeline.stages.run import run_job
@@ -30,7 +30,9 @@ from tests.solver.systems import (
     block_scene,
     driven_pair_records,
     driven_pair_scene,
+    keys_of,
     pair_scene,
+    part_key,
     plate_records,
     rigid_records,
     stored,
@@ -115,15 +117,14 @@ Opened = dict[tuple[str, str], int]
 def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     """Note every dataset whose values are read from now on."""
     found: Opened = {}
-    whole = hdf5._read_array
+    whole = hdf5.read_array
 
-    def spy(dataset: Any) -> np.ndarray:
-        if isinstance(dataset, h5py.Dataset):
-            entry = (Path(dataset.file.filename).stem, hdf5.unquote(dataset.name).removeprefix("/"))
-            found[entry] = found.get(entry, 0) + dataset.nbytes
-        return whole(dataset)
+    def spy(descriptor: int, dataset: Dataset, path: str) -> np.ndarray:
+        entry = (Path(f"/proc/self/fd/{descriptor}").readlink().stem, path)
+        found[entry] = found.get(entry, 0) + dataset.nbytes
+        return whole(descriptor, dataset, path)
 
-    monkeypatch.setattr(hdf5, "_read_array", spy)
+    monkeypatch.setattr(hdf5, "read_array", spy)
     return found
 
 
@@ -177,9 +178,15 @@ def stocked() -> Records:
     """A block with all that a component can have, of which scenes need little."""
     modal, morph = block_records(4)
     rng, plate = np.random.default_rng(0), plate_records()[0]
-    gauges = {n: GaugeModes(rng.standard_normal((6, 8)), 1e-9 * rng.standard_normal((6, 4)), "Pa") for n in "ab"}
-    shapes = rng.standard_normal((5, 3, 8))
-    return {"part": (replace(modal, gauges=gauges, shapes=shapes, tractions=plate.tractions), morph)}
+    tractions, rows, size = {}, dict(modal.interface_rows), len(modal.residual_flexibility)
+    for name, space in plate.tractions.items():
+        tractions[name] = replace(space, rows=rng.standard_normal((space.size, 8)))
+        rows[name], size = [size, size + space.size], size + space.size
+    R = np.diag(np.full(size, 1e-9))
+    R[: len(modal.residual_flexibility), : len(modal.residual_flexibility)] = modal.residual_flexibility
+    gauges = {n: GaugeModes(rng.standard_normal((6, 8)), 1e-9 * rng.standard_normal((6, size)), "Pa") for n in "ab"}
+    modal = replace(modal, residual_flexibility=R, interface_rows=rows)
+    return {"part": (replace(modal, gauges=gauges, shapes=rng.standard_normal((5, 3, 8)), tractions=tractions), morph)}
 
 
 def moving_scene() -> dict[str, Any]:
@@ -215,13 +222,13 @@ def kept(kind: str, folder: Path) -> tuple[Any, Scene]:
 
 def wanted(store: Any, scene: Scene) -> list[tuple[str, ...]]:
     """List body, record and path of what the terms of a made scene read."""
-    stocks = {body: Stock.of(store.sizes(f"{scene.component_of(body)}-modes")) for body in scene.body}
+    stocks = {body: Stock.of(store.sizes(part_key(scene.component_of(body), "modes"))) for body in scene.body}
     present = [term for term in scene_terms(scene, stocks) if term.present]
     return [(term.body, *field.split(":")) for term in present for field in term.fields]
 
 
 def compile_made(store: Any, scene: Scene) -> System:
-    return compile_system(store, scene, {scene.component_of(body): scene.component_of(body) for body in scene.body})
+    return compile_system(store, scene, keys_of(scene.component_of(body) for body in scene.body))
 
 
 @pytest.mark.parametrize("kind", MADE)
@@ -230,7 +237,7 @@ def test_made_scenes_read_what_their_terms_say(kind: str, tmp_path: Path, opened
     expected = set()
     for body, record, path in wanted(store, scene):
         own = scene.component_of(body)
-        expected |= existing(store, {"morph": own, "modes": f"{own}-modes"}, [f"{record}:{path}"])
+        expected |= existing(store, {record: part_key(own, record)}, [f"{record}:{path}"])
     opened.clear()
     compile_made(store, scene)
     assert set(opened) == expected
@@ -242,7 +249,7 @@ def test_nothing_is_read_in_vain(kind: str, tmp_path: Path, monkeypatch: pytest.
     store, scene = kept(kind, tmp_path)
     whole, read = list(arrays(compile_made(store, scene))), compiled.fields_read
     for missing in wanted(store, scene):
-        sizes = store.sizes(f"{missing[0]}-modes" if missing[1] == "modes" else missing[0])
+        sizes = store.sizes(part_key(scene.component_of(missing[0]), missing[1]))
         if missing[1:] in (("morph", "inertia"), ("morph", "centre")) or not sum(
             size for name, size in sizes.items() if name.startswith(missing[2])
         ):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from gudgeon import modaldb
+from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.errors import StageError
@@ -146,8 +147,9 @@ def test_nothing_is_drawn_of_nothing(rod: tuple[Path, str], tmp_path: Path) -> N
     contact = found.contacts["wall"]
     still = replace(contact, force=0 * contact.force, multipliers=0 * contact.multipliers)
     free = replace(found, contacts={"wall": still}, energies=0 * found.energies, peaks={}, peak_times=None)
-    store.put("1" * 64, "trajectory", free, store.provenance(rod[1]))
-    drawing = Drawing(store, "1" * 64, "rod", tmp_path, tmp_path, told.append)
+    inputs = store.provenance(rod[1]) | {"changed": True}
+    store.put(content_key(inputs), "trajectory", free, inputs)
+    drawing = Drawing(store, content_key(inputs), "rod", tmp_path, tmp_path, told.append)
     draw_force(drawing)
     draw_energy(drawing)
     assert told == []

@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from gudgeon import modaldb
+from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline import plots
 from gudgeon.pipeline.kinds import open_job
@@ -101,8 +102,8 @@ def test_compared_runs_are_in_the_cycle(
     fake_child(tmp_path, monkeypatch, "")
     trajectory = drawing.trajectory
     halved = {name: replace(one, force=one.force / 2) for name, one in trajectory.contacts.items()}
-    other = "0" * 64
-    provenance = drawing.store.provenance(piston[1])
+    provenance = drawing.store.provenance(piston[1]) | {"changed": True}
+    other = content_key(provenance)
     drawing.store.put(other, "trajectory", replace(trajectory, contacts=halved), provenance)
     compare = {"as designed": piston[1], "half": other}
     runs = cycles(replace(drawing, compare=compare))

@@ -19,6 +19,8 @@ from gudgeon.pipeline.cli import main as command
 from tests.fuzz.out_folders import SCENE
 from tests.fuzz.scenes import Bad
 
+BRIEF, LONG = 3, 200
+
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP)
 RUN, DRAW = (0.0, 0.4), (0.0, 8.0)
 """Seconds after which a run up to its solution, or its drawing, is ended."""
@@ -30,7 +32,7 @@ def arguments(folder: Path, until: str) -> list[str]:
     return [until, str(folder / "scene"), "--db", str(folder / "db"), "--out", str(folder / "out"), "--json"]
 
 
-def ended(folder: Path, until: str, after: float, number: int) -> int:
+def ended(folder: Path, until: str, after: float, number: int) -> Counter[str]:
     """Start a run in a child of this process, end it by a signal after some seconds, and return its wait status."""
     child = os.fork()
     if child == 0:
@@ -92,13 +94,13 @@ def one(folder: Path, until: str, expected: str, rng: random.Random) -> str:
     return f"{until}, {number.name}"
 
 
-def main(count: int, seed: int, drawn: float = 0.2) -> int:
-    """Kill runs and return the number of bad ones.
+def main(count: int, seed: int, drawn: float = 0.2) -> Counter[str]:
+    """Kill runs and return how often each outcome came, bad ones among them.
 
     Args:
         drawn: Share of the runs that are ended while they draw.
     """
-    begun, ends, bad = time.perf_counter(), Counter[str](), 0
+    ends, bad = Counter[str](), 0
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         (folder / "scene").mkdir()
@@ -113,9 +115,5 @@ def main(count: int, seed: int, drawn: float = 0.2) -> int:
             except Exception:
                 bad += 1
                 print(f"kills: case {case} of seed {seed} is bad", traceback.format_exc(), sep="\n", file=sys.stderr)
-    print(f"kills: {count} cases in {time.perf_counter() - begun:.0f} s, {bad} bad;", dict(ends))
-    return bad
-
-
-if __name__ == "__main__":
-    sys.exit(main(*map(int, sys.argv[1:3]), *map(float, sys.argv[3:4])) > 0)
+    ends["bad"] = bad
+    return ends

@@ -1,0 +1,201 @@
+"""Bounded reading of a record file, and HDF5's heaps and trees as far as records use them.
+
+Figures in brackets are sections of the HDF5 File Format Specification, version 3.0. Checksums within the file are not
+looked at: the digest in front of it covers them.
+"""
+
+import os
+import struct
+from collections.abc import Iterator
+from functools import cached_property
+
+USERBLOCK = 512
+"""Bytes before HDF5's own part of a file; addresses count from its end."""
+UNDEFINED = 2**64 - 1
+MOST_ITEMS = 200_000
+"""Messages, links and objects of a file: far more than any record has, seconds at most to look through."""
+
+
+class Malformed(Exception):
+    """A structure that no record has; the text is the cause."""
+
+
+class Blocks:
+    """The bytes of an open file behind its user block; reads neither outside of it nor more than it has.
+
+    Args:
+        descriptor: Of the open file.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self.length = os.fstat(descriptor).st_size - USERBLOCK
+        self._left = 2 * self.length  # A sound structure has each byte once; its first ones are read twice.
+        self._items = MOST_ITEMS
+        self._visited: set[int] = set()
+        self._collections: dict[int, dict[int, bytes]] = {}
+
+    def read(self, address: int, size: int) -> bytes:
+        """Return `size` bytes from an address on."""
+        if address + size > self.length:
+            raise Malformed("an address outside the file")
+        self._left -= size
+        if self._left < 0:
+            raise Malformed("blocks that overlap")
+        found = os.pread(self._descriptor, size, address + USERBLOCK)
+        if len(found) != size:
+            raise Malformed("the file was cut while it was read")
+        return found
+
+    def block(self, address: int, size: int, signature: bytes) -> bytes:
+        """Return a block that no other may refer to; it must begin with `signature`."""
+        if address in self._visited:
+            raise Malformed("two references to one block")
+        self._visited.add(address)
+        found = self.read(address, size)
+        if not found.startswith(signature):
+            raise Malformed(f"no block {signature[:4].decode()} where one should be")
+        return found
+
+    def count(self) -> None:
+        """Note one more item of the structure."""
+        self._items -= 1
+        if self._items < 0:
+            raise Malformed(f"more than {MOST_ITEMS} items")
+
+    def text(self, address: int, index: int, size: int) -> str:
+        """Return a text of variable length: an object of a global heap [III.E]."""
+        if address not in self._collections:
+            self._collections[address] = dict(self._collection(address))
+        found = self._collections[address].get(index)
+        if found is None or len(found) < size:
+            raise Malformed("a text that is not there")
+        return found[:size].decode()
+
+    def _collection(self, address: int) -> Iterator[tuple[int, bytes]]:
+        (size,) = struct.unpack_from("<Q", self.block(address, 16, b"GCOL\1"), 8)
+        whole, place = self.read(address, size), 16
+        while place + 16 <= size:
+            self.count()
+            index, length = struct.unpack_from("<H6xQ", whole, place)
+            if index == 0:  # Free space to the end.
+                return
+            if place + 16 + length > size:
+                raise Malformed("a text longer than its heap")
+            yield index, whole[place + 16 : place + 16 + length]
+            place += 16 + (length + 7) // 8 * 8
+
+
+class Heap:
+    """A fractal heap [III.G], which has the links or attributes of a group with many of them."""
+
+    def __init__(self, blocks: Blocks, address: int) -> None:
+        self._blocks = blocks
+        head = blocks.block(address, 142, b"FRHP\0")
+        self._id_size, filtered, self._flags, most = struct.unpack_from("<HHBI", head, 5)
+        self._width, self._start, self._largest, self._bits = struct.unpack_from("<HQQH", head, 110)
+        self._root, self._rows = struct.unpack_from("<QH", head, 132)
+        sizes = (self._width, self._start, self._largest)
+        if filtered or not all(size and size & (size - 1) == 0 for size in sizes) or self._start > self._largest:
+            raise Malformed("a heap of another layout")
+        self._offset_size = (self._bits + 7) // 8
+        self._length_size = min((_log2(self._largest) + 7) // 8, _encoded_size(most))
+        if self._bits > 64 or self._id_size < 1 + self._offset_size + self._length_size:
+            raise Malformed("a heap of another layout")
+        self._indirect: dict[int, bytes] = {}
+
+    def get(self, identity: bytes) -> bytes:
+        """Return an object by its identity in an index."""
+        if len(identity) < self._id_size or identity[0] & 0xF0:
+            raise Malformed("an object that is not within its heap")
+        end = 1 + self._offset_size
+        offset = int.from_bytes(identity[1:end], "little")
+        length = int.from_bytes(identity[end : end + self._length_size], "little")
+        if not self._rows:
+            address, size = self._root, self._start
+        else:
+            address, offset, size = self._direct_block(offset)
+        if offset + length > size:
+            raise Malformed("an object across the end of its block")
+        return self._blocks.read(address + offset, length)
+
+    def _direct_block(self, offset: int) -> tuple[int, int, int]:
+        """Return address and size of the direct block of an offset in the heap, and the offset within."""
+        address, rows = self._root, self._rows
+        last = _log2(self._largest) - _log2(self._start) + 2  # The first row of indirect blocks.
+        while True:
+            row, size, within = 0, self._start, offset
+            if offset >= self._start * self._width:
+                high = _log2(offset)
+                row = high - _log2(self._start * self._width) + 1
+                size, within = self._start << (row - 1), offset - (1 << high)
+            column, offset = divmod(within, size)
+            if row >= rows:
+                raise Malformed("an object outside its heap")
+            table = self._table(address, rows * self._width)
+            (address,) = struct.unpack_from("<Q", table, 8 * (row * self._width + column))
+            if row < last:
+                return address, offset, size
+            rows = _log2(size) - _log2(self._start * self._width) + 1
+
+    def _table(self, address: int, count: int) -> bytes:
+        """Return the addresses of the blocks below an indirect block."""
+        if address not in self._indirect:
+            first = 13 + self._offset_size
+            self._indirect[address] = self._blocks.block(address, first + 8 * count, b"FHIB\0")[first:]
+        return self._indirect[address]
+
+
+class Tree:
+    """A tree, version 2 [III.A.2], of identities in a heap."""
+
+    def __init__(self, blocks: Blocks, address: int) -> None:
+        self._blocks = blocks
+        head = blocks.block(address, 34, b"BTHD\0")
+        self._kind, self._node, self._record, self._depth = struct.unpack_from("<BIHH", head, 5)
+        self._root, self._count = struct.unpack_from("<QH", head, 16)
+        # Names of links, their records begin with a hash of 4 bytes; or names of attributes.
+        if self._kind not in (5, 8) or not 11 <= self._record < self._node or self._depth > 8 or self._node < 64:
+            raise Malformed("a tree of another layout")
+
+    def identities(self) -> Iterator[bytes]:
+        """Yield the identity of every object, with what follows it in its record."""
+        if self._root != UNDEFINED:
+            yield from self._below(self._root, self._count, self._depth)
+
+    @cached_property
+    def _pointers(self) -> list[tuple[int, int]]:
+        """Bytes of a child's number of records, and of that with all below it, by the depth of the parent."""
+        most = (self._node - 10) // self._record
+        own, whole, size = _encoded_size(most), most, 0
+        found = [(0, 0)]
+        for _ in range(self._depth):
+            found.append((own, size))
+            pointer = 8 + own + size
+            most = max((self._node - 10 - pointer) // (self._record + pointer), 0)
+            whole = (most + 1) * whole + most
+            size = _encoded_size(whole)
+        return found
+
+    def _below(self, address: int, count: int, depth: int) -> Iterator[bytes]:
+        node = self._blocks.block(address, self._node, b"BTIN\0" if depth else b"BTLF\0")
+        own, whole = self._pointers[depth]
+        end = 6 + count * self._record
+        if end + (count + 1) * (8 + own + whole) * bool(depth) > self._node:
+            raise Malformed("a node with more records than it can have")
+        for place in range(6, end, self._record):
+            self._blocks.count()
+            yield node[place + 4 : place + self._record] if self._kind == 5 else node[place : place + self._record]
+        for number in range(count + 1 if depth else 0):
+            place = end + number * (8 + own + whole)
+            (child,) = struct.unpack_from("<Q", node, place)
+            yield from self._below(child, int.from_bytes(node[place + 8 : place + 8 + own], "little"), depth - 1)
+
+
+def _log2(number: int) -> int:
+    return number.bit_length() - 1
+
+
+def _encoded_size(limit: int) -> int:
+    """Return the bytes that numbers up to `limit` are stored in."""
+    return max(_log2(limit), 0) // 8 + 1
