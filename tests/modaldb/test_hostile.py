@@ -61,7 +61,7 @@ HARM: dict[str, tuple[Change, str]] = {
         replaced("centre", lambda f, n: f.create_dataset(n, (3,), "<f8", external=[("/etc/passwd", 0, 24)])),
         "centre: external storage"),
     "an array that maps itself": (replaced("centre", virtual), "not contiguous"),
-    "a filter": (replaced("centre", lambda f, n: f.create_dataset(n, (3,), compression="gzip")), "a filter"),
+    "a filter": (replaced("centre", lambda f, n: f.create_dataset(n, (3,), float, compression="gzip")), "a filter"),
     "chunks": (replaced("centre", lambda f, n: f.create_dataset(n, data=np.zeros(3), chunks=(2,))), "not contiguous"),
     "references": (replaced("centre", lambda f, n: f.create_dataset(n, data=[f.ref] * 3, dtype=h5py.ref_dtype)),
                    "centre: numbers of another type"),
