@@ -60,15 +60,32 @@ def factorise(matrix: sparse.spmatrix, definite: bool = False, single: bool = Fa
     return BACKENDS[available_backend()](rows, definite, single)
 
 
-def evened(matrix: sparse.csr_matrix) -> sparse.csr_matrix:
-    """Return S A S with a diagonal close to ±1, S diagonal of powers of two: its inertia is that of A.
+class EvenedFactor:
+    """A factor of S A S with a diagonal close to ±1, S diagonal of powers of two, that solves with A.
 
     An indefinite factorisation perturbs pivots that are small relative to the whole matrix. In a beam the ratio of
     rotational to translational stiffness is the square of an element's length, so the perturbation would depend on the
-    unit of length.
+    unit of length. The inertia of S A S is that of A.
     """
-    size = np.abs(matrix.diagonal())
-    exponent = np.zeros(len(size))
-    exponent[size > 0] = -0.5 * np.log2(size[size > 0])
-    scale = sparse.diags_array(np.exp2(np.round(exponent)))
-    return sparse.csr_matrix(scale @ matrix @ scale)
+
+    def __init__(self, matrix: sparse.csr_matrix) -> None:
+        """Factorise a sparse symmetric matrix, (n, n)."""
+        size = np.abs(matrix.diagonal())
+        exponent = np.zeros(len(size))
+        exponent[size > 0] = -0.5 * np.log2(size[size > 0])
+        self._scale = np.exp2(np.round(exponent))
+        scale = sparse.diags_array(self._scale)
+        self._factor = factorise(scale @ matrix @ scale)
+
+    def solve(self, loads: np.ndarray) -> np.ndarray:
+        """Return A⁻¹ loads, (n,) or (n, k)."""
+        scale = self._scale if loads.ndim == 1 else self._scale[:, None]
+        return scale * self._factor.solve(scale * loads)
+
+    def negative_pivots(self) -> int:
+        """Return the number of negative eigenvalues of A."""
+        return self._factor.negative_pivots()
+
+    def free(self) -> None:
+        """Release the memory of the factor."""
+        self._factor.free()

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.linalg import Solver, factorise
+from gudgeon.pipeline.linalg import EvenedFactor, Solver, factorise
 from gudgeon.pipeline.modes.problem import Pairs, Problem, grounding
 
 SPARE = 2
@@ -30,6 +30,8 @@ def lanczos_pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
     shift = lower_shift(model, problem)
     factor = factorise(problem.K - shift * problem.M, definite=model.parts is not None)
     pairs = _in_order(*inverse_lanczos(problem, shift, count + SPARE, factor))
+    if model.parts is None:
+        return pairs
     high = int(np.searchsorted(pairs.values, REACH * pairs.values[0]))
     return pairs if high >= count else _high_again(problem, pairs, high)
 
@@ -49,7 +51,7 @@ def _high_again(problem: Problem, pairs: Pairs, high: int) -> Pairs:
     above = min(int(np.searchsorted(values, 0.5 * (values[high] + values[-1]))), len(values) - 2)
     shift = 0.5 * float(values[above] + values[above + 1])
     wanted = min(len(values) - high + 3 * SPARE, problem.K.shape[0] - 1)
-    found = _in_order(*inverse_lanczos(problem, shift, wanted, factorise(problem.K - shift * problem.M)))
+    found = _in_order(*inverse_lanczos(problem, shift, wanted, EvenedFactor(problem.K - shift * problem.M)))
     first = int(np.searchsorted(found.values, 0.5 * (values[high - 1] + values[high])))
     part = slice(first, first + len(values) - high)
     low = pairs.vectors[:, :high]

@@ -9,7 +9,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel, LineStiffness
-from gudgeon.pipeline.linalg import evened, factorise
+from gudgeon.pipeline.linalg import EvenedFactor, factorise
 from gudgeon.pipeline.modes import slepc
 from gudgeon.pipeline.modes.block_method import block_pairs
 from gudgeon.pipeline.modes.lanczos import SPARE, lanczos_pairs, lower_shift
@@ -111,7 +111,7 @@ def _inertia(model: FEModel, problem: Problem, pairs: Pairs, count: int) -> dict
             negative = slepc.slepc_negative_pivots(problem.K, problem.M, sigma)
         else:
             shifted = problem.K - sigma * problem.M
-            factor = factorise(shifted if model.parts is None else evened(shifted))
+            factor = factorise(shifted) if model.parts is None else EvenedFactor(shifted)
             negative = factor.negative_pivots()
             factor.free()
         found = negative - problem.rigid.shape[1]

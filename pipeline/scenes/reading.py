@@ -118,7 +118,10 @@ def check_scene(path: Path, raw: Mapping[str, Any], model: type[Model]) -> Model
         return model.model_validate(raw)
     except ValidationError as error:
         schema = _schema(model)
-        lines = [_explain(path, entry, schema) for entry in error.errors(include_url=False)]
+        entries = error.errors(include_url=False)
+        wrong = {entry["loc"][:-1] for entry in entries}  # A list is not too short because of a wrong item.
+        kept = [entry for entry in entries if not (entry["type"] == "too_short" and entry["loc"] in wrong)]
+        lines = [_explain(path, entry, schema) for entry in kept]
         raise InputError("\n".join(lines)) from None
 
 

@@ -20,6 +20,7 @@ from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.page.page import page
 from gudgeon.pipeline.report.page.words import budget_table, budget_text
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import system_of
 from tests.pipeline import documents
 from tests.pipeline.small import write_scene
 
@@ -121,10 +122,12 @@ def test_layer_is_the_larger_of_half_and_double(made: tuple[Path, Job, Document]
     assert document.budget is not None
     settings = next(run.settings for run in document.runs if run.name == document.budget.run)
     values = {}
+    changes = [f"{path}={json.dumps(value)}" for path, value in flat(settings)]
+    scene = folder / "scene" / "scene.toml"
+    window = system_of(open_job(scene, set=changes, db=folder / "db")).window
     for factor in (0.5, 1.0, 2.0):
-        changes = [f"{path}={json.dumps(value)}" for path, value in flat(settings)]
-        scene = folder / "scene" / "scene.toml"
-        job = open_job(scene, set=[*changes, f"contact.bore.surface_stiffness={factor * 1e14}"], db=folder / "db")
+        varied = [] if factor == 1.0 else [f"contact.bore.surface_stiffness={factor * 1e14}", f"run.window={window}"]
+        job = open_job(scene, set=[*changes, *varied], db=folder / "db")
         assert job.store.has(job.trajectory().key)
         values[factor] = job.store.get(job.trajectory().key, "trajectory").quantities["bore.impulse"]["value"]
     expected = max(abs(values[factor] / values[1.0] - 1) for factor in (0.5, 2.0))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gudgeon.pipeline.errors import InputError
+from gudgeon.modaldb.errors import StoreUnusable
 from gudgeon.pipeline.files import read_sealed, whole_file, write_sealed
 from gudgeon.pipeline.kinds import run, status
 from gudgeon.pipeline.stages.folder import LOCK, held
@@ -143,7 +143,7 @@ def test_fresh_results_are_read_where_nothing_can_be_written(ball: Path, monkeyp
 
     monkeypatch.setattr("os.open", closed)
     assert solve(ball) == before
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(StoreUnusable, match="cannot be written"):
         solve(ball, samples=30)
 
 

@@ -281,7 +281,7 @@ REFUSED = [
     ({**GIVEN, "restitution": 1.01}, "less than or equal to 1"),
     ({**GIVEN, "restitution": -0.1}, "greater than or equal to 0"),
     ({**GIVEN, "stiffness": 0.0}, "greater than 0"),
-    ({**GIVEN, "exponent": 0.0}, "greater than 0"),
+    ({**GIVEN, "exponent": 0.0}, "greater than or equal to 0.1"),
     ({**GIVEN, "radius": 0.01, "modulus": 1e11}, "give either stiffness, or radius and modulus"),
     ({**GIVEN, "radius": 0.01}, "give either stiffness, or radius and modulus"),
     ({"kind": "hertz", "radius": 0.01}, "give either stiffness, or radius and modulus"),
