@@ -19,6 +19,8 @@ from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
 from gudgeon.solver.system.system import System
 
+RESOLVED = 1e-9
+"""Share of the largest energy of a run below which an exchange is round-off."""
 CREATED_ENERGY = 0.05
 """Energy error over energy exchanged in contact above which a run ends as `Result.ENERGY`."""
 COARSER = 2.0
@@ -106,6 +108,9 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
 def _drift(system: System, end: Outcome, found: Histories) -> float:
     """Return the largest energy error over the energy exchanged at contacts, or by loads where there are none."""
     exchanged = float(end.extreme[EXCHANGED])
+    largest = float(np.abs(found.samples.energies[:, :3]).max(initial=0.0))
+    if exchanged > 0:  # A body that stays at rest on an obstacle exchanges round-off of the energy that it has.
+        exchanged = max(exchanged, RESOLVED * largest)
     if system.driving.given and not system.contacts:
         exchanged = float(np.abs(found.samples.energies[:, WORK]).max(initial=0.0))
     return float(end.extreme[ENERGY_ERROR]) / exchanged if exchanged > 0 else 0.0

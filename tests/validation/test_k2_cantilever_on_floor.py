@@ -80,3 +80,35 @@ def test_nothing_moves_after_the_start(folder: Path) -> None:
     assert found.energies[:, 0].max() < 1e-9 * stored
     # Relative to the energy that contact exchanges, which is that of round-off here.
     assert found.energy_drift < 1e-6
+
+
+def test_a_damped_body_at_rest_on_a_floor_finishes(tmp_path: Path) -> None:
+    """Its exchange of energy is round-off, which no error of energy is compared with."""
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        """
+component.bar.geometry = { kind = "beam", length = 0.5, section = { kind = "rectangle", width = 0.01, height = 0.005 } }
+component.bar.mesh.size = 0.05
+component.bar.material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+component.bar.supports = ["left"]
+component.bar.interface.tip.surface = "right-bottom"
+component.bar.modes.normal_count = 6
+body.bar.damping = { ratio = 0.05, frequency = 20.0 }
+run = { duration = 0.002, gravity = [0.0, 0.0, -9.81] }
+
+[contact.floor]
+body = "bar"
+interface = "tip"
+against = { shape = "plane", point = [0.0, 0.0, -0.003], normal = [0.0, 0.0, 1.0] }
+"""
+    )
+    job = open_job(path, db=tmp_path / "db", out=tmp_path / "out")
+    run_job(job, "morph")
+    found = simulate(system_of(job))
+    assert found.result == "FINISHED"
+    assert found.energy_drift < 1e-3
+    # 3 E I / L³ times what the sag of ρ A g L⁴ / 8 E I is above the gap.
+    bending, weight = 210e9 * 0.01 * 0.005**3 / 12, 7850.0 * 5e-5 * 9.81
+    gap = 0.003 - 0.0025
+    expected = 3 * bending / 0.5**3 * (weight * 0.5**4 / (8 * bending) - gap)
+    np.testing.assert_allclose(found.contacts["floor"].force[-1, 2], expected, rtol=1e-3)
