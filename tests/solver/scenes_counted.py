@@ -263,7 +263,7 @@ def located() -> dict[str, Family]:
     return {
         "event, R": family(
             rod, {"dashpot 'none'": _contact("wall", dashpot="none"), "no gravity": STILL, "no gauges": UNREAD},
-            {"gauge": READ, "gravity": _weight(3e2, 0, 0)},
+            {"gauge": READ, "gravity": _weight(1e-3, 0, 0)},
         ),
         "event, rigid": family(
             rigid,
