@@ -5,6 +5,7 @@ A sealed file is a JSON document with the digest of its own content, so that one
 
 import contextlib
 import csv
+import errno
 import io
 import json
 import os
@@ -16,11 +17,13 @@ from pathlib import Path
 from typing import Any
 
 from gudgeon.modaldb.keys import content_key
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError, StageError
 
 SCRATCH = re.compile(r"\..+\.[0-9a-f]{32}\.part|\.drawing-[0-9a-f]{32}")
 """Names of temporary files and folders beside results."""
 DIGEST = "digest"
+FAILING = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""Numbers of errors that are the device's, not the user's."""
 
 
 @contextlib.contextmanager
@@ -29,6 +32,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     Raises:
         InputError: the folder cannot be written.
+        StageError: the disk is full, a quota is used up, or the device fails.
     """
     scratch = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
@@ -38,7 +42,8 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield scratch
         os.replace(scratch, path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
+        kind = StageError if error.errno in FAILING else InputError
+        raise kind(f"{path}: cannot be written ({error.strerror or error})") from error
     finally:
         with contextlib.suppress(OSError):
             scratch.unlink()

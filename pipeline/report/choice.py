@@ -51,6 +51,10 @@ def choose(runs: Sequence[Run], tolerance: float, avoided: Collection[str] = ())
         why = f"the fastest of {len(meeting)} of {len(known)} settings that meet {tick_text(tolerance)}"
         error, of = best.largest_error, best.largest_of
         return Choice(tolerance, best.name, best.settings, error, of, cpu_seconds=best.cpu_seconds, why=why)
+    if not known and avoided:
+        return Choice(
+            tolerance, why=f"every run is in a sweep where a quantity does not converge to {tick_text(tolerance)}"
+        )
     if not known:
         return Choice(tolerance, why="no run has an error that counts")
     error, nearest = min(known, key=lambda item: item[0])

@@ -171,6 +171,18 @@ def test_temporary_names_cannot_be_foretold_and_links_are_not_followed(
     assert (tmp_path / "victim").read_text() == "untouched"
 
 
+@pytest.mark.parametrize(("number", "kind"), [(errno.ENOSPC, StageError), (errno.EACCES, InputError)])
+def test_a_full_disk_is_no_mistake_of_the_user(
+    number: int, kind: type[Exception], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(*given: object) -> int:
+        raise OSError(number, "no")
+
+    monkeypatch.setattr("os.open", failing)
+    with pytest.raises(kind, match="x: cannot be written"), whole_file(tmp_path / "x"):
+        pass
+
+
 def test_a_drawing_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
     program = "from gudgeon.pipeline.plots.child import end_with_parent; import time; end_with_parent(); time.sleep(60)"
     alive, end = os.pipe()
