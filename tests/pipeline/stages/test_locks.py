@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from gudgeon.modaldb.errors import StoreUnusable
+from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import read_sealed, whole_file, write_sealed
 from gudgeon.pipeline.kinds import run, status
 from gudgeon.pipeline.stages.folder import LOCK, held
