@@ -1,4 +1,4 @@
-"""Lines of friction: friction acts along one line, so motion of a contact point across it is refused."""
+"""Lines of friction: friction acts along one line in the plane of contact; motion of a point across it is refused."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,6 +13,8 @@ ACROSS = 0.01
 """Speed across the line of friction, relative to the largest speed of the point so far, above which a run ends."""
 DRIVEN = 1e-6
 """Share of the initial velocity, or of gravity, across the line above which a scene is refused: round-off."""
+IN_PLANE = 1e-6
+"""Largest component of the direction of friction along the contact normal."""
 
 
 @dataclass(frozen=True)
@@ -65,11 +67,14 @@ def lines(system: System) -> Iterator[Line]:
 
 
 def refuse_motion_across(system: System) -> None:
-    """Refuse an initial velocity and a gravity that move a contact point across its line of friction.
+    """Refuse a line of friction out of the plane of contact, and initial velocity or gravity across a line.
 
     Raises:
-        SceneError: there is such a velocity or gravity.
+        SceneError: there is such a line, velocity or gravity.
     """
+    for contact in system.contacts:
+        if (friction := system.scene.contact[contact.name].friction) is not None:
+            _refuse_direction_out_of_plane(contact.name, friction.direction, contact.directions)
     for line in lines(system):
         speed, pull = line.relative(system.velocity), line.rows @ system.driving.gravity
         for vector, what, measure in ((speed, "its velocity", "m/s"), (pull, "run.gravity", "m/s²")):
@@ -79,3 +84,17 @@ def refuse_motion_across(system: System) -> None:
                     f"contact.{line.name}.friction.direction: {what} has {across:.3g} {measure} across it, and friction"
                     " acts along one line only; turn it to the motion, or hold the other motion by body.NAME.freedom"
                 )
+
+
+def _refuse_direction_out_of_plane(name: str, direction: tuple[float, ...], normals: np.ndarray) -> None:
+    """Raise a SceneError for a direction of friction out of the plane of contact at points with normals (c, 3)."""
+    along = normals @ unit(direction)
+    worst = int(np.abs(along).argmax())
+    if abs(along[worst]) <= IN_PLANE:
+        return
+    angle, normal = np.degrees(np.arcsin(min(abs(along[worst]), 1.0))), ", ".join(f"{x:.4g}" for x in normals[worst])
+    raise SceneError(
+        f"contact.{name}.friction.direction: {list(direction)} is {angle:.3g} degrees out of the plane of contact,"
+        f" whose normal is ({normal}); allowed: a direction in this plane, its component along the normal at most"
+        f" {IN_PLANE:g} of its length"
+    )

@@ -152,7 +152,7 @@ def sliding(folder: Path, **changes: Any) -> Trajectory:
     records = rigid_records(1.0, {"foot": ((0, 0, 0), (0, 0, -1))})
     contact = {
         "body": "part", "interface": "foot", "against": FLOOR, "method": "constraint",
-        "friction": {"static": 0.3, "direction": [1, 0, 0]},
+        "friction": {"static": 0.3, "direction": changes.pop("direction", [1, 0, 0])},
     }  # fmt: skip
     scene: dict[str, Any] = {
         "body": {"part": {"velocity": [1.0, 0, 0]} | changes.pop("body", {})},
@@ -171,6 +171,19 @@ def test_friction_refuses_motion_across_its_line(tmp_path: Path) -> None:
         sliding(tmp_path / "tilted", gravity=[0, 1.0, -9.81])
     held = {"freedom": ["x", "z"]}
     assert sliding(tmp_path / "held", gravity=[0, 1.0, -9.81], body=held).result == "FINISHED"
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("direction", "angle"), [([1, 0, 1], "45"), ([0, 0, 1], "90"), ([0, 0, -2], "90"), ([1, 0, 1e-5], "0.000573")]
+)
+def test_a_line_of_friction_out_of_the_plane_of_contact_is_refused(
+    tmp_path: Path, direction: list[float], angle: str
+) -> None:
+    asked = rf"^contact\.floor\.friction\.direction: \[.*\] is {angle} degrees out of the plane of contact.*; allowed: "
+    with pytest.raises(SceneError, match=asked):
+        sliding(tmp_path / "refused", direction=direction)
+    assert sliding(tmp_path / "round-off", direction=[1, 0, 1e-7]).result == "FINISHED"
 
 
 def test_a_force_that_drives_motion_across_ends_the_run(tmp_path: Path) -> None:
