@@ -11,6 +11,7 @@ from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
 from gudgeon.pipeline.cli.parser import build_parser
+from gudgeon.pipeline.cli.streams import discard, usable_streams
 
 SIGNALS = ("SIGTERM", "SIGHUP", "SIGALRM")
 """Signals that end a command; the last one repeats a lost one."""
@@ -22,6 +23,11 @@ LONGEST = 2000
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
+    with usable_streams():
+        return _main(arguments)
+
+
+def _main(arguments: Sequence[str] | None) -> int:
     # Set before numpy loads: MKL threads the factorisations, and a second pool of threads slows them down.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     Console.last_stage = ""
@@ -30,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code, text = _outcome(arguments)
             sys.stdout.flush()
     except BrokenPipeError:
-        _discard_output()
+        discard(sys.stdout)
         return 1
     except KeyboardInterrupt:
         where = f" in stage {Console.last_stage}" if Console.last_stage else ""
@@ -38,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         text = f"interrupted{where}; finished stages are in the database: run the same command again to continue"
     except OSError as error:
         # Files of a scene have messages of their own: what is left is standard output.
-        _discard_output()
+        discard(sys.stdout)
         code, text = 1, f"{error.filename or 'standard output'}: cannot be written ({error.strerror or error})"
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr)
@@ -103,9 +109,3 @@ def _interruptible() -> Iterator[None]:
         for name, handler in before.items():
             signal.signal(name, handler)
         sys.unraisablehook = hook
-
-
-def _discard_output() -> None:
-    """Send what is left of the output to nowhere, so that the interpreter does not fail once more when it ends."""
-    with contextlib.suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

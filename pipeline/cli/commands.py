@@ -45,9 +45,9 @@ def _print_run(report: Any) -> None:
     for name, stage in report.stages.items():
         print(f"{name:6} {stage.state:6} {stage.seconds:8.2f} s   {stage.key[:12]}")
     if report.parts:
-        from gudgeon.pipeline.stages.parts import part_text
+        from gudgeon.pipeline.stages.parts import part_text, size_text
 
-        print(part_text(report.parts))
+        print(part_text(report.parts) if report.result is None else f"\n{size_text(report.parts)}")
     if report.frequencies:
         from gudgeon.pipeline.reduction.frequency_table import frequency_text
 

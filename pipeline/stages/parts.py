@@ -66,6 +66,35 @@ def extent_notes(store: FolderStore, parts: Mapping[str, Component], keys: Mappi
     return notes
 
 
+def part_sizes(
+    store: FolderStore, parts: Mapping[str, Component], keys: Mapping[str, tuple[str, str]]
+) -> dict[str, dict[str, Any]]:
+    """Return extents along x, y, z [m] and mass [kg] of each meshed part, without the cost of its inertia.
+
+    Args:
+        parts: Components by name.
+        keys: Keys of the records of mesh and morph of each.
+    """
+    return {
+        name: {
+            "extents": np.ptp(store.get(keys[name][0], "mesh", only=["nodes"]).nodes, axis=0).tolist(),
+            "mass": store.get(keys[name][1], "morph", only=["mass"]).mass,
+        }
+        for name, component in parts.items()
+        if component.material is not None
+    }
+
+
+def size_text(parts: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return a line for each of the rows of `part_sizes`; extents that are zero are omitted."""
+    lines = []
+    for name, row in parts.items():
+        least = 1e-12 * max(row["extents"])
+        sizes = " × ".join(f"{size:.3g}" for size in row["extents"] if size > least)
+        lines.append(f"{name}: {sizes} m, {row['mass']:.3g} kg")
+    return "\n".join(lines)
+
+
 def part_text(parts: Mapping[str, Mapping[str, Any]]) -> str:
     """Return the rows of `part_row` as text."""
     lines = []

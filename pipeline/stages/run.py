@@ -20,7 +20,7 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
-from gudgeon.pipeline.stages.parts import extent_notes
+from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
 from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
@@ -180,7 +180,7 @@ def _finish(job: Job, until: str) -> RunReport:
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
         momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], out=str(job.out),
-        notes=own + notes, changes=change_estimates(job),
+        notes=own + notes, changes=change_estimates(job), parts=_sizes(job),
         reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
     )  # fmt: skip
 
@@ -219,6 +219,11 @@ def _parts(job: Job) -> dict[str, dict[str, Any]]:
         name: part_row(job.store.get(steps["mesh"].key, "mesh"), used[name], name)
         for name, steps in job.components().items()
     }
+
+
+def _sizes(job: Job) -> dict[str, dict[str, Any]]:
+    keys = {name: (steps["mesh"].key, steps["morph"].key) for name, steps in job.components().items()}
+    return part_sizes(job.store, job.used(), keys)
 
 
 def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:

@@ -40,7 +40,8 @@ class RunReport:
     frequencies: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     """Modes of each component with their errors, if the run ends with the stage `modes`; see `frequency_table`."""
     parts: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Size and inertia of each component, if the run ends with the stage `mesh`; see `stages.parts`."""
+    """Size and inertia of each component, if the run ends with the stage `mesh`; extents and mass of each meshed one,
+    if it solves; see `stages.parts`."""
     changes: dict[str, dict[str, Any]] = field(default_factory=dict)
     """Estimated changes of each component that reuses modes after a design change, and its tolerance."""
     notes: list[str] = field(default_factory=list)

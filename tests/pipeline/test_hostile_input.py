@@ -240,6 +240,31 @@ def test_standard_output_on_a_full_disk_is_one_line(arguments: list[str], ball: 
     assert lines == ["gudgeon: standard output: cannot be written (No space left on device)"]
 
 
+@pytest.mark.parametrize("streams", [">&-", "2>&-", "<&- >&- 2>&-", "2>/dev/full"])
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        ("run {ball}", 0),
+        ("solve {ball} --verbose", 0),
+        ("status {ball} --set run.frames=x", 2),
+        ("--version", 0),
+        ("no", 2),
+    ],
+)
+def test_closed_streams_change_no_exit_code(streams: str, arguments: str, code: int, ball: Path) -> None:
+    """What is left open has no traceback, and the records are whole."""
+    if "/dev/full" in streams and not Path("/dev/full").exists():
+        pytest.skip("needs a device that is always full")
+    command = f"{sys.executable} -m gudgeon.pipeline {arguments.format(ball=ball)} {streams}"
+    child = subprocess.run(["sh", "-c", command], cwd=ball, capture_output=True, text=True)
+    assert child.returncode == code
+    assert "Traceback" not in child.stderr + child.stdout
+    if arguments.startswith(("run", "solve")):
+        again = subprocess.run(["sh", "-c", command.removesuffix(streams)], cwd=ball, capture_output=True, text=True)
+        assert again.returncode == 0
+        assert "results in" in again.stdout
+
+
 ENDING = """
 import os, signal, sys, time
 from gudgeon.pipeline import kinds

@@ -79,9 +79,18 @@ def test_table_of_systems(folder: Path) -> None:
 
 def test_short_table_has_the_systems_with_a_report(folder: Path) -> None:
     lines = short_table(main_figures(folder), SEEDS).splitlines()
-    assert lines[0] == "| system | scene | error | CPU time | CPU time of full FE | ratio |"
-    assert lines[2] == "| One | [`one`](data/one/scene.toml) | 0.80% | 0.01 s | 4 s | 400 |"
+    assert lines[0] == "| system | scene | error | of the mesh | CPU time | full FE | ratio | ratio of first runs |"
+    assert lines[2] == "| One | [`one`](data/one/scene.toml) | 0.80% | – | 0.01 s | 4 s | 400 | – |"
     assert [line.split(" | ")[0] for line in lines[2:]] == ["| One", "| Two"]
+
+
+def test_short_table_takes_the_costs_at_the_tolerance(folder: Path) -> None:
+    scenes = main_figures(folder)
+    own = {"tolerance": 0.01, "method": "reduced", "run": "a", "error": 5e-3, "integration": 0.2, "first": 10.0}
+    scenes["one"]["costs"] = [own, own | {"method": "nodal", "run": "b", "integration": 50.0, "first": 51.0}]
+    scenes["one"]["budget"] = {"run": "a", "terms": {"mesh": 0.002}}
+    line = short_table(scenes, SEEDS).splitlines()[2]
+    assert line == "| One | [`one`](data/one/scene.toml) | 0.50% | 0.20% | 0.2 s | 50 s | 250 | 5.1 |"
 
 
 def test_nodal_reference_has_no_error_of_its_own(folder: Path) -> None:

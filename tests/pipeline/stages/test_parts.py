@@ -158,3 +158,30 @@ def test_a_mesh_file_in_mm_names_its_unit(tmp_path: Path, capsys: pytest.Capture
     assert note + unit in capsys.readouterr().err
     assert main([*command, "--set", "component.tet.geometry.unit=1e-3"]) == 0
     assert "extent is" not in capsys.readouterr().err
+
+
+def test_solve_prints_a_line_for_each_meshed_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A mesh file in mm is seen at once; a rigid body without a mesh has no line."""
+    cells = [("tetra", np.array([[0, 1, 2, 3]]))]
+    meshio.write_points_cells(tmp_path / "tet.vtu", 70.0 * np.vstack([np.zeros(3), np.eye(3)]), cells)
+    (tmp_path / "scene.toml").write_text(
+        '[component.tet]\ngeometry = { kind = "file", path = "tet.vtu" }\n'
+        "material = { E = 210e9, nu = 0.3, rho = 7850.0 }\nmodes = { normal_count = 2 }\n"
+        '[component.ball]\ngeometry = { kind = "rigid", mass = 3.0, inertia = [1.0, 1.0, 1.0] }\n'
+        '[component.rod]\ngeometry = { kind = "bar", length = 2.0, area = 1e-4 }\nmesh = { size = 0.5 }\n'
+        "modes = { normal_count = 2 }\n"
+        "material = { E = 210e9, nu = 0.3, rho = 7850.0 }\n"
+        "[body.tet]\n[body.ball]\n[body.rod]\n[run]\nduration = 1e-4\n"
+    )
+    command = ["solve", str(tmp_path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    mass = 7850 * 70.0**3 / 6
+    for unit, extent, weight in ((1.0, 70, mass), (1e-3, 0.07, 1e-9 * mass)):
+        assert main([*command, "--set", f"component.tet.geometry.unit={unit}"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert f"tet: {extent} × {extent} × {extent} m, {weight:.3g} kg" in lines
+        assert "rod: 2 m, 1.57 kg" in lines
+        assert not any(line.startswith("ball: ") for line in lines)
+    assert main([*command, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["parts"]["rod"] == {
+        "extents": [2.0, 0.0, 0.0], "mass": pytest.approx(1.57, rel=1e-12)
+    }  # fmt: skip
