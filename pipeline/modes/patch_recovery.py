@@ -43,7 +43,10 @@ class Recovery:
             values: D^½ ε at the samples' points, (e, q, s, k).
         """
         count, q, s, k = values.shape
-        flat = values.reshape(count, q, s * k).astype(np.float32)
+        # In units of the largest value: squares of small parts' strains exceed single precision.
+        unit = np.abs(values).max(axis=(0, 1, 2), initial=0.0)
+        unit[unit == 0] = 1.0
+        flat = (values / unit).reshape(count, q, s * k).astype(np.float32)
         nodal = self._nodal(flat)
         root = np.linalg.cholesky(self.samples.mass).T.astype(np.float32)
         linear = (root @ self.samples.to_nodes).astype(np.float32)
@@ -52,7 +55,7 @@ class Recovery:
             cells = slice(start, start + BATCH)
             rest = root @ nodal[self.samples.cells[cells]] - linear @ flat[cells]
             total += self.samples.sizes[cells] @ np.einsum("eac,eac->ec", rest, rest)
-        return total.reshape(s, k).sum(axis=0)
+        return unit**2 * total.reshape(s, k).sum(axis=0)
 
     def _nodal(self, flat: np.ndarray) -> np.ndarray:
         """Return recovered values at the nodes, (n, c)."""
