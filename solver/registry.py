@@ -49,9 +49,9 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "rebound_velocity_other", "m/s", "The same of the other body, along the same direction.",
              _NORMAL),
     Quantity("contact", "restitution", "1", "Newton's ratio −(w·v after) / (w·v before) of the normal velocities of"
-             " the rigid-body motion at the contact point, w the impulse on the rigid coordinates: the mean over the"
-             " points, weighted by their impulses. Absent with other contacts, joints, forces or gravity, and without"
-             " an approach.", "negative: the points still approach"),
+             " the rigid-body motion at the contact point, w the impulse of the normal forces on the rigid coordinates:"
+             " the mean over the points, weighted by their impulses. Absent with other contacts, joints, forces or"
+             " gravity, and without an approach.", "negative: the points still approach"),
     Quantity("contact", "impactN.start", "s", "Start of impact N, of the first ten.", _SIZE),
     Quantity("contact", "impactN.end", "s", "End of impact N.", _SIZE),
     Quantity("contact", "impactN.impulse", "N s", "Size of the integral over the impact of the resultant of the normal"

@@ -147,16 +147,18 @@ def rebound(along: np.ndarray, own: np.ndarray, other: np.ndarray | None) -> dic
     return values
 
 
-def restitution(before: np.ndarray, after: np.ndarray) -> dict[str, Quantity]:
+def restitution(before: np.ndarray, after: np.ndarray, rubbed: np.ndarray | float = 0.0) -> dict[str, Quantity]:
     """Return Newton's restitution of the bodies that only one contact acts on, if they approach.
 
-    The change of their velocities is the impulse w of the contact on the rigid coordinates, so w·v is the normal
-    velocity of the rigid-body motion at the contact points, weighted by their impulses; it is negative in approach.
+    The change of their velocities without that by friction is the impulse w of the normal forces on the rigid
+    coordinates, so w·v is the normal velocity of the rigid-body motion at the contact points, weighted by their
+    impulses; it is negative in approach.
 
     Args:
         before, after: Velocities of the mass-orthonormal rigid motions of both bodies [m kg^½/s], (r,).
+        rubbed: Friction's impulse on the rigid coordinates [kg^½ m/s], (r,).
     """
-    weights = after - before
+    weights = after - before - rubbed
     approach = float(weights @ before)
     return {"restitution": (-float(weights @ after) / approach, "1")} if approach < 0 else {}
 

@@ -117,4 +117,5 @@ def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarr
     scene, rigid = system.scene, system.rigid
     if len(system.contacts) > 1 or any(scene.run.gravity) or scene.force or scene.joint:
         return values
-    return values | restitution(system.velocity[rigid], end.v[rigid])
+    rubbed = end.drags @ system.tangents[:, rigid] if len(end.drags) else 0.0
+    return values | restitution(system.velocity[rigid], end.v[rigid], rubbed)

@@ -42,6 +42,30 @@ def test_a_turning_body_approaches_with_its_point(tmp_path: Path) -> None:
     assert found["floor.restitution"]["value"] == pytest.approx(0.5, rel=1e-12)
 
 
+@pytest.mark.parametrize("inertia", [0.0, 0.01])
+@pytest.mark.parametrize(
+    ("e", "speed", "belt"), [(0.5, 0.5, 0.0), (1.0, 5.0, 0.0), (0.0, 5.0, 0.0), (0.0, 0.5, 3.0), (0.5, 0.0, 3.0)]
+)
+def test_friction_is_no_part_of_the_restitution(
+    tmp_path: Path, e: float, speed: float, belt: float, inertia: float
+) -> None:
+    """The foot is under the centre: friction at it does not change its normal velocity."""
+    foot = rigid_records(2.0, {"foot": ([0.0, 0.0, -0.05], [0, 0, -1])}, (0.0, inertia, 0.0))
+    contact = {
+        "body": "part", "interface": "foot", "against": FLOOR | {"velocity": [belt, 0, 0]}, "method": "impact",
+        "restitution": e, "friction": {"static": 0.3, "direction": [1, 0, 0]},
+    }  # fmt: skip
+    scene = {
+        "body": {"part": {"velocity": [speed, 0, -1.0], "position": [0, 0, 0.051]}},
+        "contact": {"floor": contact},
+        "run": {"duration": 2e-3},
+    }
+    found = simulate(build(tmp_path, foot, scene))
+    assert found.result == "FINISHED"
+    assert found.quantities["floor.restitution"]["value"] == pytest.approx(e, abs=1e-12)
+    assert found.quantities["floor.impulse"]["value"] == pytest.approx(2.0 * (1 + e), rel=1e-12)
+
+
 def test_other_forces_leave_no_restitution(tmp_path: Path) -> None:
     foot = rigid_records(1.0, {"foot": ([0.0, 0.0, 0.0], [0, 0, -1])})
     contact = {"body": "part", "interface": "foot", "against": FLOOR, "method": "impact", "restitution": 0.5}
