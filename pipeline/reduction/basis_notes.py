@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.solver.methods import METHODS
 
@@ -25,15 +26,18 @@ def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = 
 
     Args:
         estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
-        reason: Why the run that estimates them failed.
+        reason: Why the run that estimates them failed, or `ONE_COORDINATE`.
         window: Of the windowed forces [s].
     """
     errors = {word: error for name, word in WORDS.items() if (error := estimates.get(name, 0.0)) > NOTICED}
     if not errors:
         return []
     if reason:
-        said = "the error of the modal basis is unknown: the run with half of the elastic coordinates failed"
-        return [f"{said} ({reason}); set {', '.join(_counts(scene))}" if _counts(scene) else f"{said} ({reason})"]
+        why = reason
+        if reason != ONE_COORDINATE:
+            why = f"the run with half of the elastic coordinates failed ({reason})"
+        said = f"the error of the modal basis is unknown: {why}"
+        return [f"{said}; set {', '.join(_counts(scene))}" if _counts(scene) else said]
     ways = _methods(scene) or ([] if set(errors) == {"windowed force"} else _counts(scene))
     ways = ways or _dashpots(scene) or (_windows(scene, window) if set(errors) == {"windowed force"} else [])
     ways = ways or _counts(scene)
