@@ -45,6 +45,14 @@ def test_a_note_names_the_key(
     assert all(f"{error:.1%}" in note for name, error in estimates.items() if name.startswith("basis"))
 
 
+def test_a_force_alone_gets_more_modes_or_a_wider_window() -> None:
+    """Where impulse and rebound are accurate, the force over one period converges slowly at rigid contact."""
+    (note,) = notes("skirt", {"basis.force": 0.2, "basis.impulse": 0.009, "basis.rebound": 0.001})
+    assert note.endswith("component.skirt.modes.normal_count = 60 or run.window = 1.6e-05")
+    assert "run.window" not in notes("skirt", {"basis.force": 0.2, "basis.impulse": 0.011})[0]
+    assert "run.window" not in notes("skirt", {"basis.force": 0.2}, run__duration=1e-5)[0]
+
+
 def test_a_note_says_why_the_error_is_unknown() -> None:
     job = open_job(DATA / "rod-wall")
     (note,) = basis_notes(job.scene, {"basis.impulse": 1.0, "basis.force": 1.0}, "contact.wall: no start")
