@@ -23,7 +23,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import BASIS_REASON, BEGINS, ENDS, IMPULSE, Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, BEGINS, ENDS, IMPULSE, ONE_COORDINATE, Trajectory
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.result import Result
@@ -58,11 +58,13 @@ def with_basis_estimates(system: System, found: Trajectory, run: Callable[[Syste
         Its `estimates` with `basis.impulse`: the largest error of a contact's impulse, over its largest impulse up to
         any time; `basis.force`: of its largest windowed force, over that force; `basis.rebound`: of a rebound velocity,
         over the largest speed of a body at the start, where the contact has a restitution. Where the run with fewer
-        coordinates cannot start, or fails, the first two are 1 and `counts` has the reason. Unchanged where nothing
-        touches or no body has two elastic coordinates.
+        coordinates cannot start, or fails, or where a body that touches has a single one, the first two are 1 and
+        `counts` has the reason. Unchanged where nothing touches or no body has elastic coordinates.
     """
     if not any(np.any(contact.force) for contact in found.contacts.values()):
         return found
+    if _has_one_coordinate(system, found):
+        return _unknown(found, ONE_COORDINATE)
     try:
         if (fewer := nested(system)) is None:
             return found
@@ -72,6 +74,13 @@ def with_basis_estimates(system: System, found: Trajectory, run: Callable[[Syste
     if not Result[other.result].ok:
         return _unknown(found, other.counts.get("reason", Result[other.result].value))
     return replace(found, estimates=found.estimates | _estimates(system, fewer, found, other))
+
+
+def _has_one_coordinate(system: System, found: Trajectory) -> bool:
+    """Return whether a body that touched has a single elastic coordinate."""
+    touching = [contact for contact in system.contacts if np.any(found.contacts[contact.name].force)]
+    sides = [side for one in touching for side in (one, one.other, one.master) if side is not None]
+    return any(len(system.bodies[side.body].modal.angular_frequencies) == 1 for side in sides)
 
 
 def _unknown(found: Trajectory, reason: str) -> Trajectory:

@@ -8,7 +8,9 @@ BEGINS, ENDS, IMPULSE, PEAK, PEAK_TIME, CLOSING, OPENING, WINDOWED, WINDOWED_TIM
 """Columns of `Trajectory.impacts`."""
 IMPACT_COLUMNS = 9
 BASIS_REASON = "basis_reason"
-"""Entry of `Trajectory.counts`: why the run that estimates the error of the modal basis failed."""
+"""Entry of `Trajectory.counts`: why the run that estimates the error of the modal basis failed, or `ONE_COORDINATE`."""
+ONE_COORDINATE = "one elastic coordinate is kept"
+"""Reason why there is no such run: half of the coordinates of a body would be none."""
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.solver.methods import METHODS
 
@@ -25,18 +26,20 @@ def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = 
 
     Args:
         estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
-        reason: Why the run that estimates them failed.
+        reason: Why the run that estimates them failed, or `ONE_COORDINATE`.
         window: Of the windowed forces [s].
     """
     errors = {word: error for name, word in WORDS.items() if (error := estimates.get(name, 0.0)) > NOTICED}
     if not errors:
         return []
     if reason:
-        said = "the error of the modal basis is unknown: the run with half of the elastic coordinates failed"
-        return [f"{said} ({reason}); set {', '.join(_counts(scene))}" if _counts(scene) else f"{said} ({reason})"]
-    ways = _methods(scene) or ([] if set(errors) == {"windowed force"} else _counts(scene))
-    ways = ways or _dashpots(scene) or (_windows(scene, window) if set(errors) == {"windowed force"} else [])
-    ways = ways or _counts(scene)
+        why = reason
+        if reason != ONE_COORDINATE:
+            why = f"the run with half of the elastic coordinates failed ({reason})"
+        said = f"the error of the modal basis is unknown: {why}"
+        return [f"{said}; set {', '.join(_counts(scene))}" if _counts(scene) else said]
+    only_force = set(errors) == {"windowed force"}
+    ways = _methods(scene) or (_for_force(scene, window) if only_force else _counts(scene) or _dashpots(scene))
     told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
     return [f"the estimated error of the modal basis is {told}; set {', '.join(ways)}" if ways else
             f"the estimated error of the modal basis is {told}"]  # fmt: skip
@@ -74,15 +77,20 @@ def _dashpots(scene: SceneFile) -> list[str]:
     ]
 
 
-def _windows(scene: SceneFile, window: float) -> list[str]:
-    """Return a wider window where all contacts have a dashpot: the share that rings is equal at each number of modes.
+def _for_force(scene: SceneFile, window: float) -> list[str]:
+    """Return ways to reduce the error of a force whose impulse is accurate: over one period of a mode it may ring.
 
     Args:
         window: [s]
     """
-    wide = WIDER * window
-    damped = scene.contact and all(contact.dashpot != "none" for contact in scene.contact.values())
-    return [f"run.window = {wide:.3g}"] if damped and 0 < wide <= scene.run.duration else []
+    wider = [f"run.window = {WIDER * window:.3g}"] if 0 < WIDER * window <= scene.run.duration else []
+    if ways := _dashpots(scene):
+        return ways
+    # With a dashpot on each contact, the share that rings is equal at each number of modes.
+    if wider and scene.contact and all(contact.dashpot != "none" for contact in scene.contact.values()):
+        return wider
+    counts = _counts(scene)
+    return [*counts[:-1], f"{counts[-1]} or {wider[0]}"] if counts and wider else counts or wider
 
 
 def _counts(scene: SceneFile) -> list[str]:

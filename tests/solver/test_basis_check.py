@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.records.trajectory import BASIS_REASON, Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, ONE_COORDINATE, Trajectory
 from gudgeon.solver import basis_check
 from gudgeon.solver import simulate as solver
 from gudgeon.solver.errors import SceneError, SolverError
@@ -161,6 +161,25 @@ def test_a_run_with_fewer_modes_that_cannot_start_is_an_error_of_one_with_its_re
     assert found.result == Result.FINISHED.name
     assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
     assert found.counts[BASIS_REASON] == "contact.wall: no start"
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_body_with_one_elastic_coordinate_has_an_error_of_one_with_its_reason(tmp_path: Path, count: int) -> None:
+    found = simulate(build(tmp_path, rod_records(count), rod_scene()))
+    assert found.result == Result.FINISHED.name
+    assert found.counts.get(BASIS_REASON) == (ONE_COORDINATE if count == 1 else None)
+    assert (found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0) == (count == 1)
+
+
+def test_bodies_without_elastic_coordinates_have_no_error_of_the_basis(tmp_path: Path) -> None:
+    mass = rigid_records(2.0, {"face": ([0.0, 0, 0], [-1.0, 0, 0])}, axes=(0,))
+    part = rigid_records(2.0, {"tip": ([1.0, 0, 0], [1.0, 0, 0])}, axes=(0,))
+    found = simulate(
+        build_all(tmp_path, {"part": part, "mass": mass}, striker_scene(1.0, method="impact", restitution=0.5))
+    )
+    assert found.contacts["pair"].force.any()
+    assert not any(name.startswith("basis") for name in found.estimates)
+    assert BASIS_REASON not in found.counts
 
 
 def test_resting_and_multipoint_contacts_have_an_estimate(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.reduction.basis_notes import basis_notes
 from gudgeon.solver.scene.run import Run
@@ -44,12 +45,28 @@ def test_a_note_names_the_key(
     assert all(f"{error:.1%}" in note for name, error in estimates.items() if name.startswith("basis"))
 
 
+def test_a_force_alone_gets_more_modes_or_a_wider_window() -> None:
+    """Where impulse and rebound are accurate, the force over one period converges slowly at rigid contact."""
+    (note,) = notes("skirt", {"basis.force": 0.2, "basis.impulse": 0.009, "basis.rebound": 0.001})
+    assert note.endswith("component.skirt.modes.normal_count = 60 or run.window = 1.6e-05")
+    assert "run.window" not in notes("skirt", {"basis.force": 0.2, "basis.impulse": 0.011})[0]
+    assert "run.window" not in notes("skirt", {"basis.force": 0.2}, run__duration=1e-5)[0]
+
+
 def test_a_note_says_why_the_error_is_unknown() -> None:
     job = open_job(DATA / "rod-wall")
     (note,) = basis_notes(job.scene, {"basis.impulse": 1.0, "basis.force": 1.0}, "contact.wall: no start")
     assert "unknown" in note
     assert "contact.wall: no start" in note
     assert "component.rod.modes.normal_count = 200" in note
+
+
+def test_a_note_says_that_one_coordinate_is_kept() -> None:
+    job = open_job(DATA / "rod-wall", set={"component.rod.modes.normal_count": 1})
+    assert basis_notes(job.scene, {"basis.impulse": 1.0, "basis.force": 1.0}, ONE_COORDINATE) == [
+        "the error of the modal basis is unknown: one elastic coordinate is kept; set"
+        " component.rod.modes.normal_count = 2"
+    ]
 
 
 def test_a_run_with_few_modes_gives_the_note_and_with_many_modes_not(tmp_path: Path) -> None:
