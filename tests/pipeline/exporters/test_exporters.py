@@ -276,7 +276,7 @@ def test_a_writer_that_breaks_leaves_what_was_there(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(meshio, "write", break_down)
-    with pytest.raises(InputError, match="No space left on device"):
+    with pytest.raises(StageError, match="No space left on device"):
         vtu.write_modes(path, mesh, modal)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == ["modes.vtu"]
