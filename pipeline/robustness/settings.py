@@ -17,6 +17,8 @@ EXACT = 1e-3
 """The same where the integrator chooses its steps by itself, or has none; forces are then means over samples."""
 ENDED = 1 - 1e-6
 """Share of a duration within which an impact has ended before it."""
+COMPARABLE = 0.1
+"""Share of added speed from which an impact is another one."""
 LEAST_MODES = 8
 """Least number of modes that is halved."""
 HALVED = ("macneal", "normal+static", "rubin", "fixed-reference")
@@ -64,6 +66,7 @@ def gravity(subject: Subject, operation: Any) -> Trial:
     first, same = subject.base.contact, None
     if first is not None and speed > 0 and not held and not own.any() and not scene.joint:
         same = AGREES + 4 * operation.size * _end(first) / speed
+        same = same if same < COMPARABLE else None
     changes: dict[str, Any] = {"run": {"gravity": pull.tolist(), "checks": scene.run.step is None}}
     automatic = {"run": changes["run"] | {"integrator": "auto", "step": "unset", "accuracy": "unset", "checks": True}}
     for tried in (changes, automatic):

@@ -735,7 +735,7 @@ def _without(case: Case, *steps: str) -> None:
     [
         ("mesh", ("mesh", "modes", "morph", "solve"), ()),
         ("modes", ("modes", "morph", "solve"), ()),
-        ("solve", (), ("run.duration=10", "run.limits.angle=1e6")),
+        ("solve", (), ("run.duration=10", "run.limits.angle=1e6", "run.limits.offset=1e6")),
         ("plot", (), ()),
     ],
 )
