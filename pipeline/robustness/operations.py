@@ -10,7 +10,15 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.robustness import settings
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
-from gudgeon.pipeline.robustness.trial import LEAST_WINDOW, Trial, approach, stepped, suggested_step, turns_freely
+from gudgeon.pipeline.robustness.trial import (
+    LEAST_WINDOW,
+    Trial,
+    approach,
+    closing_turn,
+    stepped,
+    suggested_step,
+    turns_freely,
+)
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
 
@@ -207,15 +215,13 @@ def penetration(subject: Subject, operation: Any) -> Trial:
 
 
 def spin(subject: Subject, operation: Any) -> Trial:
-    """Turn the body of the first contact by an angle over the run, across the direction of the contact's force."""
+    """Turn the body of the first contact by an angle over the run, so that its nearest point moves to contact."""
     if not subject.contacts:
         raise DoesNotApply(NO_CONTACT)
     name = next(iter(subject.contacts.values())).body
     if not turns_freely(subject.job, name):
         raise DoesNotApply(f"body '{name}' cannot turn about every axis")
-    direction = approach(subject.job)[0]
-    across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
-    rate = operation.angle / subject.scene.run.duration * across / np.linalg.norm(across)
+    rate = operation.angle / subject.scene.run.duration * closing_turn(subject.job)
     return Trial(subject.changed({"body": {name: {"angular_velocity": rate.tolist()}}}))
 
 

@@ -125,6 +125,17 @@ def approach(job: Job) -> tuple[np.ndarray, float, float]:
     return contact.directions[row], float(system.gap[contact.rows][row]), reach
 
 
+def closing_turn(job: Job) -> np.ndarray:
+    """Return the axis (3,), across the first contact's force, of a turn that closes its smallest gap."""
+    system = system_of(job)
+    contact = system.contacts[0]
+    row = int(system.gap[contact.rows].argmin())
+    direction, arm = contact.directions[row], contact.points[row] - system.bodies[contact.body].morph.centre
+    across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
+    across /= np.linalg.norm(across)
+    return -across if direction @ np.cross(across, arm) > 0 else across
+
+
 def turns_freely(job: Job, name: str) -> bool:
     """Return whether a body has all six rigid motions."""
     return system_of(job).bodies[name].rigid_count == 6

@@ -128,3 +128,9 @@ def test_operations_on_settings_change_what_they_say(tmp_path: Path) -> None:
         with pytest.raises(DoesNotApply, match=why):
             applied(one, kind=kind, **values)
     assert trial.run_trial(falling, tmp_path / "falling", quiet).contact is not None  # type: ignore[union-attr]
+
+
+def test_a_turn_moves_the_nearest_point_to_contact(tmp_path: Path) -> None:
+    """The rod's tip is beside its centre: turned the other way, within 1 µs it would leave the floor."""
+    scene = Path(__file__).parents[3] / "data" / "rigid" / "rod-end.toml"
+    assert verdicts(scene, "rotation 0.02 rad", tmp_path)["rotation 0.02 rad"]["verdict"] == "right"
