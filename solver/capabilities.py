@@ -15,6 +15,8 @@ class Feature(Enum):
     COMPLIANT_CONTACT = "contact over residual flexibility or a surface layer, without a law"
     LINEAR_LAW = "contact with a linear law"
     SMOOTH_LAW = "contact with a nonlinear law"
+    FRICTION = "friction in the plane of contact"
+    LINE_FRICTION = "friction along one line, of rigid bodies in rigid contact"
     RIGID_CONTACT = "rigid contact by multipliers and impacts"
     SLIDING_PAIR = "points that slide over the traction space of another body"
     DASHPOT = "dashpots beside residual flexibility"
@@ -35,6 +37,8 @@ class Integrator:
     """Capabilities of an integrator; every member sets those without a value here."""
 
     carries: ClassVar[frozenset[Feature]]
+    preferred: ClassVar[frozenset[Feature] | None] = None
+    """Features that its fastest loop carries; where a scene has others, `auto` takes it last. None: all of them."""
     order: ClassVar[float]
     """Convergence order of its error in the step; infinite if its motion is exact, without a step."""
     promised_drift: ClassVar[float]
@@ -67,9 +71,10 @@ class Explicit(Integrator):
 
 
 class Implicit(Integrator):
-    """For driven and damped scenes; stiff surfaces do not reduce its step."""
+    """For every feature; stiff surfaces do not reduce its step. Driven and damped scenes have a loop of their own."""
 
-    carries = frozenset(
+    carries = frozenset(Feature)
+    preferred = frozenset(
         {
             Feature.COMPLIANT_CONTACT, Feature.SLIDING_PAIR, Feature.DAMPING, Feature.JOINT, Feature.LOAD,
             Feature.GRAVITY,
@@ -88,7 +93,7 @@ class Event(Integrator):
     carries = frozenset(
         {
             Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.RIGID_CONTACT, Feature.DASHPOT, Feature.GAUGES,
-            Feature.SPRING, Feature.SPRING_DAMPING, Feature.GRAVITY,
+            Feature.SPRING, Feature.SPRING_DAMPING, Feature.GRAVITY, Feature.LINE_FRICTION,
         }
     )  # fmt: skip
     order = math.inf

@@ -69,10 +69,12 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
 
 def start(system: System, plan: Plan) -> Marching:
     """Return the integrator of a plan at the start of the run."""
-    folder = plan.name.replace("-", "_")
+    folder, name = plan.name.replace("-", "_"), plan.integrator.__name__
+    if plan.name == "implicit" and system.scene.general:
+        folder, name = "general", "General"
     module = import_module(f"gudgeon.solver.integrators.{folder}.integrator")
     fixed = {} if plan.fixed_step is None else {"fixed_step": plan.fixed_step}
-    return getattr(module, plan.integrator.__name__)(system, plan.schedule.dt, **fixed)
+    return getattr(module, name)(system, plan.schedule.dt, **fixed)
 
 
 def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:

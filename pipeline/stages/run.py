@@ -56,7 +56,7 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
 @contextlib.contextmanager
 def _compilation(job: Job, until: str, tell: Progress) -> Iterator[Compilation]:
     """Compile the time loop in a child process beside mesh and modes, unless that is done for these sources."""
-    name = job.scene.integrator
+    name = job.scene.loop
     if until in COMPONENT_STAGES or is_compiled(name) or job.store.has(job.trajectory().key):
         yield None
         return

@@ -155,7 +155,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     residual = _residual(contact, name, body, contact.interface)
     if other is not None and master is not None:
         residual = residual + _residual(contact, name, master, other.interface)[np.ix_(other.order, other.order)]
-        if contact.friction is not None:
+        if contact.friction is not None and contact.friction.direction is not None:
             other = replace(other, tangents=-_tangents(contact, name, master, other.points, other.rows.shape[1]))
     layer = np.zeros(len(gap))
     if contact.surface_stiffness is not None:
@@ -271,17 +271,22 @@ def _surface(contact: Contact, c: int) -> dict[str, np.ndarray]:
         law[:] = contact.law.coefficients()
     if contact.friction is not None:
         friction[:] = contact.friction.static, contact.friction.sliding
-        belt[:] = unit(contact.friction.direction) @ np.asarray(getattr(contact.against, "velocity", (0.0, 0.0, 0.0)))
+        if contact.friction.direction is not None:
+            velocity = np.asarray(getattr(contact.against, "velocity", (0.0, 0.0, 0.0)))
+            belt[:] = unit(contact.friction.direction) @ velocity
     restitution = np.full(c, (contact.restitution or 0.0) if METHODS[contact.method].rigid else -1.0)
     return {"restitution": restitution, "law": law, "friction": friction, "belt": belt}
 
 
 def _tangents(contact: Contact, name: str, body: FlexibleBody, points: np.ndarray, size: int) -> np.ndarray:
     """Return the displacement of points along the line of friction per coordinate, (c, size); zero without friction."""
-    if contact.friction is None:
+    if contact.friction is None or contact.friction.direction is None:
         return np.zeros((len(points), size))
     if size > body.rigid_count:
-        raise SceneError(f"contact.{name}.friction: body '{body.name}' is elastic; friction acts on rigid bodies")
+        raise SceneError(
+            f"contact.{name}.friction.direction: body '{body.name}' is elastic, and friction along a line acts on rigid"
+            " bodies; remove the direction, so that friction acts in the plane of contact"
+        )
     return body.rigid_rows(points, np.broadcast_to(unit(contact.friction.direction), points.shape))
 
 

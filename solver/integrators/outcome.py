@@ -75,7 +75,7 @@ class Outcome:
     impacts: list[np.ndarray] = field(default_factory=list)
     """Impacts of each contact as in `Trajectory.impacts`, (b, 9) each, at the end of the run."""
     drags: np.ndarray = field(default_factory=lambda: np.empty(0))
-    """Friction's impulse on each row [N s], (c,)."""
+    """Friction's impulse at each row on the first body [N s], (c, 3); empty where there is none."""
     slips: list[list[tuple[float, bool]]] = field(default_factory=list)
     """Of each contact, times [s] at which a point begins to slip, True, or sticks, False."""
     springs: np.ndarray = field(default_factory=lambda: np.empty(0))

@@ -59,7 +59,7 @@ def _pressed(
     given, size, radius, centre = np.zeros(6), 0.0, 0.0, system.bodies[name].morph.centre
     impulses = end.impulses[contact.rows, None] * contact.directions
     if len(end.drags):
-        impulses = impulses + end.drags[contact.rows, None] * system.friction_lines[contact.rows]
+        impulses = impulses + end.drags[contact.rows]
     for owner, _, _, points, sign in contact.sides:
         if owner == name:
             arm = points - centre

@@ -117,5 +117,9 @@ def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarr
     scene, rigid = system.scene, system.rigid
     if len(system.contacts) > 1 or any(scene.run.gravity) or scene.force or scene.joint:
         return values
-    rubbed = end.drags @ system.tangents[:, rigid] if len(end.drags) else 0.0
-    return values | restitution(system.velocity[rigid], end.v[rigid], rubbed)
+    rubbed = np.zeros(len(system.velocity))
+    if len(end.drags):
+        for name, _, _, points, sign in contact.sides:
+            body = system.bodies[name]
+            rubbed[body.rigid] += sign * body.rigid_rows(points, end.drags[contact.rows]).sum(axis=0)
+    return values | restitution(system.velocity[rigid], end.v[rigid], rubbed[rigid])

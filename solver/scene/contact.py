@@ -28,14 +28,18 @@ class OtherBody(Strict):
 
 
 class Friction(Strict):
-    """Coulomb friction along one line."""
+    """Coulomb friction, in the plane of contact or along one line of it."""
 
     static: RatioFromZero = Field(description="Coefficient of static friction")
     kinetic: RatioFromZero | None = Field(
         default=None,
         description="Coefficient of kinetic friction; default: the static coefficient",
     )
-    direction: Direction = Field(description="Direction of sliding, of any length")
+    direction: Direction | None = Field(
+        default=None,
+        description="Line along which it acts, of any length, for rigid contact of rigid bodies that slide along it"
+        " only; default: friction acts in the plane of contact",
+    )
 
     @property
     def sliding(self) -> float:
@@ -76,7 +80,7 @@ class Contact(Strict):
         " its force would become tensile",
     )
     friction: Friction | None = Field(
-        default=None, description="Coulomb friction, for rigid contact of rigid bodies; static = 0 means no friction"
+        default=None, description="Coulomb friction; static = 0 means no friction"
     )
     dashpot: Literal["none", "wave-guide"] = Field(
         default="none",
@@ -105,7 +109,9 @@ class Contact(Strict):
              "dashpot 'wave-guide' acts in parallel to R; it needs method 'residual'"),
             (method.bounces != (self.restitution is not None),
              "restitution is required by method 'impact' and not allowed with other methods"),
-            (rubs and not method.rigid, "friction needs method 'constraint' or 'impact'"),
+            (rubs and isinstance(self.against, MasterSurface),
+             "friction and against.shape 'surface' cannot be combined: points that slide over another body's surface"
+             " have no tangential rows there"),
         ):  # fmt: skip
             if wrong:
                 raise ValueError(message)

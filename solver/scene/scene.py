@@ -74,7 +74,18 @@ class Scene(Strict):
     def carriers(self) -> list[str]:
         """Return the integrators that support all features of the scene, in the order in which `auto` prefers them."""
         demands = dict(_demands(self))
-        return [name for name in INTEGRATORS if not _lacking(demands, name)]
+        able = [name for name in INTEGRATORS if not _lacking(demands, name)]
+        return sorted(able, key=lambda name: not _prefers(demands, name))
+
+    @property
+    def general(self) -> bool:
+        """Whether the scene has features beyond those of the implicit integrator's loop for driven scenes."""
+        return not _prefers(dict(_demands(self)), "implicit")
+
+    @property
+    def loop(self) -> str:
+        """Name of the compiled loop that runs it: that of its integrator, or `general`."""
+        return "general" if self.integrator == "implicit" and self.general else self.integrator
 
     @property
     def integrator(self) -> str:
@@ -118,9 +129,19 @@ def _refuse_step(name: str) -> None:
     raise ValueError(f"run.step: integrator {name} has no step, since its motion is exact; remove run.step")
 
 
+def _prefers(demands: Mapping[str, Feature], name: str) -> bool:
+    """Whether an integrator's fastest loop carries a scene."""
+    own = INTEGRATORS[name]
+    return set(demands.values()) <= (own.carries if own.preferred is None else own.preferred)
+
+
 def _lacking(demands: Mapping[str, Feature], name: str) -> list[str]:
     """Return the elements of a scene that need a feature which an integrator does not support."""
-    return [what for what, feature in demands.items() if feature not in INTEGRATORS[name].carries]
+    own = INTEGRATORS[name]
+    allowed = own.carries
+    if own.preferred is not None and Feature.SLIDING_PAIR in demands.values():
+        allowed = own.preferred  # The loop over ports has rows that do not move.
+    return [what for what, feature in demands.items() if feature not in allowed]
 
 
 def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
@@ -146,6 +167,9 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
             yield f"the linear law of {where}", Feature.LINEAR_LAW
         else:
             yield f"method '{contact.method}' of {where} without a law", Feature.COMPLIANT_CONTACT
+        if contact.friction is not None:
+            along = METHODS[contact.method].rigid and contact.friction.direction is not None
+            yield f"the friction of {where}", Feature.LINE_FRICTION if along else Feature.FRICTION
         if contact.dashpot != "none":
             yield f"the dashpot of {where}", Feature.DASHPOT
     for name, spring in scene.springs().items():

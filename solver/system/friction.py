@@ -54,7 +54,7 @@ def lines(system: System) -> Iterator[Line]:
     """Yield the lines of friction of a system."""
     for number, contact in enumerate(system.contacts):
         friction = system.scene.contact[contact.name].friction
-        if friction is None:
+        if friction is None or friction.direction is None:
             continue
         for point in range(len(contact.points)):
             rows = np.zeros((3, len(system.velocity)))
@@ -73,7 +73,8 @@ def refuse_motion_across(system: System) -> None:
         SceneError: there is such a line, velocity or gravity.
     """
     for contact in system.contacts:
-        if (friction := system.scene.contact[contact.name].friction) is not None:
+        friction = system.scene.contact[contact.name].friction
+        if friction is not None and friction.direction is not None:
             _refuse_direction_out_of_plane(contact.name, friction.direction, contact.directions)
     for line in lines(system):
         speed, pull = line.relative(system.velocity), line.rows @ system.driving.gravity

@@ -110,7 +110,8 @@ class System:
         """Unit vector of each row's friction, zero without friction, (c, 3)."""
         lines = np.zeros((len(self.gap), 3))
         for item in self.contacts:
-            if (friction := self.scene.contact[item.name].friction) is not None:
+            friction = self.scene.contact[item.name].friction
+            if friction is not None and friction.direction is not None:
                 lines[item.rows] = unit(friction.direction)
         return lines
 
@@ -190,20 +191,23 @@ class System:
             SolverError: C is singular.
         """
         springs = self.springs
-        if len(self.gap) == 1 and not len(springs.stiffness):
+        if len(self.gap) == 1 and not len(springs.stiffness) and not self.rigid_contact[0]:
             return _single(self.stiffness, self.rows[0], self.compliance[0, 0] + self.yielding()[0])
         matrix = np.diag(self.stiffness) + springs.rows.T @ (springs.rows * springs.stiffness[:, None])
-        if len(self.gap):
-            compliance = self.compliance
+        yielding = self.yielding()
+        soft = np.flatnonzero(~self.rigid_contact & np.isfinite(yielding))
+        if len(soft):
+            rows = self.rows[soft]
+            compliance = self.compliance[np.ix_(soft, soft)] + np.diag(yielding[soft])
             if self.coupled:
                 try:
-                    matrix = matrix + self.rows.T @ linalg.cho_solve((_factored(compliance), True), self.rows)
+                    matrix = matrix + rows.T @ linalg.cho_solve((_factored(compliance), True), rows)
                 except linalg.LinAlgError:
                     raise SolverError(
                         f"contact {', '.join(self.scene.contact)}: {Result.DEPENDENT_ROWS.value}"
                     ) from None
             else:
-                matrix = matrix + self.rows.T @ (self.rows / (compliance.diagonal() + self.yielding())[:, None])
+                matrix = matrix + rows.T @ (rows / compliance.diagonal()[:, None])
         top = len(matrix) - 1
         return float(np.sqrt(linalg.eigvalsh(matrix, subset_by_index=[top, top])[0]))
 

@@ -313,7 +313,7 @@ class Record:
         """Return the state and the totals so far."""
         return Outcome(
             q=p, v=v, multipliers=multipliers, impulses=self._impulses.copy(), extreme=self._extreme.copy(),
-            counts=counts, drags=self._drags.copy(), springs=self._pulls.copy(),
+            counts=counts, drags=self._drags[:, None] * self._lines, springs=self._pulls.copy(),
             slips=[list(entries) for entries in self._slips],
         )  # fmt: skip
 

@@ -1,0 +1,215 @@
+"""The arrays of the time loop over ports. Shapes: p ports, m coordinates, k contacts, s sides, n candidates.
+
+A port's measure y is its displacement at the end of a step; of rigid contact the distance dt (u̇⁺ + e u̇⁻) that its
+velocities after and before the step give; of a joint u⁺ + ½ dt u̇⁺.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.integrators.impact_log import ImpactLog
+
+SLIPS = 65_536
+"""Changes between slip and stick that are kept, of a frame."""
+POSITION, VELOCITY, STABILISED = range(3)
+"""Levels: what a port's measure is."""
+
+
+class Rows(NamedTuple):
+    """W by bodies: the coordinates of at most two bodies in each row."""
+
+    first: np.ndarray
+    last: np.ndarray
+    """Range of coordinates of each part, (p, 2)."""
+    at: np.ndarray
+    """Its place among the values, (p, 2)."""
+    values: np.ndarray
+
+
+class Constants(NamedTuple):
+    """What does not change in a run."""
+
+    dt: float
+    motion: np.ndarray
+    push: np.ndarray
+    loss: np.ndarray
+    """As in `Flight`."""
+    stiffness: np.ndarray
+    gravity: np.ndarray
+    rows: Rows
+    norm: np.ndarray
+    """‖W‖ of each port, (p,)."""
+    reach: np.ndarray
+    """Largest |R| of each port [m/N], (p,)."""
+    offset: np.ndarray
+    kind: np.ndarray
+    size: np.ndarray
+    """Ports that respond together with the first of them; 0 for the others, (p,)."""
+    level: np.ndarray
+    share: np.ndarray
+    """κ: mean force of a step over the unknown: ½ where it is the force at the end, else 1, (p,)."""
+    inertia: np.ndarray
+    """Measure of port i by the mean force of port j, (p, p)."""
+    matrix: np.ndarray
+    """Measure of port i by the unknown of port j, (p, p)."""
+    residual: np.ndarray
+    """R of ports by sides of ports [m/N], (s, p, p)."""
+    memory: np.ndarray
+    """Factors in r⁺ of r, f at the start and f at the end, (s, 3, p)."""
+    layer: np.ndarray
+    """[m/N], (p,)."""
+    law: np.ndarray
+    """K, n, χ, c of contact laws; stiffness and damping of springs, (p, 4)."""
+    friction: np.ndarray
+    """Static and kinetic coefficient at the first port of a cone, (p, 2)."""
+    belt: np.ndarray
+    """Velocity of the obstacle along tangents [m/s], (p,)."""
+    restitution: np.ndarray
+    lengths: np.ndarray
+    """Rod length at the first port of a joint [m], (p,)."""
+    contact: np.ndarray
+    """Number of the contact of each port; −1 for others, (p,)."""
+    direction: np.ndarray
+    """Of the force on the contact's first body, (p, 3)."""
+    joint: np.ndarray
+    """Number of the joint at the first port of a joint, −1 elsewhere, (p,)."""
+    given: np.ndarray
+    """Ports of given loads."""
+    loaded: np.ndarray
+    """Ports of joints and given loads, in the order of `Samples.loads`."""
+    sides: np.ndarray
+    """As in `Ports`, (p, 2)."""
+    block: np.ndarray
+    """First port of each port's block, (p,)."""
+    farthest: float
+    """Largest displacement of a coordinate by a unit force in a step [s²]."""
+    damped: bool
+    """Whether the residual flexibility is damped."""
+    rigid: np.ndarray
+    """Numbers of the rigid coordinates, (r,)."""
+    floor: float
+    """Least approach speed of a law, relative to the largest so far."""
+    plain: bool
+    """Whether all ports that respond are unilateral over a symmetric compliance."""
+
+
+class State(NamedTuple):
+    """What changes from step to step."""
+
+    q: np.ndarray
+    v: np.ndarray
+    before: np.ndarray
+    """q and q̇ at the start of the step, (2, m)."""
+    force: np.ndarray
+    """Mean generalised force of the step, (m,)."""
+    pressed: np.ndarray
+    """Its part by contacts, (m,)."""
+    unknown: np.ndarray
+    """Force of each port at the end of the step, of some kinds its mean [N], (p,)."""
+    last: np.ndarray
+    """The same a step ago, (p,)."""
+    mean: np.ndarray
+    """Mean force of each port [N], (p,)."""
+    extra: np.ndarray
+    """Mean force less that of the trapezoidal rule [N], (p,)."""
+    held: np.ndarray
+    """r: forces in the residual flexibility, (s, p)."""
+    known: np.ndarray
+    """Its part that is known before contact, (s, p)."""
+    listed: np.ndarray
+    listed_known: np.ndarray
+    """Ports whose r is not zero, after how many, (p + 1,)."""
+    displacement: np.ndarray
+    """Of each port at the end of the step, and a step ago [m], (2, p)."""
+    response: np.ndarray
+    """Displacement of each port by the residual flexibility, now and a step ago [m], (2, p)."""
+    gap: np.ndarray
+    """Measure of each candidate without forces of the step's end, (p,)."""
+    measure: np.ndarray
+    """Measure of each candidate, (p,)."""
+    anchor: np.ndarray
+    """Where a tangent sticks [m], (p,)."""
+    sliding: np.ndarray
+    """Whether a cone slips, at its first port, (p,)."""
+    approach: np.ndarray
+    """v⁻ of each law [m/s], 0 where it is open, (p,)."""
+    fastest: np.ndarray
+    """Largest v⁻ so far [m/s], (1,)."""
+    rod: np.ndarray
+    """Direction of each joint's force in the step, and the length of its measure [m], (j, 3)."""
+    pin: np.ndarray
+    """Driven point of each joint at the end of the last step: lateral, along, rates, (j, 4)."""
+    closing: np.ndarray
+    """Share of the step at which rigid contact closes; −1 where it does not, (p,)."""
+    rate: np.ndarray
+    """Velocity of rigid contact at the end of the step without its forces [m/s], (p,)."""
+    margin: np.ndarray
+    """Sum of a gap and the bounds on its change that were used up when it was found [m], (p,)."""
+    travel: np.ndarray
+    """Path length of all coordinates [m kg^½], and Σ|r| [N], (2,)."""
+    impulses: np.ndarray
+    """Of each port [N s], (p,)."""
+    slips: np.ndarray
+    """Contact, time [s] and whether it begins, of each change between slip and stick; after the first row, their
+    number, (SLIPS + 1, 3)."""
+    acting: np.ndarray
+    """Sum of the forces of each contact's points at the end of the step [N], (k,)."""
+    stored: np.ndarray
+    """Energy of the residual flexibility a step ago [J], (1,)."""
+    work: np.ndarray
+    """Of contacts on each rigid coordinate, then on all [J], (r + 1,)."""
+    parts: np.ndarray
+    """Energies as in `Trajectory` [J], (5,)."""
+    extreme: np.ndarray
+    counts: np.ndarray
+    """As in `Outcome`; entry 3: sweeps, 4: contact solutions that were repeated."""
+
+
+class Problem(NamedTuple):
+    """The candidates of a step, and the work arrays of their solution. N: largest number of candidates, w: window."""
+
+    awake: np.ndarray
+    """Whether the first port of a block is a candidate, now and a step ago, (2, p)."""
+    ports: np.ndarray
+    """Their numbers, (N,)."""
+    size: np.ndarray
+    """How many; whether `columns` fits them, (2,)."""
+    columns: np.ndarray
+    """Measure of candidates per unknown of a candidate, one a row, (N, N)."""
+    x: np.ndarray
+    y: np.ndarray
+    """Unknowns and measures, (N,)."""
+    start: np.ndarray
+    """Unknowns at the start of a sweep, (N,)."""
+    past: np.ndarray
+    """Residual, unknowns and measures of the last sweep, (3, N)."""
+    changes: np.ndarray
+    """Their changes in the last sweeps, (3, w, N)."""
+    gram: np.ndarray
+    """(w, w + 1)"""
+
+
+class Arrays(NamedTuple):
+    """All arrays of the loop."""
+
+    constants: Constants
+    state: State
+    problem: Problem
+    log: ImpactLog
+
+
+class Found(NamedTuple):
+    """Histories, one row per sample."""
+
+    forces: np.ndarray
+    """Mean resultant of each contact, friction included [N], (t, k, 3)."""
+    energies: np.ndarray
+    loads: np.ndarray
+    """Mean force of each port of joints and given loads [N], (t, L)."""
+    q: np.ndarray
+    v: np.ndarray
+    ports: np.ndarray
+    """Forces of the ports [N], (t, p), each at the ends of the samples."""
+    lengths: np.ndarray
+    """Length error of each joint [m], (t, j)."""

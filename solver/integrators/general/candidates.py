@@ -1,0 +1,192 @@
+"""Which ports may respond in a step, and their measures without the forces of the step's end."""
+
+import numpy as np
+
+from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED, VELOCITY
+from gudgeon.solver.integrators.general.rows import displaced, moved
+from gudgeon.solver.integrators.general.solve import GIVEN, LAW, RUBBING_LAW
+
+SCRATCH = 1e-13
+"""Share of its margin by which a sleeping point is round-off from waking."""
+
+
+@inner
+def _sleeps(constants, state, i, travel):  # type: ignore[no-untyped-def]
+    """Whether a gap cannot have closed after so long a path of the coordinates."""
+    used = constants.norm[i] * travel + constants.reach[i] * state.travel[1]
+    return state.margin[i] * (1.0 - SCRATCH) > used
+
+
+@inner
+def _path(state):  # type: ignore[no-untyped-def]
+    """Return the path of the coordinates up to the state [m kg^½]."""
+    length = 0.0
+    for k in range(len(state.q)):
+        length += (state.q[k] - state.before[0, k]) ** 2
+    return state.travel[0] + np.sqrt(length)
+
+
+@inner
+def find_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
+    """List the ports that may respond in the step."""
+    travel = _path(state)
+    copy(problem.awake[0], problem.awake[1])
+    for i in range(len(constants.size)):
+        if constants.size[i] > 0 and constants.contact[i] >= 0:
+            problem.awake[0, i] = state.last[i] != 0.0 or not _sleeps(constants, state, i, travel)
+            if problem.awake[0, i] and not problem.awake[1, i]:
+                _place(constants, state, i)
+    _list(constants, state, problem)
+
+
+@inner
+def _place(constants, state, i):  # type: ignore[no-untyped-def]
+    """Set where a block that wakes was at the start of the step [m]."""
+    for b in range(i, i + constants.size[i]):
+        response = displaced(constants.residual, b, state.held, state.listed)
+        state.response[1, b] = response
+        state.displacement[1, b] = constants.offset[b] + moved(constants.rows, b, state.before[0]) + response
+        state.anchor[b] = state.displacement[1, b]
+
+
+@inner
+def _list(constants, state, problem):  # type: ignore[no-untyped-def]
+    """List the candidates; rigid contact is one where its gap closes without it. `columns` follow."""
+    count, same = 0, True
+    for i in range(len(constants.size)):
+        size = constants.size[i]
+        if size == 0 or constants.kind[i] == GIVEN:
+            continue
+        if constants.contact[i] >= 0:
+            state.closing[i] = -1.0
+            if not problem.awake[0, i]:
+                continue
+            if constants.level[i] == VELOCITY and constants.offset[i] + moved(constants.rows, i, state.q) > 0.0:
+                for b in range(i, i + size):
+                    state.unknown[b] = 0.0
+                continue
+        for b in range(i, i + size):
+            same = same and count < problem.size[0] and problem.ports[count] == b
+            problem.ports[count] = b
+            count += 1
+    if same and count == problem.size[0]:
+        return
+    problem.size[0] = count
+    for a in range(count):
+        column = problem.columns[a]
+        for c in range(count):
+            column[c] = constants.matrix[problem.ports[c], problem.ports[a]]
+
+
+@inner
+def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-def]
+    """Set the measures of the candidates without their forces of the step's end, and the approach of laws."""
+    dt = constants.dt
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        size = constants.size[i]
+        for b in range(i, i + size):
+            state.gap[b] = _free_measure(constants, state, i, b)
+        j = constants.joint[i]
+        if j >= 0:
+            for axis in range(2):
+                state.gap[i + axis] -= crank[j, axis] + 0.5 * dt * crank[j, 2 + axis]
+        if size == 3 and constants.level[i] == POSITION:
+            _touch(constants, state, i)
+        kind = constants.kind[i]
+        if kind in (LAW, RUBBING_LAW):
+            rate = (state.displacement[1, i] - state.gap[i]) / dt
+            if state.displacement[1, i] >= 0.0 and state.gap[i] < 0.0 and state.approach[i] <= 0.0:
+                state.fastest[0] = max(state.fastest[0], rate)
+                state.approach[i] = max(rate, constants.floor * state.fastest[0])
+
+
+@inner
+def _free_measure(constants, state, i, b):  # type: ignore[no-untyped-def]
+    """Return the measure of port b of the block of port i."""
+    dt, level = constants.dt, constants.level[i]
+    if level == VELOCITY:
+        rate = moved(constants.rows, b, state.v)
+        state.rate[b] = rate
+        if b > i:
+            return dt * (rate - constants.belt[b])
+        return dt * (rate - _rebound(constants, state, i, rate))
+    total = constants.offset[b] + moved(constants.rows, b, state.q)
+    total += displaced(constants.residual, b, state.known, state.listed_known)
+    if level == STABILISED:
+        total += 0.5 * dt * moved(constants.rows, b, state.v)
+    return total
+
+
+@inner
+def _rebound(constants, state, i, rate):  # type: ignore[no-untyped-def]
+    """Return the velocity [m/s] that rigid contact asks for at the end of the step, and set when it closes in it.
+
+    What closes at the share θ of the step rebounds by e of its velocity there, and then moves on freely.
+    """
+    begin, before = state.displacement[1, i], moved(constants.rows, i, state.before[1])
+    end = constants.offset[i] + moved(constants.rows, i, state.q)
+    state.closing[i] = begin / (begin - end) if begin > 0.0 > end else -1.0
+    share = max(0.0, state.closing[i])
+    hit = before + share * (rate - before)
+    return max(0.0, (1.0 - share) * (rate - before) - constants.restitution[i] * min(0.0, hit))
+
+
+@inner
+def _touch(constants, state, i):  # type: ignore[no-untyped-def]
+    """Measure the tangents of a cone from their anchors; one that closes in the step, from where it does."""
+    begin, end = state.displacement[1, i], state.gap[i]
+    for b in range(i + 1, i + 3):
+        if state.last[i] == 0.0:
+            share = begin / (begin - end) if begin > 0.0 > end else (0.0 if end <= 0.0 else 1.0)
+            state.anchor[b] = state.displacement[1, b] + share * (state.gap[b] - state.displacement[1, b])
+            state.anchor[b] -= share * constants.belt[b] * constants.dt
+        state.gap[b] -= state.anchor[b] + constants.belt[b] * constants.dt
+
+
+@inner
+def overlooked(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Wake the points that the forces found may have closed; whether there are any."""
+    total = 0.0
+    reached = _reached(constants, state, problem)
+    for i in range(len(state.unknown)):
+        total += abs(state.unknown[i])
+    before = state.travel[1]
+    state.travel[1] = max(before, len(state.held) * total)
+    found = False
+    for i in range(len(constants.size)):
+        if constants.size[i] > 0 and constants.contact[i] >= 0 and not problem.awake[0, i]:
+            asleep = _sleeps(constants, state, i, reached)
+            if not asleep:
+                problem.awake[0, i] = True
+                _place(constants, state, i)
+                found = True
+    state.travel[1] = before
+    if found:
+        _list(constants, state, problem)
+    return found
+
+
+@inner
+def _reached(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Return a bound of the path of the coordinates under the forces found [m kg^½]."""
+    further = 0.0
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        amount = constants.share[i] * state.unknown[i] + state.extra[i]
+        further += abs(amount) * constants.norm[i] * constants.farthest
+    return _path(state) + further
+
+
+@inner
+def used_margins(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Set the margin of open points, which they use up by the path of the coordinates and by forces."""
+    for i in range(len(constants.size)):
+        if constants.size[i] == 0 or constants.contact[i] < 0 or not problem.awake[0, i]:
+            continue
+        gap = state.displacement[0, i]
+        if state.unknown[i] == 0.0 and gap > 0.0:
+            state.margin[i] = gap + constants.norm[i] * state.travel[0] - constants.reach[i] * state.travel[1]
+        else:
+            state.margin[i] = 0.0

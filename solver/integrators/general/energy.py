@@ -1,0 +1,130 @@
+"""The energy balance of the loop over ports."""
+
+from gudgeon.solver.compiled import inner
+from gudgeon.solver.integrators.balance import note_exchange
+from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
+from gudgeon.solver.integrators.general.arrays import VELOCITY
+from gudgeon.solver.integrators.general.rows import moved, push
+from gudgeon.solver.integrators.general.solve import BILATERAL, CONE, GIVEN, LAW, RUBBING_LAW, SPRING, UNILATERAL
+from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
+from gudgeon.solver.laws.force import law_energy
+
+KINETIC, STRAIN, CONTACT, DISSIPATED, WORK = range(5)
+
+
+@inner
+def balance(constants, state):  # type: ignore[no-untyped-def]
+    """Set the energies [J] at the end of the step, and update the largest error of their balance."""
+    q, v, q0, v0, force, loss = state.q, state.v, state.before[0], state.before[1], state.force, constants.loss
+    parts, extreme = state.parts, state.extreme
+    kinetic, strain, work, lost = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(q)):
+        kinetic += v[k] * v[k]
+        strain += constants.stiffness[k] * q[k] * q[k]
+        work += constants.gravity[k] * (q[k] - q0[k])
+        lost += loss[0, k] * q0[k] * q0[k] + loss[1, k] * q0[k] * v0[k] + loss[2, k] * v0[k] * v0[k]
+        lost += (loss[3, k] * q0[k] + loss[4, k] * v0[k] + loss[5, k] * force[k]) * force[k]
+    parts[KINETIC], parts[CONTACT] = 0.5 * kinetic, 0.0
+    springs = 0.0
+    state.pressed[:] = 0.0
+    for i in range(len(state.mean)):
+        _ports_energy(constants, state, i)
+        if constants.kind[i] == SPRING:
+            springs += 0.5 * constants.law[i, 0] * state.displacement[0, i] ** 2
+    residual = residual_energy(constants, state)
+    if constants.damped:
+        given = 0.0
+        for i in range(len(state.mean)):
+            mean = state.mean[i] - state.extra[i]
+            given += mean * (state.response[0, i] - state.response[1, i])
+        parts[DISSIPATED] += given - (residual - state.stored[0])
+    state.stored[0] = residual
+    parts[STRAIN] = 0.5 * strain + residual + springs
+    parts[DISSIPATED] += lost
+    parts[WORK] += work
+    error = parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY]
+    extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(error))
+    _exchange(constants, state)
+
+
+@inner
+def _ports_energy(constants, state, i):  # type: ignore[no-untyped-def]
+    """Add what one port stores, loses and is given in the step [J]."""
+    kind, parts, mean = constants.kind[i], state.parts, state.mean[i]
+    first = constants.block[i]
+    if constants.contact[i] >= 0:
+        if mean == 0.0 and state.unknown[i] == 0.0 and (first != i or kind in (UNILATERAL, CONE)):
+            return
+        if mean != 0.0:
+            push(constants.rows, i, mean, state.pressed)
+    step = state.displacement[0, i] - state.displacement[1, i]
+    if kind in (GIVEN, BILATERAL):
+        parts[WORK] += mean * step
+    elif kind == SPRING:
+        if constants.law[i, 1] > 0.0:
+            stored = 0.5 * constants.law[i, 0] * (state.displacement[0, i] ** 2 - state.displacement[1, i] ** 2)
+            parts[DISSIPATED] += -mean * step - stored
+    elif state.closing[first] >= 0.0:
+        _struck(constants, state, i)
+    elif first != i:
+        belt = constants.belt[i] * constants.dt
+        parts[DISSIPATED] -= mean * (step - belt)
+        parts[WORK] += mean * belt
+    elif constants.level[i] == VELOCITY:
+        if constants.restitution[i] < 1.0 and mean * step < 0.0:
+            parts[DISSIPATED] -= mean * step
+    elif kind in (LAW, RUBBING_LAW):
+        law, before, after = constants.law[i], -state.displacement[1, i], -state.displacement[0, i]
+        parts[CONTACT] += law_energy(law, after)
+        state.extreme[DEEPEST] = max(state.extreme[DEEPEST], after)
+        if law[2] > 0.0 or law[3] > 0.0:
+            lost = (mean - quotient(law, before, after)) * (after - before)
+            if lost > 0.0:  # No law creates energy: that of a wrong force shall appear as drift.
+                parts[DISSIPATED] += lost
+    else:
+        parts[CONTACT] += 0.5 * constants.layer[i] * state.unknown[i] ** 2
+        state.extreme[DEEPEST] = max(state.extreme[DEEPEST], constants.layer[i] * state.unknown[i])
+
+
+@inner
+def _struck(constants, state, i):  # type: ignore[no-untyped-def]
+    """Add what an impact of rigid contact loses, p ½ (u̇⁻ + u̇⁺) when it closes, and what a moving obstacle gives [J]."""
+    first, mean = constants.block[i], state.mean[i]
+    before, after = moved(constants.rows, i, state.before[1]), moved(constants.rows, i, state.v)
+    free, share = state.rate[i] - before, state.closing[first]
+    middle = 0.5 * (before + share * free + after - (1.0 - share) * free) - constants.belt[i]
+    if first != i or constants.restitution[i] < 1.0:
+        state.parts[DISSIPATED] -= mean * constants.dt * middle
+    state.parts[WORK] += mean * constants.dt * constants.belt[i]
+
+
+@inner
+def residual_energy(constants, state):  # type: ignore[no-untyped-def]
+    """Return what the residual flexibility stores [J]."""
+    total, held, residual, sides, listed = 0.0, state.held, constants.residual, constants.sides, state.listed
+    if len(held) == 1:
+        for n in range(1, listed[0] + 1):
+            total += 0.5 * held[0, listed[n]] * state.response[0, listed[n]]
+        return total
+    for s in range(len(held)):
+        for n in range(1, listed[0] + 1):
+            j = listed[n]
+            for b in range(1, listed[0] + 1):
+                i = listed[b]
+                other = 0 if sides[i, 0] == sides[j, s] else 1
+                total += 0.5 * held[other, i] * residual[s, i, j] * held[s, j]
+    return total
+
+
+@inner
+def _exchange(constants, state):  # type: ignore[no-untyped-def]
+    """Add the contacts' work [J] in the step on each rigid coordinate and on all, and update the largest exchange."""
+    work, count = state.work, len(constants.rigid)
+    for number in range(count):
+        k = constants.rigid[number]
+        work[number] += state.pressed[k] * (state.q[k] - state.before[0, k])
+    total = 0.0
+    for k in range(len(state.q)):
+        total += state.pressed[k] * (state.q[k] - state.before[0, k])
+    work[count] += total
+    note_exchange(work, state.parts[CONTACT], state.extreme)

@@ -1,0 +1,300 @@
+"""The implicit integrator for every feature: builds the arrays of the loop over ports from a system."""
+
+import numpy as np
+
+from gudgeon.solver.integrators.flight import flight
+from gudgeon.solver.integrators.general.arrays import (
+    POSITION,
+    SLIPS,
+    STABILISED,
+    VELOCITY,
+    Arrays,
+    Constants,
+    Found,
+    Problem,
+    Rows,
+    State,
+)
+from gudgeon.solver.integrators.general.kernel import march
+from gudgeon.solver.integrators.general.solve import WINDOW
+from gudgeon.solver.integrators.impact_log import Located, impact_log
+from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.uncoupled import SLOWEST
+from gudgeon.solver.ports.members import contact_ports, ports_of
+from gudgeon.solver.ports.table import BLOCK, Kind, Ports
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.system import System
+
+
+class General:
+    """A run of steps `dt`."""
+
+    failure = Result.NOT_CONVERGED
+
+    def __init__(self, system: System, dt: float) -> None:
+        self._system, self._dt = system, dt
+        self.ports = ports_of(system)
+        constants = _constants(system, self.ports, dt)
+        state = _state(system, self.ports, constants)
+        normals = [contact_ports(self.ports, contact) for contact in system.contacts]
+        self._normals = np.concatenate([np.empty(0, np.int64), *normals]).astype(np.int64)
+        log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
+        self._arrays = Arrays(constants, state, _problem(len(self.ports.offset)), log)
+        self._located = Located(log)
+        self._slips: list[list[tuple[float, bool]]] = [[] for _ in system.contacts]
+        self._gauges = _gauge_ports(system, self.ports)
+
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Fill samples of `stride` steps; False where the run cannot continue."""
+        system, state, count = self._system, self._arrays.state, len(out.forces)
+        found = Found(
+            forces=out.forces, energies=out.energies, loads=out.loads, q=np.zeros((count, len(state.q))),
+            v=np.zeros((count, len(state.q))), ports=np.zeros((count, len(state.unknown))),
+            lengths=np.zeros((count, len(state.pin))),
+        )  # fmt: skip
+        loads, crank = self._drive(first, count * stride)
+        sound = march(self._arrays, loads, crank, first, stride, found)
+        self._take_slips()
+        pressed = found.ports[:, self._normals]
+        out.set_states(slice(None), system, found.q, found.v, pressed)
+        out.gauges[:] = found.q @ system.gauge_rows.T + found.ports @ self._gauges.T
+        out.snapshots[:, 2 * len(system.rigid) :] = found.lengths
+        out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed)
+        if sound and not self._located.take():
+            self.failure = Result.IMPACTS
+            return False
+        return bool(sound)
+
+    def _take_slips(self) -> None:
+        """Take the changes between slip and stick of the last steps."""
+        kept = self._arrays.state.slips
+        for contact, time, begins in kept[1 : int(kept[0, 0]) + 1]:
+            self._slips[int(contact)].append((float(time), bool(begins)))
+        kept[0, 0] = 0.0
+
+    def _drive(self, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the given loads and the driven points of some steps."""
+        driving, dt = self._system.driving, self._dt
+        start = dt * np.arange(first, first + count)
+        return driving.loads(start, dt)[:, 2 * len(driving.joints) :], driving.crank(start + dt)
+
+    def impacts(self) -> list[np.ndarray]:
+        return self._located.impacts()
+
+    def outcome(self) -> Outcome:
+        state, ports, system = self._arrays.state, self.ports, self._system
+        drags = np.zeros((len(self._normals), 3))
+        directions = self._arrays.constants.direction
+        for row, normal in enumerate(self._normals):
+            for b in range(normal + 1, normal + BLOCK.get(Kind(ports.kind[normal]), 1)):
+                drags[row] += state.impulses[b] * directions[b]
+        springs = [-state.impulses[ports.of(f"force.{name}")] for name in system.scene.springs()]
+        return Outcome(
+            q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
+            extreme=state.extreme, counts=state.counts, drags=drags if drags.any() else np.empty(0),
+            springs=np.concatenate([np.empty(0), *springs]), slips=self._slips,
+        )  # fmt: skip
+
+
+def _constants(system: System, ports: Ports, dt: float) -> Constants:
+    step, p = flight(system.stiffness, system.damping, dt), len(ports.offset)
+    per_port = _per_port(system, ports)
+    level, joints = np.full(p, POSITION), np.full(p, -1)
+    level[per_port["restitution"] >= 0] = VELOCITY
+    lengths = np.zeros(p)
+    for number, held in enumerate(system.driving.joints):
+        here = ports.of(f"joint.{held.name}")
+        level[here], joints[here.start], lengths[here.start] = STABILISED, number, held.joint.rod_length
+    block = np.zeros(p, np.int64)
+    size = np.zeros(p, np.int64)
+    for item, here in zip(ports.blocks, ports.places, strict=True):
+        each = BLOCK.get(item.kind, 1)
+        first = np.arange(here.start, here.stop, each)
+        size[first] = each
+        block[here] = np.repeat(first, each)
+    rigid = level == VELOCITY
+    inertia = (ports.rows * step.push[0]) @ ports.rows.T
+    faster = dt * ((ports.rows * step.push[1]) @ ports.rows.T)
+    inertia[level == STABILISED] += 0.5 * faster[level == STABILISED]
+    inertia[rigid] = faster[rigid]
+    residual, memory = _residual(system, ports, per_port["delay"], dt)
+    flexible = np.einsum("sij,sj->ij", residual, memory[:, 2]) if len(residual) else np.zeros((p, p))
+    flexible[rigid] = 0.0
+    share = _share(ports, level, per_port["layer"], flexible)
+    matrix = inertia * share + flexible + np.diag(per_port["layer"])
+    scale = np.sqrt(np.abs(matrix.diagonal()))
+    symmetric = np.allclose(matrix / np.outer(scale, scale), matrix.T / np.outer(scale, scale), rtol=0, atol=1e-12)
+    responds = ports.kind != Kind.GIVEN
+    return Constants(
+        dt=dt, motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
+        gravity=system.driving.gravity, rows=_rows(system, ports), norm=np.linalg.norm(ports.rows, axis=1),
+        reach=np.abs(residual).max(axis=(0, 2), initial=0.0) if p else np.zeros(0), offset=ports.offset,
+        kind=ports.kind, size=size, block=block, level=level, share=share, inertia=np.ascontiguousarray(inertia),
+        matrix=np.ascontiguousarray(matrix), residual=residual, memory=memory, layer=per_port["layer"],
+        law=per_port["law"], friction=per_port["friction"], belt=per_port["belt"],
+        restitution=per_port["restitution"], lengths=lengths, contact=per_port["contact"],
+        direction=per_port["direction"], joint=joints, given=np.flatnonzero(~responds),
+        loaded=_loaded(system, ports), sides=ports.sides, farthest=float(step.push[0].max(initial=0.0)),
+        damped=bool(np.any(memory[:, :2])), rigid=system.rigid, floor=SLOWEST,
+        plain=bool(symmetric and (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()),
+    )  # fmt: skip
+
+
+def _per_port(system: System, ports: Ports) -> dict[str, np.ndarray]:
+    """Return what contacts and springs give to each of their ports."""
+    p = len(ports.offset)
+    found = {name: np.zeros((p, *shape)) for name, shape in _PER_PORT.items()}
+    found["restitution"][:], contact = -1.0, np.full(p, -1)
+    for number, item in enumerate(system.contacts):
+        here = ports.of(f"contact.{item.name}")
+        contact[here] = number
+        normals = contact_ports(ports, item)
+        each = (here.stop - here.start) // len(normals)
+        rigid = system.rigid_contact[item.rows]
+        for b in range(each):
+            found["restitution"][normals + b] = np.where(rigid, system.restitution[item.rows], -1.0)
+        found["friction"][normals] = system.friction[item.rows]
+        found["direction"][here] = ports.blocks[number].directions
+        if ports.kind[here.start] in (Kind.LAW, Kind.RUBBING_LAW):
+            found["law"][normals] = system.law[item.rows]
+        else:
+            found["layer"][normals] = system.layer[item.rows]
+            compliance = system.compliance.diagonal()[item.rows]
+            found["delay"][normals] = system.dashpot[item.rows] * compliance
+        if each > 1:
+            settings = system.scene.contact[item.name]
+            velocity = np.asarray(getattr(settings.against, "velocity", (0.0, 0.0, 0.0)), float)
+            for b in range(1, each):
+                found["belt"][normals + b] = found["direction"][normals + b] @ velocity
+    for number, name in enumerate(system.scene.springs()):
+        springs = system.springs
+        found["law"][ports.of(f"force.{name}"), :2] = springs.stiffness[number], springs.damping[number]
+    return found | {"contact": contact}
+
+
+_PER_PORT: dict[str, tuple[int, ...]] = {
+    "layer": (), "delay": (), "law": (4,), "friction": (2,), "belt": (), "restitution": (), "direction": (3,),
+}  # fmt: skip
+
+
+def _residual(system: System, ports: Ports, delay: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return R by sides of ports [m/N], (s, p, p), and the memory of r on them, (s, 3, p); one side if both are alike.
+
+    Args:
+        delay: Of the dashpots beside the compliance of ports [s], (p,).
+    """
+    p, bodies = len(ports.offset), list(system.bodies.values())
+    if not ports.residual.any():
+        return np.zeros((0, p, p)), np.zeros((0, 3, p))
+    beta = np.array([[bodies[b].stiffness_factor if b >= 0 else 0.0 for b in pair] for pair in ports.sides])
+    beta = np.maximum(beta.reshape(p, 2).T, delay)
+    beta[1] = np.where(ports.sides[:, 1] >= 0, beta[1], beta[0])
+    memory = np.stack([_memory(own, dt) for own in beta])
+    if np.array_equal(beta[0], beta[1]):
+        return ports.residual.sum(axis=0)[None], memory[:1]
+    return ports.residual, memory
+
+
+def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
+    """Return what r + β ṙ = f keeps of r, of f at the start and of f at the end of a step, f linear in it, (3, n)."""
+    ratio = beta / dt
+    with np.errstate(divide="ignore"):
+        kept = np.exp(-1 / ratio)
+    gone = ratio * (1 - kept)
+    return np.array([kept, gone - kept, 1 - gone])
+
+
+def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndarray) -> np.ndarray:
+    """Return κ of each port: ½ where the trapezoidal rule holds, which needs a compliance of its own, (p,)."""
+    share = np.ones(len(level))
+    own = flexible.diagonal() + layer > 0
+    for item, here in zip(ports.blocks, ports.places, strict=True):
+        if item.kind in (Kind.GIVEN, Kind.BILATERAL):
+            continue
+        each = BLOCK.get(item.kind, 1)
+        first = np.arange(here.start, here.stop, each)
+        trapezoid = own[first] & (level[first] == POSITION)
+        share[here] = np.where(np.repeat(trapezoid, each), 0.5, 1.0)
+    return share
+
+
+def _rows(system: System, ports: Ports) -> Rows:
+    """Return W by the bodies of each port."""
+    p, bodies = len(ports.offset), list(system.bodies.values())
+    first, last, at = (np.zeros((p, 2), np.int64) for _ in range(3))
+    values, used = [np.empty(0)], 0
+    for i in range(p):
+        for side, number in enumerate(ports.sides[i]):
+            if number >= 0:
+                here = bodies[number].coordinates
+                first[i, side], last[i, side], at[i, side] = here.start, here.stop, used
+                values.append(ports.rows[i, here])
+                used += here.stop - here.start
+    return Rows(first, last, at, np.concatenate(values))
+
+
+def _loaded(system: System, ports: Ports) -> np.ndarray:
+    """Return the ports of joints and given loads."""
+    driving = system.driving
+    names = [f"joint.{held.name}" for held in driving.joints] + [f"force.{load.name}" for load in driving.given]
+    parts = [np.arange(ports.of(name).start, ports.of(name).stop) for name in names]
+    return np.concatenate([np.empty(0, np.int64), *parts]).astype(np.int64)
+
+
+def _gauge_ports(system: System, ports: Ports) -> np.ndarray:
+    """Return the quasi-static value of each gauge per force of each port, (G, p)."""
+    parts = [np.zeros((0, len(ports.offset)))]
+    for name, body in system.bodies.items():
+        for gauge in body.modal.gauges.values():
+            known = name in ports.weights and gauge.residual.shape[1]
+            parts.append(
+                gauge.residual @ ports.weights[name] if known else np.zeros((len(gauge.rows), len(parts[0].T)))
+            )
+    return np.vstack(parts)
+
+
+def _state(system: System, ports: Ports, constants: Constants) -> State:
+    p, m, contacts, joints = len(ports.offset), len(system.velocity), len(system.contacts), len(system.driving.joints)
+    sides = len(constants.residual)
+    unknown = np.zeros(p)
+    for item in system.contacts:
+        unknown[contact_ports(ports, item)] = system.start_forces[item.rows]
+    unknown[constants.loaded] = system.loads
+    held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
+    response = np.einsum("sij,sj->i", constants.residual, held) if sides else np.zeros(p)
+    displacement = ports.offset + ports.rows @ system.position + response
+    parts = np.zeros(5)
+    stored = 0.5 * float(unknown @ response)
+    springs = ports.kind == Kind.SPRING
+    parts[:3] = (
+        0.5 * float(system.velocity @ system.velocity),
+        0.5 * float(system.stiffness @ system.position**2) + stored
+        + 0.5 * float(constants.law[springs, 0] @ displacement[springs] ** 2),
+        system.start_contact_energy - 0.5 * float(system.start_forces @ system.residual @ system.start_forces),
+    )  # fmt: skip
+    pin = system.driving.crank(np.zeros(1))[0]
+    listed = np.zeros(p + 1, np.int64)
+    acts = np.flatnonzero(unknown) if sides else np.empty(0, np.int64)
+    listed[0], listed[1 : len(acts) + 1] = len(acts), acts
+    zeros = {name: np.zeros(p) for name in _ZERO_AT_START}
+    return State(
+        q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
+        pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), listed=listed,
+        listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
+        response=np.stack([response, response]), anchor=displacement.copy(), sliding=np.zeros(p, np.bool_),
+        fastest=np.zeros(1), rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(2),
+        acting=np.zeros(contacts), slips=np.zeros((SLIPS + 1 if contacts else 1, 3)),
+        stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
+        extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), **zeros,
+    )  # fmt: skip
+
+
+_ZERO_AT_START = ("last", "mean", "extra", "gap", "measure", "approach", "margin", "closing", "rate", "impulses")
+
+
+def _problem(p: int) -> Problem:
+    return Problem(
+        awake=np.zeros((2, p), np.bool_), ports=np.zeros(p, np.int64), size=np.zeros(2, np.int64),
+        columns=np.zeros((p, p)), x=np.zeros(p), y=np.zeros(p), start=np.zeros(p), past=np.zeros((3, p)),
+        changes=np.zeros((3, WINDOW, p)), gram=np.zeros((WINDOW, WINDOW + 1)),
+    )  # fmt: skip

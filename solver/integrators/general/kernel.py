@@ -1,0 +1,287 @@
+"""The implicit time loop over ports: exact modal motion under mean forces, all ports respond at the end of the step.
+
+The mean force of a port over a step is ½ (fₙ + f⁺) where it has a compliance of its own, and its unknown where contact
+is rigid, where a law is its only compliance, and for joints. Where contact closes or opens within the step, at the
+share θ of it, the mean is ½ (1 − θ) f⁺ or ½ θ fₙ, so that it does the work that its compliance stores: the average of
+the force along the step. Rigid contact keeps 0 ≤ f̄ ⊥ u̇⁺ + e u̇⁻ ≥ 0 once its gap closes (J. J. Moreau, 1988). Points
+that the path of the coordinates cannot have closed are left out.
+"""
+
+import numpy as np
+
+from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.integrators.general.arrays import POSITION
+from gudgeon.solver.integrators.general.candidates import find_candidates, free_measures, overlooked, used_margins
+from gudgeon.solver.integrators.general.energy import balance
+from gudgeon.solver.integrators.general.responses import rubbed
+from gudgeon.solver.integrators.general.resultants import log_forces
+from gudgeon.solver.integrators.general.rows import displaced, list_forces, moved, push
+from gudgeon.solver.integrators.general.solve import CONE, LAW, RUBBING_LAW, UNILATERAL, solve
+
+PASSES = 6
+"""Largest number of contact solutions in a step, since its means depend on what opens and closes in it."""
+SETTLED = 1e-6
+"""Change of these means, relative to the largest force, at which they are found."""
+
+
+@entry
+def march(arrays, loads, crank, first, stride, out):  # type: ignore[no-untyped-def]
+    """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where ports do not respond.
+
+    Args:
+        loads: Given loads in the middle of each step [N], (steps, g).
+        crank: Driven points at the end of each step, (steps, j, 4).
+    """
+    constants, state, problem, log = arrays.constants, arrays.state, arrays.problem, arrays.log
+    for sample in range(len(out.forces)):
+        for part in range(stride):
+            step = sample * stride + part
+            _aim(constants, state, crank[step])
+            _fly(constants, state, loads[step])
+            find_candidates(constants, state, problem)
+            free_measures(constants, state, problem, crank[step])
+            if not _respond(constants, state, problem, crank[step]):
+                return False
+            _finish(constants, state, problem, (first + step + 1) * constants.dt)
+            for j in range(len(state.pin)):
+                copy(crank[step, j], state.pin[j])
+            balance(constants, state)
+            log_forces(constants, state, problem, log, first + step)
+            for i in range(len(constants.contact)):
+                k = constants.contact[i]
+                if k >= 0 and state.mean[i] != 0.0:
+                    for axis in range(3):
+                        out.forces[sample, k, axis] += state.mean[i] * constants.direction[i, axis] / stride
+            for i in range(len(constants.loaded)):
+                out.loads[sample, i] += state.mean[constants.loaded[i]] / stride
+        copy(state.parts, out.energies[sample])
+        copy(state.q, out.q[sample])
+        copy(state.v, out.v[sample])
+        copy(state.unknown, out.ports[sample])
+        _lengths(constants, state, out.lengths[sample])
+    return True
+
+
+@inner
+def _aim(constants, state, crank):  # type: ignore[no-untyped-def]
+    """Set the direction of each joint's force in the middle of the step, and the length of its measure [m]."""
+    dt = constants.dt
+    for i in range(len(constants.joint)):
+        j = constants.joint[i]
+        if j < 0:
+            continue
+        size, apart, closing, speed = 0.0, 0.0, 0.0, 0.0
+        for axis in range(2):
+            rate = moved(constants.rows, i + axis, state.v)
+            here, pin = state.displacement[0, i + axis], state.pin[j, axis]
+            state.rod[j, axis] = 2 * here + dt * rate - pin - crank[j, axis]
+            size += state.rod[j, axis] ** 2
+            apart += (here - pin) ** 2
+            closing += (here - pin) * (rate - state.pin[j, 2 + axis])
+            speed += (rate - state.pin[j, 2 + axis]) ** 2
+        for axis in range(2):
+            state.rod[j, axis] /= np.sqrt(size)
+        across = max(0.0, speed - closing * closing / apart)
+        state.rod[j, 2] = constants.lengths[i] + dt * dt * across / (8.0 * constants.lengths[i])
+
+
+@inner
+def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
+    """Set q and q̇ to the end of the step under the loads and the first half of the forces that are not zero."""
+    q, v, force, last, motion = state.q, state.v, state.force, state.last, constants.motion
+    copy(state.unknown, last)
+    copy(state.displacement[0], state.displacement[1])
+    copy(state.response[0], state.response[1])
+    copy(q, state.before[0])
+    copy(v, state.before[1])
+    copy(constants.gravity, force)
+    for i in range(len(last)):
+        state.extra[i] = 0.0
+        if last[i] != 0.0 and constants.share[i] < 1.0:
+            push(constants.rows, i, 0.5 * last[i], force)
+    for n in range(len(constants.given)):
+        i = constants.given[n]
+        state.unknown[i] = loads[n]
+        if loads[n] != 0.0:
+            push(constants.rows, i, loads[n], force)
+    q0, v0 = state.before[0], state.before[1]
+    for k in range(len(q)):
+        q[k] = motion[0, k] * q0[k] + motion[1, k] * v0[k] + constants.push[0, k] * force[k]
+        v[k] = motion[2, k] * q0[k] + motion[3, k] * v0[k] + constants.push[1, k] * force[k]
+    for s in range(len(state.held)):
+        memory = constants.memory[s]
+        for i in range(len(last)):
+            state.known[s, i] = memory[0, i] * state.held[s, i] + memory[1, i] * last[i]
+        for n in range(len(constants.given)):
+            i = constants.given[n]
+            state.known[s, i] += memory[2, i] * state.unknown[i]
+    list_forces(state.known, state.listed_known)
+
+
+@inner
+def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
+    """Find the forces of all candidates; False where the sweeps do not converge."""
+    for _trial in range(PASSES):
+        n = problem.size[0]
+        for a in range(n):
+            i = problem.ports[a]
+            problem.x[a], problem.y[a] = state.unknown[i], state.gap[i]
+        for j in range(len(state.extra)):
+            if state.extra[j] != 0.0:
+                for a in range(n):
+                    problem.y[a] += constants.inertia[problem.ports[a], j] * state.extra[j]
+        if n > 0 and not solve(constants, state, problem):
+            return False
+        for a in range(n):
+            i = problem.ports[a]
+            state.unknown[i], state.measure[i] = problem.x[a], problem.y[a]
+        unsettled = _set_extra(constants, state, problem)
+        missed = overlooked(constants, state, problem)
+        if missed:
+            free_measures(constants, state, problem, crank)
+        if not (missed or unsettled):
+            return True
+        state.counts[4] += 1
+    return True
+
+
+@inner
+def _set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Set by how much means differ from the trapezoidal rule where contact opens or closes; whether that changed."""
+    largest, change = 0.0, 0.0
+    for a in range(problem.size[0]):
+        largest = max(largest, abs(problem.x[a]))
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        kind = constants.kind[i]
+        if constants.size[i] == 0 or constants.level[i] != POSITION or kind not in (UNILATERAL, CONE):
+            continue
+        now, last = state.unknown[i], state.last[i]
+        scale, own = 1.0, constants.matrix[i, i] - 0.5 * constants.inertia[i, i]
+        if last == 0.0 and now > 0.0:
+            begin = max(0.0, state.displacement[1, i])
+            scale = own * now / (own * now + begin) if own > 0.0 else 1.0
+        elif last > 0.0 and now == 0.0:
+            end = max(0.0, state.measure[i])
+            scale = own * last / (own * last + end) if own > 0.0 else 1.0
+        for b in range(constants.size[i]):
+            wanted = (scale - 1.0) * 0.5 * (state.last[i + b] + state.unknown[i + b])
+            change = max(change, abs(wanted - state.extra[i + b]))
+            state.extra[i + b] = wanted
+    return change > SETTLED * largest
+
+
+@inner
+def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
+    """Bring all ports and coordinates to the end of the step."""
+    p = len(state.unknown)
+    second = state.pressed
+    second[:] = 0.0
+    for i in range(p):
+        now, last = state.unknown[i], state.last[i]
+        state.mean[i] = now if constants.share[i] == 1.0 else 0.5 * (last + now) + state.extra[i]
+        state.impulses[i] += constants.dt * state.mean[i]
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        amount = constants.share[i] * state.unknown[i] + state.extra[i]
+        if amount != 0.0:
+            push(constants.rows, i, amount, second)
+    _strike(constants, state, problem)
+    length = 0.0
+    for k in range(len(second)):
+        state.force[k] += second[k]
+        state.q[k] += constants.push[0, k] * second[k]
+        state.v[k] += constants.push[1, k] * second[k]
+        length += (state.q[k] - state.before[0, k]) ** 2
+    state.travel[0] += np.sqrt(length)
+    held, total = state.held, 0.0
+    for s in range(len(held)):
+        for i in range(p):
+            memory = constants.memory[s]
+            held[s, i] = memory[0, i] * held[s, i] + memory[1, i] * state.last[i] + memory[2, i] * state.unknown[i]
+            total += abs(held[s, i])
+    state.travel[1] = total
+    list_forces(held, state.listed)
+    _displace(constants, state, problem)
+    _anchor(constants, state, problem, time)
+    used_margins(constants, state, problem)
+
+
+@inner
+def _strike(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Let impulses of rigid contact that closes within the step act when it closes, not over the whole step."""
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        share = state.closing[constants.block[i]]
+        if share >= 0.0 and state.mean[i] != 0.0:
+            push(constants.rows, i, (0.5 - share) * constants.dt**2 * state.mean[i], state.q)
+
+
+@inner
+def _displace(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Set the displacement of the ports that respond or are loaded, at the end of the step [m]."""
+    for i in range(len(state.unknown)):
+        tracked = constants.contact[i] < 0 or problem.awake[0, constants.block[i]]
+        if not (tracked or state.unknown[i] != 0.0 or state.last[i] != 0.0 or _holds(state, i)):
+            continue
+        response = displaced(constants.residual, i, state.held, state.listed)
+        state.response[0, i] = response
+        state.displacement[0, i] = constants.offset[i] + moved(constants.rows, i, state.q) + response
+
+
+@inner
+def _holds(state, i):  # type: ignore[no-untyped-def]
+    """Whether the residual flexibility still holds a force of a port."""
+    total = 0.0
+    for s in range(len(state.held)):
+        total += abs(state.held[s, i])
+    return total > 0.0
+
+
+@inner
+def _anchor(constants, state, problem, time):  # type: ignore[no-untyped-def]
+    """Let the anchors of tangents that slip or are open follow them, and end the approach of laws that are open."""
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        if constants.size[i] == 0:
+            continue
+        kind = constants.kind[i]
+        if (kind in (LAW, RUBBING_LAW)) and state.displacement[0, i] >= 0.0:
+            state.approach[i] = 0.0
+        if constants.size[i] != 3:
+            continue
+        slips = True
+        if state.unknown[i] > 0.0:
+            columns = problem.columns
+            reach = max(columns[a + 1, a + 1], columns[a + 2, a + 2])
+            limit = (constants.friction[i, 0] * state.unknown[i], constants.friction[i, 1] * state.unknown[i])
+            first = state.unknown[i + 1] - state.measure[i + 1] / reach
+            second = state.unknown[i + 2] - state.measure[i + 2] / reach
+            # A force on the border of its disc by round-off sticks.
+            slips = rubbed((limit[0] * (1 + 1e-9), limit[1] * (1 + 1e-9)), state.sliding[i], first, second)[2]
+        slides = slips and state.unknown[i] > 0.0
+        if slides != state.sliding[i] and state.last[i] > 0.0 and state.unknown[i] > 0.0:
+            _note(constants.contact[i], time, slides, state.slips)
+        state.sliding[i] = slides
+        for b in range(i + 1, i + 3):
+            state.anchor[b] = state.displacement[0, b] if slips else state.anchor[b] + constants.belt[b] * constants.dt
+
+
+@inner
+def _note(contact, time, begins, slips):  # type: ignore[no-untyped-def]
+    """Keep a change between slip and stick [s]."""
+    count = int(slips[0, 0])
+    slips[0, 0] = count + 1
+    if count + 1 < len(slips):
+        slips[count + 1, 0], slips[count + 1, 1], slips[count + 1, 2] = contact, time, begins
+
+
+@inner
+def _lengths(constants, state, out):  # type: ignore[no-untyped-def]
+    """Set the length error of each joint [m]."""
+    for i in range(len(constants.joint)):
+        j = constants.joint[i]
+        if j >= 0:
+            lateral = state.displacement[0, i] - state.pin[j, 0]
+            along = state.displacement[0, i + 1] - state.pin[j, 1]
+            out[j] = np.hypot(lateral, along) - constants.lengths[i]

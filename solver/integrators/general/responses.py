@@ -1,0 +1,98 @@
+"""The response of a port or of a block of ports to its own displacement, with the forces of all others as they are."""
+
+import numpy as np
+
+from gudgeon.solver.compiled import inner
+from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
+from gudgeon.solver.laws.force import law_force
+
+BISECTIONS = 200
+
+
+@inner
+def rubbed(limit, slipping, trial, across):  # type: ignore[no-untyped-def]
+    """Return two friction forces [N] and whether they slip.
+
+    Args:
+        limit: Largest static and kinetic force [N], (2,).
+        slipping: Whether the point slipped a step ago.
+        trial, across: Forces that would hold it [N].
+    """
+    size = np.sqrt(trial * trial + across * across)
+    if size <= (limit[1] if slipping else limit[0]):
+        return trial, across, False
+    scale = limit[1] / size if size > 0.0 else 0.0
+    return trial * scale, across * scale, True
+
+
+@inner
+def spring_force(law, before, free, reach, dt, ends):  # type: ignore[no-untyped-def]
+    """Return the force [N] of a spring: the mean of the step, or that at its end.
+
+    Args:
+        law: Stiffness [N/m] and damping [N s/m] first.
+        before, free: Elongation a step ago, and at its end without the force [m].
+        reach: Elongation per unit of the force [m/N].
+        ends: Whether the force is that at the end of the step.
+    """
+    rate = law[1] / dt
+    if ends:
+        return -(law[0] * free + rate * (free - before)) / (1.0 + reach * (law[0] + rate))
+    return -(0.5 * law[0] * (before + free) + rate * (free - before)) / (1.0 + reach * (0.5 * law[0] + rate))
+
+
+@inner
+def mean_law(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
+    """Return the mean force [N] between two depths [m], with the losses of the law."""
+    if before <= 0.0 and after <= 0.0:
+        return 0.0
+    elastic = quotient(law, before, after)
+    rate = (after - before) / dt
+    per_rate = law[2] / approach if approach > 0.0 else 0.0
+    return max(0.0, elastic * (1.0 + per_rate * rate) + law[3] * rate)
+
+
+@inner
+def _law_at(law, before, after, approach, dt, ends):  # type: ignore[no-untyped-def]
+    if ends:
+        return law_force(law, after, (after - before) / dt, approach)[0]
+    return mean_law(law, before, after, approach, dt)
+
+
+@inner
+def pressed_law(law, approach, depths, reach, dt, ends):  # type: ignore[no-untyped-def]
+    """Return the force [N] of a contact law: the mean of the step, or that at its end.
+
+    Args:
+        approach: v⁻ [m/s].
+        depths: A step ago, and at its end without the force [m], (2,).
+        reach: Depth that a unit of the force takes away [m/N].
+        ends: Whether the force is that at the end of the step.
+    """
+    before, free = depths
+    low, high = 0.0, _law_at(law, before, free, approach, dt, ends)
+    if high <= 0.0:
+        return 0.0
+    # The force falls with itself: a zero of force − law(depth(force)) lies between, found by false position.
+    wrong_low, wrong_high = -high, high - _law_at(law, before, free - reach * high, approach, dt, ends)
+    if wrong_high <= 0.0:
+        return high
+    side = 0
+    for _turn in range(BISECTIONS):
+        force = (low * wrong_high - high * wrong_low) / (wrong_high - wrong_low)
+        if not low < force < high:
+            force = 0.5 * (low + high)
+        wrong = force - _law_at(law, before, free - reach * force, approach, dt, ends)
+        if abs(wrong) <= 1e-15 * high or high - low <= 1e-15 * high:
+            return force
+        if wrong > 0.0:
+            high, wrong_high = force, wrong
+            if side == 1:
+                wrong_low *= 0.5
+            side = 1
+        else:
+            low, wrong_low = force, wrong
+            if side == -1:
+                wrong_high *= 0.5
+            side = -1
+    return 0.5 * (low + high)

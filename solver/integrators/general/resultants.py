@@ -1,0 +1,47 @@
+"""Resultants of contacts, and the log of their impacts."""
+
+from gudgeon.solver.compiled import inner
+from gudgeon.solver.integrators.general.rows import moved
+from gudgeon.solver.integrators.impact_log import GOING, ROW, changes, log_step, note_change
+from gudgeon.solver.integrators.outcome import ACTIVE, CONTACT_STEPS
+
+
+@inner
+def log_forces(constants, state, problem, log, number):  # type: ignore[no-untyped-def]
+    """Add the normal forces of a step to the log of impacts, and note what begins to touch and what parts."""
+    any_acts = False
+    for k in range(len(log.force)):
+        state.acting[k] = 0.0
+    active = 0
+    for i in range(len(state.mean)):
+        k = constants.contact[i]
+        if k < 0 or constants.block[i] != i:
+            continue
+        force = state.mean[i]
+        state.acting[k] += state.unknown[i]
+        if force != 0.0:
+            any_acts = True
+            active += 1
+            for axis in range(3):
+                log.force[k, axis] += force * constants.direction[i, axis]
+            if state.unknown[i] > state.unknown[log.steps[k, ROW]]:
+                log.steps[k, ROW] = i
+    state.counts[ACTIVE] = active
+    if any_acts:
+        state.counts[CONTACT_STEPS] += 1
+    if not (any_acts or log.counts[GOING] > 0):
+        return
+    time = (number + 1) * constants.dt
+    for k in range(len(log.force)):
+        acts = state.acting[k] > 0.0
+        if not changes(log, k, acts):
+            continue
+        i = log.steps[k, ROW]
+        if acts:
+            free = constants.offset[i] + moved(constants.rows, i, state.before[0])
+            rate = moved(constants.rows, i, state.before[1])
+            note_change(log, k, True, time, free + constants.dt * rate + state.response[1, i], rate)
+        else:
+            rate = moved(constants.rows, i, state.v)
+            note_change(log, k, False, time, state.displacement[0, i], rate)
+    log_step(log, number)

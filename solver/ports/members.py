@@ -1,0 +1,117 @@
+"""The ports that the members of a scene have on its bodies: contacts, joints, loads, springs."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.methods import METHODS
+from gudgeon.solver.ports.table import Kind, PortBlock, Ports, Side, gathered
+from gudgeon.solver.system.system import System
+from gudgeon.solver.vectors import unit
+
+
+def ports_of(system: System) -> Ports:
+    """Return the table of a system's ports: contacts, joints, given loads and springs, in this order."""
+    blocks = [*_contacts(system), *_joints(system), *_given(system), *_springs(system)]
+    return gathered(blocks, list(system.bodies.values()), len(system.velocity))
+
+
+def tangents(normals: np.ndarray, line: np.ndarray | None = None) -> np.ndarray:
+    """Return two unit vectors across each normal, right-handed with it, (c, 2, 3).
+
+    Args:
+        normals: Unit vectors, (c, 3).
+        line: Direction of the first, made orthogonal to the normals; default: the axis farthest from each normal.
+    """
+    axes = np.eye(3)[np.abs(normals).argmin(axis=1)] if line is None else np.broadcast_to(unit(line), normals.shape)
+    first = axes - np.einsum("ci,ci->c", axes, normals)[:, None] * normals
+    first = first / np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(normals, first)], axis=1)
+
+
+def _contacts(system: System) -> Iterator[PortBlock]:
+    for contact in system.contacts:
+        settings = system.scene.contact[contact.name]
+        rubs, law = settings.friction is not None, settings.law is not None
+        kind = {(False, False): Kind.UNILATERAL, (True, False): Kind.CONE, (False, True): Kind.LAW}.get(
+            (rubs, law), Kind.RUBBING_LAW
+        )
+        directions = contact.directions[:, None, :]
+        if settings.friction is not None:
+            line = settings.friction.direction
+            across = tangents(contact.directions, None if line is None else np.asarray(line, float))
+            directions = np.concatenate([directions, across], axis=1)
+        each = directions.shape[1]
+        offset = np.zeros((len(contact.points), each))
+        offset[:, 0] = system.gap[contact.rows]
+        flexible = METHODS[settings.method].flexible
+        sides = tuple(
+            _contact_side(system.bodies[name], interface, order, sign * directions, flexible=flexible)
+            for name, interface, order, _, sign in contact.sides
+        )
+        yield PortBlock(f"contact.{contact.name}", kind, sides, offset.ravel(), directions.reshape(-1, 3))
+
+
+def _contact_side(
+    body: FlexibleBody, interface: str, order: np.ndarray, directions: np.ndarray, *, flexible: bool
+) -> Side:
+    """Return the displacement of points, given by their numbers in the record, along directions, (c, d, 3)."""
+    count, each = directions.shape[:2]
+    points = np.repeat(body.morph.points[interface][order], each, axis=0)
+    rigid = body.rigid_rows(points, directions.reshape(-1, 3))
+    index, weight = np.empty((count * each, 0), np.int64), np.empty((count * each, 0))
+    if body.modal.residual_flexibility is not None or len(body.modal.angular_frequencies):
+        first, _ = body.modal.interface_rows[interface]
+        # The normal row acts along the outward normal of the record, also where the obstacle's differs slightly.
+        sense = np.sign(np.einsum("ci,ci->c", directions[:, 0], body.modal.interfaces[interface].normals[order]))
+        index = np.repeat(first + order, each)[:, None]
+        weight = np.zeros((count, each))
+        weight[:, 0] = sense
+        weight = weight.reshape(-1, 1)
+    return Side(body, rigid, index, weight, flexible)
+
+
+def _joints(system: System) -> Iterator[PortBlock]:
+    for held in system.driving.joints:
+        body = system.bodies[held.joint.body]
+        along, lateral = held.joint.axes
+        mix = np.array([lateral, along])
+        rigid = mix @ body.wrench_rows(body.modal.loads[held.joint.interface].resultant)
+        side = _load_side(body, held.joint.interface, rigid, mix)
+        yield PortBlock(f"joint.{held.name}", Kind.BILATERAL, (side,), held.anchor.copy())
+
+
+def _given(system: System) -> Iterator[PortBlock]:
+    for load, at in system.driving.given_rows():
+        body, count = system.bodies[load.body], at.stop - at.start
+        side = _load_side(body, load.interface, body.wrench_rows(load.resultant), np.eye(count))
+        yield PortBlock(f"force.{load.name}", Kind.GIVEN, (side,), np.zeros(count))
+
+
+def _load_side(body: FlexibleBody, interface: str, rigid: np.ndarray, mix: np.ndarray) -> Side:
+    """Return rows mixed from the rows of a load or of a traction space, (n, k)."""
+    if interface not in body.modal.interface_rows:
+        return Side(body, rigid, np.empty((len(mix), 0), np.int64), np.empty((len(mix), 0)))
+    first, _ = body.modal.interface_rows[interface]
+    if mix.shape[0] == mix.shape[1] and np.array_equal(mix, np.eye(len(mix))):
+        return Side(body, rigid, first + np.arange(len(mix))[:, None], np.ones((len(mix), 1)))
+    return Side(body, rigid, np.tile(first + np.arange(mix.shape[1]), (len(mix), 1)), mix)
+
+
+def _springs(system: System) -> Iterator[PortBlock]:
+    for number, (name, spring) in enumerate(system.scene.springs().items()):
+        sides = []
+        for owner in (spring.body, spring.against):
+            if owner is not None:
+                body = system.bodies[owner]
+                rigid = system.springs.rows[number : number + 1, body.rigid]
+                sides.append(Side(body, rigid, np.empty((1, 0), np.int64), np.empty((1, 0))))
+        yield PortBlock(f"force.{name}", Kind.SPRING, tuple(sides), np.array([spring.stretch]))
+
+
+def contact_ports(ports: Ports, contact: ContactRows) -> np.ndarray:
+    """Return the number of the normal port of each row of a contact, (c,)."""
+    here = ports.of(f"contact.{contact.name}")
+    return np.arange(here.start, here.stop)[:: (here.stop - here.start) // len(contact.points)]

@@ -1,0 +1,158 @@
+"""One table of the ports of a system: contact points, joints, loads and springs.
+
+The displacement u of a port i is
+
+    uᵢ = offsetᵢ + Wᵢ q + Σ_b Vᵢᵇᵀ R_b Σⱼ Vⱼᵇ fⱼ
+
+with W over the coordinates of its bodies, R_b the residual flexibility of a body over its interfaces and Vᵢᵇ the few
+rows of it that the port is made of. A force f of the port acts as Wᵀ f on the coordinates. R is gathered once per body.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from itertools import pairwise
+
+import numpy as np
+
+from gudgeon.solver.bodies.small_motion import FlexibleBody
+
+
+class Kind(IntEnum):
+    """How a port responds to its displacement."""
+
+    UNILATERAL = 0
+    """0 ≤ f ⊥ gap ≥ 0, over a compliance."""
+    CONE = 1
+    """Three ports: a unilateral one, then two along its tangents, with Coulomb friction."""
+    LAW = 2
+    """A contact law."""
+    RUBBING_LAW = 3
+    """Three ports: a contact law, then two tangents with Coulomb friction."""
+    SPRING = 4
+    """A linear spring with a dashpot."""
+    BILATERAL = 5
+    """Two ports: a point whose distance from a driven point is constant."""
+    GIVEN = 6
+    """A force prescribed over time."""
+
+
+BLOCK = {Kind.CONE: 3, Kind.RUBBING_LAW: 3, Kind.BILATERAL: 2}
+"""Ports that respond together, where there is more than one."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """What n ports are made of on one body with r rigid coordinates: k rows of its residual flexibility each."""
+
+    body: FlexibleBody
+    rigid: np.ndarray
+    """Displacement per rigid coordinate, (n, r)."""
+    index: np.ndarray
+    """Rows of the residual flexibility, (n, k)."""
+    weight: np.ndarray
+    """Their weights, (n, k)."""
+    flexible: bool = True
+    """Whether the residual flexibility takes part."""
+
+    def elastic(self) -> np.ndarray:
+        """Return the displacement per elastic coordinate, (n, m)."""
+        shapes = elastic_rows(self.body)
+        return np.einsum("nk,nkm->nm", self.weight, shapes[self.index])
+
+
+@dataclass(frozen=True)
+class PortBlock:
+    """The n ports of one member of the scene."""
+
+    name: str
+    """`contact.NAME`, `joint.NAME` or `force.NAME`."""
+    kind: Kind
+    sides: tuple[Side, ...]
+    offset: np.ndarray
+    """Displacement at q = 0 [m], (n,)."""
+    directions: np.ndarray | None = None
+    """Of the force on the first body, (n, 3); None where it is generalised."""
+
+
+@dataclass(frozen=True)
+class Ports:
+    """All p ports of a system with m coordinates."""
+
+    blocks: list[PortBlock]
+    places: list[slice]
+    """Ports of each block."""
+    kind: np.ndarray
+    """`Kind` of each port, (p,)."""
+    offset: np.ndarray
+    """[m], (p,)."""
+    rows: np.ndarray
+    """W, (p, m)."""
+    sides: np.ndarray
+    """Number of each port's bodies among those of the system, −1 where it has one only, (p, 2)."""
+    residual: np.ndarray
+    """Displacement by a force on either side of a port [m/N], (2, p, p): [s, i, j] of port i by side s of port j."""
+    weights: dict[str, np.ndarray] = field(repr=False)
+    """V of each body whose residual flexibility takes part, (C, p)."""
+
+    def of(self, name: str) -> slice:
+        """Return the ports of a member."""
+        return self.places[[block.name for block in self.blocks].index(name)]
+
+
+def elastic_rows(body: FlexibleBody) -> np.ndarray:
+    """Return the displacement of all rows of a body's residual flexibility per elastic coordinate, (C, m)."""
+    modal = body.modal
+    count = max((last for _, last in modal.interface_rows.values()), default=0)
+    rows = np.zeros((count, len(modal.angular_frequencies)))
+    for name, place in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
+        if len(place.rows):
+            rows[slice(*modal.interface_rows[name])] = place.rows
+    return rows
+
+
+def gathered(blocks: Sequence[PortBlock], bodies: Sequence[FlexibleBody], size: int) -> Ports:
+    """Build the table of some members' ports.
+
+    Args:
+        bodies: Of the system, in the order of its coordinates.
+        size: Number of coordinates.
+    """
+    ends = np.cumsum([0, *(len(block.offset) for block in blocks)])
+    places = [slice(int(first), int(last)) for first, last in pairwise(ends)]
+    count, numbers = int(ends[-1]), {body.name: number for number, body in enumerate(bodies)}
+    rows, sides = np.zeros((count, size)), np.full((count, 2), -1)
+    for block, here in zip(blocks, places, strict=True):
+        for number, side in enumerate(block.sides):
+            rows[here, side.body.rigid] += side.rigid
+            rows[here, side.body.elastic] += side.elastic()
+            sides[here, number] = numbers[side.body.name]
+    weights = {body.name: found for body in bodies if (found := _weights(blocks, places, body)) is not None}
+    residual = np.zeros((2, count, count))
+    for number, body in enumerate(bodies):
+        if (held := body.modal.residual_flexibility) is not None and body.name in weights:
+            shared = weights[body.name]
+            near = np.flatnonzero(np.any(shared, axis=0))
+            matrix = shared[:, near].T @ (held @ shared[:, near])
+            matrix = 0.5 * (matrix + matrix.T)
+            for side in range(2):
+                own = sides[near, side] == number
+                residual[side][np.ix_(near, near[own])] += matrix[:, own]
+    return Ports(
+        blocks=list(blocks), places=places, rows=rows, sides=sides, residual=residual, weights=weights,
+        kind=np.repeat([int(block.kind) for block in blocks], np.diff(ends)).astype(np.int64),
+        offset=np.concatenate([np.empty(0), *(block.offset for block in blocks)]),
+    )  # fmt: skip
+
+
+def _weights(blocks: Sequence[PortBlock], places: Sequence[slice], body: FlexibleBody) -> np.ndarray | None:
+    """Return V of a body, (C, p); None where no residual flexibility takes part."""
+    if body.modal.residual_flexibility is None:
+        return None
+    found = np.zeros((len(body.modal.residual_flexibility), places[-1].stop if places else 0))
+    for block, here in zip(blocks, places, strict=True):
+        for side in block.sides:
+            if side.body is body and side.flexible:
+                for column in range(side.index.shape[1]):
+                    np.add.at(found, (side.index[:, column], np.arange(here.start, here.stop)), side.weight[:, column])
+    return found
