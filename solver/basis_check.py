@@ -171,8 +171,8 @@ def _errors(found: Trajectory, other: Trajectory, window: float, speed: float) -
             if peaks[0] > 0:
                 apart = abs(peaks[0] - peaks[1]) / peaks[0] / (2**FORCE_ORDER - 1)
                 errors["basis.force"] = max(errors["basis.force"], float(apart))
-        if f"{name}.restitution" in found.quantities and speed > 0:
-            keys = [key for key in (f"{name}.{one}" for one in REBOUND) if key in found.quantities]
+        keys = [key for key in (f"{name}.{one}" for one in REBOUND) if key in found.quantities]
+        if f"{name}.restitution" in found.quantities and keys and speed > 0:
             ours, theirs = (np.array([one.quantities[key]["value"] for key in keys]) for one in (found, other))
             apart = np.abs(ours - theirs).max() / speed
             errors["basis.rebound"] = max(errors.get("basis.rebound", 0.0), float(apart))

@@ -45,7 +45,7 @@ REGISTRY: tuple[Quantity, ...] = (
              " the first and the last within a window.", "negative: an impact shorter than the window at the start",
              WINDOW),
     Quantity("contact", "rebound_velocity", "m/s", "Velocity of the centre of mass of the contact's body at the end of"
-             " the run, along the impulse on it.", _NORMAL),
+             " the run, along the impulse on it. Absent of a body that is held.", _NORMAL),
     Quantity("contact", "rebound_velocity_other", "m/s", "The same of the other body, along the same direction.",
              _NORMAL),
     Quantity("contact", "restitution", "1", "Newton's ratio −(w·v after) / (w·v before) of the normal velocities of"

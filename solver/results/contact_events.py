@@ -133,18 +133,16 @@ def deflection(times: np.ndarray, loads: np.ndarray, moved: np.ndarray) -> dict[
     }
 
 
-def rebound(along: np.ndarray, own: np.ndarray, other: np.ndarray | None) -> dict[str, Quantity]:
+def rebound(along: np.ndarray, own: np.ndarray | None, other: np.ndarray | None) -> dict[str, Quantity]:
     """Return the velocity of a body's centre after a contact, and of the other body's.
 
     Args:
         along: Direction of the impulse on the body, (3,).
-        own: Velocity of its centre at the end [m/s], (3,).
-        other: The same of the other body; None of an obstacle.
+        own: Velocity of its centre at the end [m/s], (3,); None of a body that is held.
+        other: The same of the other body; None of an obstacle too.
     """
-    values = {"rebound_velocity": (float(own @ along), "m/s")}
-    if other is not None:
-        values["rebound_velocity_other"] = (float(other @ along), "m/s")
-    return values
+    speeds = {"rebound_velocity": own, "rebound_velocity_other": other}
+    return {name: (float(speed @ along), "m/s") for name, speed in speeds.items() if speed is not None}
 
 
 def restitution(before: np.ndarray, after: np.ndarray, rubbed: np.ndarray | float = 0.0) -> dict[str, Quantity]:
