@@ -36,6 +36,11 @@ def impact_notes(scene: SceneFile, summary: Mapping[str, Any], last: Callable[[s
                 f"contact.{name} is closed at the end of the run: its impulse and rebound are not those of a whole"
                 " impact; set run.duration longer"
             )
+        if scene.run.window is not None and window > 0 and scene.contact[name].method == "impact":
+            notes.append(
+                f"contact.{name}: its impacts are jumps of velocity, so that force_peak is their impulse over"
+                f" run.window = {window:.3g} s"
+            )
         notes += _windows(scene, name, window, counts)
         notes += _fast(scene, name, max((one.get("closing", 0.0) for one in impacts), default=0.0))
     return notes

@@ -14,7 +14,7 @@ STEPPING = {name: one for name, one in INTEGRATORS.items() if not one.own_steps}
 DEFAULTS = ", ".join(f"{one.step_factor:g}/ω_c ({name})" for name, one in STEPPING.items())
 LIMITS = ", ".join(f"{one.largest:g}/ω_c ({name})" for name, one in INTEGRATORS.items() if isfinite(one.largest))
 
-LEAST_WINDOW = 1e-9
+LEAST_WINDOW = 1e-12
 """Least window over the duration: times of a run have round-off of 1e-16 of it."""
 
 

@@ -101,8 +101,15 @@ def test_a_window_below_the_step_gets_a_note(tmp_path: Path) -> None:
     assert words not in notes("rod-wall", tmp_path / "long", **given, **{"run.window": 1e-5})
 
 
+def test_a_window_for_jumps_of_velocity_gets_a_note(tmp_path: Path) -> None:
+    given = {"contact.floor.method": "impact", "contact.floor.restitution": 0.5, "contact.floor.law": "unset"}
+    words = "contact.floor: its impacts are jumps of velocity, so that force_peak is their impulse over run.window"
+    assert words in notes(BALL, tmp_path / "given", **given, **{"run.window": 1e-6})
+    assert words not in notes(BALL, tmp_path / "none", **given)
+
+
 def test_a_window_of_round_off_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="window 1e-24 s is below 1e-09 of the duration") as refused:
+    with pytest.raises(InputError, match="window 1e-24 s is below 1e-12 of the duration") as refused:
         notes("rod-wall", tmp_path, **{"run.window": 1e-24})
     assert "\n" not in str(refused.value).strip()
 
