@@ -104,7 +104,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("--db", default=".gudgeon", metavar="PATH", help="database folder to check (default .gudgeon)")
     add("--json", action="store_true", help="print one JSON document on stdout")
     text = "list the example scenes of the package, or copy one"
-    what = _plain(names, "example", text, None).add_subparsers(metavar="list|copy", required=True)
+    what = _plain(names, "example", text, commands.example_list_command).add_subparsers(metavar="list|copy")
     _plain(what, "list", "list every scene with its description", commands.example_list_command)
     add = _plain(what, "copy", "copy the folder of a scene", commands.example_copy_command).add_argument
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")

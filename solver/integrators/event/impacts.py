@@ -75,7 +75,9 @@ class ContactImpacts:
         self._slack.discard(row)
 
     def jumps(self, time: float, impulse: np.ndarray) -> None:
-        """Add an impulse without duration [N s], (3,)."""
+        """Add an impulse without duration [N s], (3,); the first one begins a contact that touched without force."""
+        if self._entry is not None and not self._total.any():
+            self._entry[BEGINS] = time
         self.presses(np.full(2, time), np.array([np.zeros(3), impulse]), np.zeros((2, 3)))
 
     def presses(self, times: np.ndarray, impulses: np.ndarray, forces: np.ndarray) -> None:

@@ -124,6 +124,17 @@ def test_an_impact_near_the_wave_speed_gets_a_note(tmp_path: Path) -> None:
     assert words not in notes("rod-wall", tmp_path / "slow", **given)
 
 
+def test_pictures_of_an_earlier_result_that_are_removed_are_named(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(BALL)
+    places = {"db": tmp_path / "db", "out": tmp_path / "out"}
+    drawn = run(scene, **places, until="plot").pictures
+    assert not [note for note in run(scene, **places, until="solve").notes if "pictures" in note]
+    (note,) = run(scene, set={"body.ball.velocity": [0.0, 0.0, -0.2]}, **places, until="solve").notes
+    assert note.startswith("pictures of an earlier result were removed: ")
+    assert all(Path(name).name in note for name in drawn)
+
+
 def test_short_modes_of_an_euler_bernoulli_beam_get_a_note(tmp_path: Path) -> None:
     """A cantilever of 25.3 heights: mode n has (n − ½) half-waves, shorter than 2 heights from 14 on."""
     assert "geometry.theory" not in notes(BEAM, tmp_path / "few")

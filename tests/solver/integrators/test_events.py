@@ -694,3 +694,24 @@ def test_a_moving_belt_works_in_an_impact(tmp_path: Path, e: float, slip: float)
     assert found.quantities["part.velocity_x"]["value"] == pytest.approx(after, rel=1e-12)
     # Velocity of the belt times the impulse of friction.
     assert found.energies[-1, 4] == pytest.approx(2.0 * (after - (1.0 - slip)), rel=1e-12)
+
+
+def test_a_contact_that_touches_without_force_starts_with_its_impulse(tmp_path: Path) -> None:
+    """The second and third ball of a cradle touch from the start; the first one strikes them after 10 ms."""
+    places = {"a": -0.03, "b": 0.0, "c": 0.02}
+    records = {name: rigid_records(0.1, {"left": ([-0.01, 0, 0], BACK), "right": ([0.01, 0, 0], X)}) for name in places}
+    scene: dict[str, Any] = {
+        "body": {name: {"position": [x, 0, 0]} for name, x in places.items()},
+        "contact": {
+            one + other: {
+                "body": one, "interface": "right", "method": "impact", "restitution": 1.0,
+                "against": {"shape": "body", "body": other, "interface": "left"},
+            }
+            for one, other in ("ab", "bc")
+        },
+        "run": {"duration": 0.03},
+    }  # fmt: skip
+    scene["body"]["a"]["velocity"] = [1.0, 0, 0]
+    found = simulate(build_all(tmp_path, records, scene)).quantities
+    assert found["ab.start"]["value"] == pytest.approx(0.01, rel=1e-12)
+    assert found["bc.start"]["value"] == found["bc.impact1.start"]["value"] == found["ab.start"]["value"]
