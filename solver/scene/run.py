@@ -60,9 +60,9 @@ class Run(Strict):
     )
     window: Duration | None = Field(
         default=None,
-        description="Window of peak forces [s]: the mean force over it is reported, and impacts that are separated by"
-        " less than it are one. Default: the longest of the shortest kept periods of the elastic bodies in contact;"
-        " no window for rigid bodies",
+        description="Window of peak forces [s]: the mean over it of the mean force over it is reported, and impacts"
+        " that are separated by less than it are one. Default: the longest of the shortest kept periods of the elastic"
+        " bodies in contact, times 2.5 unless all contacts have nonlinear laws; no window for rigid bodies",
     )
     integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(
         default="auto",

@@ -29,8 +29,6 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
 
     The window is that of the quantity `force_peak`.
     """
-    from scipy.ndimage import uniform_filter1d
-
     times, force = trajectory.times, trajectory.contacts[name].force
     interval = float(times[1] - times[0])
     lasts = interval * np.count_nonzero(np.abs(force).sum(axis=1))
@@ -38,10 +36,10 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
     width = own["value"] if own else 0.0
     if width < FINEST * interval or SHORTEST * width > lasts:
         return None
-    mean = uniform_filter1d(force, round(width / interval), axis=0, mode="reflect")
+    mean = _windowed(force, round(width / interval))
     if np.abs(mean - force).max() < SAME * np.abs(force).max():
         return None
-    return mean, f"mean over {style.quantity(width, 's')}"
+    return mean, f"mean over {style.quantity(width, 's')}, twice"
 
 
 def force_axes(
@@ -90,13 +88,20 @@ def force_axes(
 
 def windowed(trajectory: Trajectory, name: str, reference: Curve) -> Curve:
     """Return a reference within the window of the run's own curve, see `smoothed`, on a grid as fine as the run's."""
-    from scipy.ndimage import uniform_filter1d
-
     interval = float(trajectory.times[1] - trajectory.times[0])
     times = interval * np.arange(1, int(min(reference.times[-1], trajectory.times[-1]) / interval) + 1)
     force = np.interp(times, reference.times, reference.force)
     own = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
-    return Curve(reference.label, times, uniform_filter1d(force, max(1, round(own / interval)), mode="reflect"))
+    return Curve(reference.label, times, _windowed(force, max(1, round(own / interval))))
+
+
+def _windowed(force: np.ndarray, count: int) -> np.ndarray:
+    """Return the mean over a number of samples of the mean over as many [N], as `force_peak` has it, (s, ...)."""
+    from scipy.ndimage import uniform_filter1d
+
+    # Two windows of an even number are shifted by half a sample each, to opposite sides.
+    once = uniform_filter1d(force, count, axis=0, mode="reflect")
+    return uniform_filter1d(once, count, axis=0, mode="reflect", origin=-1 if count % 2 == 0 else 0)
 
 
 def _reference_line(axes: Axes, times: np.ndarray, abscissa: np.ndarray, reference: Curve) -> float:
