@@ -196,8 +196,8 @@ def table(scenes: dict[str, dict[str, Row]], code: str) -> str:
         f" chooses itself, against the same run at an accuracy of {CONVERGED[0]:g}, or of {CONVERGED[1]:g} where that"
         f" takes more than {LIMIT:g} s. Limits: {limits} ([quantities](../quantities.md)).",
         "",
-        "Errors are those of the step; those of basis and mesh stand in the reports. Settings that an integrator refuses"
-        " are counted, not listed.",
+        "Errors are those of the step; those of basis and mesh stand in the reports. What an integrator refuses is"
+        " counted, not listed.",
         "",
         f"{sum(counts.values())} runs: {summary}."
         + (f" {old} of them are of an earlier state of the code." * bool(old)),
