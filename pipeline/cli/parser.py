@@ -98,7 +98,7 @@ def build_parser() -> argparse.ArgumentParser:
     text = "write mode shapes or results as .vtu files for ParaView"
     add = _command(names, "export", text, commands.export_command).add_argument
     add("what", choices=("modes", "results"), help="mode shapes, or displacements and contact pressures over time")
-    add("--every", type=_positive, default=5, metavar="N", help="write every Nth frame (default 5)")
+    add("--every", type=_positive, default=1, metavar="N", help="write every Nth frame (default 1: all)")
     text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"
     add = _plain(names, "doctor", text, commands.doctor_command).add_argument
     add("--db", default=".gudgeon", metavar="PATH", help="database folder to check (default .gudgeon)")

@@ -15,7 +15,8 @@ RESOLVING = ("bar", "beam")
 """Geometries that a contact law and residual flexibility can be combined on: they have no local compliance."""
 COUNTED = {
     "macneal": "normal_count", "normal+static": "normal_count", "fixed-reference": "normal_count",
-    "rubin": "normal_count", "ritz": "normal_count", "craig-bampton": "fixed_count", "interface": "fixed_count",
+    "rubin": "normal_count", "ritz": "normal_count", "craig-bampton": "fixed_count",
+    "row-craig-bampton": "fixed_count", "interface": "fixed_count",
     "partial-interface": "fixed_count",
 }  # fmt: skip
 """Key of `modes` that adds elastic coordinates, by reduction."""

@@ -220,6 +220,20 @@ def _force_picture(job: Job, one: Point, reference: Reference) -> bytes | None:
     return (job.out / FORCE_PICTURE).read_bytes()
 
 
+def turned_too_far(run: NodalRecord, bodies: Sequence[str], limit: float) -> list[str]:
+    """Return a note for each body of a full-FE run that has turned by more than a limit [rad] at its end."""
+    found = []
+    for name in bodies:
+        turns = [run.quantities.get(f"{name}.turn_{axis}", {"value": 0.0})["value"] for axis in "xyz"]
+        if (angle := math.hypot(*turns)) > limit:
+            found.append(
+                f"In full FE body '{name}' has turned by {angle:.3g} rad at the end, beyond run.limits.angle ="
+                f" {limit:g} rad, which ends a reduced run: rotations are linear in full FE too, so that it is no"
+                " reference there."
+            )
+    return found
+
+
 def _failure(one: Point) -> str:
     return f"{one.setting.name}: {one.failure or one.trajectory.result}"
 
@@ -233,6 +247,8 @@ def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], ki
                 f"The two finest full FE runs agree to 5 % in force up to {until * 1e3:.3g} ms and differ by more"
                 " afterwards."
             )
+    if nodal:
+        notes += turned_too_far(nodal[-1], list(job.scene.body), job.scene.run.limits.angle)
     uncounted = [one.name for one in found if not one.counts and one.converges is False]
     if uncounted and kind == "finest":
         notes.append(

@@ -51,10 +51,12 @@ def force_axes(
     *,
     reference: Curve | None = None,
 ) -> None:
-    """Draw the resultant's magnitude at samples, its largest value, and its smoothed curve.
+    """Draw the resultant's magnitude, its largest value, and its smoothed curve.
+
+    Forces are means over samples, and are drawn at the middle of each.
 
     Args:
-        abscissa: Of each sample, (s,).
+        abscissa: Of the end of each sample, (s,).
         normal: Unit vector of the component to draw, for a contact with friction, (3,).
         reference: Drawn within the same window.
     """
@@ -67,6 +69,7 @@ def force_axes(
     window = smoothed(trajectory, name)
     label = f"mean over {style.quantity(interval, 's')}, peak {style.quantity(float(raw.max()), 'N')}"
     top, alpha, width = (raw, 0.38, 0.7) if window else (raw, 1.0, 1.8)
+    ends, abscissa = abscissa, middles(abscissa)
     axes.plot(abscissa, raw * scale, color=style.BLUE, alpha=alpha, lw=width, label=label)
     if window:
         top = np.linalg.norm(window[0], axis=1) if normal is None else np.abs(window[0] @ normal)
@@ -78,12 +81,17 @@ def force_axes(
     if reference is not None:
         shown = windowed(trajectory, name, reference) if window else reference
         shown = Curve(shown.label, shown.times, shown.force * scale)
-        highest = max(highest, _reference_line(axes, trajectory.times, abscissa, shown) / scale)
+        highest = max(highest, _reference_line(axes, trajectory.times, ends, shown) / scale)
     axes.set_ylim(0, 1.06 * highest * scale or 1.0)
     axes.set_ylabel(f"{'contact' if normal is None else 'normal'} force [{unit}]")
     if raw.any():
         axes.plot(abscissa[raw.argmax()], raw.max() * scale, "o", color=style.RED, ms=4, clip_on=False)
     style.legend(axes)
+
+
+def middles(ends: np.ndarray) -> np.ndarray:
+    """Return the middles of samples of equal length from their ends, (s,)."""
+    return ends - 0.5 * np.diff(ends, prepend=2 * ends[0] - ends[1])
 
 
 def windowed(trajectory: Trajectory, name: str, reference: Curve) -> Curve:
@@ -128,8 +136,8 @@ def impact_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:
     times, force = touch.trajectory.times, touch.lasting_force
     scale, unit = style.prefixed(float(np.abs(force).max()), "N")
     label = f"lasting contact: impulse {style.quantity(float(impacts[~brief, 2].sum()), 'N·s')}"
-    axes.fill_between(times * shown, force * scale, color=style.BLUE, alpha=0.1, lw=0)
-    axes.plot(times * shown, force * scale, color=style.BLUE, lw=1.8, label=label)
+    axes.fill_between(middles(times) * shown, force * scale, color=style.BLUE, alpha=0.1, lw=0)
+    axes.plot(middles(times) * shown, force * scale, color=style.BLUE, lw=1.8, label=label)
     axes.set_ylim(0, 1.15 * float(np.abs(force).max()) * scale or 1.0)
     axes.set_ylabel(f"contact force [{unit}]", color=style.BLUE)
     beside = axes.twinx()
