@@ -10,7 +10,7 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.nodal.scene.runs import REPEATS, SHORT, nodal_runs
 from gudgeon.pipeline.report.budget.budget import budget_of
 from gudgeon.pipeline.report.changes import change_rows
-from gudgeon.pipeline.report.choice import choose, doubtful, judged, keep, on_its_mesh
+from gudgeon.pipeline.report.choice import choose, doubtful, judged, keep_report, on_its_mesh
 from gudgeon.pipeline.report.document import Document, Quantity, Table
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.errors import Point, fineness, finest_of, finest_step, point, quantities, rows
@@ -104,7 +104,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             notes=notes + _notes(job, nodal, found, reference.kind),
             timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
         )
-        keep(job, document)
+        keep_report(job, document)
         picture = _force_picture(job, one, reference)
         with held(job.out):
             write_report(document, job.out, picture=picture)
