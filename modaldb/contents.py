@@ -34,7 +34,11 @@ def check_contents(record: Any, outline: Outline) -> None:
 
 def _mesh(record: MeshRecord, outline: Outline) -> None:
     for name, surface in record.surfaces.items():
-        _entries(surface.shape, SHAPES, f"surfaces/{name}/shape")
+        field = f"surfaces/{name}/shape"
+        shape = dict(surface.shape)
+        if not _number(thickness := shape.pop("thickness", 1.0), finite=True) or not thickness > 0:
+            raise Malformed(f"{field}: thickness {thickness}, expected a number above 0")
+        _entries(shape, SHAPES, field)
 
 
 def _modes(record: ModalRecord, outline: Outline) -> None:

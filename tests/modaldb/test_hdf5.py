@@ -86,6 +86,7 @@ def test_round_trip(kind: str, tmp_path: Path) -> None:
         ("modes", without_modes()),
         ("morph", replace(morph(), nodes=None, points={})),
         ("mesh", replace(mesh(), surfaces={})),
+        ("mesh", replace(mesh(), surfaces={"edge": Surface(np.array([[0, 1, 2]]), {"thickness": 0.02})})),
         ("mesh", replace(mesh(), cells=np.arange(10, dtype=np.int32).reshape(1, 10))),
         ("trajectory", replace(trajectory(), contacts={}, quantities={}, bodies={"ωβ piston-1": "ef" * 32})),
         ("nodal", replace(nodal(), energy_drift=float("inf"))),

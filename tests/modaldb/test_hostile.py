@@ -173,6 +173,13 @@ def test_harm_is_found_before_any_array_is_read(harm: str, store: FolderStore, m
             use(KEY)
 
 
+@pytest.mark.parametrize("thickness", ['"thin"', "0.0", "-1.0", "NaN", "Infinity", "true", "[1.0]"])
+def test_a_thickness_that_is_none(thickness: str, store: FolderStore) -> None:
+    put_changed(store, "mesh", attribute("surfaces/skirt", "shape", f'{{"thickness": {thickness}}}'))
+    with pytest.raises(RecordMismatch, match="surfaces/skirt/shape: thickness"):
+        modaldb.open(store.root).get(KEY, "mesh")
+
+
 def test_a_sealed_sample_is_read(store: FolderStore) -> None:
     """The harm above is what is refused, not the sealing."""
     put_changed(store, "modes", lambda file: None)

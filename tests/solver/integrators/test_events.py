@@ -28,6 +28,7 @@ from tests.solver.systems import (
     rigid_records,
     rod_records,
     rod_scene,
+    with_tangential_rows,
 )
 
 ROUND_OFF = 1e-12
@@ -481,7 +482,9 @@ def refused(folder: Path, records: Records, scene: dict[str, Any], text: str) ->
 
 def test_friction_is_refused_on_elastic_bodies(tmp_path: Path) -> None:
     scene = block_scene(method="constraint", friction={"static": 0.3, "direction": [0, 1, 0]})
-    refused(tmp_path, {"part": block_records(1)}, scene, r"^contact\.wall\.friction: body 'part' is elastic")
+    modal, morph = block_records(1)
+    records = {"part": (with_tangential_rows(modal, "face"), morph)}
+    refused(tmp_path, records, scene, r"^contact\.wall\.friction: body 'part' is elastic")
 
 
 @pytest.mark.parametrize(("depth", "bad"), [(1e-12, False), (1e-10, False), (1e-8, True), (1e-4, True)])
