@@ -195,7 +195,8 @@ def _on_model(
         load = tie_rows(model, place) if place else load_rows(model, interface, where)
         nothing = np.empty((load.B.shape[0], 0))
         return _Acting(load, load.B, nothing, nothing)
-    return _Acting(place, rows, *(pressure_fields(coordinates, place.areas, k) for k in (count, SMOOTH)))
+    fields, smooth = (pressure_fields(coordinates, place.areas, k) for k in (count, SMOOTH))
+    return _Acting(place, rows, fields, smooth)
 
 
 def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix) -> ContactRows:
