@@ -3,21 +3,15 @@
 The conditions of contact are solved by exchanging statuses; this is a test of the records, without the solver's loops.
 """
 
-import json
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import run_job
-from gudgeon.solver.bodies.small_motion import FlexibleBody
-from tests.validation.friction.meshes import CATTANEO, write_pair
+from tests.validation.friction.meshes import CATTANEO
+from tests.validation.friction.records import made_pair, reference
 
-HERE = Path(__file__).parent
-REFERENCE = json.loads((HERE / "N2_cattaneo_cylinder.json").read_text())
+REFERENCE = reference("N2_cattaneo_cylinder")
 EXPECTED, LOAD = REFERENCE["expected"], REFERENCE["parameters"]["load_per_length"]
 MU = REFERENCE["parameters"]["friction"]
 OPEN, STICK, SLIP = 0, 1, 2
@@ -28,8 +22,8 @@ PEAK = 0.06
 
 
 @dataclass(frozen=True)
-class Pair:
-    """Static flexibility of c pairs of points, of the gaps and of the sliding along x."""
+class Profile:
+    """c pairs of points along x."""
 
     x: np.ndarray
     """[m], (c,), ascending."""
@@ -54,45 +48,15 @@ class State:
     status: np.ndarray
 
 
-def flexibility(body: FlexibleBody) -> np.ndarray:
-    """Return the displacement along y and x per force on each point by modes and R, (c, 2, c, 2)."""
-    rows, frame = body.contact_rows("contact"), body.contact_frame("contact")
-    flat = rows.reshape(-1, rows.shape[2])
-    W = flat / body.modal.angular_frequencies**2 @ flat.T + body.contact_residual("contact", "contact")
-    axes = frame @ np.eye(3)[[1, 0]].T  # Components of normal, t1, t2 along y and x.
-    count = len(rows)
-    return np.einsum("pki,pkql,qlj->piqj", axes, W.reshape(count, 3, count, 3), axes, optimize=True)
-
-
-def body(job: Job, name: str) -> FlexibleBody:
-    steps = job.components()[name]
-    modal, morph = (job.store.get(steps[kind].key, kind) for kind in ("modes", "morph"))
-    return FlexibleBody(name, steps["morph"].key, morph, modal, morph.rigid_twists, 0.0, 0)
-
-
 @pytest.fixture(scope="module")
-def pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
-    folder = tmp_path_factory.mktemp("cattaneo")
-    write_pair(folder, "cattaneo", CATTANEO, CATTANEO.contact / 16, solid=False)
-    (folder / "cattaneo.toml").write_text((HERE / "cattaneo.toml").read_text())
-    job = open_job(folder / "cattaneo.toml", db=folder / "db", out=folder / "out")
-    run_job(job, "morph")
-    sides, places, orders = [], [], []
-    for name in ("upper", "lower"):
-        one = body(job, name)
-        points = one.morph.points["contact"]
-        order = np.argsort(points[:, 0])
-        W = flexibility(one)[order][:, :, order].transpose(1, 0, 3, 2)
-        sides.append(W.reshape(2 * len(order), -1))
-        places.append(points[order])
-        orders.append((one, order))
-    np.testing.assert_allclose(places[0][:, 0], places[1][:, 0], atol=1e-12)
-    upper, order = orders[0]
-    areas = upper.modal.interfaces["contact"].areas[order]
-    return Pair(places[0][:, 0], places[0][:, 1] - places[1][:, 1], areas, sides[0] + sides[1])
+def pair(tmp_path_factory: pytest.TempPathFactory) -> Profile:
+    made = made_pair(tmp_path_factory.mktemp("cattaneo"), "cattaneo", CATTANEO, 1 / 16, solid=False)
+    order = np.argsort(made.points[:, 0])
+    W = made.W[order][:, :, order][:, [1, 0]][:, :, :, [1, 0]].transpose(1, 0, 3, 2).reshape(2 * len(order), -1)
+    return Profile(made.points[order, 0], made.across[order, 1], made.areas[order], W)
 
 
-def solved(pair: Pair, mu: float, shear: float, before: State | None) -> State:
+def solved(pair: Profile, mu: float, shear: float, before: State | None) -> State:
     """Return the state under the load and a shear force [N], stuck points staying where they were before."""
     c, W = len(pair.x), pair.W
     start = np.abs(pair.x) < 0.8 * CATTANEO.contact if before is None else before.normal > 0
@@ -126,11 +90,11 @@ def solved(pair: Pair, mu: float, shear: float, before: State | None) -> State:
 
 
 @pytest.fixture(scope="module")
-def pressed(pair: Pair) -> State:
+def pressed(pair: Profile) -> State:
     return solved(pair, STUCK, 0.0, None)
 
 
-def test_the_pressure_is_that_of_hertz(pair: Pair, pressed: State) -> None:
+def test_the_pressure_is_that_of_hertz(pair: Profile, pressed: State) -> None:
     closed = pair.x[pressed.normal > 0]
     spacing = float(np.diff(pair.x).max())
     assert np.ptp(closed) / 2 == pytest.approx(EXPECTED["half_width"]["value"], abs=spacing)
@@ -138,7 +102,7 @@ def test_the_pressure_is_that_of_hertz(pair: Pair, pressed: State) -> None:
 
 
 @pytest.mark.parametrize("row", EXPECTED["table"], ids=lambda row: str(row["Q_over_muP"]))
-def test_stick_zone_and_traction_are_those_of_cattaneo(pair: Pair, pressed: State, row: dict[str, float]) -> None:
+def test_stick_zone_and_traction_are_those_of_cattaneo(pair: Profile, pressed: State, row: dict[str, float]) -> None:
     found = solved(pair, MU, row["Q_over_muP"] * MU * LOAD, pressed)
     a, spacing = EXPECTED["half_width"]["value"], float(np.diff(pair.x).max())
     stuck = pair.x[found.status == STICK]
