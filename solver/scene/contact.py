@@ -95,7 +95,7 @@ class Contact(Strict):
     @model_validator(mode="after")
     def _consistent(self) -> "Contact":
         method, layer, law = METHODS[self.method], self.surface_stiffness is not None, self.law is not None
-        dashpot, rubs = self.dashpot != "none", self.friction is not None
+        dashpot = self.dashpot != "none"
         for wrong, message in (
             (method.flexible and layer and law,
              "surface_stiffness and law both describe the surface; give only one of them"),
