@@ -109,7 +109,7 @@ class Contact(Strict):
              "dashpot 'wave-guide' acts in parallel to R; it needs method 'residual'"),
             (method.bounces != (self.restitution is not None),
              "restitution is required by method 'impact' and not allowed with other methods"),
-            (rubs and isinstance(self.against, MasterSurface),
+            (self.friction is not None and isinstance(self.against, MasterSurface),
              "friction and against.shape 'surface' cannot be combined: points that slide over another body's surface"
              " have no tangential rows there"),
         ):  # fmt: skip
