@@ -23,7 +23,16 @@ from gudgeon.modaldb.contents import check_contents
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
 from gudgeon.modaldb.records.types import ARRAY, COLUMNS
-from gudgeon.modaldb.schema import Outline, base_type, check_values, checked_outline, file_name, member_type, type_hints
+from gudgeon.modaldb.schema import (
+    Outline,
+    base_type,
+    check_paths,
+    check_values,
+    checked_outline,
+    file_name,
+    member_type,
+    type_hints,
+)
 from gudgeon.modaldb.structure import Dataset, Group, read_structure
 
 MAGIC = b"GUDGEON-RECORD 1\n"
@@ -143,9 +152,10 @@ def read_fields(descriptor: int, head: Head, path: Path, only: Collection[str] |
             fields become None and other arrays empty. None reads all fields.
 
     Raises:
-        RecordMismatch: numbers are not what the schema says.
+        RecordMismatch: numbers are not what the schema says, or the kind has no such field.
     """
     with _mismatch(path):
+        check_paths(KINDS[head.kind], only or ())
         record = _Reader(descriptor, head.outline, only).group(head.root, KINDS[head.kind], "")
         check_contents(record, head.outline)
     return record

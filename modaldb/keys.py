@@ -6,9 +6,13 @@ their shortest round-trip form, NaN and infinities refused.
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+KEY = re.compile(r"[0-9a-f]{64}")
+"""What a key looks like."""
 
 
 def canonical_json(inputs: Mapping[str, Any]) -> str:

@@ -2,7 +2,7 @@
 
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import cache
 from typing import Any
@@ -73,6 +73,18 @@ def member_type(hint: Any) -> Any:
     """Return the type of the named members of a group hint `dict[str, X]`, or None where X is plain JSON."""
     member = typing.get_args(hint)[1] if typing.get_origin(hint) is dict else None
     return member if is_dataclass(member) or member is np.ndarray else None
+
+
+def check_paths(cls: type, paths: Collection[str]) -> None:
+    """Raise Malformed where a field path leads to no field of a record; members of a group may have any name."""
+    for path in paths:
+        here: Any = cls
+        for part in path.split("/"):
+            fields_here = type_hints(here) if is_dataclass(here) else {part: member_type(here)}
+            if (below := fields_here.get(part)) is None:
+                have = f"; allowed: {', '.join(fields_here)}" if is_dataclass(here) else ""
+                raise Malformed(f"no field '{path}'{have}")
+            here = base_type(below)
 
 
 def check_values(array: np.ndarray, rule: ArrayRule, letters: Letters, path: str) -> None:

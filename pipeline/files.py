@@ -22,6 +22,8 @@ from gudgeon.pipeline.errors import InputError, StageError
 SCRATCH = re.compile(r"\..+\.[0-9a-f]{32}\.part|\.drawing-[0-9a-f]{32}")
 """Names of temporary files and folders beside results."""
 DIGEST = "digest"
+SHOWN = 200
+"""Characters of a wrong path in a message."""
 FAILING = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Numbers of errors that are the device's, not the user's."""
 
@@ -47,6 +49,22 @@ def whole_file(path: Path) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             scratch.unlink()
+
+
+def usable_path(out: str | Path) -> Path:
+    """Return the path of a folder of results, which need not exist yet.
+
+    Raises:
+        InputError: no folder can have this path.
+    """
+    try:
+        Path(out).lstat()
+    except (FileNotFoundError, NotADirectoryError, PermissionError):  # Making it says so.
+        pass
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"--out {str(out)[:SHOWN]!r}: no folder can be here ({reason})") from error
+    return Path(out)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -16,7 +16,8 @@ from pydantic import TypeAdapter
 
 from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.reading import override_text, read_tables, scene_path
+from gudgeon.pipeline.files import usable_path
+from gudgeon.pipeline.scenes.reading import override_texts, read_tables, scene_path
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
@@ -108,15 +109,14 @@ def open_job(
         out: Folder of the results; `out/<folder>/<scene>`, the names of the scene's folder and file, by default.
 
     Raises:
-        InputError: the scene is wrong; every mistake is listed.
+        InputError: the scene is wrong, every mistake is listed; or no folder can be at `out`.
     """
     path = scene_path(scene)
-    set = [set] if isinstance(set, str) else set
-    texts = [override_text(key, value) for key, value in set.items()] if isinstance(set, Mapping) else set
+    texts = override_texts(set)
     tables = read_tables(path, texts)
     folder = path.parent.resolve().name
     name = folder if path.name == "scene.toml" else path.stem
-    target = Path(out) if out is not None else Path(DEFAULT_OUT) / folder / path.stem
+    target = Path(DEFAULT_OUT) / folder / path.stem if out is None else usable_path(out)
     first, *others = KINDS
     kind = KINDS[next((table for table in others if table in tables), first)]
     return kind.open(Place(name, path, tables, modaldb.open(db), target, tuple(texts)))

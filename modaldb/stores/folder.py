@@ -22,7 +22,7 @@ from gudgeon.modaldb.errors import (
     RecordNotWritten,
     StoreUnusable,
 )
-from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.keys import KEY, content_key
 from gudgeon.modaldb.stores import scratch
 
 logger = logging.getLogger(__name__)
@@ -153,12 +153,15 @@ class FolderStore:
     @contextlib.contextmanager
     def _opened(self, key: str, what: str) -> Iterator[tuple[int, hdf5.Head]]:
         """Yield the descriptor and the head of a sound record; `what` names it if it is missing."""
+        named = what if what == "record" else f"{what} record"
+        if KEY.fullmatch(key) is None:
+            raise RecordMissing(f"{self.root}: no {named}: {key[:SHOWN]!r} is no key, 64 hexadecimal digits")
         path = self.path(key)
         try:
             # Not to wait for the writer of a pipe.
             descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         except (FileNotFoundError, NotADirectoryError):
-            raise RecordMissing(f"{self.root}: no {what} {'' if what == 'record' else 'record '}{key[:12]}…") from None
+            raise RecordMissing(f"{self.root}: no {named} {key[:12]}…") from None
         except OSError as error:
             raise StoreUnusable(f"{path}: cannot be read ({error.strerror})") from error
         try:

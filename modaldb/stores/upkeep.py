@@ -1,16 +1,13 @@
 """Examining and tidying a database: what cannot be used, what dead writers left, what no key leads to any more."""
 
-import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from gudgeon.modaldb.errors import ModalDBError, RecordMismatch
-from gudgeon.modaldb.keys import canonical_json
+from gudgeon.modaldb.keys import KEY, canonical_json
 from gudgeon.modaldb.stores.folder import DAMAGED, FolderStore
 from gudgeon.modaldb.stores.scratch import dead_scratch
-
-KEY = re.compile(r"[0-9a-f]{64}")
 
 
 class Leftover(NamedTuple):

@@ -1,22 +1,19 @@
 """The command line."""
 
+import atexit
 import contextlib
 import logging
 import os
 import signal
 import sys
-import threading
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import NoReturn
 
 from gudgeon.pipeline.cli.console import Console
+from gudgeon.pipeline.cli.interruption import SIGNALS, interruptible
 from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.cli.streams import discard, usable_streams
 
-SIGNALS = ("SIGTERM", "SIGHUP", "SIGALRM")
-"""Signals that end a command; the last one repeats a lost one."""
-MOMENT = 0.01
-"""Seconds after which an interrupt is repeated."""
 LONGEST = 2000
 """Characters of a line of a message; the rest of a longer one is omitted."""
 
@@ -27,14 +24,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _main(arguments)
 
 
+def entry() -> NoReturn:
+    """Run the command that this process was started for, and end the process with its exit code.
+
+    The interpreter's own end is left out. It takes a while, in which a signal would change the exit code; and CPython
+    ends by SIGINT, whatever the code, where an interrupt came within text that it executed, such as a dataclass's.
+    """
+    code = main()
+    for name in SIGNALS:
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(code)
+
+
 def _main(arguments: Sequence[str] | None) -> int:
     # Set before numpy loads: MKL threads the factorisations, and a second pool of threads slows them down.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     Console.last_stage = ""
     try:
-        with _interruptible():
+        with interruptible() as interruption:
             code, text = _outcome(arguments)
             sys.stdout.flush()
+        if code and interruption.asked:
+            raise KeyboardInterrupt
     except BrokenPipeError:
         discard(sys.stdout)
         return 1
@@ -73,39 +89,3 @@ def _outcome(arguments: Sequence[str] | None) -> tuple[int, str]:
     except MemoryError as error:
         where = f"in stage {Console.last_stage}" if Console.last_stage else "for this command"
         return 1, f"not enough memory {where}" + (f": {error}" if str(error) else "")
-
-
-@contextlib.contextmanager
-def _interruptible() -> Iterator[None]:
-    """Let the signals by which a terminal or a batch system ends a command act as Ctrl-C does."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    names = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
-    # A signal that is ignored stays so: `nohup` asks for that.
-    before = {name: signal.getsignal(name) for name in names if signal.getsignal(name) == signal.SIG_DFL}
-    hook, running = sys.unraisablehook, [True]
-
-    def interrupt(number: int, frame: Any) -> None:
-        if running:
-            raise KeyboardInterrupt
-
-    def repeat(dropped: Any) -> None:
-        """Repeat an interrupt a moment later that came within a destructor, where Python drops it."""
-        if dropped.exc_type is not KeyboardInterrupt or signal.SIGALRM not in before:
-            hook(dropped)
-        elif running:
-            signal.setitimer(signal.ITIMER_REAL, MOMENT)
-
-    for name in before:
-        signal.signal(name, interrupt)
-    sys.unraisablehook = repeat
-    try:
-        yield
-    finally:
-        running.clear()
-        if signal.SIGALRM in before:
-            signal.setitimer(signal.ITIMER_REAL, 0)
-        for name, handler in before.items():
-            signal.signal(name, handler)
-        sys.unraisablehook = hook

@@ -11,6 +11,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError, PipelineError, StageError
 from gudgeon.pipeline.geometry.cells import GMSH_ORDER, compacted
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
+from gudgeon.pipeline.geometry.signals import unchanged_signals
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance
 from gudgeon.solver.numbers import Strict
 
@@ -106,8 +107,9 @@ def meshing(size: float, options: Mapping[str, float]) -> Iterator[Any]:
             f"gmsh does not load: {reason}; 'gudgeon doctor' prints the command that installs it"
         ) from error
 
-    gmsh.initialize(interruptible=False)
     try:
+        with unchanged_signals():
+            gmsh.initialize(interruptible=False)
         sizes = {"Mesh.MeshSizeMin": size, "Mesh.MeshSizeMax": size}
         for name, value in ({"General.Terminal": 0, "General.NumThreads": 1} | sizes | dict(options)).items():
             gmsh.option.setNumber(name, value)
@@ -117,7 +119,8 @@ def meshing(size: float, options: Mapping[str, float]) -> Iterator[Any]:
     except Exception as error:
         raise StageError(f"gmsh: {str(error).splitlines()[0]}") from error
     finally:
-        gmsh.finalize()
+        if gmsh.isInitialized():
+            gmsh.finalize()
 
 
 def polygon_face(occ: Any, corners: Sequence[tuple[float, float, float]]) -> tuple[int, int]:

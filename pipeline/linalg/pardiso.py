@@ -115,13 +115,18 @@ class PardisoFactor:
         def integer(value: int) -> object:
             return ctypes.byref(ctypes.c_int32(value))
 
+        def start(array: np.ndarray) -> ctypes.c_void_p:
+            # Not `array.ctypes`, which Python code converts within the call: ctypes makes an error of another kind of
+            # an interrupt that comes then.
+            return ctypes.c_void_p(array.ctypes.data)
+
         threads = 1 if phase == SOLVE and loads.shape[1] < ONE_THREAD_BELOW else 0
         self._narrowed |= threads == 1
         previous = library.MKL_Set_Num_Threads_Local(threads)
         library.pardiso(
-            self._handle.ctypes, integer(1), integer(1), integer(self._type), integer(phase),
-            integer(self._size // self._block), self._values.ctypes, self._starts.ctypes, self._columns.ctypes,
-            integer(0), integer(loads.shape[1]), self._iparm.ctypes, integer(0), loads.ctypes, answer.ctypes,
+            start(self._handle), integer(1), integer(1), integer(self._type), integer(phase),
+            integer(self._size // self._block), start(self._values), start(self._starts), start(self._columns),
+            integer(0), integer(loads.shape[1]), start(self._iparm), integer(0), start(loads), start(answer),
             ctypes.byref(error),
         )  # fmt: skip
         library.MKL_Set_Num_Threads_Local(previous)

@@ -16,6 +16,7 @@ from gudgeon.pipeline.report.page.words import seconds_text, size_text, term_tex
 from gudgeon.pipeline.scenes.reading import find_file, merged
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.job import UNCHECKED, Job, variant
+from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.products import Product, product
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
@@ -126,12 +127,12 @@ def newest_report(job: Job) -> Document | None:
     return Document.from_json(job.store.get(made[-1].key, "report").document) if made else None
 
 
-def keep(job: Job, document: Document) -> None:
+def keep_report(job: Job, document: Document) -> None:
     """Store a report as the newest of its scene, unless the newest one is equal."""
     *made, coming = kept_reports(job)
     found = document.as_json()
     if not made or job.store.get(made[-1].key, "report").document != found:
-        job.store.put(coming.key, coming.kind, ReportRecord(found), coming.inputs)
+        keep(job.store, coming, ReportRecord(found))
 
 
 def chosen(job: SceneJob, tolerance: float, same_mesh: bool = False) -> tuple[Job, str]:

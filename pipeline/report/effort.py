@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.measuring.machine import machine
 from gudgeon.pipeline.report.document import Document
 from gudgeon.pipeline.stages.base import SceneJob
@@ -28,6 +29,12 @@ class Effort:
     """Largest conservative error of the selected setting."""
     same_mesh: bool = False
     """Whether a setting is selected whatever the error of its mesh."""
+
+    def __post_init__(self) -> None:
+        if self.repeat < 1:
+            raise InputError(f"report: repeat: {self.repeat} given; allowed: 1 or more")
+        if not 0 < self.tolerance < 1:
+            raise InputError(f"report: tolerance: {self.tolerance} given; allowed: between 0 and 1")
 
 
 def new_document(job: SceneJob, how: Effort) -> Document:

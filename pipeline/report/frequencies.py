@@ -15,7 +15,7 @@ from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.reduction.frequency_table import FIELDS
 from gudgeon.pipeline.report.budget.mesh_edges import CELLS, mean_edge
-from gudgeon.pipeline.report.choice import choose, judged, keep, on_its_mesh
+from gudgeon.pipeline.report.choice import choose, judged, keep_report, on_its_mesh
 from gudgeon.pipeline.report.convergence import Neighbour, chain, extrapolated, settling
 from gudgeon.pipeline.report.document import MISSING, Budget, Chain, Document, Errors, Quantity, Run, Table, Term
 from gudgeon.pipeline.report.effort import Effort, new_document
@@ -87,7 +87,7 @@ def frequencies_report(job: Job, how: Effort, progress: Progress) -> Document:
             tables=[_table(found, meshes, reference)],
             timing=TIMING.format(repeat=how.repeat),
         )
-        keep(job, document)
+        keep_report(job, document)
         with held(job.out):
             write_report(document, job.out)
         progress("report", 1.0)

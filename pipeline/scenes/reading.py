@@ -5,7 +5,7 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -160,6 +160,21 @@ def parse_override(text: str) -> dict[str, Any]:
     return nested(parts, leaf)
 
 
+def override_texts(given: Any) -> list[str]:
+    """Return the overrides of a mapping of paths to values, of texts `path.to.key=value`, or of one such text.
+
+    Raises:
+        InputError: it is neither, or TOML has no such value.
+    """
+    if isinstance(given, Mapping):
+        return [override_text(key, value) for key, value in given.items()]
+    texts = [given] if isinstance(given, str) else list(given) if isinstance(given, Iterable) else [given]
+    for one in texts:
+        if not isinstance(one, str):
+            raise InputError(f"set: {_shown(one)} given; allowed: texts path.to.key=value, or a mapping of such paths")
+    return texts
+
+
 def override_text(key: str, value: Any) -> str:
     """Return the override `key=value` of a value of Python or numpy, written as TOML.
 
@@ -170,7 +185,9 @@ def override_text(key: str, value: Any) -> str:
         return f"{key}={_toml(value)}"
     except TypeError:
         kinds = "numbers, texts, truth values, and lists and mappings of these"
-        raise InputError(f"set: {key}: {value!r} given, a {type(value).__name__}; allowed: {kinds}") from None
+        raise InputError(f"set: {key}: {_shown(value)} given, a {type(value).__name__}; allowed: {kinds}") from None
+    except (ValueError, RecursionError):
+        raise InputError(f"set: {key}: the value has too many digits or levels; allowed: {DEEPEST} levels") from None
 
 
 def _toml(value: Any) -> str:
@@ -233,7 +250,10 @@ def _shown(given: Any) -> str:
     """Return a value as text, cut to one short line."""
     if isinstance(given, int) and abs(given) >= 10**SHOWN:
         return "a whole number of more digits than are read"
-    text = repr(given)
+    try:
+        text = repr(given)
+    except ValueError:
+        return "whole numbers of more digits than are read"
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
 
 

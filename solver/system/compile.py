@@ -29,10 +29,13 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
         morphs: Key of each component's MorphRecord.
 
     Raises:
-        SceneError: an interface or the residual flexibility is missing, an obstacle does not face its surface, points
-            start inside of it, or one moves across its line of friction.
+        SceneError: a component has no key, an interface or the residual flexibility is missing, an obstacle does not
+            face its surface, points start inside of it, or one moves across its line of friction.
         ModalDBError: a record is missing or cannot be used, or a design does not fit its modes.
     """
+    if missing := {scene.component_of(name) for name in scene.body} - morphs.keys():
+        given = ", ".join(morphs) or "none"
+        raise SceneError(f"morphs: no key for component '{min(missing)}'; keys are given for: {given}")
     keys = {name: morphs[scene.component_of(name)] for name in scene.body}
     possible = scene_terms(scene)  # What is read of a design does not depend on what its modes have.
     designs = {name: store.get(key, "morph", only=fields_read(possible, name, "morph")) for name, key in keys.items()}

@@ -67,10 +67,9 @@ def finished(folder: Path, until: str) -> str:
     printed = (folder / "stdout.txt").read_text()
     if child != 0:
         raise Bad(f"the next run failed: {(folder / 'stderr.txt').read_text()}")
-    hidden = list((folder / "out").rglob(".*"))
-    damaged = list((folder / "db").rglob("*.damaged"))
-    if hidden or damaged:
-        raise Bad(f"left behind: {[*hidden, *damaged]}")
+    left = [path for part in ("out", "db") for path in (folder / part).rglob(".*")]
+    if left := [*left, *(folder / "db").rglob("*.damaged")]:
+        raise Bad(f"left behind: {left}")
     for path in (folder / "db").glob("??/*.h5"):
         verify_record(path)
     document = json.loads(printed)

@@ -43,6 +43,20 @@ def test_run_kills() -> None:
     assert child.returncode == 0, child.stderr
 
 
+@pytest.mark.parametrize("part", ["out/.summary.json.x.part", "db/00/.writing-x"])
+def test_what_a_killed_run_has_left_is_found(part: str, tmp_path: Path) -> None:
+    """Where no later run removes it."""
+    (tmp_path / "scene").mkdir()
+    (tmp_path / "scene" / "scene.toml").write_text(out_folders.SCENE)
+    (tmp_path / part).parent.mkdir(parents=True)
+    (tmp_path / part).mkdir()
+    code = (
+        f"from pathlib import Path; from tests.fuzz import run_kills as one; one.finished(Path('{tmp_path}'), 'solve')"
+    )
+    child = subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parents[2], capture_output=True, text=True)
+    assert f"left behind: [PosixPath('{tmp_path / part}')]" in child.stderr
+
+
 def test_a_traceback_is_found() -> None:
     with mock.patch("gudgeon.pipeline.scenes.reading.merged", side_effect=ZeroDivisionError):
         assert scenes.main(60, SEED, share=0.0)["bad"] > 0

@@ -17,7 +17,7 @@ from gudgeon.pipeline.nodal.scene import runs as nodal_runs
 from gudgeon.pipeline.report import timing as runs
 from gudgeon.pipeline.report.bodies import report_job
 from gudgeon.pipeline.report.changes import change_rows
-from gudgeon.pipeline.report.choice import keep, kept_reports, newest_report
+from gudgeon.pipeline.report.choice import keep_report, kept_reports, newest_report
 from gudgeon.pipeline.report.document import Document, Run
 from gudgeon.pipeline.report.effort import Effort
 from gudgeon.pipeline.report.force import GRID, ForceReference, pulse_reference, smooth
@@ -231,9 +231,17 @@ def test_the_newest_report_counts(tmp_path: Path) -> None:
     assert newest_report(job) is None
     first, second = documents.large(), documents.small()
     for number, document in ((1, first), (1, first), (2, second), (3, first)):
-        keep(job, document)
+        keep_report(job, document)
         assert newest_report(job) == document
         assert len(list(kept_reports(job))) == number + 1
+
+
+def test_a_report_with_a_number_that_is_not_finite_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    job = open_job(write_scene(tmp_path / "scene"), db=tmp_path / "db")
+    monkeypatch.setattr(Document, "as_json", lambda document: {"runs": [{"cpu_seconds": float("nan")}]})
+    with pytest.raises(StageError, match=r"document/runs/0/cpu_seconds is not finite"):
+        keep_report(job, documents.small())
+    assert newest_report(job) is None
 
 
 def test_a_folder_holds_this_report_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,82 @@
+"""Signals that end a command: each acts as Ctrl-C does, and is repeated until it is seen.
+
+Python raises an interrupt between any two instructions of its own. Where these are called by compiled code, the
+exception may be dropped, as in destructors and callbacks, or become an error of another kind, as in ctypes and while
+an extension module is imported. So it is raised again a moment later, unless it is being handled then; and an error
+that ends a command after a signal counts as the interrupt.
+"""
+
+import contextlib
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM")
+"""Signals that end a command; the last one repeats the others."""
+MOMENT = 0.1
+"""Seconds after which an interrupt is repeated."""
+
+
+class Interruption:
+    """Whether a command was asked to end."""
+
+    asked = False
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[Interruption]:
+    """Let signals by which a user, a terminal or a batch system ends a command raise KeyboardInterrupt in the block.
+
+    An error of the block after such a signal becomes a KeyboardInterrupt, too.
+    """
+    found = Interruption()
+    if threading.current_thread() is not threading.main_thread():
+        yield found
+        return
+    names = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
+    # A signal that is ignored stays so: `nohup` asks for that.
+    usual = (signal.SIG_DFL, signal.default_int_handler)
+    before = {name: signal.getsignal(name) for name in names if signal.getsignal(name) in usual}
+    repeats = hasattr(signal, "SIGALRM") and signal.SIGALRM in before
+    hook, running = sys.unraisablehook, [True]
+
+    def interrupt(number: int, frame: Any) -> None:
+        if not running:
+            return
+        found.asked = True
+        if repeats:
+            signal.setitimer(signal.ITIMER_REAL, MOMENT)
+            if number == signal.SIGALRM and _is_handled():
+                return
+        raise KeyboardInterrupt
+
+    def dropped(what: Any) -> None:
+        if what.exc_type is not KeyboardInterrupt or not repeats:
+            hook(what)
+
+    for name in before:
+        signal.signal(name, interrupt)
+    sys.unraisablehook = dropped
+    try:
+        yield found
+    except Exception:
+        if found.asked:
+            raise KeyboardInterrupt from None
+        raise
+    finally:
+        running.clear()
+        if repeats:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        for name, handler in before.items():
+            signal.signal(name, handler)
+        sys.unraisablehook = hook
+
+
+def _is_handled() -> bool:
+    """Return whether a KeyboardInterrupt is being handled, so that a block is being left because of it."""
+    error = sys.exc_info()[1]
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__context__
+    return error is not None
