@@ -84,13 +84,13 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
             return _unknown(found, other.counts.get("reason", Result[other.result].value))
     speeds = [body.centre_motion(system.velocity[body.rigid])[:3] for body in system.bodies.values()]
     speed = float(np.linalg.norm(speeds, axis=1).max())
-    errors = _least(system, systems[0], found)
+    errors, known = _least(system, systems[0], found), set[str]()
     for number, window in enumerate(windows):
         differences = _differences(own, (runs[number], runs[number + 1]), window, speed)
+        known = set(differences)
         for name, value in differences.items():
             errors[name] = max(errors[name], MARGIN * value / 2**number)
-    known = {name: error for name, error in errors.items() if name in differences}
-    return replace(found, estimates=found.estimates | known)
+    return replace(found, estimates=found.estimates | {name: errors[name] for name in errors if name in known})
 
 
 def _windows(system: System, systems: list[System]) -> list[float]:
