@@ -23,6 +23,7 @@ from gudgeon.pipeline.nodal.scene.points import meeting_problem, refuse_contacts
 from gudgeon.pipeline.nodal.sliding.weights import sliding_weights
 from gudgeon.pipeline.nodal.start import static_start
 from gudgeon.pipeline.stages.job import Job
+from gudgeon.solver.bodies.placing import turned_chart
 from gudgeon.solver.obstacles import basic_surface, obstacle_of
 
 LINES = ("bar", "beam", "rigid")
@@ -112,11 +113,11 @@ def _solid(job: Job, name: str, field: np.ndarray) -> Part:
 def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalContact:
     contact = job.scene.contact[name]
     points, rows = slave.contact_rows(contact.interface, f"contact.{name}.interface")
-    placed = points.points + slave.position
+    placed = slave.placed(points.points)
     if name in job.scene.masters():
         assert master is not None
         surface, space = _surface(job, name, slave, master, placed)
-        obstacle = basic_surface(space.chart, master.position)
+        obstacle = basic_surface(turned_chart(space.chart, master.rotation), master.position)
     else:
         surface, obstacle = None, obstacle_of(contact.against.model_dump())
     stiffness = contact.surface_stiffness * points.areas
@@ -125,8 +126,10 @@ def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalCont
 
 def _surface(job: Job, name: str, slave: Part, master: Part, placed: np.ndarray) -> tuple[SlidingSurface, SplineGrid]:
     space, rows = _space(master, job.scene.masters()[name].interface, f"contact.{name}.against")
-    weights = sliding_weights(space, chart_coordinates(space.chart, placed - master.position))
-    along = np.tile(slave.model.directions @ along_direction(space.chart), len(slave.model.nodes))
+    own = (placed - master.position) @ master.rotation
+    weights = sliding_weights(space, chart_coordinates(space.chart, own))
+    direction = slave.rotation.T @ (master.rotation @ along_direction(space.chart))
+    along = np.tile(slave.model.directions @ direction, len(slave.model.nodes))
     slide = (slave.model.M @ along @ slave.reduction) / slave.model.properties.mass
     return SlidingSurface(rows, weights, slide), space
 
@@ -155,5 +158,5 @@ def _rod(job: Job, slave: Part) -> NodalRod:
     held = load_rows(slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
     along, lateral = joint.axes
     axes = np.stack([lateral, along])
-    point = axes @ (held.point + slave.position)
-    return NodalRod(name, axes @ (held.B @ slave.reduction).toarray(), point, joint.rod_length, joint.crank_pin, axes)
+    rows = axes @ slave.rotation @ (held.B @ slave.reduction).toarray()
+    return NodalRod(name, rows, axes @ slave.placed(held.point), joint.rod_length, joint.crank_pin, axes)
