@@ -1,10 +1,11 @@
 """Bodies of a scene."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import Field
 
-from gudgeon.solver.numbers import Frequency, PositiveRatio, Strict
+from gudgeon.solver.numbers import Strict
+from gudgeon.solver.scene.damping import Damping
 from gudgeon.solver.scene.orientation import Orientation
 from gudgeon.solver.vectors import Place, Spin, Velocity
 
@@ -12,20 +13,6 @@ Freedom = Literal["x", "y", "z", "rx", "ry", "rz"]
 
 
 ALL_FREE: tuple[Freedom, ...] = ("x", "y", "z", "rx", "ry", "rz")
-
-
-class Damping(Strict):
-    """Stiffness-proportional damping, given by its damping ratio at one frequency."""
-
-    ratio: Annotated[PositiveRatio, Field(lt=1)] = Field(
-        description="Damping ratio at `frequency`, relative to critical damping"
-    )
-    frequency: Frequency = Field(description="Frequency of that damping ratio [Hz]")
-
-    @property
-    def stiffness_factor(self) -> float:
-        """β of C = β K [s]; the ratio at ω is βω/2."""
-        return self.ratio / (3.141592653589793 * self.frequency)
 
 
 class Body(Strict):

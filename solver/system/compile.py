@@ -45,9 +45,8 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
         Q = rotation(settings)
         modal = turned_modes(_checked_modes(store, name, designs[name], fields_read(terms, name, "modes")), Q)
         design = turned_design(designs[name], Q)
-        beta = settings.damping.stiffness_factor if settings.damping else 0.0
         twists = free_twists(design, settings, name)
-        bodies[name] = FlexibleBody(name, keys[name], design, modal, twists, beta, first=size)
+        bodies[name] = FlexibleBody(name, keys[name], design, modal, twists, settings.damping, first=size)
         size = bodies[name].elastic.stop
     if not size:
         raise SceneError(
@@ -92,7 +91,7 @@ def assembled(
     system = System(
         scene=scene, bodies=bodies, contacts=contacts, sag=sag,
         stiffness=np.concatenate([body.stiffness for body in bodies.values()]),
-        damping=np.concatenate([np.full(len(body.stiffness), body.stiffness_factor) for body in bodies.values()]),
+        damping=np.concatenate([body.damping_rates for body in bodies.values()]),
         rigid=np.concatenate([np.arange(size)[body.rigid] for body in bodies.values()]),
         driving=driving, springs=compile_springs(scene, bodies, size), loads=loads, position=position,
         velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), terms=terms, **arrays,

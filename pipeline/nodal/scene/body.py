@@ -83,7 +83,12 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     if settings.velocity_at is not None:
         velocity = velocity + np.cross(spin, properties.centre - settings.velocity_at)
     momentum = np.concatenate([properties.mass * velocity, properties.inertia @ spin])
-    damping = settings.damping.stiffness_factor if settings.damping else 0.0
+    damping = 0.0 if settings.damping is None else settings.damping.proportional
+    if damping is None:
+        raise InputError(
+            f"{job.path}: report.full_fe: body.{name}.damping: full FE has damping proportional to the stiffness alone;"
+            " give ratio and frequency, or beta"
+        )
     twists = free_twists(job, name)
     own = np.column_stack([twists[:, :3] @ Q, twists[:, 3:] @ Q])
     deformed = job.scene.run.start == "rest"
