@@ -16,6 +16,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "m^4": (1e-72, 1e48), "m/s": (1e-24, 1e12), "m/s^2": (1e-24, 1e24), "kg": (1e-40, 1e40), "kg m^2": (1e-80, 1e60),
     "kg/m^3": (1e-24, 1e24), "N": (1e-40, 1e40), "Pa": (1e-18, 1e24), "N/m": (1e-40, 1e40), "N/m^3": (1e-30, 1e45),
     "N/m^exponent": (1e-45, 1e60), "N s/m": (1e-45, 1e45),
+    "N m": (1e-60, 1e52),
 }  # fmt: skip
 """Smallest and largest magnitude of a number of a scene by its unit."""
 MOST = 1_000_000
@@ -96,6 +97,8 @@ SecondMoment = Annotated[float, above_zero("m^4"), sizeable("m^4")]
 Share = Annotated[float, Field(ge=0, le=1, json_schema_extra={"unit": "1"}), sizeable("1")]
 Speed = Annotated[float, signed("m/s"), sizeable("m/s")]
 Stiffness = Annotated[float, above_zero("N/m"), sizeable("N/m")]
+TimeValue = Annotated[float, signed("s"), sizeable("s")]
+TorqueValue = Annotated[float, signed("N m"), sizeable("N m")]
 TimeFromZero = Annotated[float, from_zero("s"), sizeable("s")]
 
 

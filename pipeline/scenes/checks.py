@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 Model = TypeVar("Model", bound=BaseModel)
 POINTS = ("points", "patch")
 """Kinds of interface for contacts."""
+LOADED = {"force": "mean", "pressure": "pressure"}
+"""Kind of interface of each kind of force over time that has one."""
 UNRESOLVED = ("bar", "beam", "rigid")
 """Geometries that do not resolve local compliance."""
 
@@ -61,6 +63,9 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
     wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.joint.items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
+    for name, force in scene.over_time().items():
+        if (interface := getattr(force, "interface", None)) is not None:
+            wanted.append((f"force.{name}.interface", force.body, interface, (LOADED[force.kind],)))
     for where, body, interface, kinds in wanted:
         component = scene.component.get(scene.component_of(body))
         if component is None:
@@ -162,6 +167,12 @@ def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
         else:
             check_closed(f"force.{name}.values", np.array(force.values))
         forces[name] = force
+    for name, force in scene.over_time().items():
+        if force.table is not None:
+            path = find_file(force.table, folder, f"force.{name}.table")
+            force = forces[name] = _tabled(force, path, read_pairs(path, "time [s] and amount"))
+        if (reason := force.refusal(scene.run.duration)) is not None:
+            raise InputError(f"force.{name}.{reason}")
     return scene.model_copy(update={"force": forces, "body": bodies})
 
 

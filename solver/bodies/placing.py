@@ -12,11 +12,9 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import InertiaCouplings, LoadModes, ModalRecord, MorphRecord
-from gudgeon.modaldb.traction import cross_axes
+from gudgeon.modaldb.traction import turned_chart
 from gudgeon.solver.scene.body import Body
 
-CHART_VECTORS = ("origin", "axis", "normal", "across", "along")
-"""Vectors of a chart and of a true surface."""
 MEAN = "N"
 """Unit of the three forces of a mean of a surface."""
 
@@ -98,18 +96,6 @@ def turned_mesh(mesh: MeshRecord, Q: np.ndarray | None) -> MeshRecord:
         return mesh
     surfaces = {name: Surface(one.facets, turned_chart(one.shape, Q)) for name, one in mesh.surfaces.items()}
     return replace(mesh, nodes=_vectors(mesh.nodes, Q), surfaces=surfaces)
-
-
-def turned_chart(chart: dict[str, Any], Q: np.ndarray) -> dict[str, Any]:
-    """Return a chart with its vectors turned; the angle of a cylinder is counted from the axes of the new direction."""
-    found = {
-        key: (Q @ np.asarray(value, float)).tolist() if key in CHART_VECTORS else value for key, value in chart.items()
-    }
-    if "middle" in chart:
-        first, second = cross_axes(np.asarray(found["axis"], float))
-        old = Q @ cross_axes(np.asarray(chart["axis"], float))[0]
-        found["middle"] = float(chart["middle"] + np.arctan2(old @ second, old @ first))
-    return found
 
 
 def turned_tensors(values: np.ndarray, Q: np.ndarray | None) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import SplineGrid
-from gudgeon.modaldb.traction import along_direction, chart_coordinates, spread
+from gudgeon.modaldb.traction import along_direction, chart_coordinates, spread, turned_chart
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.loads import load_rows
 from gudgeon.pipeline.interfaces.traction_space import traction_space
@@ -23,7 +23,6 @@ from gudgeon.pipeline.nodal.scene.points import meeting_problem, refuse_contacts
 from gudgeon.pipeline.nodal.sliding.weights import sliding_weights
 from gudgeon.pipeline.nodal.start import static_start
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.solver.bodies.placing import turned_chart
 from gudgeon.solver.obstacles import basic_surface, obstacle_of
 
 LINES = ("bar", "beam", "rigid")
@@ -44,6 +43,9 @@ def nodal_problem(job: Job) -> NodalProblem | PointProblem:
     scene = job.scene
     for name in scene.springs():
         raise InputError(f"{job.path}: report.full_fe: springs are not supported; remove force.{name}")
+    for name, force in scene.over_time().items():
+        where = f"{job.path}: report.full_fe: force.{name}"
+        raise InputError(f"{where}: forces of kind '{force.kind}' are not supported; remove it")
     for name in scene.moving() if scene.contact or scene.joint else ():
         where = f"{job.path}: report.full_fe: force.{name}"
         raise InputError(f"{where}: moving forces beside contacts or joints are not supported; remove it")

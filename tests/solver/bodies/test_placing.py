@@ -9,8 +9,8 @@ import pytest
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from gudgeon.modaldb.traction import along_direction, chart_coordinates
-from gudgeon.solver.bodies.placing import turned_chart, turned_design, turned_modes, turned_tensors
+from gudgeon.modaldb.traction import along_direction, chart_coordinates, turned_chart
+from gudgeon.solver.bodies.placing import turned_design, turned_modes, turned_tensors
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.orientation import Orientation, quaternion_of
 from gudgeon.solver.simulate import simulate
