@@ -87,13 +87,13 @@ def _joints(system: System) -> Iterator[PortBlock]:
 def _given(system: System) -> Iterator[PortBlock]:
     for load, at in system.driving.given_rows():
         body, count = system.bodies[load.body], at.stop - at.start
-        side = _load_side(body, load.interface, body.wrench_rows(load.resultant), np.eye(count))
+        side = _load_side(body, load.interface, body.wrench_rows(load.resultant), load.mix)
         yield PortBlock(f"force.{load.name}", Kind.GIVEN, (side,), np.zeros(count))
 
 
-def _load_side(body: FlexibleBody, interface: str, rigid: np.ndarray, mix: np.ndarray) -> Side:
+def _load_side(body: FlexibleBody, interface: str | None, rigid: np.ndarray, mix: np.ndarray) -> Side:
     """Return rows mixed from the rows of a load or of a traction space, (n, k)."""
-    if interface not in body.modal.interface_rows:
+    if interface is None or interface not in body.modal.interface_rows:
         return Side(body, rigid, np.empty((len(mix), 0), np.int64), np.empty((len(mix), 0)))
     first, _ = body.modal.interface_rows[interface]
     if mix.shape[0] == mix.shape[1] and np.array_equal(mix, np.eye(len(mix))):

@@ -48,6 +48,10 @@ class GivenLoad:
 
     name: str
     body: str
+    interface: str | None
+    """On which it acts; None for a rigid body's point or axis."""
+    mix: np.ndarray
+    """Its forces per force of its interface, (k, j)."""
     resultant: np.ndarray
     """Force and moment about the component's origin per unit of each, (k, 6)."""
     amounts: Callable[[np.ndarray], np.ndarray]
@@ -178,10 +182,10 @@ def compile_driving(
     for name, force in scene.given().items():
         body = bodies[force.body]
         make = _over_time if isinstance(force, OverTime) else _pressing
-        load, elastic, mix = (_travelling if isinstance(force, MovingForce) else make)(scene, name, body)
+        load, elastic = (_travelling if isinstance(force, MovingForce) else make)(scene, name, body)
         given.append(load)
         rows.append(_over_all(body, body.wrench_rows(load.resultant), elastic, size))
-        owners.append((force.body, getattr(force, "interface", None), mix))
+        owners.append((force.body, load.interface, load.mix))
     stacked = np.vstack([np.empty((0, size)), *rows])
     residual = np.zeros((len(stacked), len(stacked)))
     to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(stacked)))
@@ -208,8 +212,8 @@ def compile_driving(
     )
 
 
-Made = tuple[GivenLoad, np.ndarray, np.ndarray]
-"""A load of k forces, its elastic rows (k, m), and its forces per force of its interface, (k, j)."""
+Made = tuple[GivenLoad, np.ndarray]
+"""A load of k forces, and its elastic rows, (k, m)."""
 
 
 def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
@@ -239,7 +243,7 @@ def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
     def means(start: np.ndarray, dt: float) -> np.ndarray:
         return force.means(start, dt, where)[:, None]
 
-    return GivenLoad(name, body.name, resultant, amounts, travels=False, means=means), elastic, mix
+    return GivenLoad(name, body.name, interface, mix, resultant, amounts, travels=False, means=means), elastic
 
 
 def _on_rigid(scene: Scene, force: OverTime, body: FlexibleBody) -> np.ndarray:
@@ -263,7 +267,8 @@ def _pressing(scene: Scene, name: str, body: FlexibleBody) -> Made:
     def amounts(time: np.ndarray) -> np.ndarray:
         return pressure(joint.angle(time))[:, None]
 
-    return GivenLoad(name, body.name, load.resultant, amounts, travels=False), load.rows, np.ones((1, 1))
+    mix = np.ones((1, 1))
+    return GivenLoad(name, body.name, force.interface, mix, load.resultant, amounts, travels=False), load.rows
 
 
 def _travelling(scene: Scene, name: str, body: FlexibleBody) -> Made:
@@ -283,8 +288,8 @@ def _travelling(scene: Scene, name: str, body: FlexibleBody) -> Made:
     def amounts(time: np.ndarray) -> np.ndarray:
         return spread(space, force.places(time), -force.amounts(time))
 
-    load = GivenLoad(name, body.name, space.resultant, amounts, travels=True)
-    return load, space.rows, np.eye(len(space.rows))
+    mix = np.eye(len(space.rows))
+    return GivenLoad(name, body.name, force.interface, mix, space.resultant, amounts, travels=True), space.rows
 
 
 def _load(body: FlexibleBody, interface: str, where: str) -> LoadModes:
