@@ -64,8 +64,12 @@ class SliderCrank(Strict):
             ]
         )  # fmt: skip
 
-    def piston_pin(self, time: np.ndarray, lateral: float) -> np.ndarray:
-        """Return position, velocity and acceleration along of a pin at a lateral coordinate [m], SI units, (t, 3).
+    def piston_pin(self, time: np.ndarray, lateral: float, lateral_rate: float = 0.0) -> np.ndarray:
+        """Return position, velocity and acceleration along of a pin at a lateral coordinate, SI units, (t, 3).
+
+        Args:
+            lateral: [m]
+            lateral_rate: Its constant rate [m/s].
 
         Raises:
             ValueError: the rod does not reach the pin at every time.
@@ -75,12 +79,12 @@ class SliderCrank(Strict):
         if np.abs(across).max() >= self.rod_length:
             raise ValueError("the rod does not reach the pin")
         height = np.sqrt(self.rod_length**2 - across**2)
-        rate = across * pin[:, 2] / height
+        rate = across * (pin[:, 2] - lateral_rate) / height
         turn = self.rate**2
         centre = np.asarray(self.centre, float)
         along, side = self.axes
         swing = -turn * (pin[:, 0] - centre @ side)
-        curve = (-(pin[:, 2] ** 2) + across * swing - rate**2) / height
+        curve = (-((pin[:, 2] - lateral_rate) ** 2) + across * swing - rate**2) / height
         return np.column_stack([pin[:, 1] + height, pin[:, 3] + rate, -turn * (pin[:, 1] - centre @ along) + curve])
 
     def tangent(self, time: np.ndarray, lateral: float) -> np.ndarray:

@@ -108,6 +108,8 @@ class Driving:
     ) -> np.ndarray:
         """Set bodies to the crank's position at the start, in equilibrium without contact; returns the loads, (L,).
 
+        Their velocity along becomes that at which the rod keeps its length, with their other velocities as given.
+
         Args:
             position, velocity: Of all coordinates, changed in place, (m,).
             deformed: Whether loads and gravity deform the bodies.
@@ -127,9 +129,10 @@ class Driving:
                     f"joint.{held.name}.rod_length: {held.joint.rod_length} m is below crank_radius plus the offset of"
                     f" the pin from the crank axis, {held.anchor[0]:g} m; {error}"
                 ) from None
-            height, speed, rate = held.joint.piston_pin(np.zeros(1), held.anchor[0])[0]
+            pin = self.rows[2 * number : 2 * number + 2][:, body.rigid] @ velocity[body.rigid]
+            height, speed, rate = held.joint.piston_pin(np.zeros(1), held.anchor[0], pin[0])[0]
             position[body.rigid] += body.rigid_velocity(along * (height - held.anchor[1]), np.zeros(3))
-            velocity[body.rigid] += body.rigid_velocity(along * speed, np.zeros(3))
+            velocity[body.rigid] += body.rigid_velocity(along * (speed - pin[1]), np.zeros(3))
             push = body.twists.T @ (self.rows.T @ loads + self.gravity)[body.rigid]
             # Of the mass-normalised motions, M Σ twist (twist·force) is the force itself.
             given = body.morph.mass * float(push[:3] @ along)

@@ -150,6 +150,10 @@ class State(NamedTuple):
     """Path length of all coordinates [m kg^½], and Σ|r| [N], (2,)."""
     impulses: np.ndarray
     """Of each port [N s], (p,)."""
+    struck: np.ndarray
+    """Whether rigid contact closed in the step, of each contact, (k,)."""
+    peak: np.ndarray
+    """Largest force of each contact's present impact and its time before the step [N, s], (k, 2)."""
     slips: np.ndarray
     """Contact, time [s] and whether it begins, of each change between slip and stick; after the first row, their
     number, (SLIPS + 1, 3)."""
@@ -188,6 +192,8 @@ class Problem(NamedTuple):
     """Their changes in the last sweeps, (3, w, N)."""
     gram: np.ndarray
     """(w, w + 1)"""
+    slipped: np.ndarray
+    """Whether a cone slips, a step ago or in the step, at its first port, (p,)."""
 
 
 class Arrays(NamedTuple):

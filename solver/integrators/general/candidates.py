@@ -91,7 +91,9 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
         j = constants.joint[i]
         if j >= 0:
             for axis in range(2):
-                state.gap[i + axis] -= crank[j, axis] + 0.5 * dt * crank[j, 2 + axis]
+                state.gap[i + axis] -= crank[j, axis]
+                if constants.level[i] == STABILISED:
+                    state.gap[i + axis] -= 0.5 * dt * crank[j, 2 + axis]
         if size == 3 and constants.level[i] == POSITION:
             _touch(constants, state, i)
         kind = constants.kind[i]

@@ -68,7 +68,7 @@ def _ports_energy(constants, state, i):  # type: ignore[no-untyped-def]
         _struck(constants, state, i)
     elif first != i:
         belt = constants.belt[i] * constants.dt
-        parts[DISSIPATED] -= mean * (step - belt)
+        parts[DISSIPATED] -= mean * (step - belt) - state.extra[i] * (state.response[0, i] - state.response[1, i])
         parts[WORK] += mean * belt
     elif constants.level[i] == VELOCITY:
         if constants.restitution[i] < 1.0 and mean * step < 0.0:

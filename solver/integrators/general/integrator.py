@@ -102,9 +102,15 @@ def _constants(system: System, ports: Ports, dt: float) -> Constants:
     level, joints = np.full(p, POSITION), np.full(p, -1)
     level[per_port["restitution"] >= 0] = VELOCITY
     lengths = np.zeros(p)
+    beta = _delays(system, ports, per_port["delay"])
+    jumps = _jumps(ports, beta, per_port["layer"], dt)
+    residual, memory = _residual(ports, beta, jumps, dt)
+    flexible = np.einsum("sij,sj->ij", residual, memory[:, 2]) if len(residual) else np.zeros((p, p))
     for number, held in enumerate(system.driving.joints):
         here = ports.of(f"joint.{held.name}")
-        level[here], joints[here.start], lengths[here.start] = STABILISED, number, held.joint.rod_length
+        joints[here.start], lengths[here.start] = number, held.joint.rod_length
+        if not (flexible.diagonal()[here] > 0).all():
+            level[here] = STABILISED
     block = np.zeros(p, np.int64)
     size = np.zeros(p, np.int64)
     for item, here in zip(ports.blocks, ports.places, strict=True):
@@ -117,14 +123,12 @@ def _constants(system: System, ports: Ports, dt: float) -> Constants:
     faster = dt * ((ports.rows * step.push[1]) @ ports.rows.T)
     inertia[level == STABILISED] += 0.5 * faster[level == STABILISED]
     inertia[rigid] = faster[rigid]
-    residual, memory = _residual(system, ports, per_port["delay"], dt)
-    flexible = np.einsum("sij,sj->ij", residual, memory[:, 2]) if len(residual) else np.zeros((p, p))
     flexible[rigid] = 0.0
-    share = _share(ports, level, per_port["layer"], flexible)
+    share = np.where(jumps, 1.0, _share(ports, level, per_port["layer"], flexible))
     matrix = inertia * share + flexible + np.diag(per_port["layer"])
-    scale = np.sqrt(np.abs(matrix.diagonal()))
-    symmetric = np.allclose(matrix / np.outer(scale, scale), matrix.T / np.outer(scale, scale), rtol=0, atol=1e-12)
     responds = ports.kind != Kind.GIVEN
+    scale, among = np.sqrt(np.abs(matrix.diagonal()[responds])), matrix[np.ix_(responds, responds)]
+    symmetric = bool((np.abs(among - among.T) <= 1e-12 * np.outer(scale, scale)).all())
     return Constants(
         dt=dt, motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
         gravity=system.driving.gravity, rows=_rows(system, ports), norm=np.linalg.norm(ports.rows, axis=1),
@@ -177,19 +181,44 @@ _PER_PORT: dict[str, tuple[int, ...]] = {
 }  # fmt: skip
 
 
-def _residual(system: System, ports: Ports, delay: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return R by sides of ports [m/N], (s, p, p), and the memory of r on them, (s, 3, p); one side if both are alike.
+def _delays(system: System, ports: Ports, delay: np.ndarray) -> np.ndarray:
+    """Return β of r + β ṙ = f on each side of each port [s], (2, p).
 
     Args:
         delay: Of the dashpots beside the compliance of ports [s], (p,).
     """
     p, bodies = len(ports.offset), list(system.bodies.values())
-    if not ports.residual.any():
-        return np.zeros((0, p, p)), np.zeros((0, 3, p))
     beta = np.array([[bodies[b].stiffness_factor if b >= 0 else 0.0 for b in pair] for pair in ports.sides])
     beta = np.maximum(beta.reshape(p, 2).T, delay)
     beta[1] = np.where(ports.sides[:, 1] >= 0, beta[1], beta[0])
+    return beta
+
+
+def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.ndarray:
+    """Return which contact ports have a force that jumps when they close, since a dashpot alone resists, (p,)."""
+    found = np.zeros(len(layer), np.bool_)
+    for item, here in zip(ports.blocks, ports.places, strict=True):
+        if item.kind in (Kind.UNILATERAL, Kind.CONE):
+            each = BLOCK.get(item.kind, 1)
+            first = np.arange(here.start, here.stop, each)
+            found[here] = np.repeat((beta[:, first].max(axis=0) > 0.5 * dt) & (layer[first] == 0), each)
+    return found
+
+
+def _residual(ports: Ports, beta: np.ndarray, jumps: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return R by sides of ports [m/N], (s, p, p), and the memory of r on them, (s, 3, p); one side if both are alike.
+
+    Args:
+        beta: [s], (2, p).
+        jumps: Ports whose force is constant in a step, (p,).
+    """
+    p = len(ports.offset)
+    if not ports.residual.any():
+        return np.zeros((0, p, p)), np.zeros((0, 3, p))
     memory = np.stack([_memory(own, dt) for own in beta])
+    for i in np.flatnonzero(jumps):
+        memory[:, 2, i] += memory[:, 1, i]
+        memory[:, 1, i] = 0.0
     if np.array_equal(beta[0], beta[1]):
         return ports.residual.sum(axis=0)[None], memory[:1]
     return ports.residual, memory
@@ -209,7 +238,7 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndar
     share = np.ones(len(level))
     own = flexible.diagonal() + layer > 0
     for item, here in zip(ports.blocks, ports.places, strict=True):
-        if item.kind in (Kind.GIVEN, Kind.BILATERAL):
+        if item.kind == Kind.GIVEN:
             continue
         each = BLOCK.get(item.kind, 1)
         first = np.arange(here.start, here.stop, each)
@@ -283,13 +312,14 @@ def _state(system: System, ports: Ports, constants: Constants) -> State:
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
         response=np.stack([response, response]), anchor=displacement.copy(), sliding=np.zeros(p, np.bool_),
         fastest=np.zeros(1), rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(2),
-        acting=np.zeros(contacts), slips=np.zeros((SLIPS + 1 if contacts else 1, 3)),
+        acting=np.zeros(contacts), struck=np.zeros(contacts, np.bool_), peak=np.zeros((contacts, 2)),
+        slips=np.zeros((SLIPS + 1 if contacts else 1, 3)),
         stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
-        extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), **zeros,
+        extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), closing=np.full(p, -1.0), **zeros,
     )  # fmt: skip
 
 
-_ZERO_AT_START = ("last", "mean", "extra", "gap", "measure", "approach", "margin", "closing", "rate", "impulses")
+_ZERO_AT_START = ("last", "mean", "extra", "gap", "measure", "approach", "margin", "rate", "impulses")
 
 
 def _problem(p: int) -> Problem:
@@ -297,4 +327,5 @@ def _problem(p: int) -> Problem:
         awake=np.zeros((2, p), np.bool_), ports=np.zeros(p, np.int64), size=np.zeros(2, np.int64),
         columns=np.zeros((p, p)), x=np.zeros(p), y=np.zeros(p), start=np.zeros(p), past=np.zeros((3, p)),
         changes=np.zeros((3, WINDOW, p)), gram=np.zeros((WINDOW, WINDOW + 1)),
+        slipped=np.zeros(p, np.bool_),
     )  # fmt: skip

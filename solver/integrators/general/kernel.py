@@ -10,7 +10,7 @@ that the path of the coordinates cannot have closed are left out.
 import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
-from gudgeon.solver.integrators.general.arrays import POSITION
+from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED
 from gudgeon.solver.integrators.general.candidates import find_candidates, free_measures, overlooked, used_margins
 from gudgeon.solver.integrators.general.energy import balance
 from gudgeon.solver.integrators.general.responses import rubbed
@@ -82,7 +82,9 @@ def _aim(constants, state, crank):  # type: ignore[no-untyped-def]
         for axis in range(2):
             state.rod[j, axis] /= np.sqrt(size)
         across = max(0.0, speed - closing * closing / apart)
-        state.rod[j, 2] = constants.lengths[i] + dt * dt * across / (8.0 * constants.lengths[i])
+        state.rod[j, 2] = constants.lengths[i]
+        if constants.level[i] == STABILISED:
+            state.rod[j, 2] += dt * dt * across / (8.0 * constants.lengths[i])
 
 
 @inner
@@ -156,19 +158,56 @@ def _set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
         kind = constants.kind[i]
         if constants.size[i] == 0 or constants.level[i] != POSITION or kind not in (UNILATERAL, CONE):
             continue
-        now, last = state.unknown[i], state.last[i]
-        scale, own = 1.0, constants.matrix[i, i] - 0.5 * constants.inertia[i, i]
-        if last == 0.0 and now > 0.0:
-            begin = max(0.0, state.displacement[1, i])
-            scale = own * now / (own * now + begin) if own > 0.0 else 1.0
-        elif last > 0.0 and now == 0.0:
-            end = max(0.0, state.measure[i])
-            scale = own * last / (own * last + end) if own > 0.0 else 1.0
+        part = constants.share[i]
+        share, given = 1.0, part * state.unknown[i] + (1.0 - part) * state.last[i]
+        if (state.last[i] == 0.0) != (state.unknown[i] == 0.0):
+            share, given = _closed_share(constants, state, problem, i)
         for b in range(constants.size[i]):
-            wanted = (scale - 1.0) * 0.5 * (state.last[i + b] + state.unknown[i + b])
+            if b > 0:
+                given = part * state.unknown[i + b] + (1.0 - part) * state.last[i + b]
+            wanted = (share - 1.0) * given
             change = max(change, abs(wanted - state.extra[i + b]))
             state.extra[i + b] = wanted
     return change > SETTLED * largest
+
+
+@inner
+def _closed_share(constants, state, problem, i):  # type: ignore[no-untyped-def]
+    """Return the share of the step in which a port that closes or opens is closed, and its mean force without it [N].
+
+    They solve share · force · (way of the coordinates) = −force · (way of the compliance), so that the port does the
+    work that its compliance takes, with the forces of other ports as they are.
+    """
+    inertia, extra, part = constants.inertia[i, i], state.extra[i], constants.share[i]
+    way, now, last = _yields(constants, state, problem, i), state.unknown[i], state.last[i]
+    own = constants.matrix[i, i] - part * inertia
+    if now > 0.0:
+        begin, force = max(0.0, state.displacement[1, i]), part * now
+        if begin == 0.0 or own <= 0.0:
+            return 1.0, force
+        way = way if way > 0.0 else own * now
+        depth = way + inertia * (force + extra)
+        one = 1.0 + inertia * force / way
+        root = np.sqrt(max(0.0, (depth - begin) ** 2 + 4.0 * one * depth * begin))
+        found = max(0.0, 0.5 * (depth - begin + root) / one)
+        return found / (found + begin), force * found / way
+    end, force = max(0.0, state.measure[i] - inertia * extra), (1.0 - part) * last
+    if end == 0.0 or own <= 0.0:
+        return 1.0, force
+    way = way if way < 0.0 else -own * last
+    less = end + way - force * inertia
+    end = 0.5 * (less + np.sqrt(less * less - 4.0 * end * way))
+    return way / (way - end), force
+
+
+@inner
+def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
+    """Return by how much the compliance of a port gives way in the step under all forces found [m]."""
+    total = displaced(constants.residual, i, state.known, state.listed_known) - state.response[1, i]
+    for a in range(problem.size[0]):
+        j = problem.ports[a]
+        total += (constants.matrix[i, j] - constants.share[j] * constants.inertia[i, j]) * problem.x[a]
+    return total - constants.layer[i] * state.last[i]
 
 
 @inner
@@ -179,7 +218,8 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
     second[:] = 0.0
     for i in range(p):
         now, last = state.unknown[i], state.last[i]
-        state.mean[i] = now if constants.share[i] == 1.0 else 0.5 * (last + now) + state.extra[i]
+        share = constants.share[i]
+        state.mean[i] = share * now + (1.0 - share) * last + state.extra[i]
         state.impulses[i] += constants.dt * state.mean[i]
     for a in range(problem.size[0]):
         i = problem.ports[a]
@@ -258,7 +298,7 @@ def _anchor(constants, state, problem, time):  # type: ignore[no-untyped-def]
             first = state.unknown[i + 1] - state.measure[i + 1] / reach
             second = state.unknown[i + 2] - state.measure[i + 2] / reach
             # A force on the border of its disc by round-off sticks.
-            slips = rubbed((limit[0] * (1 + 1e-9), limit[1] * (1 + 1e-9)), state.sliding[i], first, second)[2]
+            slips = rubbed((limit[0] * (1 + 1e-9), limit[1] * (1 + 1e-9)), problem.slipped[i], first, second)[2]
         slides = slips and state.unknown[i] > 0.0
         if slides != state.sliding[i] and state.last[i] > 0.0 and state.unknown[i] > 0.0:
             _note(constants.contact[i], time, slides, state.slips)

@@ -1,17 +1,22 @@
 """Resultants of contacts, and the log of their impacts."""
 
+from gudgeon.modaldb.records.trajectory import PEAK, PEAK_TIME
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.general.rows import moved
-from gudgeon.solver.integrators.impact_log import GOING, ROW, changes, log_step, note_change
+from gudgeon.solver.integrators.impact_log import FIRST, GOING, ROW, changes, log_step, note_change
 from gudgeon.solver.integrators.outcome import ACTIVE, CONTACT_STEPS
 
 
 @inner
 def log_forces(constants, state, problem, log, number):  # type: ignore[no-untyped-def]
-    """Add the normal forces of a step to the log of impacts, and note what begins to touch and what parts."""
+    """Add the normal forces of a step to the log of impacts, and note what begins to touch and what parts.
+
+    The force over a step in which rigid contact strikes is an impulse over it, and no force that could be the largest.
+    """
     any_acts = False
     for k in range(len(log.force)):
         state.acting[k] = 0.0
+        state.struck[k] = False
     active = 0
     for i in range(len(state.mean)):
         k = constants.contact[i]
@@ -22,6 +27,7 @@ def log_forces(constants, state, problem, log, number):  # type: ignore[no-untyp
         if force != 0.0:
             any_acts = True
             active += 1
+            state.struck[k] = state.struck[k] or state.closing[i] >= 0.0
             for axis in range(3):
                 log.force[k, axis] += force * constants.direction[i, axis]
             if state.unknown[i] > state.unknown[log.steps[k, ROW]]:
@@ -44,4 +50,11 @@ def log_forces(constants, state, problem, log, number):  # type: ignore[no-untyp
         else:
             rate = moved(constants.rows, i, state.v)
             note_change(log, k, False, time, state.displacement[0, i], rate)
+    for k in range(len(log.force)):
+        going = log.steps[k, FIRST] >= 0
+        state.peak[k, 0] = log.running[k, PEAK] if going else 0.0
+        state.peak[k, 1] = log.running[k, PEAK_TIME] if going else (number + 0.5) * constants.dt
     log_step(log, number)
+    for k in range(len(log.force)):
+        if state.struck[k]:
+            log.running[k, PEAK], log.running[k, PEAK_TIME] = state.peak[k, 0], state.peak[k, 1]

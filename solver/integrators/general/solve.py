@@ -16,6 +16,9 @@ RELAXATION = 0.7
 """Of cones: two trials with the residual flexibility of a part need 40 sweeps with it, 55 at 1."""
 WINDOW = 8
 """Sweeps that are mixed."""
+UNDECIDED = 40
+"""Sweeps in which a cone may change between static and kinetic friction; where the force that holds it is between them,
+it would do so without end."""
 MOST_SWEEPS = 600
 TOLERANCE = 1e-11
 """Largest change of a force in a sweep, relative to the largest force, at which it was the last."""
@@ -37,11 +40,13 @@ def solve(constants, state, problem):  # type: ignore[no-untyped-def]
             column, amount = columns[a, :n], x[a]
             for c in range(n):
                 y[c] += amount * column[c]
+    for a in range(n):
+        problem.slipped[problem.ports[a]] = state.sliding[problem.ports[a]]
     kept, before = 0, 0.0
     for sweep in range(MOST_SWEEPS):
         for a in range(n):
             problem.start[a] = x[a]
-        blocks = _sweep(constants, state, problem)
+        blocks = _sweep(constants, state, problem, sweep >= UNDECIDED)
         change, largest, size = 0.0, 0.0, 0.0
         for a in range(n):
             step = abs(x[a] - problem.start[a])
@@ -61,8 +66,12 @@ def solve(constants, state, problem):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _sweep(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Let every block respond once; returns the number of blocks."""
+def _sweep(constants, state, problem, decided):  # type: ignore[no-untyped-def]
+    """Let every block respond once; returns the number of blocks.
+
+    Args:
+        decided: Whether what slips goes on to slip in this step.
+    """
     n, a, blocks = problem.size[0], 0, 0
     while a < n:
         i = problem.ports[a]
@@ -73,7 +82,8 @@ def _sweep(constants, state, problem):  # type: ignore[no-untyped-def]
         else:
             _press(constants, state, problem, i, a)
             if size == 3:
-                _rub(constants, state, problem, i, a)
+                slips = _rub(constants, problem, i, a)
+                problem.slipped[i] = problem.slipped[i] or (decided and slips)
         a += size
     return blocks
 
@@ -112,13 +122,13 @@ def _press(constants, state, problem, i, a):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _rub(constants, state, problem, i, a):  # type: ignore[no-untyped-def]
-    """Let the two tangents of a cone respond."""
+def _rub(constants, problem, i, a):  # type: ignore[no-untyped-def]
+    """Let the two tangents of a cone respond; whether they slip."""
     normal = problem.x[a]
     if normal <= 0.0:
         _change(problem, a + 1, 0.0)
         _change(problem, a + 2, 0.0)
-        return
+        return False
     columns = problem.columns
     p, r = columns[a + 1, a + 1], columns[a + 2, a + 2]
     s = 0.5 * (columns[a + 1, a + 2] + columns[a + 2, a + 1])
@@ -128,9 +138,10 @@ def _rub(constants, state, problem, i, a):  # type: ignore[no-untyped-def]
     limit = (constants.friction[i, 0] * normal, constants.friction[i, 1] * normal)
     first = problem.x[a + 1] - weight * problem.y[a + 1]
     second = problem.x[a + 2] - weight * problem.y[a + 2]
-    first, second, _ = rubbed(limit, state.sliding[i], first, second)
+    first, second, slips = rubbed(limit, problem.slipped[i], first, second)
     _change(problem, a + 1, first)
     _change(problem, a + 2, second)
+    return slips
 
 
 @inner
@@ -138,6 +149,9 @@ def _hold(constants, state, problem, i, a):  # type: ignore[no-untyped-def]
     """Hold the distance of a joint's point from its driven point, by a force along the rod's direction in the step."""
     along = state.rod[constants.joint[i]]
     y, columns, length = problem.y, problem.columns, along[2]
+    last = problem.x[a] * along[0] + problem.x[a + 1] * along[1]
+    _change(problem, a, last * along[0])
+    _change(problem, a + 1, last * along[1])
     for _turn in range(2):
         size = np.hypot(y[a], y[a + 1])
         n0, n1 = y[a] / size, y[a + 1] / size

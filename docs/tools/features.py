@@ -1,0 +1,62 @@
+"""`python -m docs.tools.features`: write docs/features.md, which integrators carry each pair of features."""
+
+import math
+from itertools import combinations
+from pathlib import Path
+
+from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.scene.scene import Scene
+from tests.solver.features import CONTRADICTIONS, FEATURES, REFUSED, draft_of
+
+PAGE = Path(__file__).resolve().parents[1] / "features.md"
+LETTERS = {"event": "E", "explicit": "X", "collocation": "C", "discrete-gradient": "D", "implicit": "I"}
+HEAD = """# Features of a scene, each with each other
+
+Written by `python -m docs.tools.features` from the scenes of `tests/solver/features.py`, which
+`tests/contracts/test_pairs.py` runs. A cell names the integrators that carry both features in one scene: {letters}. A
+number stands where there is no such scene, with its reason below. Friction and springs act on rigid bodies there: in a
+scene with an elastic body they act on a second, rigid one. Two ways of contact stand side by side, as two contacts.
+
+"""
+NAMES = {
+    "gauges": "gauges", "damping": "modal damping", "joint": "slider-crank", "gas": "gas pressure",
+    "moving-force": "moving force", "spring": "spring", "spring-dashpot": "spring with dashpot", "gravity": "gravity",
+    "residual": "residual contact", "layer": "surface layer", "linear-law": "linear law", "hertz": "Hertz",
+    "hunt-crossley": "Hunt-Crossley", "residual-law": "residual with law", "constraint": "rigid: constraint",
+    "impact": "rigid: restitution", "friction": "friction", "belt": "moving obstacle", "two-bodies": "two bodies",
+    "sliding": "sliding pair", "several-points": "several points", "wave-guide": "wave-guide dashpot",
+    "start-rest": "start at rest", "start-undeformed": "start undeformed", "given-step": "given step",
+    "automatic-step": "automatic step",
+}  # fmt: skip
+
+
+def page() -> str:
+    """Return the text of the page."""
+    reasons = list(dict.fromkeys((CONTRADICTIONS | REFUSED).values()))
+    letters = ", ".join(f"{letter} `{name}`" for name, letter in LETTERS.items())
+    numbers = {name: number for number, name in enumerate(FEATURES, start=1)}
+    head = f"| | {' | '.join(map(str, numbers.values()))} |\n|---|{'---|' * len(numbers)}\n"
+    cells = {pair: _cell(pair, reasons) for pair in map(frozenset, combinations(FEATURES, 2))}
+    rows = [
+        f"| {number} {NAMES[name]} | "
+        + " | ".join("" if name == other else cells[frozenset((name, other))] for other in FEATURES) + " |\n"
+        for name, number in numbers.items()
+    ]  # fmt: skip
+    notes = [f"\n({number}) {reason}.\n" for number, reason in enumerate(reasons, start=1)]
+    return HEAD.format(letters=letters) + head + "".join(rows) + "".join(notes)
+
+
+def _cell(pair: frozenset[str], reasons: list[str]) -> str:
+    """Return the integrators that carry two features, or the number of the reason why there is no such scene."""
+    if (reason := (CONTRADICTIONS | REFUSED).get(pair)) is not None:
+        return f"({reasons.index(reason) + 1})"
+    scene = draft_of(pair).scene
+    scene["run"].update(integrator="auto")
+    carriers = Scene.model_validate(scene).carriers()
+    if "given-step" in pair:
+        carriers = [name for name in carriers if math.isfinite(INTEGRATORS[name].order)]
+    return "".join(LETTERS[name] for name in INTEGRATORS if name in carriers)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,78 @@
+"""Every pair of features fits in a scene, but contradictions and what is refused in one line; random triples, too."""
+
+from collections.abc import Iterable
+from itertools import combinations
+
+import pytest
+from pydantic import ValidationError
+
+from docs.tools.features import PAGE, page
+from gudgeon.modaldb.stores.folder import Store
+from gudgeon.solver.simulate import simulate
+from tests.solver.features import CONTRADICTIONS, FEATURES, REFUSED, fits, pairs, store_of, system_of, triples
+
+DRIFT = 1e-3
+"""Largest energy drift at the given step, 1 µs: dt·ω_c is at most 0.08; and the default of run.accuracy."""
+MOMENTUM = 1e-10
+"""Largest momentum residual: round-off of a thousand steps."""
+APART = 2e-3
+"""Largest difference of impulses from those of another integrator, of both errors of step."""
+TRIPLES = 200
+OWN = ("event", "collocation", "explicit")
+"""Integrators that a scene is compared with."""
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    return store_of(tmp_path_factory.mktemp("features"))
+
+
+def runs(store: Store, names: Iterable[str]) -> None:
+    found = simulate(system_of(store, names))
+    assert found.result == "FINISHED"
+    assert found.energy_drift < DRIFT
+    assert found.momentum_residual < MOMENTUM
+    impulses = [value["value"] for name, value in found.quantities.items() if name.endswith(".impulse")]
+    assert impulses
+    assert min(impulses) > 0  # Every contact took part.
+
+
+@pytest.mark.parametrize("names", pairs(), ids="+".join)
+def test_every_pair_runs(names: tuple[str, str], store: Store) -> None:
+    runs(store, names)
+
+
+@pytest.mark.parametrize("names", triples(TRIPLES), ids="+".join)
+def test_triples_run(names: tuple[str, ...], store: Store) -> None:
+    runs(store, names)
+
+
+@pytest.mark.parametrize(
+    "names", [pair for pair in pairs() if not {"given-step", "automatic-step"} & set(pair)], ids="+".join
+)
+def test_another_integrator_agrees(names: tuple[str, str], store: Store) -> None:
+    system = system_of(store, names)
+    other = next((name for name in system.scene.carriers() if name in OWN), None)
+    if other is None:
+        pytest.skip("only the implicit integrator carries it")
+    ours, theirs = simulate(system), simulate(system_of(store, names, integrator=other, step=None))
+    for name, value in theirs.quantities.items():
+        if name.endswith(".impulse"):
+            assert ours.quantities[name]["value"] == pytest.approx(value["value"], rel=APART)
+
+
+@pytest.mark.parametrize("names", list(REFUSED), ids=lambda names: "+".join(sorted(names)))
+def test_what_is_refused_has_one_line(names: frozenset[str], store: Store) -> None:
+    with pytest.raises(ValidationError, match=r"'implicit' does not support") as error:
+        system_of(store, names)
+    assert error.value.error_count() == 1
+
+
+def test_pairs_are_all_but_those_with_a_reason() -> None:
+    left = [frozenset(pair) for pair in combinations(FEATURES, 2) if not fits(pair)]
+    assert set(left) == set(CONTRADICTIONS) | set(REFUSED)
+    assert all(set(pair) <= set(FEATURES) for pair in left)
+
+
+def test_the_table_is_current() -> None:
+    assert PAGE.read_text(encoding="utf-8") == page(), "run python -m docs.tools.features"
