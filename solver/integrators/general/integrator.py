@@ -242,8 +242,8 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndar
             continue
         each = BLOCK.get(item.kind, 1)
         first = np.arange(here.start, here.stop, each)
-        trapezoid = own[first] & (level[first] == POSITION)
-        share[here] = np.where(np.repeat(trapezoid, each), 0.5, 1.0)
+        averaged = own[first] & (level[first] == POSITION)
+        share[here] = np.where(np.repeat(averaged, each), 0.5, 1.0)
     return share
 
 
