@@ -319,7 +319,7 @@ def _state(system: System, ports: Ports, constants: Constants) -> State:
     )  # fmt: skip
 
 
-_ZERO_AT_START = ("last", "mean", "extra", "gap", "measure", "approach", "margin", "rate", "impulses")
+_ZERO_AT_START = ("last", "mean", "extra", "gap", "measure", "approach", "margin", "sudden", "rate", "impulses")
 
 
 def _problem(p: int) -> Problem:
