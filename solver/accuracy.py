@@ -27,6 +27,8 @@ LARGEST_JUMP = 3
 """Largest number of halvings at once."""
 LAG = 0.5
 """Difference of the times of impacts that does not count, over the window."""
+ROUND_OFF = 1e-9
+"""Impulse of the largest force over the whole run, relative to that of the largest impact, below which it is none."""
 EXPECTED_ORDER = 1.5
 """Order with which the next step is predicted."""
 
@@ -93,7 +95,9 @@ def difference(one: Trajectory, other: Trajectory, window: float) -> Difference:
         largest = float(theirs[:, IMPULSE].max(initial=0.0))
         impulse = max(impulse, _share(_impulse_apart(ours, theirs, LAG * window), largest))
         peaks = [float(part[:, WINDOWED].max(initial=0.0)) for part in (ours, theirs)]
-        force = max(force, _share(abs(peaks[0] - peaks[1]), peaks[1]))
+        # A rigid body that was struck and stays has forces of round-off, beside its impulse.
+        if max(peaks) * (other.times[-1] - other.times[0]) > ROUND_OFF * largest:
+            force = max(force, _share(abs(peaks[0] - peaks[1]), peaks[1]))
     if not other.contacts:
         motion = _share(np.abs(one.frames - other.frames).max(), np.abs(other.frames).max())
     return Difference(impulse, force, motion)

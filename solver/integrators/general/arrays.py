@@ -142,6 +142,8 @@ class State(NamedTuple):
     """Driven point of each joint at the end of the last step: lateral, along, rates, (j, 4)."""
     closing: np.ndarray
     """Share of the step at which rigid contact closes; −1 where it does not, (p,)."""
+    sudden: np.ndarray
+    """Share of the impulse of rigid contact that acts when it closes, the rest over the remaining step, (p,)."""
     rate: np.ndarray
     """Velocity of rigid contact at the end of the step without its forces [m/s], (p,)."""
     margin: np.ndarray

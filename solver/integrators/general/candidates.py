@@ -125,14 +125,21 @@ def _free_measure(constants, state, i, b):  # type: ignore[no-untyped-def]
 def _rebound(constants, state, i, rate):  # type: ignore[no-untyped-def]
     """Return the velocity [m/s] that rigid contact asks for at the end of the step, and set when it closes in it.
 
-    What closes at the share θ of the step rebounds by e of its velocity there, and then moves on freely.
+    What closes at the share θ of the step rebounds by e of its velocity there, and then moves on freely; or it stays,
+    where its force would close it again: then only a part of the impulse, `sudden`, acts when it closes.
     """
     begin, before = state.displacement[1, i], moved(constants.rows, i, state.before[1])
     end = constants.offset[i] + moved(constants.rows, i, state.q)
-    state.closing[i] = begin / (begin - end) if begin > 0.0 > end else -1.0
+    state.closing[i] = -1.0
+    if begin > 0.0 > end:
+        bend = 0.5 * constants.dt * (rate - before)
+        slope = end - begin - bend
+        state.closing[i] = 2.0 * begin / (np.sqrt(slope * slope - 4.0 * bend * begin) - slope)
     share = max(0.0, state.closing[i])
     hit = before + share * (rate - before)
-    return max(0.0, (1.0 - share) * (rate - before) - constants.restitution[i] * min(0.0, hit))
+    wanted = (1.0 - share) * (rate - before) - constants.restitution[i] * min(0.0, hit)
+    state.sudden[i] = 1.0 if wanted > 0.0 or rate >= 0.0 else min(1.0, max(0.0, hit / rate))
+    return max(0.0, wanted)
 
 
 @inner

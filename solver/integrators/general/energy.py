@@ -92,7 +92,9 @@ def _struck(constants, state, i):  # type: ignore[no-untyped-def]
     first, mean = constants.block[i], state.mean[i]
     before, after = moved(constants.rows, i, state.before[1]), moved(constants.rows, i, state.v)
     free, share = state.rate[i] - before, state.closing[first]
-    middle = 0.5 * (before + share * free + after - (1.0 - share) * free) - constants.belt[i]
+    hit, sudden = before + share * free, state.sudden[first]
+    left = hit + sudden * (after - state.rate[i])
+    middle = sudden * 0.5 * (hit + left) + (1.0 - sudden) * 0.5 * (left + after) - constants.belt[i]
     if first != i or constants.restitution[i] < 1.0:
         state.parts[DISSIPATED] -= mean * constants.dt * middle
     state.parts[WORK] += mean * constants.dt * constants.belt[i]

@@ -242,8 +242,8 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndar
             continue
         each = BLOCK.get(item.kind, 1)
         first = np.arange(here.start, here.stop, each)
-        trapezoid = own[first] & (level[first] == POSITION)
-        share[here] = np.where(np.repeat(trapezoid, each), 0.5, 1.0)
+        averaged = own[first] & (level[first] == POSITION)
+        share[here] = np.where(np.repeat(averaged, each), 0.5, 1.0)
     return share
 
 
@@ -319,7 +319,7 @@ def _state(system: System, ports: Ports, constants: Constants) -> State:
     )  # fmt: skip
 
 
-_ZERO_AT_START = ("last", "mean", "extra", "gap", "measure", "approach", "margin", "rate", "impulses")
+_ZERO_AT_START = ("last", "mean", "extra", "gap", "measure", "approach", "margin", "sudden", "rate", "impulses")
 
 
 def _problem(p: int) -> Problem:

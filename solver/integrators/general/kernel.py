@@ -249,12 +249,14 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
 
 @inner
 def _strike(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Let impulses of rigid contact that closes within the step act when it closes, not over the whole step."""
+    """Let impulses of rigid contact that closes within the step act when it closes and from then on."""
     for a in range(problem.size[0]):
         i = problem.ports[a]
-        share = state.closing[constants.block[i]]
+        first = constants.block[i]
+        share, sudden = state.closing[first], state.sudden[first]
         if share >= 0.0 and state.mean[i] != 0.0:
-            push(constants.rows, i, (0.5 - share) * constants.dt**2 * state.mean[i], state.q)
+            earlier = sudden * (0.5 - share) - (1.0 - sudden) * 0.5 * share
+            push(constants.rows, i, earlier * constants.dt**2 * state.mean[i], state.q)
 
 
 @inner
