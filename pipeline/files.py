@@ -59,8 +59,9 @@ def usable_path(out: str | Path) -> Path:
     """
     if not str(out):
         raise InputError("--out: is empty; a folder is needed")
+    path = Path(out)
     try:
-        path = Path(out).expanduser()
+        path = path.expanduser()
         path.lstat()
     except (FileNotFoundError, NotADirectoryError, PermissionError):  # Making it says so.
         pass
