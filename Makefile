@@ -75,8 +75,9 @@ bench: setup ## time what the tests only count
 bench-peers: setup ## time modes beside scipy, ngsolve, Exudyn, CalculiX; narrow it by `ARGS="--sizes 27k"`
 	$(BIN)/python -m tests.benchmarks.modes --peers-python $(PEERS_PYTHON) $(ARGS)
 
-defaults: setup ## compare runs at default settings with converged ones, all scenes and their neighbours
-	$(BIN)/python -m docs.tools.default_accuracy
+defaults: setup ## compare runs at default settings with converged ones, all scenes and their neighbours, 40 min; what is done is kept, `make defaults ARGS="--minutes 10"` takes less
+	$(BIN)/python -m docs.tools.default_accuracy $(ARGS)
+	$(BIN)/python -m docs.tools.report_listing out/reports
 
 reports: setup ## write error against run time and robustness cases of every scene to out/reports, timed ones first, and list them in docs/reports; what is done is kept
 	@mkdir -p out/reports; rm -f out/reports/seconds.csv; failed=; \

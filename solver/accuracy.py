@@ -67,14 +67,15 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
                 return replace(found, result=Result.INACCURATE.name), finer
             continue
         differences = difference(before, found, system.window)
+        largest = max(differences)
         errors = {f"step.{name}": value / 2 ** (jump - 1) for name, value in differences._asdict().items() if value}
         found = replace(found, estimates=found.estimates | errors)
         error = max(errors.values(), default=0.0)
         worst = max(error, 0.0 if plan.integrator.conserves_energy else found.energy_drift)
-        first = first or error
+        first = first or largest
         if worst <= accuracy:
             return found, finer
-        if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and error > 0.5 * first):
+        if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and largest > 0.5 * first):
             return replace(found, result=Result.INACCURATE.name), finer
         needed = math.ceil(math.log2(worst / accuracy) / EXPECTED_ORDER)
         jump = min(max(1, needed), LARGEST_JUMP, MOST_HALVINGS - halvings)

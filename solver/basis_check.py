@@ -1,21 +1,20 @@
-"""What the modal basis of a run lacks, estimated from a run with half of each body's elastic coordinates.
+"""What the modal basis of a run lacks, estimated from runs with a half and a quarter of each body's coordinates.
 
-Both runs take the same steps and start from the same state. With n and n/2 coordinates, an error c n^(-p) is the
-difference of the two runs over 2^p - 1:
+All runs take the same steps and start from the same state. The error of n coordinates is taken to be `MARGIN` times the
+difference of n from n/2, or half of that of n/2 from n/4 if it is larger. An error that decreases as 1/n gives the same
+by both; the first alone is too small where the upper half of the coordinates takes no part in an impact, as bending
+modes in an axial one.
 
-- impulses and rebound velocities: p = 1, the order at rigid contact of a rod (measured 0.9 to 1.1);
-- forces averaged over the time that a model resolves: p = 1/2, that of a series of modes at a jump, where the
-  overshoot does not decrease. A difference can be zero by chance, so that the larger one of two windows is taken, as
-  many periods of the run with n/2 coordinates as run.window has of the run with n, and half as long again;
-- contact by a penalty, without residual flexibility: the missing compliance makes it too stiff, and its error is
-  irregular in n, so that the difference may be too small. Windowed forces of rods struck through springs change by 0.04
-  to 0.2 of the share of the missing compliance, impulses and velocities by 0.01 to 0.2 of it: `STIFFENED` is the least
-  estimate. What n coordinates lack is taken to be what the upper half of them adds, as in a series of 1/n^2;
-- an impact that is shorter than the shortest kept period sees R, which has no mass, in place of waves. Where the upper
-  half of the coordinates takes no part in the contact, as bending modes in an axial impact, the two runs agree and
-  both are wrong; `UNRESOLVED` is the least estimate, over R's share of the compliance and, for a longer impact, the
-  share of that period in its duration. Solids with 5 to 60 modes that strike a plane or each other have errors of 0.1
-  to 0.5 of it in impulse.
+- Forces are compared over two windows: as many periods of the highest frequency of the run with fewer coordinates as
+  run.window has of the run's own, so that the share of the ringing is equal, and half as long again.
+- Contact by a penalty has no residual flexibility: the missing compliance makes it too stiff, and its error is
+  irregular in n. `STIFFENED` is the least estimate, over the share of the missing compliance. What n coordinates lack
+  is taken to be what the upper half of them adds, as in a series of 1/n^2.
+- An impact that is shorter than the shortest kept period sees R, which has no mass, in place of waves, or with rigid
+  methods nothing: all runs lack the same. `UNRESOLVED` is the least estimate, over R's share of the compliance, and
+  `RIGID` that of rigid methods; both for a longer impact over the share of that period in its duration.
+
+docs/basis.md has the estimates beside true errors.
 """
 
 from collections.abc import Callable
@@ -27,37 +26,42 @@ from gudgeon.modaldb.records.trajectory import BASIS_REASON, BEGINS, ENDS, IMPUL
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.result import Result
+from gudgeon.solver.results.contact_events import windowed
 from gudgeon.solver.system.nested import nested
 from gudgeon.solver.system.system import System
 
 REBOUND = ("rebound_velocity", "rebound_velocity_other")
 WINDOWS = (1.0, 1.5)
 """Windows over which forces are compared, over that of the run in periods of the run with fewer coordinates."""
-STIFFENED = {"basis.force": 0.3, "basis.impulse": 0.1, "basis.rebound": 0.1}
+SHARES = (0.5, 0.25)
+"""Shares of the elastic coordinates of the further runs."""
+MARGIN = 1.3
+"""Factor on differences: of bars, beams and solids with 8 to 150 modes, errors are at most twice the estimate."""
+ROUND_OFF = 1e-9
+SAMPLES = 4
+"""Least number of samples in the window over which forces are compared."""
+STIFFENED = {"basis.force": 0.11, "basis.impulse": 0.11, "basis.rebound": 0.11}
 """Least relative errors over the share of the compliance that a contact by a penalty lacks."""
-UNRESOLVED = {"basis.force": 0.5, "basis.impulse": 0.3, "basis.rebound": 0.3}
+UNRESOLVED = {"basis.force": 0.2, "basis.impulse": 0.2, "basis.rebound": 0.3}
 """Least relative errors over the share of the compliance that is without mass in an impact shorter than is resolved."""
-RINGING = 0.1
-"""Least error of windowed forces over the share by which the largest mean over a sample exceeds the windowed force.
-
-At a wave front the share is 0.3 to 0.6, the error over one period 0.2 to 0.35 of it; it decreases with the number of
-periods in the window; of a smooth force that is resolved, the share is below 0.05."""
-FORCE_ORDER = 0.5
-"""Order in the number of coordinates with which windowed forces converge where a force jumps."""
+RIGID = 0.06
+"""Least relative error of an impact by a rigid method that is shorter than is resolved."""
+Run = Callable[[System, float], Trajectory]
+"""Integrates a system with the steps of the run, and samples at most so far apart [s]."""
 
 
-def with_basis_estimates(system: System, found: Trajectory, run: Callable[[System], Trajectory]) -> Trajectory:
+def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Trajectory:
     """Return a finished run with its estimated relative errors due to the modal basis.
 
     Args:
         system: The one that was run.
         found: Its trajectory.
-        run: Integrates another system with the same steps.
+        run: Integrates it, or another system, again.
 
     Returns:
         Its `estimates` with `basis.impulse`: the largest error of a contact's impulse, over its largest impulse up to
         any time; `basis.force`: of its largest windowed force, over that force; `basis.rebound`: of a rebound velocity,
-        over the largest speed of a body at the start, where the contact has a restitution. Where the run with fewer
+        over the largest speed of a body at the start, where the contact has a restitution. Where a run with fewer
         coordinates cannot start, or fails, or where a body that touches has a single one, the first two are 1 and
         `counts` has the reason. Unchanged where nothing touches or no body has elastic coordinates.
     """
@@ -66,14 +70,39 @@ def with_basis_estimates(system: System, found: Trajectory, run: Callable[[Syste
     if _has_one_coordinate(system, found):
         return _unknown(found, ONE_COORDINATE)
     try:
-        if (fewer := nested(system)) is None:
+        systems = [fewer for share in SHARES if (fewer := nested(system, share)) is not None]
+        if not systems:
             return found
-        other = run(fewer)
+        windows = _windows(system, systems)
+        closest = windows[0] / SAMPLES if windows[0] > 0 else float(found.times[0])
+        own = found if found.times[0] <= closest * (1 + ROUND_OFF) else run(system, closest)
+        runs = [own, *(run(fewer, closest) for fewer in systems)]
     except (SceneError, SolverError) as error:
         return _unknown(found, str(error))
-    if not Result[other.result].ok:
-        return _unknown(found, other.counts.get("reason", Result[other.result].value))
-    return replace(found, estimates=found.estimates | _estimates(system, fewer, found, other))
+    for other in runs[1:]:
+        if not Result[other.result].ok:
+            return _unknown(found, other.counts.get("reason", Result[other.result].value))
+    speeds = [body.centre_motion(system.velocity[body.rigid])[:3] for body in system.bodies.values()]
+    speed = float(np.linalg.norm(speeds, axis=1).max())
+    errors, known = _least(system, systems[0], found), set[str]()
+    for number, window in enumerate(windows):
+        differences = _differences(own, (runs[number], runs[number + 1]), window, speed)
+        known = set(differences)
+        for name, value in differences.items():
+            errors[name] = max(errors[name], MARGIN * value / 2**number)
+    return replace(found, estimates=found.estimates | {name: errors[name] for name in errors if name in known})
+
+
+def _windows(system: System, systems: list[System]) -> list[float]:
+    """Return the windows over which the forces of runs with fewer coordinates are compared [s]; 0 for no average."""
+    periods = max(1.0, system.window / system.resolution) if system.resolution > 0 else 0.0
+    return [min(periods * fewer.resolution, system.scene.run.duration / max(WINDOWS)) for fewer in systems]
+
+
+def _least(system: System, fewer: System, found: Trajectory) -> dict[str, float]:
+    """Return the least estimates of a run, see the module."""
+    stiff, (massless, rigid) = _lacking(system, fewer), _unresolved(system, found)
+    return {name: max(STIFFENED[name] * stiff, UNRESOLVED[name] * massless, RIGID * rigid) for name in STIFFENED}
 
 
 def _has_one_coordinate(system: System, found: Trajectory) -> bool:
@@ -89,26 +118,6 @@ def _unknown(found: Trajectory, reason: str) -> Trajectory:
     return replace(found, estimates=found.estimates | errors, counts=found.counts | {BASIS_REASON: reason})
 
 
-def _estimates(system: System, fewer: System, found: Trajectory, other: Trajectory) -> dict[str, float]:
-    """Return the estimated errors of the run of a system, from it and that of the nested system."""
-    speeds = [body.centre_motion(system.velocity[body.rigid])[:3] for body in system.bodies.values()]
-    # A window of as many periods of the highest frequency as in the run itself: the share of the ringing is equal.
-    periods = system.window / system.resolution if system.resolution > 0 else 1.0
-    window = fewer.resolution * max(1.0, periods)
-    errors = _errors(found, other, window, float(np.linalg.norm(speeds, axis=1).max()))
-    errors["basis.force"] = max(errors["basis.force"], RINGING * _ringing(found) / max(1.0, periods))
-    stiff, massless = _lacking(system, fewer), _unresolved(system, found)
-    return {name: max(error, STIFFENED[name] * stiff, UNRESOLVED[name] * massless) for name, error in errors.items()}
-
-
-def _ringing(found: Trajectory) -> float:
-    """Return the largest share, one at most, by which a force over a sample exceeds that over the window."""
-    names = [f"{name}.force_peak" for name in found.contacts]
-    peaks = [[found.quantities[f"{name}{raw}"]["value"] for raw in ("", "_raw")] for name in names
-             if {name, f"{name}_raw"} <= set(found.quantities)]  # fmt: skip
-    return max((min(1.0, raw / peak - 1) for peak, raw in peaks if peak > 0), default=0.0)
-
-
 def _lacking(system: System, fewer: System) -> float:
     """Return the largest share of the compliance that a contact without R lacks, estimated; 0 where all have it."""
     static = [_flexibility(one) for one in (system, fewer)]
@@ -121,27 +130,31 @@ def _lacking(system: System, fewer: System) -> float:
     return most
 
 
-def _unresolved(system: System, found: Trajectory) -> float:
-    """Return the largest product of R's share of a contact's compliance and the unresolved share of its main impact.
+def _unresolved(system: System, found: Trajectory) -> tuple[float, float]:
+    """Return the largest unresolved share of a contact's main impact: times R's share of its compliance, and by itself.
 
     The compliance is that to the contact's own distribution of force, and the unresolved share the shortest kept period
-    over the impact's duration, at most 1.
+    over the impact's duration, at most 1. The second value is that of rigid methods.
     """
-    elastic, most = system.stiffness > 0, 0.0
+    elastic, most, rigid = system.stiffness > 0, 0.0, 0.0
     for contact in system.contacts:
         impacts, history = found.impacts[contact.name], found.contacts[contact.name]
         assert history.peak_multipliers is not None
         forces = history.multipliers.sum(axis=0) + history.peak_multipliers.sum(axis=0)
-        if not len(impacts) or not forces.any():
+        if not len(impacts):
             continue
         main = impacts[impacts[:, IMPULSE].argmax()]
-        duration = float(main[ENDS] - main[BEGINS])
+        if (duration := float(main[ENDS] - main[BEGINS])) <= 0:
+            continue
+        share = min(1.0, system.resolution / duration)
+        if METHODS[system.scene.contact[contact.name].method].rigid:
+            rigid = max(rigid, share)
         massless = float(forces @ system.residual[contact.rows, contact.rows] @ forces)
         modal = float(((forces @ system.rows[contact.rows][:, elastic]) ** 2 / system.stiffness[elastic]).sum())
         whole = massless + modal + float(forces**2 @ (system.layer + system.yielding())[contact.rows])
-        if duration > 0 and whole > 0:
-            most = max(most, massless / whole * min(1.0, system.resolution / duration))
-    return most
+        if whole > 0:
+            most = max(most, massless / whole * share)
+    return most, rigid
 
 
 def _flexibility(system: System) -> np.ndarray:
@@ -150,30 +163,40 @@ def _flexibility(system: System) -> np.ndarray:
     return (system.rows[:, elastic] ** 2 / system.stiffness[elastic]).sum(axis=1)
 
 
-def _errors(found: Trajectory, other: Trajectory, window: float, speed: float) -> dict[str, float]:
-    """Return the estimated errors of the first of two runs with the same samples, see `with_basis_estimates`.
+def _differences(
+    found: Trajectory, pair: tuple[Trajectory, Trajectory], window: float, speed: float
+) -> dict[str, float]:
+    """Return the differences of two runs in impulse, windowed force and rebound, see `with_basis_estimates`.
 
     Args:
-        window: Time over which forces are compared, not below what the second run resolves [s].
+        found: The run whose impulses and forces they are relative to.
+        pair: Runs with the same steps and samples.
+        window: Time over which forces are compared [s]; 0 for that of a sample.
         speed: Of the fastest body at the start [m/s].
     """
-    errors = {"basis.impulse": 0.0, "basis.force": 0.0}
-    samples, interval = len(found.times), float(found.times[0])
-    widths = [min(max(1, round(factor * window / interval)), samples) for factor in WINDOWS]
+    apart = {"basis.impulse": 0.0, "basis.force": 0.0}
+    edges = np.concatenate([[0.0], found.times])
     for name, contact in found.contacts.items():
         if not np.any(contact.force):
             continue
-        sums = [np.cumsum(np.vstack([np.zeros(3), one.contacts[name].force]), axis=0) for one in (found, other)]
-        apart = np.linalg.norm(sums[0][-1] - sums[1][-1]) / np.linalg.norm(sums[0], axis=1).max()
-        errors["basis.impulse"] = max(errors["basis.impulse"], float(apart))
-        for width in widths:
-            peaks = [np.linalg.norm(one[width:] - one[:-width], axis=1).max(initial=0.0) for one in sums]
-            if peaks[0] > 0:
-                apart = abs(peaks[0] - peaks[1]) / peaks[0] / (2**FORCE_ORDER - 1)
-                errors["basis.force"] = max(errors["basis.force"], float(apart))
-        if f"{name}.restitution" in found.quantities and speed > 0:
-            keys = [key for key in (f"{name}.{one}" for one in REBOUND) if key in found.quantities]
-            ours, theirs = (np.array([one.quantities[key]["value"] for key in keys]) for one in (found, other))
-            apart = np.abs(ours - theirs).max() / speed
-            errors["basis.rebound"] = max(errors.get("basis.rebound", 0.0), float(apart))
-    return errors
+        own, *both = (float(edges[1]) * _summed(one.contacts[name].force) for one in (found, *pair))
+        change = np.linalg.norm(both[0][-1] - both[1][-1]) / np.linalg.norm(own, axis=1).max()
+        apart["basis.impulse"] = max(apart["basis.impulse"], float(change))
+        for width in (factor * (window or float(edges[1])) for factor in WINDOWS):
+            peak, *peaks = (windowed(edges, one, width)[0] for one in (own, *both))
+            apart["basis.force"] = max(apart["basis.force"], abs(peaks[0] - peaks[1]) / peak)
+        keys = [key for key in (f"{name}.{one}" for one in REBOUND) if key in found.quantities]
+        if f"{name}.restitution" in found.quantities and keys and speed > 0:
+            change = max(abs(_value(pair[0], key) - _value(pair[1], key)) for key in keys)
+            apart["basis.rebound"] = max(apart.get("basis.rebound", 0.0), change / speed)
+    return apart
+
+
+def _summed(force: np.ndarray) -> np.ndarray:
+    """Return the sums of forces up to each sample, (s + 1, 3)."""
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(force, axis=0)])
+
+
+def _value(run: Trajectory, key: str) -> float:
+    """Return a rebound velocity [m/s]; 0 where nothing touched."""
+    return run.quantities[key]["value"] if key in run.quantities else 0.0

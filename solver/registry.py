@@ -4,7 +4,8 @@ import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-WINDOW = "mean over the window, `run.window`"
+WINDOW = "mean over the window of the mean over the window, `run.window`"
+APART = "the window, `run.window`"
 WHOLE = "not limited"
 STEPS = "mean over one step of the integrator; the force itself where its motion is exact"
 
@@ -28,24 +29,24 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "impulse", "N s", "Size of the integral over the run of the resultant of the normal forces.",
              _SIZE),
     Quantity("contact", "impacts", "1", "Number of impacts: times in which a normal force acts, those separated by less"
-             " than the window counted as one.", _SIZE, WINDOW),
+             " than the window counted as one.", _SIZE, APART),
     Quantity("contact", "start", "s", "Start of the first impact: zero of the gap of the point that touches, linear"
              " within a step.", _SIZE),
     Quantity("contact", "end", "s", "End of the last impact: the normal force becomes zero; the end of the run where it"
              " still acts.", _SIZE),
     Quantity("contact", "duration", "s", "From `start` to `end`, separations included.", _SIZE),
-    Quantity("contact", "force_peak", "N", "Largest mean over the window of the resultant of the normal forces:"
-             " max |J(t) − J(t − W)| / W with J its integral and W the window. Absent where impacts are jumps of"
-             " velocity and there is no window.", _SIZE, WINDOW),
+    Quantity("contact", "force_peak", "N", "Largest mean over the window of the mean over the window of the resultant"
+             " of the normal forces, a weight that rises and falls linearly over W each: max |I(t + W) − 2 I(t) +"
+             " I(t − W)| / W² with I its double integral and W the window, without force before and after the impact."
+             " Absent where impacts are jumps of velocity and there is no window.", _SIZE, WINDOW),
     Quantity("contact", "force_window", "s", "The window W of `force_peak`; 0: the force is not averaged.", _SIZE),
     Quantity("contact", "force_peak_raw", "N", "Largest resultant of the normal forces. It contains the cut-off"
              " frequency of the modal basis, and does not converge with the number of modes. Absent where impacts are"
              " jumps of velocity.", _SIZE, STEPS),
-    Quantity("contact", "peak_time", "s", "Middle of the window of `force_peak`; of several with the same force, of"
-             " the first and the last within a window.", "negative: an impact shorter than the window at the start",
-             WINDOW),
+    Quantity("contact", "peak_time", "s", "Time t of `force_peak`, at which the weight is largest; of several with the"
+             " same force, the middle of the first and the last within a window.", _SIZE, WINDOW),
     Quantity("contact", "rebound_velocity", "m/s", "Velocity of the centre of mass of the contact's body at the end of"
-             " the run, along the impulse on it.", _NORMAL),
+             " the run, along the impulse on it. Absent of a body that is held.", _NORMAL),
     Quantity("contact", "rebound_velocity_other", "m/s", "The same of the other body, along the same direction.",
              _NORMAL),
     Quantity("contact", "restitution", "1", "Newton's ratio −(w·v after) / (w·v before) of the normal velocities of"
@@ -58,7 +59,7 @@ REGISTRY: tuple[Quantity, ...] = (
              " forces.", _SIZE),
     Quantity("contact", "impactN.force_peak", "N", "As `force_peak`, of impact N.", _SIZE, WINDOW),
     Quantity("contact", "impactN.force_peak_raw", "N", "As `force_peak_raw`, of impact N.", _SIZE, STEPS),
-    Quantity("contact", "impactN.force_time", "s", "As `peak_time`, of impact N.", "as `peak_time`", WINDOW),
+    Quantity("contact", "impactN.force_time", "s", "As `peak_time`, of impact N.", _SIZE, WINDOW),
     Quantity("contact", "impactN.closing", "m/s", "Normal speed at which the first point touches, of the free gap.",
              "positive: approach"),
     Quantity("contact", "impactN.opening", "m/s", "Normal speed at which the last point parts; absent where it has"

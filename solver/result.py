@@ -36,8 +36,8 @@ class Result(Enum):
         " one, or set run.accuracy"
     )
     ROTATION = (
-        "a body turned by more than run.limits.angle: rotations are linear and gyroscopic terms are missing; shorten"
-        " run.duration, or raise run.limits.angle"
+        "a body turned or bent by more than run.limits.angle: motion is linear and gyroscopic terms are missing;"
+        " shorten run.duration, or raise run.limits.angle"
     )
     OFFSET = (
         "the points of a contact moved aside by more than run.limits.offset; shorten run.duration, or raise"

@@ -47,7 +47,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
 
     Where run.step is left out and the integrator has a step, the run is repeated with finer steps until impulses,
     windowed forces and the energy balance are within run.accuracy; see `solver.accuracy`. A run with contacts is
-    repeated with fewer elastic coordinates, which gives the error of the basis; see `solver.basis_check`.
+    repeated twice with fewer elastic coordinates, which gives the error of the basis; see `solver.basis_check`.
 
     Returns:
         The trajectory; that of a run that failed physically ends with its last good frame, with the reason in `result`.
@@ -64,7 +64,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         found, plan = controlled(system, plan_run(system, COARSER), lambda one: _march(system, one, progress))
     if not Result[found.result].ok:
         return found
-    return with_basis_estimates(system, found, lambda fewer: _march(fewer, plan, progress))
+    return with_basis_estimates(system, found, lambda other, interval: _march(other, plan.sampled(interval), progress))
 
 
 def start(system: System, plan: Plan) -> Marching:

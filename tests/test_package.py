@@ -97,9 +97,10 @@ def test_examples_are_listed_and_copied(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["example", "list"]) == 0
-    listed = {line.split()[0] for line in capsys.readouterr().out.splitlines()}
-    assert listed == {one.parent.name for one in ROOT.glob("data/*/scene.toml")}
+    for words in (["example", "list"], ["example"]):
+        assert main(words) == 0
+        listed = {line.split()[0] for line in capsys.readouterr().out.splitlines()}
+        assert listed == {one.parent.name for one in ROOT.glob("data/*/scene.toml")}
     assert main(["example", "copy", "rod-wall"]) == 0
     copied = {path.name: path.read_bytes() for path in (tmp_path / "rod-wall").iterdir()}
     assert copied == {path.name: path.read_bytes() for path in (ROOT / "data/rod-wall").iterdir() if path.is_file()}

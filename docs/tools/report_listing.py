@@ -35,6 +35,17 @@ HEAD = (
 )  # fmt: skip
 
 
+DEFAULTS = (
+    (
+        "[Default settings](defaults.md) of every scene against converged runs, written by `make defaults`.",
+        "",
+    )
+    if (REPORTS / "defaults.md").is_file()
+    else ()
+)
+"""Lines that lead to the table of `make defaults`, once it is there."""
+
+
 def main_figures(folder: Path) -> Scenes:
     """Return the main figures of all reports below a folder: reference, choice, budget, runs, verdicts and seconds."""
     found: Scenes = {}
@@ -93,6 +104,7 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
         "",
         *costs_lines(scenes),
         "",
+        *DEFAULTS,
         "## Comparison with published systems",
         "",
         seeds_table(scenes, seeds, "../../"),

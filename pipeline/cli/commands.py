@@ -127,7 +127,14 @@ def export_command(options: argparse.Namespace) -> int:
     """Write .vtu files."""
     kind, job = _opened(options)
     files = kind.export(job, options.what, options.every)
-    print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))
+    if options.json:
+        print(json.dumps([str(f) for f in files]))
+    elif options.what == "modes":
+        print("\n".join(str(f) for f in files))
+    else:
+        bodies = len({f.parent for f in files[:-1]})
+        frames = sum(f.suffix == ".vtu" for f in files) // bodies
+        print(f"{files[-1]}: {frames} frames of {bodies} {'body' if bodies == 1 else 'bodies'}")
     return 0
 
 

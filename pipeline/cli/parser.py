@@ -98,13 +98,13 @@ def build_parser() -> argparse.ArgumentParser:
     text = "write mode shapes or results as .vtu files for ParaView"
     add = _command(names, "export", text, commands.export_command).add_argument
     add("what", choices=("modes", "results"), help="mode shapes, or displacements and contact pressures over time")
-    add("--every", type=_positive, default=5, metavar="N", help="write every Nth frame (default 5)")
+    add("--every", type=_positive, default=1, metavar="N", help="write every Nth frame (default 1: all)")
     text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"
     add = _plain(names, "doctor", text, commands.doctor_command).add_argument
     add("--db", default=".gudgeon", metavar="PATH", help="database folder to check (default .gudgeon)")
     add("--json", action="store_true", help="print one JSON document on stdout")
     text = "list the example scenes of the package, or copy one"
-    what = _plain(names, "example", text, None).add_subparsers(metavar="list|copy", required=True)
+    what = _plain(names, "example", text, commands.example_list_command).add_subparsers(metavar="list|copy")
     _plain(what, "list", "list every scene with its description", commands.example_list_command)
     add = _plain(what, "copy", "copy the folder of a scene", commands.example_copy_command).add_argument
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")

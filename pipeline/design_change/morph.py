@@ -48,7 +48,10 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
     """
     surface = find_surface(mesh, movement.surface, f"{movement.where}.surface")
     if surface.shape.get("kind") != "cylinder":
-        raise InputError(f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one")
+        raise InputError(
+            f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one; a cylinder of a mesh"
+            " file must be declared in geometry.surfaces"
+        )
     on_surface = np.unique(surface.facets)
     shift = np.zeros_like(mesh.nodes)
     shift[on_surface] = _radial_shift(mesh.nodes[on_surface], surface, movement)

@@ -16,6 +16,8 @@ from gudgeon.pipeline.reduction.expansion import displacement
 
 LINES = {"beam2": "line", "beam3": "line3"}
 """Names of meshio for the cells of beams; the other cell types have the same name there."""
+SURFACES = ("tetra10", "triangle6")
+"""Cell types whose contact points have an area."""
 
 
 def write_modes(path: Path, mesh: MeshRecord, modal: ModalRecord) -> None:
@@ -51,7 +53,8 @@ def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory,
     """Write frames of one body as `frame_000.vtu`, … and their times as `frames.pvd`; return these files.
 
     Each file has the undeformed design where it stands in the scene, with `displacement` [m], `velocity` [m/s],
-    `contact_pressure` [Pa], zero except at contact points, `body_id`, and `stress` (xx, yy, zz, xy, yz, zx) and
+    `contact_pressure` [Pa], on lines and rigid bodies `contact_force` [N], of the contacts that name the body as their
+    `body`, zero except at contact points, `body_id`, and `stress` (xx, yy, zz, xy, yz, zx) and
     `von_mises` [Pa] where gauges record them, NaN elsewhere. Every `every`-th frame is written; a file has the number
     of its frame.
 
@@ -72,7 +75,7 @@ def write_trajectory(folder: Path, records: BodyRecords, trajectory: Trajectory,
         fields = {
             "displacement": displacement(nodes, morph, modal, trajectory.frames[frame, own]),
             "velocity": displacement(nodes, morph, modal, trajectory.velocities[frame, own]),
-            "contact_pressure": _contact_pressure(len(nodes), modal, trajectory, body, frame),
+            **_contact_field(mesh, modal, trajectory, body, frame),
             "body_id": np.full(len(nodes), records.number),
         }
         if records.stress is not None:
@@ -110,15 +113,17 @@ def _write_collection(path: Path, entries: list[tuple[float, int, str]]) -> None
     write_text(path, "\n".join([head, *lines, "</Collection></VTKFile>\n"]))
 
 
-def _contact_pressure(count: int, modal: ModalRecord, trajectory: Trajectory, body: str, frame: int) -> np.ndarray:
-    """Return the pressure of all contacts on a body at its nodes [Pa], (n,)."""
-    pressure = np.zeros(count)
+def _contact_field(
+    mesh: MeshRecord, modal: ModalRecord, trajectory: Trajectory, body: str, frame: int
+) -> dict[str, np.ndarray]:
+    """Return the pressure [Pa] of a body's contacts at its nodes, of one without a surface their force [N], (n,)."""
+    field, spread = np.zeros(len(mesh.nodes)), mesh.cell_type in SURFACES
     for contact in trajectory.contacts.values():
         if contact.body == body:
             interface = modal.interfaces[contact.interface]
             areas = interface.areas if contact.areas is None else contact.areas
-            np.add.at(pressure, interface.nodes, contact.multipliers[frame] / areas)
-    return pressure
+            np.add.at(field, interface.nodes, contact.multipliers[frame] / (areas if spread else 1.0))
+    return {"contact_pressure" if spread else "contact_force": field}
 
 
 def _write_grid(path: Path, mesh: MeshRecord, nodes: np.ndarray, fields: dict[str, np.ndarray]) -> None:

@@ -126,7 +126,10 @@ def _inside(points: np.ndarray, interface: Interface, shape: SurfaceRule, where:
     if interface.sector_deg is None and interface.height is None:
         return keep
     if shape.get("kind") != "cylinder":
-        raise InputError(f"{where}: sector_deg and height need a cylinder, '{interface.surface}' is none")
+        raise InputError(
+            f"{where}: sector_deg and height need a cylinder, '{interface.surface}' is none; a cylinder of a mesh file"
+            " must be declared in geometry.surfaces"
+        )
     _, angle, height = cylindrical(points, shape)
     if interface.sector_deg is not None:
         low, high = np.radians(interface.sector_deg)

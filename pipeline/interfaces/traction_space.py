@@ -116,7 +116,10 @@ def refuse_unresolved(spaces: dict[str, TractionSpace], where: str) -> None:
 
 def _grid(mesh: MeshRecord, surface: Surface, interface: Interface, where: str) -> SplineGrid:
     if mesh.cell_type != "tetra10" or surface.shape.get("kind") not in ("cylinder", "plane"):
-        raise InputError(f"{where}: a traction space needs a cylinder or a plane, '{interface.surface}' is none")
+        raise InputError(
+            f"{where}: a traction space needs a cylinder or a plane, '{interface.surface}' is none; that of a mesh file"
+            " must be declared in geometry.surfaces"
+        )
     kind = surface.shape["kind"]
     build, other = (_cylinder, "plane") if kind == "cylinder" else (_plane, "cylinder")
     for name in KEYS[other]:

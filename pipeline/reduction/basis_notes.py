@@ -9,13 +9,14 @@ from gudgeon.solver.methods import METHODS
 NOTICED = 0.01
 """Estimated relative error of the basis above which a run gives a note."""
 WORDS = {"basis.impulse": "impulse", "basis.force": "windowed force", "basis.rebound": "rebound velocity"}
-WIDER = 4
-"""Factor of a window that is too short: of a rod with a dashpot, the error of the force over four periods is 1 %."""
+WIDER = 2.5
+"""Factor of a window that is too short: from one period to the default of forces that jump."""
 RESOLVING = ("bar", "beam")
 """Geometries that a contact law and residual flexibility can be combined on: they have no local compliance."""
 COUNTED = {
     "macneal": "normal_count", "normal+static": "normal_count", "fixed-reference": "normal_count",
-    "rubin": "normal_count", "ritz": "normal_count", "craig-bampton": "fixed_count", "interface": "fixed_count",
+    "rubin": "normal_count", "ritz": "normal_count", "craig-bampton": "fixed_count",
+    "row-craig-bampton": "fixed_count", "interface": "fixed_count",
     "partial-interface": "fixed_count",
 }  # fmt: skip
 """Key of `modes` that adds elastic coordinates, by reduction."""

@@ -21,7 +21,7 @@ from gudgeon.pipeline.report.full_fe.costs import cost_rows
 from gudgeon.pipeline.report.measures.differences import velocity_table
 from gudgeon.pipeline.report.page.output import FORCE_PICTURE, report_folder, write_report
 from gudgeon.pipeline.report.reference import Reference, check_names, external_reference, reference_run, values_of
-from gudgeon.pipeline.report.steps import with_steps
+from gudgeon.pipeline.report.steps import with_steps, with_window
 from gudgeon.pipeline.report.sweep import Setting, able_settings, finer, reason, settings_of
 from gudgeon.pipeline.report.timing import LONG, WARM_UP, kept_trajectory, spread, timed
 from gudgeon.pipeline.stages.folder import held
@@ -69,6 +69,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
         run_job(job, "morph", progress)
         nodal = nodal_runs(job, progress)
         external = external_reference(job, nodal)
+        settings, window = with_window(job, settings)
         settings, notes = with_steps(job, settings, progress)
         points = _points(job, settings, left_out, how.repeat, progress)
         points = _with_finer(job, _comparable(points, external, left_out), how.jobs, progress)
@@ -98,6 +99,7 @@ def report_job(job: Job, how: Effort, progress: Tell) -> Document:
             budget=budget,
             tables=_tables(job, one, reference),
             window=job.scene.report.window if any(one.name == "force" for one in found) else 0.0,
+            peak_window=window,
             until=job.scene.report.until,
             notes=notes + _notes(job, nodal, found, reference.kind),
             timing=TIMING.format(repeat=how.repeat, warm_up=WARM_UP, long=LONG, nodal=REPEATS, short=SHORT),
@@ -218,6 +220,20 @@ def _force_picture(job: Job, one: Point, reference: Reference) -> bytes | None:
     return (job.out / FORCE_PICTURE).read_bytes()
 
 
+def turned_too_far(run: NodalRecord, bodies: Sequence[str], limit: float) -> list[str]:
+    """Return a note for each body of a full-FE run that has turned by more than a limit [rad] at its end."""
+    found = []
+    for name in bodies:
+        turns = [run.quantities.get(f"{name}.turn_{axis}", {"value": 0.0})["value"] for axis in "xyz"]
+        if (angle := math.hypot(*turns)) > limit:
+            found.append(
+                f"In full FE body '{name}' has turned by {angle:.3g} rad at the end, beyond run.limits.angle ="
+                f" {limit:g} rad, which ends a reduced run: rotations are linear in full FE too, so that it is no"
+                " reference there."
+            )
+    return found
+
+
 def _failure(one: Point) -> str:
     return f"{one.setting.name}: {one.failure or one.trajectory.result}"
 
@@ -231,6 +247,8 @@ def _notes(job: Job, nodal: Sequence[NodalRecord], found: Sequence[Quantity], ki
                 f"The two finest full FE runs agree to 5 % in force up to {until * 1e3:.3g} ms and differ by more"
                 " afterwards."
             )
+    if nodal:
+        notes += turned_too_far(nodal[-1], list(job.scene.body), job.scene.run.limits.angle)
     uncounted = [one.name for one in found if not one.counts and one.converges is False]
     if uncounted and kind == "finest":
         notes.append(

@@ -225,6 +225,8 @@ class Document:
     """Run times for tolerances by method; empty without full FE or rivals."""
     window: float = 0.0
     """Full width of the Hann window on forces [s]."""
+    peak_window: float = 0.0
+    """Window of the quantities `force_peak` in all runs, `run.window` [s]; 0 where forces are not averaged."""
     until: float | None = None
     """Time up to which runs are compared [s]."""
     notes: list[str] = field(default_factory=list)

@@ -1,7 +1,8 @@
-"""The step of the runs of a report: found once for each integrator, and then the same for all of its runs.
+"""Step and window of the runs of a report, the same for all of them.
 
 A run whose step is left out repeats itself with finer steps. A sweep does that in the first run of each integrator and
 gives the step that was found to all others, so that they differ in nothing else and their times are those of one run.
+Peak forces are comparable over one window only: where it is left out, it is that of the scene as it stands.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,6 +13,7 @@ from gudgeon.pipeline.report.sweep import Setting, reason
 from gudgeon.pipeline.report.timing import made
 from gudgeon.pipeline.scenes.reading import merged
 from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.run import system_of
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 
@@ -42,6 +44,28 @@ def with_steps(
                 changes = merged(changes, {"run": {"step": step}})
         found.append(replace(setting, changes=changes))
     return found, notes
+
+
+def with_window(job: Job, settings: Sequence[Setting]) -> tuple[list[Setting], float]:
+    """Return settings with the window of the scene's own run where they leave it out, and this window [s].
+
+    Returns:
+        A window of 0 where forces are not averaged, the scene's own run is impossible, or a setting has another one.
+    """
+    try:
+        window = system_of(job).window if job.scene.contact else 0.0
+    except (InputError, StageError, SceneError, SolverError):
+        return list(settings), 0.0
+    if not window:
+        return list(settings), 0.0
+    found = []
+    for setting in settings:
+        run = variant(job, setting.changes).scene.run
+        # A window is at most as long as the run.
+        given = {} if run.window is not None else {"run": {"window": min(window, run.duration)}}
+        found.append(replace(setting, changes=merged(setting.changes, given)))
+    windows = {variant(job, setting.changes).scene.run.window for setting in found}
+    return found, window if windows == {window} else 0.0
 
 
 def _step(job: Job) -> tuple[float | None, str]:

@@ -11,7 +11,6 @@ from gudgeon.pipeline.robustness import settings
 from gudgeon.pipeline.robustness.slivers import with_slivers
 from gudgeon.pipeline.robustness.subject import NO_CONTACT, DoesNotApply, Subject
 from gudgeon.pipeline.robustness.trial import (
-    LEAST_WINDOW,
     Trial,
     approach,
     closing_turn,
@@ -21,6 +20,7 @@ from gudgeon.pipeline.robustness.trial import (
 )
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
+from gudgeon.solver.scene.run import LEAST_WINDOW
 
 SAME_SPACE = 1e-6
 """Allowed relative difference of an impulse with duplicate static shapes."""

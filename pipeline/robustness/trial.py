@@ -25,13 +25,12 @@ from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
+from gudgeon.solver.scene.run import LEAST_WINDOW
 from gudgeon.solver.simulate import simulate, suggested
 from gudgeon.solver.system.system import System
 
 ROUND_OFF = 1e-9
 """Overlap relative to the displacement of the contact's points that counts as none."""
-LEAST_WINDOW = float(np.finfo(float).eps)
-"""Window over the duration of a run up to which no impacts are merged that follow each other in time."""
 REFUSALS = (PipelineError, SceneError, SolverError, modaldb.ModalDBError)
 WHOLE = ("macneal", "normal+static", "rubin")
 """Reductions whose first coordinates are normal modes of the whole mesh."""

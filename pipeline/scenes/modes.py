@@ -7,10 +7,10 @@ from pydantic import Field, ValidationInfo, field_validator
 from gudgeon.solver.numbers import MOST, Strict
 
 Reduction = Literal[
-    "macneal", "normal+static", "craig-bampton", "fixed-reference", "ritz", "rubin", "attachment", "interface",
-    "partial-interface", "rigid",
+    "macneal", "normal+static", "craig-bampton", "row-craig-bampton", "fixed-reference", "ritz", "rubin", "attachment",
+    "interface", "partial-interface", "rigid",
 ]  # fmt: skip
-ALL_FOR_ZERO = ("craig-bampton", "interface", "partial-interface", "attachment")
+ALL_FOR_ZERO = ("craig-bampton", "row-craig-bampton", "interface", "partial-interface", "attachment")
 """Reductions for which a normal_count of 0 means all modes."""
 
 
@@ -26,7 +26,8 @@ class ModesSettings(Strict):
         default="macneal",
         description="macneal: normal modes and static correction modes, with the flexibility of the other modes as"
         " massless residual flexibility R; normal+static: the same without R, contact then needs method 'penalty';"
-        " craig-bampton, fixed-reference, ritz: other shapes than normal modes of the free body, with R; rubin: normal"
+        " craig-bampton, fixed-reference, ritz: other shapes than normal modes of the free body, with R;"
+        " row-craig-bampton: constraint modes of the interfaces' rows and modes with these rows held; rubin: normal"
         " modes and a static shape with mass of every contact row; attachment: only the static shapes of the rows;"
         " interface: craig-bampton with modes instead of the boundary dofs; partial-interface: the same with some"
         " boundary dofs kept; rigid: no elastic coordinates",
@@ -37,7 +38,7 @@ class ModesSettings(Strict):
         le=MOST,
         description="Number of elastic normal modes or Ritz vectors (default: 30; on bars with normal modes, as many as"
         " the mesh resolves, 0.6 an element, from 30 to 150); 0: all, for reductions 'craig-bampton',"
-        " 'interface', 'partial-interface' and 'attachment'; not used by reduction 'rigid'",
+        " 'row-craig-bampton', 'interface', 'partial-interface' and 'attachment'; not used by reduction 'rigid'",
     )
     static_count: int = Field(
         default=0,
@@ -56,8 +57,8 @@ class ModesSettings(Strict):
         default=10,
         ge=0,
         le=MOST,
-        description="Fixed-interface modes of each substructure; for reductions 'craig-bampton', 'interface' and"
-        " 'partial-interface'",
+        description="Fixed-interface modes of each substructure; for reductions 'craig-bampton', 'row-craig-bampton',"
+        " which has one, 'interface' and 'partial-interface'",
     )
     boundary: tuple[str, ...] = optional(
         "Surfaces with boundary dofs, in addition to those of interfaces and cuts; for reductions 'craig-bampton',"

@@ -104,20 +104,23 @@ def claim(job: Place) -> None:
         write_text(job.out / OWNER, json.dumps({"scene": own}, indent=1))
 
 
-def remove_pictures(out: Path, key: str) -> None:
-    """Remove the pictures of a folder unless they were drawn for `key`.
+def remove_pictures(out: Path, key: str) -> list[str]:
+    """Remove the pictures of a folder unless they were drawn for `key`, and return the names of those removed.
 
     Those of a list that is not as it was written are removed by their names.
     """
     noted = read_sealed(out / PICTURES)
     if noted is None and not (out / PICTURES).exists():
-        return
+        return []
     if noted is not None and noted["key"] == key:
-        return
+        return []
     own = [*FILES, *_named(out / PICTURES)] if noted is None else noted["files"]
-    for name in [*own, PICTURES]:
+    removed = []
+    for name in dict.fromkeys(Path(one).name for one in [*own, PICTURES]):
         with contextlib.suppress(OSError):
-            (out / Path(name).name).unlink()
+            (out / name).unlink()
+            removed.append(name)
+    return [name for name in removed if name != PICTURES]
 
 
 def _named(path: Path) -> list[str]:

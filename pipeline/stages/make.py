@@ -69,7 +69,9 @@ def run_stages(
         claim(job)
         report, pictures, notes = finish(until), [], []
         if report.result is not None:
-            remove_pictures(job.out, content_key(job.pictures()))
+            removed = remove_pictures(job.out, content_key(job.pictures()))
+            if removed and "plot" not in wanted:
+                notes = [f"pictures of an earlier result were removed: {', '.join(removed)}"]
         if "plot" in wanted and report.result != Result.DIVERGED.name:
             stages["plot"], pictures, notes = plot_stage(job, draw, tell)
         remember(job, wanted)

@@ -11,6 +11,8 @@ from gudgeon.pipeline.scenes.component import Component
 
 USUAL_EXTENTS = (1e-6, 100.0)
 """Largest extents of parts [m] outside which a note is given: those of machines given in mm are mostly above."""
+UNSTATED = 10.0
+"""The same upper limit for a file whose unit the scene does not state [m]: a shaft of 70 mm would be one of 70 m."""
 
 
 def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any]:
@@ -53,15 +55,17 @@ def extent_notes(store: FolderStore, parts: Mapping[str, Component], keys: Mappi
         if component.material is None:
             continue
         size = float(np.ptp(store.get(keys[name], "mesh", only=["nodes"]).nodes, axis=0).max())
-        if not USUAL_EXTENTS[0] <= size <= USUAL_EXTENTS[1]:
+        stated = not component.from_file or "unit" in component.geometry.model_fields_set
+        least, most = USUAL_EXTENTS[0], USUAL_EXTENTS[1] if stated else UNSTATED
+        if not least <= size <= most:
             likely = "check the unit of its lengths"
-            if size > USUAL_EXTENTS[1]:
+            if size > most:
                 likely = "probably lengths in mm were given"
             if component.from_file:
                 likely += f"; component.{name}.geometry.unit states the metres per unit of the file, 1e-3 for mm"
-            usual = "{:g} to {:g}".format(*USUAL_EXTENTS)
             notes.append(
-                f"component.{name}.geometry: its largest extent is {size:.3g} m, usual are {usual} m; {likely}"
+                f"component.{name}.geometry: its largest extent is {size:.3g} m, usual are {least:g} to {most:g} m;"
+                f" {likely}"
             )
     return notes
 

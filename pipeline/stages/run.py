@@ -8,12 +8,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file
 from gudgeon.pipeline.reduction.basis_notes import basis_notes
+from gudgeon.pipeline.reduction.impact_notes import impact_notes
 from gudgeon.pipeline.scenes.checks import gravity_notes, law_notes, unit_notes
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import named
@@ -172,6 +175,8 @@ def _finish(job: Job, until: str) -> RunReport:
         summary = write_summary(job.out, key, expected, found, TRAJECTORY)
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     own += _energy_notes(job, summary) + _gap_notes(job, summary["quantities"])
+    if summary["result"] == Result.FINISHED.name:
+        own += impact_notes(job.scene, summary, partial(_last_force, job))
     windows = (entry["value"] for name, entry in summary["quantities"].items() if name.endswith(".force_window"))
     reason = summary["counts"].get(BASIS_REASON, "")
     own += basis_notes(job.scene, summary["estimates"], reason, max(windows, default=0.0))
@@ -203,11 +208,13 @@ def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
 
 def _frequencies(job: Job) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     """Return the modes of every component with their errors, and a note for each mesh that is too coarse for them."""
+    from gudgeon.pipeline.reduction.beam_notes import beam_notes
     from gudgeon.pipeline.reduction.frequency_table import coarse_notes, frequency_rows, kept_modes
 
     records = kept_modes(job.store, {name: steps["modes"].key for name, steps in job.components().items()})
     files = [name for name in records if job.scene.component[name].from_file]
-    return {name: frequency_rows(record) for name, record in records.items()}, coarse_notes(records, files)
+    notes = coarse_notes(records, files) + beam_notes(job.scene.component, records)
+    return {name: frequency_rows(record) for name, record in records.items()}, notes
 
 
 def _parts(job: Job) -> dict[str, dict[str, Any]]:
@@ -266,6 +273,13 @@ def _gap_notes(job: Job, quantities: dict[str, Any]) -> list[str]:
         f"no contact touched; the smallest gap was {open_ones[name]:.3g} m, of contact {name} at {time:.3g} s; if a"
         " contact is expected, increase run.duration, or change the positions or velocities of the bodies"
     ]
+
+
+def _last_force(job: Job, contact: str) -> float:
+    """Return the size of a contact's force in the last sample of the run over that of its largest one."""
+    record = job.store.get(job.trajectory().key, "trajectory", only=[f"contacts/{contact}/force"])
+    sizes = np.linalg.norm(record.contacts[contact].force, axis=1)
+    return float(sizes[-1] / sizes.max()) if sizes.any() else 0.0
 
 
 def _edge_notes(job: Job, quantities: dict[str, Any]) -> list[str]:

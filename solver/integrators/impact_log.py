@@ -1,8 +1,12 @@
 """Impacts of contacts, located step by step in the compiled time loops, and the same from a history of forces.
 
-A force is constant over a step, so the impulse J of a contact since the start of its impact is linear in it. The mean
-force over a window W that ends at t is |J(t) − J(t − W)| / W, largest where t or t − W is the end of a step. An impact
-ends when no force has acted for W: separations shorter than W are part of it.
+A force is constant over a step, so the impulse J of a contact since the start of its impact is linear in it, and its
+integral I quadratic. The windowed force at t, the mean over W of the mean over W, is
+
+  |I(t + W) − 2 I(t) + I(t − W)| / W²,
+
+with no force before and after the impact. It is evaluated at the ends and the middles of steps, from the beginning of
+the impact to its end. An impact ends when no force has acted for W: separations shorter than W are part of it.
 """
 
 import math
@@ -30,17 +34,17 @@ MOST_STEPS = 1_000_000
 """Largest number of steps in a window, which are kept at once."""
 CAPACITY = 65_536
 """Impacts of all contacts that may end within a frame; more end the run."""
-FIRST, LAST, TOUCHING, ROW = range(4)
+FIRST, LAST, TOUCHING, ROW, PRESENT = range(5)
 """Entries of `ImpactLog.steps`: number of the first step of the present impact, −1 where there is none; number of its
-last step with a force; whether its force acts; contact row with the largest force when it did last."""
+last step with a force; whether its force acts; contact row with the largest force when it did last; present step."""
 LARGEST, SINCE, UNTIL = range(3)
-"""Entries of `ImpactLog.plateau`: largest |J(t) − J(t − W)| of the present impact [N s], and first and last such t."""
+"""Entries of `ImpactLog.plateau`: largest windowed force of the present impact [N], and first and last time of it."""
 GOING, ENDED = range(2)
 """Entries of `ImpactLog.counts`: contacts with a present impact, impacts that ended since they were last taken."""
 
 
 class ImpactLog(NamedTuple):
-    """Shapes: k contacts, n steps of a window and three more."""
+    """Shapes: k contacts, n steps of two windows and three more."""
 
     dt: float
     window: float
@@ -48,11 +52,11 @@ class ImpactLog(NamedTuple):
     force: np.ndarray
     """Resultant of each contact in the present step, set by the time loop before `log_step` [N], (k, 3)."""
     steps: np.ndarray
-    """(k, 4)"""
+    """(k, 5)"""
     before: np.ndarray
     """J at the end of the last step [N s], (k, 3)."""
     ring: np.ndarray
-    """J at the ends of the last n steps [N s], (k, n, 3)."""
+    """J and I at the ends of the last n steps but for a linear function of time [N s, N s²], (k, n, 6)."""
     plateau: np.ndarray
     """(k, 3)"""
     running: np.ndarray
@@ -75,11 +79,11 @@ def impact_log(first_rows: list[int], dt: float, window: float) -> ImpactLog:
             f"steps of {dt:.3g} s: the window of peak forces, {window:.3g} s, has more than {MOST_STEPS:,} of them;"
             " increase run.duration or run.step, or set a smaller run.window"
         )
-    steps = np.zeros((contacts, 4), np.int64)
+    steps = np.zeros((contacts, 5), np.int64)
     steps[:, FIRST], steps[:, ROW] = -1, first_rows
     return ImpactLog(
         dt=dt, window=window, force=np.zeros((contacts, 3)), steps=steps, before=np.zeros((contacts, 3)),
-        ring=np.zeros((contacts, math.floor(window / dt) + 3, 3)), plateau=np.zeros((contacts, 3)),
+        ring=np.zeros((contacts, math.floor(2 * window / dt) + 3, 6)), plateau=np.zeros((contacts, 3)),
         running=np.zeros((contacts, IMPACT_COLUMNS)), ended=np.empty((CAPACITY if contacts else 0, 1 + IMPACT_COLUMNS)),
         counts=np.zeros(2, np.int64),
     )  # fmt: skip
@@ -152,6 +156,7 @@ def _begin(log, k, number):  # type: ignore[no-untyped-def]
     for axis in range(3):
         log.before[k, axis] = 0.0
         log.ring[k, 0, axis] = 0.0
+        log.ring[k, 0, 3 + axis] = 0.0
 
 
 @inner
@@ -159,6 +164,7 @@ def _add(log, k, number, acts):  # type: ignore[no-untyped-def]
     """Add the impulse of a step, and look for the largest forces."""
     dt, force, before, ring, running = log.dt, log.force[k], log.before[k], log.ring[k], log.running[k]
     size, since = len(ring), number + 1 - log.steps[k, FIRST]
+    log.steps[k, PRESENT] = number
     if acts:
         log.steps[k, LAST] = number
         square = 0.0
@@ -166,33 +172,58 @@ def _add(log, k, number, acts):  # type: ignore[no-untyped-def]
             square += force[axis] * force[axis]
         if square > running[PEAK] * running[PEAK]:
             running[PEAK], running[PEAK_TIME] = np.sqrt(square), (number + 0.5) * dt
-    lag = log.window / dt
-    whole = int(lag)
-    part = lag - whole
-    low, high = max(since - whole - 1, 0), max(since - whole, 0)
-    late, early = 0.0, 0.0
+    last, now = ring[(since - 1) % size], ring[since % size]
     for axis in range(3):
         step = dt * force[axis]
-        last = before[axis]
-        now = last + step
-        before[axis] = now
-        ring[since % size, axis] = now
-        under, over = ring[low % size, axis], ring[high % size, axis]
-        # Of a window that ends with the step, and of the one before it that begins with a step.
-        late += (now - over + part * (over - under)) ** 2
-        early += (last + part * step - under) ** 2
+        before[axis] += step
+        now[axis] = last[axis] + step
+        now[3 + axis] = last[3 + axis] + dt * (last[axis] + 0.5 * step)
         force[axis] = 0.0
-    if since > whole:
-        _note(log.plateau[k], log.window, np.sqrt(early), (number + part) * dt)
-    _note(log.plateau[k], log.window, np.sqrt(late), (number + 1) * dt)
+    if log.window <= 0.0:
+        return
+    lag = log.window / dt
+    first = max(int(np.floor(2.0 * (since - 1 - lag))) + 1, 0)
+    end = min(int(np.floor(2.0 * (since - lag))), 2 * (log.steps[k, LAST] + 1 - log.steps[k, FIRST]))
+    for half in range(first, end + 1):
+        middle = 0.5 * half
+        square = 0.0
+        for axis in range(3):
+            change = _doubly(ring, middle + lag, since, axis, dt) + _doubly(ring, middle - lag, since, axis, dt)
+            square += (change - 2.0 * _doubly(ring, middle, since, axis, dt)) ** 2
+        _note(log.plateau[k], log.window, np.sqrt(square) / log.window**2, (log.steps[k, FIRST] + middle) * dt)
+    if since % size == 0:
+        _shift(ring, dt)
 
 
 @inner
-def _note(plateau, window, change, time):  # type: ignore[no-untyped-def]
-    """Update the largest change of J over a window [N s] that ends at a time [s]."""
-    if change > plateau[LARGEST] * (1 + PLATEAU):
-        plateau[LARGEST], plateau[SINCE], plateau[UNTIL] = change, time, time
-    elif change >= plateau[LARGEST] * (1 - PLATEAU) and time - plateau[SINCE] <= window:
+def _doubly(ring, at, since, axis, dt):  # type: ignore[no-untyped-def]
+    """Return I along an axis at a number of steps since the start of the impact, `since` at most [N s²]."""
+    if at <= 0.0:
+        return 0.0
+    low = min(int(at), since - 1)
+    part, size = at - low, len(ring)
+    under, over = ring[low % size], ring[(low + 1) % size]
+    return under[3 + axis] + part * dt * (under[axis] + 0.5 * part * (over[axis] - under[axis]))
+
+
+@inner
+def _shift(ring, dt):  # type: ignore[no-untyped-def]
+    """Take a linear function of time off I, that of the present step, and its slope off J, so that both stay small."""
+    size = len(ring)
+    for axis in range(3):
+        J, I = ring[0, axis], ring[0, 3 + axis]
+        for place in range(size):
+            steps = 0 if place == 0 else place - size
+            ring[place, 3 + axis] -= I + J * steps * dt
+            ring[place, axis] -= J
+
+
+@inner
+def _note(plateau, window, force, time):  # type: ignore[no-untyped-def]
+    """Update the largest windowed force [N]."""
+    if force > plateau[LARGEST] * (1 + PLATEAU):
+        plateau[LARGEST], plateau[SINCE], plateau[UNTIL] = force, time, time
+    elif force >= plateau[LARGEST] * (1 - PLATEAU) and time - plateau[SINCE] <= window:
         plateau[UNTIL] = time
 
 
@@ -215,10 +246,19 @@ def finish(running, total, plateau, window):  # type: ignore[no-untyped-def]
     """Set impulse and windowed force of an impact from its J and its plateau."""
     running[IMPULSE] = np.sqrt(total[0] ** 2 + total[1] ** 2 + total[2] ** 2)
     if window > 0.0:
-        running[WINDOWED] = plateau[LARGEST] / window
-        running[WINDOWED_TIME] = 0.5 * (plateau[SINCE] + plateau[UNTIL]) - 0.5 * window
+        running[WINDOWED] = plateau[LARGEST]
+        running[WINDOWED_TIME] = 0.5 * (plateau[SINCE] + plateau[UNTIL])
     else:
         running[WINDOWED], running[WINDOWED_TIME] = running[PEAK], running[PEAK_TIME]
+
+
+@entry
+def complete(log, k):  # type: ignore[no-untyped-def]
+    """Evaluate the windowed force of the present impact of contact k up to its end, with no force after it."""
+    number = log.steps[k, PRESENT]
+    while (number - log.steps[k, LAST]) * log.dt < log.window:
+        number += 1
+        _add(log, k, number, False)
 
 
 class Located:
@@ -240,10 +280,13 @@ class Located:
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact, (b, 9) each; one whose force still acts has no opening speed (NaN)."""
         log, found = self._log, []
+        log = log._replace(steps=log.steps.copy(), before=log.before.copy(), ring=log.ring.copy(),
+                           plateau=log.plateau.copy(), running=log.running.copy())  # fmt: skip
         for k, taken in enumerate(self._taken):
             present = []
             if log.steps[k, FIRST] >= 0:
-                running = log.running[k].copy()
+                running = log.running[k]
+                complete(log, k)
                 finish(running, log.before[k], log.plateau[k], log.window)
                 if log.steps[k, TOUCHING]:
                     running[ENDS], running[OPENING] = (log.steps[k, LAST] + 1) * log.dt, np.nan

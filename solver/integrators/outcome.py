@@ -34,14 +34,14 @@ class Samples(NamedTuple):
     peaks: Peaks = Peaks.empty()
     """State at each contact's largest force of all samples so far; of no contact where nothing is to be kept."""
     paths: Paths = NO_PATHS
-    """Displacements of the points of contacts that have one."""
+    """Displacements of the points of contacts that have one, and deflections of the bodies."""
 
     def part(self, here: slice) -> "Samples":
         """Return a range of the samples, with the peaks of all."""
         return self._replace(
             forces=self.forces[here], energies=self.energies[here], loads=self.loads[here],
             snapshots=self.snapshots[here], gauges=self.gauges[here],
-            paths=self.paths._replace(values=self.paths.values[here]),
+            paths=self.paths.part(here),
         )  # fmt: skip
 
     def set_states(self, here: slice, system: System, p: np.ndarray, v: np.ndarray, pressed: np.ndarray) -> None:

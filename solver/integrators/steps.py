@@ -9,6 +9,8 @@ from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.scene.run import Run
 from gudgeon.solver.system.system import System
 
+MOST_SAMPLES = 200_000
+"""Samples of a run at most where its scene asks for fewer."""
 MOST_STEPS = 10**11
 """Steps of a run at most: hours of the fastest time loop."""
 
@@ -42,6 +44,21 @@ class Schedule:
             stride, per_frame = stride // 2, 2 * per_frame
         return replace(self, stride=stride, samples_per_frame=per_frame, dt=self.dt / 2**halvings)
 
+    def sampled(self, interval: float, *, divides: bool) -> "Schedule":
+        """Return the schedule with samples at most so far apart [s], `MOST_SAMPLES` at most.
+
+        Args:
+            divides: Whether steps may be divided, which only end at samples; otherwise a sample has one step at least.
+        """
+        most = MOST_SAMPLES // (self.samples_per_frame * self.frames)
+        parts = min(math.ceil(self.interval / interval * (1 - 1e-9)), most)
+        if parts <= 1:
+            return self
+        if not divides:
+            parts = next((part for part in range(parts, self.stride) if self.stride % part == 0), self.stride)
+        stride, dt = (self.stride, self.dt / parts) if divides else (self.stride // parts, self.dt)
+        return replace(self, stride=stride, dt=dt, samples_per_frame=self.samples_per_frame * parts)
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -61,6 +78,10 @@ class Plan:
     def finer(self, halvings: int, samples: int) -> "Plan":
         """Return the plan with finer steps, see `Schedule.finer`."""
         return replace(self, schedule=self.schedule.finer(halvings, samples))
+
+    def sampled(self, interval: float) -> "Plan":
+        """Return the plan with the same steps and closer samples, see `Schedule.sampled`."""
+        return replace(self, schedule=self.schedule.sampled(interval, divides=self.integrator.own_steps))
 
 
 def plan_run(system: System, coarser: float = 1.0) -> Plan:

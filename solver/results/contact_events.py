@@ -88,28 +88,36 @@ def impacts_in(times: np.ndarray, forces: np.ndarray, window: float) -> np.ndarr
         impact[[BEGINS, ENDS, IMPULSE]] = edges[0], edges[-1], np.linalg.norm(impulse[-1])
         impact[[PEAK, PEAK_TIME, WINDOWED, WINDOWED_TIME]] = peak, when, peak, when
         if window > 0:
-            impact[[WINDOWED, WINDOWED_TIME]] = _windowed(edges, impulse, window, float(times[-1]))
+            impact[[WINDOWED, WINDOWED_TIME]] = windowed(edges, impulse, window)
     return impacts
 
 
-def _windowed(edges: np.ndarray, impulse: np.ndarray, window: float, last: float) -> tuple[float, float]:
-    """Return the largest mean force over a window [N], and the middle of this window [s].
+def windowed(edges: np.ndarray, impulse: np.ndarray, window: float) -> tuple[float, float]:
+    """Return the largest mean over W of the mean force over W [N], and its time [s].
+
+    It is |I(t + W) − 2 I(t) + I(t − W)| / W², with I the integral of the impulse, and t an edge or between two.
 
     Args:
         edges: Times between which the impulse is linear, constant before and after [s], (n,).
-        impulse: At these times [N s], (n, 3).
-        last: End of the history [s].
+        impulse: At these times, zero at the first [N s], (n, 3).
+        window: W [s].
     """
-    ends = np.concatenate([edges, edges + window, [min(edges[-1] + window, last)]])
-    ends = np.sort(ends[ends <= last])
+    steps = np.diff(edges)
+    integral = np.zeros_like(impulse)
+    np.cumsum(0.5 * steps[:, None] * (impulse[1:] + impulse[:-1]), axis=0, out=integral[1:])
 
     def at(time: np.ndarray) -> np.ndarray:
-        return np.column_stack([np.interp(time, edges, column) for column in impulse.T])
+        i = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(steps) - 1)
+        since = (time - edges[i])[:, None]
+        inside = np.clip(since, 0.0, steps[i, None])
+        slope = (impulse[i + 1] - impulse[i]) / steps[i, None]
+        return integral[i] + inside * (impulse[i] + 0.5 * slope * inside) + np.maximum(since - inside, 0) * impulse[-1]
 
-    sizes = np.linalg.norm(at(ends) - at(ends - window), axis=1)
-    equal = ends[sizes >= sizes.max() * (1 - PLATEAU)]
+    middles = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
+    sizes = np.linalg.norm(at(middles + window) - 2 * at(middles) + at(middles - window), axis=1) / window**2
+    equal = middles[sizes >= sizes.max() * (1 - PLATEAU)]
     equal = equal[equal <= equal[0] + window]
-    return float(sizes.max()) / window, 0.5 * float(equal[0] + equal[-1] - window)
+    return float(sizes.max()), 0.5 * float(equal[0] + equal[-1])
 
 
 def deflection(times: np.ndarray, loads: np.ndarray, moved: np.ndarray) -> dict[str, Quantity]:
@@ -133,18 +141,16 @@ def deflection(times: np.ndarray, loads: np.ndarray, moved: np.ndarray) -> dict[
     }
 
 
-def rebound(along: np.ndarray, own: np.ndarray, other: np.ndarray | None) -> dict[str, Quantity]:
+def rebound(along: np.ndarray, own: np.ndarray | None, other: np.ndarray | None) -> dict[str, Quantity]:
     """Return the velocity of a body's centre after a contact, and of the other body's.
 
     Args:
         along: Direction of the impulse on the body, (3,).
-        own: Velocity of its centre at the end [m/s], (3,).
-        other: The same of the other body; None of an obstacle.
+        own: Velocity of its centre at the end [m/s], (3,); None of a body that is held.
+        other: The same of the other body; None of an obstacle too.
     """
-    values = {"rebound_velocity": (float(own @ along), "m/s")}
-    if other is not None:
-        values["rebound_velocity_other"] = (float(other @ along), "m/s")
-    return values
+    speeds = {"rebound_velocity": own, "rebound_velocity_other": other}
+    return {name: (float(speed @ along), "m/s") for name, speed in speeds.items() if speed is not None}
 
 
 def restitution(before: np.ndarray, after: np.ndarray, rubbed: np.ndarray | float = 0.0) -> dict[str, Quantity]:

@@ -1,7 +1,11 @@
-"""Where a run leaves the range of its model: rotations, lateral offsets of contacts, slip across a line of friction.
+"""Where a run leaves the range of its model: rotations, deflections, lateral offsets, slip across a line of friction.
 
 Motion is small: rows, gaps and directions are those of the bodies as they are placed, and Euler's equations are without
 their gyroscopic terms. A rotation by θ changes a gap at a distance r by ½ r θ², 0.1 % of r at the default limit.
+
+The rotation by bending is estimated by the elastic deflection over the size of the body. Modes are mass-orthonormal, so
+its root mean square over the mass is |q|/√m, and the size is the radius of gyration. A uniform cantilever of length L
+whose end deflects by w has 1.7 w/L, and its end turns by 1.4 w/L; a beam on two supports has 2.4 w/L and π w/L.
 """
 
 from collections.abc import Iterator
@@ -9,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ASIDE, ContactRows
 from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.obstacles import Bore, Plane
@@ -72,12 +77,11 @@ class Limits:
             sampled: Whether the samples have the rigid coordinates; otherwise they are interpolated over the frame.
         """
         r = len(self._system.rigid)
-        if not r:
-            return None
         before, self._before = self._before, q[self._system.rigid].copy()
         share = np.arange(1, len(times) + 1)[:, None] / len(times)
         places = samples.snapshots[:, :r] if sampled else before + share * (self._before - before)
-        found = [*self._turned(times, places), *self._moved_aside(times, places, samples.forces)]
+        found = [*self._deformed(times, samples.paths.squares), *self._turned(times, places)]
+        found += self._moved_aside(times, places, samples.forces)
         if sampled:
             found += self._slipped(times, samples.snapshots[:, r : 2 * r], samples.forces)
         return min(found, key=lambda item: item[0])[1] if found else None
@@ -90,6 +94,14 @@ class Limits:
             angles = np.linalg.norm(body.centre_motion(places[:, own])[:, 3:], axis=1)
             if (at := _first(angles > limit)) is not None:
                 yield times[at], Exit(Result.ROTATION, _turned_too_far(name, angles[at], times[at], limit))
+
+    def _deformed(self, times: np.ndarray, squares: np.ndarray) -> Iterator[tuple[float, Exit]]:
+        limit = self._system.scene.run.limits.angle
+        for (name, body), own in zip(self._system.bodies.items(), squares.T, strict=True):
+            size, deflections = _gyration(body), np.sqrt(own / body.morph.mass)
+            if (at := _first(deflections > limit * size)) is not None:
+                sentence = _deformed_too_far(name, deflections[at], times[at], (size, limit))
+                yield times[at], Exit(Result.ROTATION, sentence)
 
     def _moved_aside(self, times: np.ndarray, places: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
         for one in self._contacts:
@@ -115,6 +127,20 @@ def _turned_too_far(name: str, angle: float, time: float, limit: float) -> str:
         f"body '{name}' turned by {angle:.3g} rad at {time:.6g} s, beyond run.limits.angle = {limit:g} rad: rotations"
         " are linear and gyroscopic terms are missing; shorten run.duration, or raise run.limits.angle where rotation"
         " changes neither the contact geometry nor the inertia"
+    )
+
+
+def _gyration(body: FlexibleBody) -> float:
+    """Return the largest radius of gyration of a body about its centre of mass [m]."""
+    return float(np.sqrt(np.linalg.eigvalsh(body.morph.inertia)[-1] / body.morph.mass))
+
+
+def _deformed_too_far(name: str, deflection: float, time: float, limits: tuple[float, float]) -> str:
+    size, limit = limits
+    return (
+        f"body '{name}' deformed by {deflection:.3g} m (root mean square) at {time:.6g} s, {deflection / size:.3g} of"
+        f" its radius of gyration {size:.3g} m, beyond run.limits.angle = {limit:g}: deflections are linear; check the"
+        " material and the loads, shorten run.duration, or raise run.limits.angle"
     )
 
 

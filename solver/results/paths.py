@@ -1,4 +1,4 @@
-"""Displacements of the points of contacts that have one."""
+"""Displacements of the points of contacts that have one, and deflections of all bodies."""
 
 from collections.abc import Iterator
 
@@ -10,11 +10,12 @@ from gudgeon.solver.system.system import System
 
 
 def empty_paths(system: System, samples: int) -> Paths:
-    """Return the paths of all points of contacts of one point, filled with zeros for so many samples."""
+    """Return the paths of all points of contacts of one point, and of all bodies, with zeros for so many samples."""
     found = [_row(system, contact, *side) for contact in _single(system) for side in _sides(contact)]
     rows = np.array([row for row, _ in found]).reshape(len(found), len(system.velocity))
     residual = np.array([own for _, own in found]).reshape(len(found), len(system.gap))
-    return Paths(rows, residual, np.zeros((samples, len(found))))
+    elastic = np.array([(body.elastic.start, body.elastic.stop) for body in system.bodies.values()], np.int64)
+    return Paths(rows, residual, np.zeros((samples, len(found))), elastic, np.zeros((samples, len(elastic))))
 
 
 def recorded_paths(system: System, values: np.ndarray) -> dict[str, np.ndarray]:

@@ -112,7 +112,7 @@ def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarr
     """Return the rebound velocities of the contact's bodies, and the restitution where nothing else acts on them."""
     sides = [contact.body] if contact.other is None else [contact.body, contact.other.body]
     bodies = [system.bodies[side] for side in sides]
-    speeds = [body.centre_motion(end.v[body.rigid])[:3] for body in bodies]
+    speeds = [body.centre_motion(end.v[body.rigid])[:3] if body.rigid_count else None for body in bodies]
     values = rebound(along, speeds[0], speeds[1] if len(speeds) > 1 else None)
     scene, rigid = system.scene, system.rigid
     if len(system.contacts) > 1 or any(scene.run.gravity) or scene.force or scene.joint:

@@ -14,13 +14,18 @@ STEPPING = {name: one for name, one in INTEGRATORS.items() if not one.own_steps}
 DEFAULTS = ", ".join(f"{one.step_factor:g}/ω_c ({name})" for name, one in STEPPING.items())
 LIMITS = ", ".join(f"{one.largest:g}/ω_c ({name})" for name, one in INTEGRATORS.items() if isfinite(one.largest))
 
+LEAST_WINDOW = 1e-12
+"""Least window over the duration: times of a run have round-off of 1e-16 of it."""
+
 
 class Limits(Strict):
     """Range of the motion, which is small: a run that leaves it ends as a failure."""
 
     angle: RotationAngle = Field(
         default=0.05,
-        description="Largest rotation of a body [rad]: rotations are linear and gyroscopic terms are missing",
+        description="Largest rotation of a body [rad]: rotations are linear and gyroscopic terms are missing. Also the"
+        " largest elastic deflection of a body (root mean square) over its radius of gyration, which estimates the"
+        " rotation by bending",
     )
     offset: Length | None = Field(
         default=None,
@@ -55,9 +60,9 @@ class Run(Strict):
     )
     window: Duration | None = Field(
         default=None,
-        description="Window of peak forces [s]: the mean force over it is reported, and impacts that are separated by"
-        " less than it are one. Default: the longest of the shortest kept periods of the elastic bodies in contact;"
-        " no window for rigid bodies",
+        description="Window of peak forces [s]: the mean over it of the mean force over it is reported, and impacts"
+        " that are separated by less than it are one. Default: the longest of the shortest kept periods of the elastic"
+        " bodies in contact, times 2.5 unless all contacts have nonlinear laws; no window for rigid bodies",
     )
     integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(
         default="auto",
@@ -83,4 +88,9 @@ class Run(Strict):
     def _window_within(self) -> "Run":
         if self.window is not None and self.window > self.duration:
             raise ValueError(f"window {self.window:g} s is longer than the duration, {self.duration:g} s")
+        if self.window is not None and self.window < LEAST_WINDOW * self.duration:
+            raise ValueError(
+                f"window {self.window:g} s is below {LEAST_WINDOW:g} of the duration, {self.duration:g} s: the times of"
+                " forces are not known as finely"
+            )
         return self

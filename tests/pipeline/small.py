@@ -92,3 +92,31 @@ def rigid_piston(folder: Path) -> Job:
     job = open_job(PISTON, set=coarse, db=folder / "db", out=folder / "out")
     run_job(job, "morph")
     return job
+
+
+def block_on_floor() -> str:
+    """Return the scene of an elastic steel block that is thrown at a rigid floor."""
+    return """
+[component.block]
+geometry = { kind = "box", lx = 0.06, ly = 0.04, lz = 0.02 }
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh = { size = 0.015 }
+interface.foot = { surface = "bottom" }
+modes = { normal_count = 6 }
+
+[body.block]
+position = [0.0, 0.0, 1e-5]
+velocity = [0.0, 0.0, -0.5]
+
+[contact.floor]
+body = "block"
+interface = "foot"
+against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+surface_stiffness = 1e12
+
+[run]
+duration = 1e-4
+samples = 400
+frames = 20
+checks = false
+"""

@@ -532,7 +532,11 @@ def test_profile_that_inverts_elements(update: str, case: Case, capsys: Capture)
     ("surface", "complaint"),
     [
         ("crwn", "the mesh has no surface 'crwn', it has crown, crown_inner, inner, open_end, skirt"),
-        ("crown", "'crown' is no cylinder, a profile needs one"),
+        (
+            "crown",
+            "'crown' is no cylinder, a profile needs one; a cylinder of a mesh file must be declared in"
+            " geometry.surfaces",
+        ),
     ],
 )
 def test_profile_on_a_surface_that_cannot_move(surface: str, complaint: str, case: Case, capsys: Capture) -> None:

@@ -93,6 +93,20 @@ def test_motion_that_does_not_converge_is_a_failure_with_its_estimate(tmp_path: 
     assert found.estimates["step.impulse"] > 0.01
 
 
+def test_differences_that_do_not_decrease_end_the_search_for_a_step_after_seven_halvings(tmp_path: Path) -> None:
+    """Impulses that change by half at each step, as in a chaotic train of impacts."""
+    system, counts = rod(tmp_path, integrator="explicit"), list[int]()
+    good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
+
+    def chaotic(plan: Any) -> Trajectory:
+        counts.append(plan.schedule.steps)
+        return replace(good, impacts={"wall": good.impacts["wall"] * (1.5 if len(counts) % 2 else 1.0)})
+
+    found, _ = accuracy.controlled(system, plan_run(system), chaotic)
+    assert found.result == Result.INACCURATE.name
+    assert counts[-1] <= counts[0] * 2**accuracy.PATIENCE
+
+
 def test_an_energy_error_above_five_percent_is_a_failure(tmp_path: Path) -> None:
     scene = block_scene()
     scene["run"] |= {"integrator": "implicit", "step": 1.6e-5}

@@ -6,10 +6,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import simulate
-from tests.solver.systems import block_records, build, build_all, pair_scene, plate_records, rigid_records
+from tests.solver.systems import (
+    LENGTH,
+    SPEED,
+    block_records,
+    build,
+    build_all,
+    pair_scene,
+    plate_records,
+    rigid_records,
+    rod_records,
+    rod_scene,
+)
 
 FLOOR = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
 
@@ -209,3 +221,68 @@ def test_a_contact_that_never_touches_tells_its_smallest_gap(tmp_path: Path) -> 
     assert found["roof.least_gap_time"]["value"] == pytest.approx(0.1, rel=1e-9)
     scene["body"]["part"]["velocity"] = [0, 0, 2.0]
     assert "roof.least_gap" not in simulate(build(tmp_path / "touches", records, scene)).quantities
+
+
+def swinging_cantilever(folder: Path, deflection: float, *, slides: bool, **run: Any) -> Trajectory:
+    """The first mode of a cantilever whose end swings to a share of its length by gravity; its support may slide."""
+    length, mass, omega = 0.5, 0.2, 100.0
+    tip, inertia = np.array([[length, 0.0, 0.0]]), np.diag([0.0, 1.0, 1.0]) * mass * length**2 / 12
+    # At the end the mode is twice its root mean square.
+    interface = InterfaceModes(
+        np.array([0]), tip, np.array([[0.0, 0.0, -1.0]]), np.ones(1), np.zeros(1, bool), np.array([[-2 * mass**-0.5]])
+    )
+    twists = np.array([[0.0, mass**-0.5, 0, 0, 0, 0]])[: int(slides)]
+    modal = ModalRecord(
+        "mesh", "macneal", 1, 0, np.array([omega]), mass, tip[0] / 2, inertia, twists, {"tip": interface},
+        {"tip": [0, 1]}, np.array([[1e-6]]), None, None, {}, participation=np.array([[0.0], [0.0], [0.5 * mass**0.5]]),
+    )  # fmt: skip
+    morph = MorphRecord("mesh", "modes", "none", {"tip": tip}, mass, tip[0] / 2, inertia, twists, None, {})
+    # From the undeformed shape the end swings to twice its static deflection g/ω².
+    scene = {
+        "body": {"part": {}},
+        "contact": {"floor": {"body": "part", "interface": "tip", "against": FLOOR | {"point": [0, 0, -1.0]}}},
+        "run": {"duration": 0.05, "start": "undeformed", "frames": 100, "samples": 500, "checks": False} | run,
+    }
+    scene["run"]["gravity"] = [0, 0, deflection * length * omega**2 / 2]
+    return simulate(build(folder, (modal, morph), scene))
+
+
+@pytest.mark.parametrize("slides", [False, True])
+@pytest.mark.parametrize("integrator", ["event", "implicit"])
+def test_a_deflection_beyond_the_limit_ends_the_run(tmp_path: Path, integrator: str, slides: bool) -> None:
+    """Over the radius of gyration, L/√12, the mean deflection is √3 w/L: 0.05 at w/L = 0.0289."""
+    settings = {"integrator": integrator} | ({"step": 1e-4} if integrator == "implicit" else {})
+    assert swinging_cantilever(tmp_path / "small", 0.028, slides=slides, **settings).result == "FINISHED"
+    found = swinging_cantilever(tmp_path / "large", 0.05, slides=slides, **settings)
+    assert found.result == "ROTATION"
+    # w/L = 0.025 (1 - cos ωt)
+    assert found.times[-1] == pytest.approx(np.arccos(1 - 0.05 / np.sqrt(3) / 0.025) / 100, abs=5e-4)
+    reason = found.counts["reason"]
+    assert reason.startswith("body 'part' deformed by 0.007")
+    assert "of its radius of gyration 0.144 m, beyond run.limits.angle = 0.05:" in reason
+    allowed = swinging_cantilever(tmp_path / "allowed", 0.05, slides=slides, limits={"angle": 0.1}, **settings)
+    assert allowed.result == "FINISHED"
+
+
+@pytest.mark.parametrize("integrator", ["event", "implicit", "discrete-gradient"])
+def test_a_deflection_between_two_frames_ends_the_run(tmp_path: Path, integrator: str) -> None:
+    """Both frames end with a whole period, when the cantilever is straight."""
+    settings = {"integrator": integrator, "duration": 4 * np.pi / 100, "frames": 2, "samples": 400}
+    settings |= {"step": 1e-4} if integrator in ("implicit", "discrete-gradient") else {}
+    found = swinging_cantilever(tmp_path, 0.05, slides=False, **settings)
+    assert found.result == "ROTATION"
+    expected = np.arccos(1 - 0.05 / np.sqrt(3) / 0.025) / 100
+    assert float(found.counts["reason"].split(" at ")[1].split(" s,")[0]) == pytest.approx(expected, abs=5e-4)
+
+
+@pytest.mark.parametrize("integrator", ["event", "explicit", "implicit", "discrete-gradient"])
+def test_a_deformation_by_an_impact_within_a_frame_ends_the_run(tmp_path: Path, integrator: str) -> None:
+    """At its largest compression the rod is strained by v/c: v/c L/√12 in the mean, over a radius of gyration L/√12."""
+    strain, scene = 1.0 / SPEED, rod_scene(8 * LENGTH / SPEED)
+    scene["run"] |= {"integrator": integrator, "frames": 2, "samples": 400, "checks": False}
+    scene["run"] |= {} if integrator == "event" else {"step": 1e-6}
+    for share, result in ((1.1, "FINISHED"), (0.9, "ROTATION")):
+        scene["run"]["limits"] = {"angle": share * strain}
+        found = simulate(build(tmp_path / result, rod_records(10), scene))
+        assert found.result == result
+    assert found.counts["reason"].startswith("body 'part' deformed by 5.")

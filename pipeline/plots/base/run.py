@@ -116,7 +116,7 @@ class Drawing:
     """As `render` takes it."""
 
     def reference_force(self, contact: str) -> Curve | None:
-        """Return the reference of the force of a contact; None if there is none."""
+        """Return the reference of the force of a contact, of full FE at the middles of steps; None if there is none."""
         if self.reference is None:
             return None
         label = self.reference["label"]
@@ -124,7 +124,11 @@ class Drawing:
             return Curve(label, np.array(self.reference["times"]), np.array(self.reference["force"]))
         record = self.store.get(self.reference["key"], "nodal", only=["times", "force", "forces"])
         force = record.forces.get(contact, record.force if len(self.trajectory.contacts) == 1 else None)
-        return None if force is None else Curve(label, record.times, np.linalg.norm(force, axis=1))
+        return (
+            None
+            if force is None
+            else Curve(label, record.times - 0.5 * np.diff(record.times, prepend=0.0), np.linalg.norm(force, axis=1))
+        )
 
     @cached_property
     def trajectory(self) -> Trajectory:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyvista as pv
 from matplotlib.colors import Colormap
+from matplotlib.figure import Figure
 from PIL import Image
 
 from gudgeon.modaldb.records.mesh import Surface
@@ -22,6 +23,12 @@ FINER = 2.0
 LIGHTS = (((0.5, 0.8, 1.0), 0.55), ((-1.0, 0.2, 0.8), 0.3), ((0.2, -1.0, 0.7), 0.35))
 """Position relative to the camera and strength of each light: from above, and fill for what faces down."""
 
+STEEP = 0.7
+"""Vertical part of a unit normal from which a contact is above or below the body, not beside it."""
+TRIAD = (0.868, 0.03, 0.1)
+"""Left and lower corner and width of the coordinate axes beside a picture, in its figure."""
+ARROW = {"width": 1.2, "headwidth": 5, "headlength": 5}
+AXES = (("x", style.RED), ("y", style.GREEN), ("z", style.BLUE))
 LINE, POINT = 7.0, 24.0
 """Width of a bar or a beam, and diameter of a rigid body's point [px]."""
 
@@ -36,12 +43,12 @@ class View:
 
 
 def axis_of(surface: Surface | None, outward: np.ndarray) -> np.ndarray:
-    """Return the direction drawn upwards: the cylinder's axis, or the one across `outward` closest to z (or y)."""
+    """Return the direction drawn upwards: the cylinder's axis, or z, made normal to an oblique `outward`."""
     if surface is not None and surface.shape.get("kind") == "cylinder":
         axis = unit(surface.shape["axis"])
         return axis if axis[np.argmax(np.abs(axis))] > 0 else -axis
-    axis = np.array([0.0, 0.0, 1.0]) if abs(outward[2]) < 0.7 else np.array([0.0, 1.0, 0.0])
-    return unit(axis - outward * (outward @ axis))
+    axis = np.array([0.0, 0.0, 1.0])
+    return axis if abs(outward[2]) > STEEP else unit(axis - outward * outward[2])
 
 
 def looking(outward: np.ndarray, up: np.ndarray, azimuth: float, elevation: float) -> View:
@@ -125,6 +132,24 @@ def aim(plotter: pv.Plotter, view: View, bounds_points: np.ndarray, *, fill: flo
     camera.up = upright
     camera.parallel_scale = max(np.ptp(above), np.ptp(across) * height / width) / 2 / fill
     plotter.reset_camera_clipping_range()
+
+
+def draw_triad(figure: Figure, seen: View) -> None:
+    """Draw the directions of x, y and z as the camera sees them, the nearest on top."""
+    left, low, width = TRIAD
+    axes = figure.add_axes((left, low, width, width * figure.get_figwidth() / figure.get_figheight()))
+    right = unit(np.cross(seen.up, seen.towards))
+    across = np.stack([right, np.cross(seen.towards, right)])
+    for number in np.argsort(seen.towards):
+        name, colour = AXES[number]
+        x, y = across[:, number]
+        axes.annotate("", (x, y), (0.0, 0.0), arrowprops={"color": colour, **ARROW})
+        # What points at the camera has its name beside its foot.
+        reach = max(float(np.hypot(x, y)), 1e-9)
+        x, y = np.array([x, y]) * (1 + 0.28 / reach) if reach > 0.2 else (0.25, -0.3)
+        axes.text(x, y, name, color=colour, ha="center", va="center", fontsize=9)
+    axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5))
+    axes.axis("off")
 
 
 def pixel(plotter: pv.Plotter, size: tuple[int, int], point: np.ndarray) -> np.ndarray:

@@ -29,8 +29,6 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
 
     The window is that of the quantity `force_peak`.
     """
-    from scipy.ndimage import uniform_filter1d
-
     times, force = trajectory.times, trajectory.contacts[name].force
     interval = float(times[1] - times[0])
     lasts = interval * np.count_nonzero(np.abs(force).sum(axis=1))
@@ -38,10 +36,10 @@ def smoothed(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str] | None
     width = own["value"] if own else 0.0
     if width < FINEST * interval or SHORTEST * width > lasts:
         return None
-    mean = uniform_filter1d(force, round(width / interval), axis=0, mode="reflect")
+    mean = _windowed(force, round(width / interval))
     if np.abs(mean - force).max() < SAME * np.abs(force).max():
         return None
-    return mean, f"mean over {style.quantity(width, 's')}"
+    return mean, f"mean over {style.quantity(width, 's')}, twice"
 
 
 def force_axes(
@@ -53,10 +51,12 @@ def force_axes(
     *,
     reference: Curve | None = None,
 ) -> None:
-    """Draw the resultant's magnitude at samples, its largest value, and its smoothed curve.
+    """Draw the resultant's magnitude, its largest value, and its smoothed curve.
+
+    Forces are means over samples, and are drawn at the middle of each.
 
     Args:
-        abscissa: Of each sample, (s,).
+        abscissa: Of the end of each sample, (s,).
         normal: Unit vector of the component to draw, for a contact with friction, (3,).
         reference: Drawn within the same window.
     """
@@ -69,6 +69,7 @@ def force_axes(
     window = smoothed(trajectory, name)
     label = f"mean over {style.quantity(interval, 's')}, peak {style.quantity(float(raw.max()), 'N')}"
     top, alpha, width = (raw, 0.38, 0.7) if window else (raw, 1.0, 1.8)
+    ends, abscissa = abscissa, middles(abscissa)
     axes.plot(abscissa, raw * scale, color=style.BLUE, alpha=alpha, lw=width, label=label)
     if window:
         top = np.linalg.norm(window[0], axis=1) if normal is None else np.abs(window[0] @ normal)
@@ -80,7 +81,7 @@ def force_axes(
     if reference is not None:
         shown = windowed(trajectory, name, reference) if window else reference
         shown = Curve(shown.label, shown.times, shown.force * scale)
-        highest = max(highest, _reference_line(axes, trajectory.times, abscissa, shown) / scale)
+        highest = max(highest, _reference_line(axes, trajectory.times, ends, shown) / scale)
     axes.set_ylim(0, 1.06 * highest * scale or 1.0)
     axes.set_ylabel(f"{'contact' if normal is None else 'normal'} force [{unit}]")
     if raw.any():
@@ -88,15 +89,27 @@ def force_axes(
     style.legend(axes)
 
 
+def middles(ends: np.ndarray) -> np.ndarray:
+    """Return the middles of samples of equal length from their ends, (s,)."""
+    return ends - 0.5 * np.diff(ends, prepend=2 * ends[0] - ends[1])
+
+
 def windowed(trajectory: Trajectory, name: str, reference: Curve) -> Curve:
     """Return a reference within the window of the run's own curve, see `smoothed`, on a grid as fine as the run's."""
-    from scipy.ndimage import uniform_filter1d
-
     interval = float(trajectory.times[1] - trajectory.times[0])
     times = interval * np.arange(1, int(min(reference.times[-1], trajectory.times[-1]) / interval) + 1)
     force = np.interp(times, reference.times, reference.force)
     own = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
-    return Curve(reference.label, times, uniform_filter1d(force, max(1, round(own / interval)), mode="reflect"))
+    return Curve(reference.label, times, _windowed(force, max(1, round(own / interval))))
+
+
+def _windowed(force: np.ndarray, count: int) -> np.ndarray:
+    """Return the mean over a number of samples of the mean over as many [N], as `force_peak` has it, (s, ...)."""
+    from scipy.ndimage import uniform_filter1d
+
+    # Two windows of an even number are shifted by half a sample each, to opposite sides.
+    once = uniform_filter1d(force, count, axis=0, mode="reflect")
+    return uniform_filter1d(once, count, axis=0, mode="reflect", origin=-1 if count % 2 == 0 else 0)
 
 
 def _reference_line(axes: Axes, times: np.ndarray, abscissa: np.ndarray, reference: Curve) -> float:
@@ -123,8 +136,8 @@ def impact_axes(axes: Axes, touch: Touch, span: tuple[float, float]) -> None:
     times, force = touch.trajectory.times, touch.lasting_force
     scale, unit = style.prefixed(float(np.abs(force).max()), "N")
     label = f"lasting contact: impulse {style.quantity(float(impacts[~brief, 2].sum()), 'N·s')}"
-    axes.fill_between(times * shown, force * scale, color=style.BLUE, alpha=0.1, lw=0)
-    axes.plot(times * shown, force * scale, color=style.BLUE, lw=1.8, label=label)
+    axes.fill_between(middles(times) * shown, force * scale, color=style.BLUE, alpha=0.1, lw=0)
+    axes.plot(middles(times) * shown, force * scale, color=style.BLUE, lw=1.8, label=label)
     axes.set_ylim(0, 1.15 * float(np.abs(force).max()) * scale or 1.0)
     axes.set_ylabel(f"contact force [{unit}]", color=style.BLUE)
     beside = axes.twinx()

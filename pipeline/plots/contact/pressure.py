@@ -1,8 +1,8 @@
 """`pressure.png`: contact pressure over the unrolled interface, at the largest contact force and as peak over time.
 
-A driven scene has one picture, with a panel for each contact at its own largest force. Values between points are
-interpolated linearly. The printed peak is the largest mean over a patch of stated area; a point whose area is a sliver
-shows the mean over its patch.
+A driven scene has one picture, with a panel for each contact at its own largest force. Both axes have one scale of
+length. Values between points are interpolated linearly. The printed value is the largest mean over a patch of stated
+area; a point whose area is a sliver shows the mean over its patch.
 """
 
 from collections.abc import Sequence
@@ -28,6 +28,10 @@ LEAST_POINTS = 4
 """Least number of points of a map."""
 GRID = 600
 """Values interpolated along each side of a map."""
+LEFT, BETWEEN, WIDE = 0.08, 0.05, 0.79
+"""Left border of the maps, distance between them, and width of all, of the figure's width."""
+HEAD, FOOT, LOW, HIGH = 240, 130, 200, 830
+"""Heights above and below the maps, and least and largest height of a map [px]."""
 SLIVER = 0.02
 """Least ratio of in- to circumradius (times two) of a triangle at the map's border."""
 
@@ -41,6 +45,12 @@ class Chart:
     metric: np.ndarray
     """The same in metres, (c, 2)."""
     labels: tuple[str, str]
+
+    @property
+    def aspect(self) -> float:
+        """Height of one labelled unit over the width of one, where lengths along both axes have one scale."""
+        across, up = np.ptp(self.metric, axis=0) / np.ptp(self.shown, axis=0)
+        return float(up / across)
 
 
 def draw_pressure(drawing: Drawing) -> None:
@@ -101,7 +111,7 @@ class Map:
         place = self.plane.shown[peak.point]
         units = (" " + label.partition("[")[2].rstrip("]") for label in self.plane.labels)
         at = ", ".join(style.signed(x, 1) + unit.replace(" deg", "°") for x, unit in zip(place, units, strict=True))
-        return f"{style.quantity(peak.pressure, 'Pa')} over {peak.area * 1e6:.3g} mm² at {at}"
+        return f"largest mean {style.quantity(peak.pressure, 'Pa')} over {peak.area * 1e6:.3g} mm²\nat {at}"
 
     @property
     def sliver_text(self) -> str:
@@ -132,13 +142,12 @@ def _picture(drawing: Drawing, found: Map) -> Figure:
     """Draw one contact at its largest force, and the peak of each of its points."""
     points = f"{len(found.plane.shown)} contact points on body {found.body}"
     subtitle = f"{drawing.scene_name}  ·  {points}{found.sliver_text}"
-    figure = style.new_figure("Contact pressure", subtitle)
     most = found.most
-    moment = f"{style.moment_text(most, drawing.trajectory)}\npeak {found.peak_text(most.frame)}"
-    every = f"largest of each point in all frames\npeak {found.peak_text()}"
+    moment = f"{style.moment_text(most, drawing.trajectory)}\n{found.peak_text(most.frame)}"
+    every = f"largest of each point in all frames\n{found.peak_text()}"
     panels = {moment: found.pressure[most.frame], every: found.pressure.max(axis=0)}
-    boxes = [(0.085 + 0.405 * column, 0.11, 0.37, 0.70) for column in range(2)]
-    for column, axes in enumerate(_panels(figure, [(found.plane, values) for values in panels.values()], boxes)):
+    figure, drawn = _panels(subtitle, [(found.plane, values) for values in panels.values()])
+    for column, axes in enumerate(drawn):
         axes.set_title([*panels][column], loc="left", fontsize=8.5, linespacing=1.5)
         if column:
             axes.set_yticklabels([])
@@ -152,30 +161,33 @@ def _beside(drawing: Drawing, maps: Sequence[Map]) -> Figure:
     subtitle = f"{drawing.scene_name}  ·  each contact at its largest force  ·  {points} contact points"
     hidden = sum(int(found.over.slivers.sum()) for found in maps)
     subtitle += f", {hidden} of them slivers with their patch's mean" if hidden else ""
-    figure = style.new_figure("Contact pressure", subtitle)
-    width = (0.79 - 0.05 * (len(maps) - 1)) / len(maps)
-    boxes = [(0.075 + (width + 0.05) * column, 0.11, width, 0.70) for column in range(len(maps))]
-    panels = [(found.plane, found.pressure[found.most.frame]) for found in maps]
-    for found, axes in zip(maps, _panels(figure, panels, boxes), strict=True):
+    figure, panels = _panels(subtitle, [(found.plane, found.pressure[found.most.frame]) for found in maps])
+    for found, axes in zip(maps, panels, strict=True):
         angle = shown_angle(float(angles[found.most.frame]), 1)
         title = f"{found.name}: {style.quantity(found.most.force, 'N')} at crank angle {angle}°"
-        peak = f"peak {found.peak_text(found.most.frame)}"
-        axes.set_title(f"{title}\n{peak}", loc="left", fontsize=9.5 if len(maps) < 3 else 7.5, linespacing=1.5)
+        text, size = f"{title}\n{found.peak_text(found.most.frame)}", 8.5 if len(maps) < 3 else 6.5
+        axes.set_title(text, loc="left", fontsize=size, linespacing=1.5)
     return figure
 
 
-def _panels(figure: Figure, maps: Sequence[tuple[Chart, np.ndarray]], boxes: Sequence[style.Box]) -> list[Axes]:
-    """Draw maps in boxes of a figure, with one colour bar up to the largest of their pressures [Pa]."""
+def _panels(subtitle: str, maps: Sequence[tuple[Chart, np.ndarray]]) -> tuple[Figure, list[Axes]]:
+    """Draw maps side by side in a figure as high as they need, with one colour bar for their pressures [Pa]."""
     top = max(float(values.max()) for _, values in maps)
     scale, unit = style.prefixed(top, "Pa")
-    panels = [figure.add_axes(box) for box in boxes]
+    width = (WIDE - BETWEEN * (len(maps) - 1)) / len(maps)
+    tall = max(float(np.divide(*np.ptp(plane.metric, axis=0)[::-1])) for plane, _ in maps)
+    inner = round(min(HIGH, max(LOW, tall * width * style.WIDTH)))
+    height = inner + HEAD + FOOT
+    low, share = FOOT / height, inner / height
+    figure = style.new_figure("Contact pressure", subtitle, height=height)
+    panels = [figure.add_axes((LEFT + (width + BETWEEN) * n, low, width, share)) for n in range(len(maps))]
     for axes, (plane, values) in zip(panels, maps, strict=True):
         image = _map(axes, plane, values * scale, top * scale)
         axes.set_xlabel(plane.labels[0])
         if axes is panels[0]:
             axes.set_ylabel(plane.labels[1])
-            style.colour_bar(figure, image, f"contact pressure [{unit}]", (0.888, 0.11, 0.018, 0.70))
-    return panels
+            style.colour_bar(figure, image, f"contact pressure [{unit}]", (0.892, low, 0.018, share))
+    return figure, panels
 
 
 def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> ScalarMappable:
@@ -186,9 +198,10 @@ def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> ScalarMapp
     across, up = (np.linspace(a, b, 2 * GRID + 1)[1::2] for a, b in zip(low, high, strict=True))
     between = LinearTriInterpolator(shown, values)(*np.meshgrid(across, up))
     image = axes.imshow(
-        between, extent=(low[0], high[0], low[1], high[1]), origin="lower", aspect="auto", interpolation="nearest",
-        cmap=_colours(), vmin=0.0, vmax=top,
+        between, extent=(low[0], high[0], low[1], high[1]), origin="lower", aspect=plane.aspect,
+        interpolation="nearest", cmap=_colours(), vmin=0.0, vmax=top,
     )  # fmt: skip
+    axes.set_anchor("NW")
     axes.plot(*plane.shown.T, ".", ms=1.6, color=style.INK, alpha=0.25, mew=0)
     style.plain_axes(axes)
     axes.margins(0.0)
@@ -196,6 +209,6 @@ def _map(axes: Axes, plane: Chart, values: np.ndarray, top: float) -> ScalarMapp
 
 
 def _colours() -> LinearSegmentedColormap:
-    """Return a colour map from light grey at zero pressure through the bright to the dark part of magma."""
-    magma = colormaps[style.PRESSURE](np.linspace(0.02, 0.95, 15))
+    """Return a colour map from light grey at zero pressure through the bright part of magma to its violet."""
+    magma = colormaps[style.PRESSURE](np.linspace(0.02, 0.76, 15))
     return LinearSegmentedColormap.from_list("pressure", [to_rgba(style.GROUND), *magma])

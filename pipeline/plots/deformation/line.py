@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.contact.force_axes import smoothed
+from gudgeon.pipeline.plots.contact.force_axes import middles, smoothed
 from gudgeon.solver.vectors import unit
 
 LARGE = 1e-2
@@ -107,8 +107,9 @@ def _force_beside(axes: Axes, drawing: Drawing, body: BodyMotion, shown: float) 
         windows.add(window[1] if window else "")
     force = np.linalg.norm(total, axis=1)
     scale, name = style.prefixed(float(force.max()), "N")
-    axes.fill_betweenx(trajectory.times * shown, force * scale, color=style.BLUE, alpha=0.15, lw=0)
-    axes.plot(force * scale, trajectory.times * shown, color=style.BLUE, lw=1.8)
+    times = middles(trajectory.times) * shown
+    axes.fill_betweenx(times, force * scale, color=style.BLUE, alpha=0.15, lw=0)
+    axes.plot(force * scale, times, color=style.BLUE, lw=1.8)
     axes.tick_params(labelleft=False)
     axes.set(xlabel=f"contact force [{name}]")
     axes.set_xlim(0, 1.1 * float(force.max()) * scale or 1.0)

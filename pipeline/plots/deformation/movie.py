@@ -11,8 +11,9 @@ from gudgeon.pipeline.measuring.force_window import hann_filter
 from gudgeon.pipeline.plots.base import film, style, view
 from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
-from gudgeon.pipeline.plots.base.surface import Skin, Thread, make_skin, skin_of, thread_of
+from gudgeon.pipeline.plots.base.surface import Skin, Thread, skin_of, thread_of
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
+from gudgeon.pipeline.plots.deformation.obstacle import WALL, opposite
 from gudgeon.pipeline.plots.deformation.solid import Moment, elevation, moment_of
 
 SIZE = (960, 720)
@@ -20,7 +21,6 @@ SIZE = (960, 720)
 BOX = (8, 80, 776, 548)
 """Left, upper, right, lower border of the rendered part [px]."""
 FRAMES = 120
-WALL = "#dfe5ea"
 TRIANGLES = 20_000
 """Number at which software rendering takes 0.1 s per frame."""
 LEAST_ELASTIC = 0.05
@@ -67,7 +67,7 @@ def draw_movie(drawing: Drawing) -> None:
     with style.styled(), drawing.file("impact.mp4") as path:
         figure, axes = _ground(drawing, script)
         stage = film.Stage(BOX, [axes])
-        _set_up(stage, script, _wall(drawing, script) if script.travels else None)
+        _set_up(stage, script, opposite(drawing, script.contact, TRIANGLES, script.scale) if script.travels else None)
         film.shoot(path, figure, stage, script.frames, _mover(drawing, script))
 
 
@@ -156,19 +156,6 @@ def _mover(drawing: Drawing, script: Script) -> Callable[[int], film.Shot]:
         return film.Shot(time * shown, f"{time * shown:.0f} {time_name}     {force:.2f} {force_unit}")
 
     return turn_to
-
-
-def _wall(drawing: Drawing, script: Script) -> Skin | None:
-    """Return the obstacle opposite the contact surface, with gaps g magnified by s: x − s g(x) ∇g(x)."""
-    contact = drawing.trajectory.contacts[script.contact]
-    body = drawing.body(contact.body)
-    surface, obstacle = body.surface(contact.interface), view.obstacle_at(drawing, script.contact)
-    if surface is None or obstacle is None or body.mesh.cell_type != "tetra10":
-        return None
-    wall = make_skin(body.nodes, surface.facets, TRIANGLES, {})
-    placed = wall.points + drawing.position(body.name)
-    wall.move(placed - script.scale * obstacle.gap(placed)[:, None] * obstacle.direction(placed))
-    return wall
 
 
 def _ground(drawing: Drawing, script: Script) -> tuple[Figure, Axes]:

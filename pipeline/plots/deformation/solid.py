@@ -1,13 +1,14 @@
 """Pictures of a solid body at its largest contact force, deformation magnified, without rigid motion.
 
 `deformation.png` is coloured by the elastic displacement, `stress.png` by the von Mises stress on the surfaces of the
-body's gauges.
+body's gauges. A fixed obstacle is drawn where it touches the body as drawn.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pyvista as pv
 from matplotlib.figure import Figure
 from PIL.Image import Image
 
@@ -16,6 +17,7 @@ from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
 from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
 from gudgeon.pipeline.plots.deformation import equivalent
+from gudgeon.pipeline.plots.deformation.obstacle import WALL, touching
 
 TRIANGLES = 100_000
 """Target number of flat triangles."""
@@ -27,6 +29,8 @@ EVEN = 0.95
 """The camera looks from above if the upper end has at least this share of the lower end's deformation."""
 ARROW = 0.3
 """Length of the force arrow, relative to the body's diagonal."""
+FAINT = 0.45
+"""Opacity of an obstacle, through which a body above it is seen from below."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,8 @@ class Moment:
     outward: np.ndarray
     """Unit vector towards the side in contact, against the force, (3,)."""
     up: np.ndarray
+    contact: str
+    """Name of the contact with that force."""
 
 
 def draw_deformation(drawing: Drawing) -> None:
@@ -97,7 +103,7 @@ def moment_of(drawing: Drawing, body: BodyMotion, skinned: BodyMotion, skin: Ski
     outward = normals[np.argmax(weights)] if pinched else -force / np.linalg.norm(force)
     middle = weights @ points / weights.sum()
     up = view.axis_of(body.surface(presses[most.contact].interface), outward)
-    return Moment(skinned, skin, frame, force, middle, outward=outward, up=up)
+    return Moment(skinned, skin, frame, force, middle, outward=outward, up=up, contact=most.contact)
 
 
 def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
@@ -110,28 +116,46 @@ def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: tuple[s
     (title, name, unit), largest = text, float(np.nanmax(values))
     size, elastic = moment.body.size, moment.body.elastic(moment.frame)
     scale = style.nice_scale(style.SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
-    image = _render(moment, elastic, scale, values / (largest or 1.0))
+    nearest = int(np.linalg.norm(moment.body.nodes - moment.middle, axis=1).argmin())
+    shift = scale * (elastic[nearest] @ moment.outward) * moment.outward
+    wall = touching(drawing, moment.contact, moment.body.nodes, moment.middle, shift, TRIANGLES)
+    seen = _camera(moment, elastic)
+    image = _render(moment, scale * elastic, values / (largest or 1.0), seen, wall)
     subtitle = equivalent.hardest_text(drawing, moment.body.name)
     figure = style.new_figure(f"{title} × {scale:g}", subtitle)
     style.show_image(figure, image, (0.02, 0.06))
     style.magnitude_bar(figure, largest, name, unit, style.BAR)
-    style.legend_below(figure, (style.RED, 3, "contact force on the body"), (style.GREY, 1.6, "undeformed edges"))
+    view.draw_triad(figure, seen)
+    labels = [(style.RED, 3, "contact force on the body"), (style.GREY, 1.6, "undeformed edges")]
+    style.legend_below(figure, *labels, *([] if wall is None else [(WALL, 7, "obstacle, at the deformed body")]))
     return figure
 
 
-def _render(moment: Moment, elastic: np.ndarray, scale: float, values: np.ndarray) -> Image:
+def _camera(moment: Moment, elastic: np.ndarray) -> view.View:
+    angle = elevation(moment.body.nodes, moment.up, np.linalg.norm(elastic, axis=1))
+    return view.looking(moment.outward, moment.up, 38.0, angle)
+
+
+def _render(
+    moment: Moment, displacement: np.ndarray, values: np.ndarray, seen: view.View, wall: pv.PolyData | None
+) -> Image:
+    """Return the image of the body with a magnified displacement [m], (p, 3)."""
     body, skin = moment.body, moment.skin
     plotter = view.new_plotter(style.IMAGE)
     undeformed = skin.edges.copy()
-    skin.move(body.nodes + scale * elastic)
+    skin.move(body.nodes + displacement)
     skin.colour(values)
     view.add_skin(plotter, skin, style.MAGNITUDE, (0.0, 1.0), 3.0)
     view.add_edges(plotter, undeformed, style.GREY, 4.0)
     tip = moment.middle + 0.02 * body.size * moment.outward
     tail = tip + ARROW * body.size * moment.outward
     view.add_arrow(plotter, tail, tip)
-    angle = elevation(body.nodes, moment.up, np.linalg.norm(elastic, axis=1))
-    view.aim(plotter, view.looking(moment.outward, moment.up, 38.0, angle), np.vstack([skin.points, tail]))
+    shown = [skin.points, tail[None]]
+    if wall is not None:
+        plotter.add_mesh(wall, color=WALL, opacity=FAINT, lighting=False)
+        view.add_edges(plotter, wall.extract_feature_edges(manifold_edges=False), style.FAINT, 2.0)
+        shown.append(np.asarray(wall.points))
+    view.aim(plotter, seen, np.concatenate(shown))
     return view.photograph(plotter, style.IMAGE, last=True)
 
 

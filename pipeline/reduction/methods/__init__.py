@@ -16,12 +16,14 @@ from gudgeon.pipeline.reduction.methods.partial_interface import interface, part
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.rigid import rigid
 from gudgeon.pipeline.reduction.methods.ritz import ritz
+from gudgeon.pipeline.reduction.methods.row_craig_bampton import row_craig_bampton
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
 REDUCTIONS: dict[str, Callable[[FEModel, ContactRows, ModesSettings], Reduction]] = {
     "macneal": macneal,
     "normal+static": normal_static,
     "craig-bampton": craig_bampton,
+    "row-craig-bampton": row_craig_bampton,
     "fixed-reference": fixed_reference,
     "ritz": ritz,
     "rubin": rubin,

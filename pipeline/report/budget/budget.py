@@ -110,7 +110,9 @@ def _basis(judge: Judge, points: Sequence[Point]) -> Term:
     doubled = {}
     for name, modes in _elastic(one.job).items():
         key = (
-            "fixed_count" if modes.reduction in ("craig-bampton", "interface", "partial-interface") else "normal_count"
+            "fixed_count"
+            if modes.reduction in ("craig-bampton", "row-craig-bampton", "interface", "partial-interface")
+            else "normal_count"
         )
         if (count := getattr(modes, key)) > 0:
             doubled[name] = {"modes": {key: 2 * count}}

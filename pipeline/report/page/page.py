@@ -73,6 +73,8 @@ def _head(document: Document, title: str) -> str:
     }
     if document.window:
         facts["Forces"] = f"filtered with a Hann window of {document.window * 1e6:g} µs, both sides"
+    if document.peak_window:
+        facts["Peak forces"] = f"over a window of {document.peak_window * 1e6:.3g} µs in all runs, run.window"
     if document.until:
         facts["Compared"] = f"up to {document.until * 1e3:g} ms"
     rows = "".join(f"<dt>{key}</dt><dd>{value}</dd>" for key, value in facts.items())

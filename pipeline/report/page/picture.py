@@ -40,6 +40,10 @@ LEAST = 1e-12
 """Errors below it are round-off, drawn as hollow marks on the lower edge."""
 BOX = (5.4, 8.5)
 """Width of a digit and height of a number beside a point [pt]."""
+POINT, RING = 3.0, 6.5
+"""Half the width of a point, and of the ring around the chosen one [pt]."""
+SMALL = 0.72
+"""Least size of a long name in the legend, of that of others; a longer one is shortened."""
 TICKS = 9
 """Largest number of labels of an axis; small plots have half as many."""
 WIDTH, NOTE, FOOT = 125, 3, 0.024
@@ -103,19 +107,25 @@ def floor_of(errors: Sequence[float]) -> float:
 
 
 def places(
-    points: Sequence[tuple[float, float]], texts: Sequence[str], important: Sequence[bool]
+    points: Sequence[tuple[float, float]],
+    texts: Sequence[str],
+    important: Sequence[bool],
+    radii: Sequence[float] | None = None,
 ) -> list[tuple[float, float] | None]:
     """Return the offset of each number's lower left corner from its point [pt], None where there is no room.
 
     Args:
         points: Coordinates to the right and upwards [pt].
         important: Whether the number is always shown, even over others.
+        radii: Half the width of what is drawn at each point [pt]; that of a point by default.
     """
-    taken = [(x - 3, y - 3, x + 3, y + 3) for x, y in points]
+    radii = [POINT] * len(points) if radii is None else radii
+    taken = [(x - r, y - r, x + r, y + r) for (x, y), r in zip(points, radii, strict=True)]
     found: list[tuple[float, float] | None] = [None] * len(points)
     for i in sorted(range(len(points)), key=lambda i: not important[i]):
         (x, y), width, height = points[i], BOX[0] * len(texts[i]), BOX[1]
-        corners = ((4.5, 3), (-4.5 - width, 3), (4.5, -3 - height), (-4.5 - width, -3 - height))
+        aside, above = radii[i] + 1.5, radii[i]
+        corners = ((aside, above), (-aside - width, above), (aside, -above - height), (-aside - width, -above - height))
         boxes = [(x + dx, y + dy, x + dx + width, y + dy + height) for dx, dy in corners]
         free = [k for k, box in enumerate(boxes) if not any(_meet(box, other) for other in taken)]
         if free or important[i]:
@@ -235,25 +245,28 @@ def _draw_runs(axes: Axes, document: Document, quantity: str = "") -> None:
         )  # fmt: skip
     best = np.array(sorted(at[i].tolist() for i, spot in enumerate(spots) if spot.number in front)).reshape(-1, 2)
     axes.plot(*best.T, color=INK, alpha=0.55, linewidth=1.1, zorder=2)
+    ringed = None
     for place, (number, run, error) in zip(at, spots, strict=True):
         colour, mark = found[run.scheme].colour, found[run.scheme].mark
         if document.choice is not None and run.name == document.choice.run:
+            ringed = number
             axes.scatter(*place, s=120, facecolor="none", edgecolor=INK, linewidth=1.2, zorder=3, clip_on=False)
         axes.scatter(
             *place, s=32, marker=mark, facecolor="white" if error < LEAST else colour, edgecolor=colour, zorder=4,
             clip_on=False, gid=f"run-{number}",
         )  # fmt: skip
-    _numbers(axes, at, spots, front)
+    _numbers(axes, at, spots, front, ringed)
     axes.set_xlabel("CPU time of a run")
     axes.set_ylabel(f"error: {quantity}" if quantity else ERROR, parse_math=False)
 
 
-def _numbers(axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int]) -> None:
-    """Write the number of each run beside its point if there is room; numbers on the front always."""
+def _numbers(axes: Axes, at: np.ndarray, spots: Sequence[Spot], front: set[int], ringed: int | None) -> None:
+    """Write the number of each run beside its point, or its ring, if there is room; numbers on the front always."""
     figure = axes.get_figure()
     assert figure is not None
     texts, important = [str(spot.number + 1) for spot in spots], [spot.number in front for spot in spots]
-    shifts = places([(x, y) for x, y in axes.transData.transform(at) * 72 / figure.dpi], texts, important)
+    points = [(x, y) for x, y in axes.transData.transform(at) * 72 / figure.dpi]
+    shifts = places(points, texts, important, [RING if spot.number == ringed else POINT for spot in spots])
     for place, spot, text, best, shift in zip(at, spots, texts, important, shifts, strict=True):
         if shift is not None:
             axes.annotate(
@@ -311,7 +324,9 @@ def _legend(figure: Figure, document: Document) -> None:
         _line(figure, (left + 0.02, height), str(number + 1), 5, fontsize=7.5, fontweight=weight, ha="right")
         taken = f"{'the reference' if error == 0 else size_text(error)}, {seconds_text(run.cpu_seconds)}"
         _line(figure, (left + 0.335, height), taken, 30, fontsize=7, color=FAINT, ha="right")
-        _line(figure, (left + 0.028, height), run.name, 44 - len(taken), fontsize=7.5)
+        width = 44 - len(taken)
+        size = max(SMALL, min(1.0, width / max(1, len(run.name))))
+        _line(figure, (left + 0.028, height), run.name, int(width / size), fontsize=7.5 * size)
     more = ((len(named) - room, "runs"), (len(found) - SCHEMES, "schemes"))
     hidden = [f"{count} more {what}" for count, what in more if count > 0]
     if hidden:

@@ -1,5 +1,7 @@
 """Impacts of one contact whose force is known as a function of time."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import (
@@ -35,7 +37,7 @@ class ContactImpacts:
         # J, the impulse since the start of the impact, and its rate at points of time.
         self._times, self._impulses, self._forces = np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))
         self._blocks: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        self._total, self._waiting, self._entered, self._left = np.zeros(3), 0, 0, 0
+        self._total, self._waiting, self._evaluated = np.zeros(3), 0, -np.inf
         self._largest, self._since, self._until, self._now = 0.0, 0.0, 0.0, -np.inf
 
     @property
@@ -53,7 +55,7 @@ class ContactImpacts:
         if row in self._touching:
             return
         if self._entry is not None and not self._touching and time - self._entry[ENDS] >= self._window:
-            self._finish(time)
+            self._finish()
         if self._entry is None:
             self._entry = np.zeros(IMPACT_COLUMNS)
             self._entry[[BEGINS, ENDS, PEAK_TIME]], self._entry[CLOSING] = time, closing
@@ -75,7 +77,9 @@ class ContactImpacts:
         self._slack.discard(row)
 
     def jumps(self, time: float, impulse: np.ndarray) -> None:
-        """Add an impulse without duration [N s], (3,)."""
+        """Add an impulse without duration [N s], (3,); the first one begins a contact that touched without force."""
+        if self._entry is not None and not self._total.any():
+            self._entry[BEGINS] = time
         self.presses(np.full(2, time), np.array([np.zeros(3), impulse]), np.zeros((2, 3)))
 
     def presses(self, times: np.ndarray, impulses: np.ndarray, forces: np.ndarray) -> None:
@@ -91,7 +95,7 @@ class ContactImpacts:
             self._now = float(times[-1])
         self._total = impulses[-1]
         if self._waiting > BATCH:
-            self._evaluate(float(times[-1]))
+            self._evaluate(float(times[-1]) - self._window)
 
     def note_peak(self, force: float, time: float) -> None:
         """Update the largest force [N]."""
@@ -103,78 +107,89 @@ class ContactImpacts:
         if self._entry is not None:
             if self._touching - self._slack:
                 self._entry[ENDS], self._entry[OPENING] = max(self._entry[ENDS], now), np.nan
-            self._finish(now)
+            self._finish()
         return np.array(self._found).reshape(-1, IMPACT_COLUMNS)
 
-    def _finish(self, now: float) -> None:
+    def _finish(self) -> None:
         entry = self._entry
         assert entry is not None
         entry[IMPULSE] = np.sqrt(self._total @ self._total)
         if self._window > 0:
-            last = min(now, float(entry[ENDS]) + self._window)
-            self.presses(np.full(1, max(last, self._now)), np.zeros((1, 3)), np.zeros((1, 3)))
-            self._evaluate(self._now)
-            entry[WINDOWED] = self._largest / self._window
-            entry[WINDOWED_TIME] = 0.5 * (self._since + self._until - self._window)
+            self._evaluate(float(entry[ENDS]))
+            entry[WINDOWED] = self._largest
+            entry[WINDOWED_TIME] = 0.5 * (self._since + self._until)
         else:
             entry[WINDOWED], entry[WINDOWED_TIME] = entry[PEAK], entry[PEAK_TIME]
         self._found.append(entry)
         self._entry = None
         self._begin()
 
-    def _evaluate(self, now: float) -> None:
-        """Evaluate |J(t) − J(t − W)| where t or t − W is a point of the course, up to a time [s]."""
+    def _evaluate(self, until: float) -> None:
+        """Evaluate the windowed force at the points of the course and between them, up to a time [s]."""
         blocks = [(self._times, self._impulses, self._forces), *self._blocks]
         self._times, self._impulses, self._forces = map(np.concatenate, zip(*blocks, strict=True))
         self._blocks, self._waiting = [], 0
-        times, window = self._times, self._window
-        if not len(times):
+        if not len(self._times):
             return
-        out = int(np.searchsorted(times, now - window, side="right"))
-        entering, leaving = slice(self._entered, None), slice(self._left, max(self._left, out))
-        ends = np.concatenate([times[entering], times[leaving] + window])
-        changes = np.concatenate(
-            [
-                self._impulses[entering] - self._impulse(times[entering] - window),
-                self._impulse(times[leaving] + window) - self._impulses[leaving],
-            ]
+        times, J, F = self._times, self._impulses, self._forces
+        # A linear function taken off I, and its slope off J, does not change the windowed force.
+        J, h = J - J[0], np.diff(times)[:, None]
+        I = np.zeros_like(J)
+        np.cumsum(h * (0.5 * (J[1:] + J[:-1]) + h * (F[:-1] - F[1:]) / 12), axis=0, out=I[1:])
+        middles = np.concatenate([times, 0.5 * (times[1:] + times[:-1])])
+        middles = np.sort(middles[(middles > self._evaluated) & (middles <= until)])
+        self._note(middles, Course(times, I, J, F))
+        self._evaluated = max(self._evaluated, until)
+        drop = max(int(np.searchsorted(times, until - self._window, side="right")) - 1, 0)
+        self._times, self._impulses, self._forces = (
+            part[drop:] for part in (self._times, self._impulses, self._forces)
         )
-        self._note(ends, np.linalg.norm(changes, axis=1))
-        drop = max(leaving.stop - 1, 0)
-        self._times, self._impulses, self._forces = times[drop:], self._impulses[drop:], self._forces[drop:]
-        self._entered, self._left = len(times) - drop, leaving.stop - drop
 
-    def _note(self, ends: np.ndarray, sizes: np.ndarray) -> None:
-        """Update the largest change of J over a window [N s] and its time, from changes over windows with ends [s]."""
-        order = np.argsort(ends, kind="stable")
-        ends, sizes = ends[order], sizes[order]
-        if not len(ends):
+    def _note(self, middles: np.ndarray, course: "Course") -> None:
+        """Update the largest windowed force [N] and its time from some times in order [s]."""
+        if not len(middles):
             return
+        sizes = course.windowed(middles, self._window)
         at = int(sizes.argmax())
-        if 0 < at < len(ends) - 1 and ends[at - 1] < ends[at] < ends[at + 1]:
-            between = _vertex(ends[at - 1 : at + 2], sizes[at - 1 : at + 2])
-            change = self._impulse(np.array([between])) - self._impulse(np.array([between - self._window]))
-            if (size := float(np.linalg.norm(change))) > sizes[at]:
-                ends[at], sizes[at] = between, size
+        if 0 < at < len(middles) - 1 and middles[at - 1] < middles[at] < middles[at + 1]:
+            between = _vertex(middles[at - 1 : at + 2], sizes[at - 1 : at + 2])
+            if (size := float(course.windowed(np.array([between]), self._window)[0])) > sizes[at]:
+                middles[at], sizes[at] = between, size
         if sizes[at] > self._largest * (1 + PLATEAU):
             self._largest = float(sizes[at])
-            self._since = self._until = float(ends[np.argmax(sizes >= self._largest * (1 - PLATEAU))])
-        equal = ends[(sizes >= self._largest * (1 - PLATEAU)) & (ends <= self._since + self._window)]
+            self._since = self._until = float(middles[np.argmax(sizes >= self._largest * (1 - PLATEAU))])
+        equal = middles[(sizes >= self._largest * (1 - PLATEAU)) & (middles <= self._since + self._window)]
         self._until = max(self._until, float(equal.max(initial=self._until)))
 
-    def _impulse(self, at: np.ndarray) -> np.ndarray:
-        """Return J at times [s], (t, 3), by cubics through its values and rates."""
-        times, J, F = self._times, self._impulses, self._forces
+
+class Course(NamedTuple):
+    """The integral I of the impulse J at points of time, J itself and its rate F [N s², N s, N], (t, 3) each."""
+
+    times: np.ndarray
+    I: np.ndarray
+    J: np.ndarray
+    F: np.ndarray
+
+    def windowed(self, at: np.ndarray, window: float) -> np.ndarray:
+        """Return the mean over W of the mean over W of the force at times [N], (t,)."""
+        change = self.integral(at + window) - 2 * self.integral(at) + self.integral(at - window)
+        return np.linalg.norm(change, axis=1) / window**2
+
+    def integral(self, at: np.ndarray) -> np.ndarray:
+        """Return I at times [s], (t, 3), by cubics of J through its values and rates; J is constant outside."""
+        times, I, J, F = self
+        beyond = np.maximum(at - times[-1], 0.0)[:, None] * J[-1]
         if len(times) == 1:
-            return np.repeat(J, len(at), axis=0)
+            return I[0] + beyond
         i = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
         h = times[i + 1] - times[i]
         with np.errstate(invalid="ignore", divide="ignore"):
             x = np.where(h > 0, (at - times[i]) / h, np.where(at < times[i], 0.0, 1.0))
         x, h = np.clip(x, 0.0, 1.0)[:, None], h[:, None]
-        rest = 1 - x
-        values = rest**2 * ((1 + 2 * x) * J[i] + x * h * F[i])
-        return values + x**2 * ((3 - 2 * x) * J[i + 1] - rest * h * F[i + 1])
+        cube, fourth = x**3, x**4
+        inside = J[i] * (x - cube + fourth / 2) + J[i + 1] * (cube - fourth / 2)
+        rates = F[i] * (x**2 / 2 - 2 * cube / 3 + fourth / 4) + F[i + 1] * (fourth / 4 - cube / 3)
+        return I[i] + h * (inside + h * rates) + beyond
 
 
 def _vertex(x: np.ndarray, y: np.ndarray) -> float:

@@ -26,6 +26,8 @@ class Impact:
     """Impulse of friction [N s], (c,)."""
     lost: float
     """Energy lost [J]."""
+    driven: float
+    """Work of moving obstacles by friction [J]."""
     compressed: float
     """Energy of compression, before restitution [J]."""
 
@@ -66,7 +68,8 @@ def collide(equations: Equations, now: Conditions, touching: np.ndarray, v: np.n
         v += along
     mean = 0.5 * (mean + v)
     after = rows @ v
-    impact = Impact(np.zeros(len(system.gap)), np.zeros(len(system.gap)), -float(push @ mean), 0.0)
+    driven = float(drag @ system.belt[touching[: len(drag)]])
+    impact = Impact(np.zeros(len(system.gap)), np.zeros(len(system.gap)), driven - float(push @ mean), driven, 0.0)
     impact.impulses[touching], impact.tangential[touching[: len(drag)]] = impulses, drag
     impact.compressed = 0.5 * float(impulses @ np.maximum(-before, 0.0))
     for number, row in enumerate(touching):

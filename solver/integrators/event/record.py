@@ -40,7 +40,7 @@ class Record:
         )
         self.lost = 0.0
         """Energy lost so far [J]."""
-        self._driven = 0.0
+        self._driven = 0.0  # Work of moving obstacles by friction so far [J].
         self._start = (system.position.copy(), system.velocity.copy())
         energy = float(self._energies(*(part[None] for part in self._start))[0, :3].sum()) + system.start_contact_energy
         self._extreme = np.array([energy, 0.0, 0.0, 0.0])
@@ -272,6 +272,7 @@ class Record:
         self._impulses += impact.impulses
         self._drags += impact.tangential
         self.lost += impact.lost
+        self._driven += impact.driven
         self._extreme[EXCHANGED] = max(self._extreme[EXCHANGED], impact.compressed)
         share = impact.impulses[:, None] * self._directions + impact.tangential[:, None] * self._lines
         if time > 0:

@@ -370,12 +370,12 @@ def test_impacts_are_located_between_steps() -> None:
     force = np.array([0.0, 0, 1, 3, 3, 1, 0, 0])
     history = History(times, force[:, None], gap[:, None], np.array([-1.0]))
     (impact,) = located(history, UP, 0.2, rigid=False)
-    np.testing.assert_allclose(impact, [0.25, 0.55, 0.8, 3.0, 0.35, 1.0, 1.0, 3.0, 0.4])
+    np.testing.assert_allclose(impact, [0.25, 0.55, 0.8, 3.0, 0.35, 1.0, 1.0, 0.75 * 3 + 0.25, 0.4])
     closed = np.array([0.15, 0.05, 0.01, 0.01, 0.01, 0.01, 0.01, 0.04, 0.07])
     force = np.array([0.0, 1, 2, 2, 2, 1, 0, 0])
     history = History(times, force[:, None], closed[:, None], np.array([-1.0]))
     (impact,) = located(history, UP, 0.3, rigid=True)
-    np.testing.assert_allclose(impact, [0.1 + 0.05, 0.6, 8 * h, 2.0, 0.25, 1.0, 0.3, 2.0, 0.35])
+    np.testing.assert_allclose(impact, [0.1 + 0.05, 0.6, 8 * h, 2.0, 0.25, 1.0, 0.3, 0.75 * 2 + 2 / 9, 0.35])
 
 
 def test_rigid_impacts_part_within_what_steps_resolve() -> None:

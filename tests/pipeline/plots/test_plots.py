@@ -77,8 +77,10 @@ def fake_child(folder: Path, monkeypatch: pytest.MonkeyPatch, end: str) -> None:
 
 
 def assert_picture(path: Path, size: tuple[int, int] = (1600, 1200)) -> None:
+    """Maps of pressure are as high as they need; the others have a size [px]."""
     image = imageio.imread(path)[..., :3].astype(float)
-    assert image.shape[:2] == size[::-1]
+    assert image.shape[1] == size[0]
+    assert 500 < image.shape[0] < 1200 if path.name.startswith("pressure") else image.shape[0] == size[1]
     assert image.mean(axis=2).std() > LEAST_DEVIATION
     # Nothing is cut off: the outermost pixels are all white.
     for border in (image[:8], image[-8:], image[:, :8], image[:, -8:]):

@@ -205,7 +205,7 @@ def test_window_is_drawn_only_where_it_smooths_something() -> None:
     impacts = np.array([[0.0, 200.0, 200.0, 1.5, 1.0, 1, 1, 1, 100.0]])
     found = smoothed(made(impacts, rough, 10.0), "c")
     assert found is not None
-    assert found[1] == "mean over 10.0 s"
+    assert found[1] == "mean over 10.0 s, twice"
     np.testing.assert_allclose(found[0][20:-20, 2], 1.0, rtol=1e-12)
     assert smoothed(made(impacts, np.ones(200), 10.0), "c") is None
     assert smoothed(made(impacts, rough, 2.0), "c") is None

@@ -215,3 +215,37 @@ def test_keys_left_out_identify_nothing() -> None:
     assert not new & set(ModesSettings().model_dump(mode="json"))
     given = ModesSettings(boundary=("a",), kept=("b",), interface_count=0).model_dump(mode="json")
     assert new <= set(given)
+
+
+@pytest.mark.parametrize("supports", [FREE, HELD])
+@pytest.mark.parametrize("dense", [True, False])
+def test_craig_bampton_of_rows_is_the_basis_of_constraint_and_fixed_interface_modes(
+    supports: tuple[str, ...], dense: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its frequencies are those of the dense basis of {rigid motions, K u = B' lambda, modes with B u = 0}."""
+    method = import_module("gudgeon.pipeline.reduction.methods.row_craig_bampton")
+    monkeypatch.setattr(method, "DENSE", 10_000 if dense else 0)
+    model, _ = block(supports)
+    nodes = np.unique(model.mesh.surfaces["top"].facets)
+    nodes = nodes[~model.held[3 * nodes + 2]][:5]
+    B = model.rows(nodes, np.tile([0.0, 0.0, 1.0], (len(nodes), 1)))
+    case = model, ContactRows(sparse.csr_matrix(B), np.empty((len(nodes), 0)), {"lid": [0, len(nodes)]})
+    ours = reduced("row-craig-bampton", case, boundary=[], fixed_count=4)
+    K, M, b = (one[:, model.free].toarray() for one in (model.K[model.free], model.M[model.free], case[1].B))
+    N, rigid = linalg.null_space(b), model.rigid_modes[model.free]
+    values, vectors = linalg.eigh(N.T @ K @ N, N.T @ M @ N)
+    loose = int((values < 1e-6 * values[-1]).sum())
+    basis = [rigid, N @ vectors[:, loose : loose + 4]]
+    # Static displacements under row forces without resultant: of K with its rigid motions made stiff.
+    stiff = K + 1e-3 * np.trace(K) * (M @ rigid) @ (M @ rigid).T / np.trace(M)
+    forces = linalg.null_space((b @ rigid).T) if rigid.shape[1] else np.eye(len(nodes))
+    basis.append(np.linalg.solve(stiff, b.T @ forces))
+    T = linalg.orth(np.hstack([part / np.linalg.norm(part, axis=0) for part in basis]))
+    exact = np.sqrt(linalg.eigh(T.T @ K @ T, T.T @ M @ T, eigvals_only=True)[rigid.shape[1] :])
+    assert len(ours.angular_frequencies) == len(exact)
+    np.testing.assert_allclose(ours.angular_frequencies, exact, rtol=1e-7)
+
+
+def test_rows_are_held_in_more_modes_than_there_are() -> None:
+    with pytest.raises(InputError, match=r"modes\.fixed_count: 100000 given, the body with its interfaces held has"):
+        reduced("row-craig-bampton", block(), boundary=[], fixed_count=100_000)

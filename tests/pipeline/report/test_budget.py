@@ -161,7 +161,9 @@ def test_settings_have_the_step_of_the_first_run(made: tuple[Path, Job, Document
     """It is found once, by the accuracy of the run, and no run of the sweep makes estimates of its own."""
     _, _, document = made
     runs = [run.settings["run"] for run in document.runs]
-    assert all(run == {"checks": False, "step": runs[0]["step"]} for run in runs)
+    assert all(run == runs[0] for run in runs)
+    assert runs[0].keys() == {"checks", "step", "window"}
+    assert not runs[0]["checks"]
     assert document.runs[0].step == pytest.approx(runs[0]["step"])
 
 

@@ -1,13 +1,14 @@
-"""The step of a report's runs: found once for each integrator, and said where it is not accurate."""
+"""Step and window of a report's runs: the same for all, and a step that is not accurate is said."""
 
 import pytest
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.report import steps
-from gudgeon.pipeline.report.steps import with_steps
+from gudgeon.pipeline.report.steps import with_steps, with_window
 from gudgeon.pipeline.report.sweep import Setting
-from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.job import Job, variant
+from gudgeon.pipeline.stages.run import run_job, system_of
 from tests.pipeline.small import write_scene
 
 IMPLICIT = {"run": {"integrator": "implicit"}}
@@ -54,3 +55,29 @@ def test_a_step_that_is_not_found_is_said(job: Job, monkeypatch: pytest.MonkeyPa
         "Step of explicit, from 'a': the first one of the integrator is used, its error is not estimated: stopped at 3%"
         " of the duration"
     ]
+
+
+def test_all_runs_have_the_window_of_the_scene(job: Job) -> None:
+    """A basis with fewer modes would average its peak force over a longer time."""
+    fewer = {"component": {"skirt": {"modes": {"normal_count": 2}}}}
+    run_job(job, "morph")
+    (own, other), window = with_window(job, [Setting("a", {}), Setting("b", fewer)])
+    assert window == system_of(job).window > 0
+    assert own.changes["run"]["window"] == other.changes["run"]["window"] == window
+    assert other.changes["component"] == fewer["component"]
+    alone = variant(job, fewer)
+    run_job(alone, "morph")
+    assert system_of(alone).window > window
+
+
+def test_a_window_of_a_setting_stays(job: Job) -> None:
+    """Then no window is that of all runs."""
+    run_job(job, "morph")
+    (a, b), window = with_window(job, [Setting("a", {"run": {"window": 1e-6}}), Setting("b", {})])
+    assert a.changes["run"]["window"] == 1e-6
+    assert b.changes["run"]["window"] == system_of(job).window
+    assert window == 0.0
+    given = variant(job, {"run": {"window": 2e-6}})
+    run_job(given, "morph")
+    (c,), window = with_window(given, [Setting("c", {})])
+    assert variant(given, c.changes).scene.run.window == window == 2e-6

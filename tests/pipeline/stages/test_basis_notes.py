@@ -29,7 +29,7 @@ def test_small_errors_and_those_of_the_step_give_none() -> None:
         ("rod-wall", {}, SEVERAL, ["component.rod.modes.normal_count = 200"]),
         ("rod-wall", {}, {"basis.force": 0.2}, ["contact.wall.dashpot = 'wave-guide'"]),
         ("rod-wall", {"contact__wall__method": "constraint"}, {"basis.force": 0.2}, ["with method 'residual'"]),
-        ("rod-wall", {"contact__wall__dashpot": "wave-guide"}, {"basis.force": 0.2}, ["run.window = 1.6e-05"]),
+        ("rod-wall", {"contact__wall__dashpot": "wave-guide"}, {"basis.force": 0.2}, ["run.window = 1e-05"]),
         ("rod-wall", {"contact__wall__dashpot": "wave-guide"}, SEVERAL, ["normal_count = 200"]),
         ("skirt", {"contact__bore__method": "penalty"}, SEVERAL, ["contact.bore.method = 'residual'"]),
         ("bars-longitudinal", {}, SEVERAL, ["component.bar.modes.fixed_count = 120"]),
@@ -48,9 +48,9 @@ def test_a_note_names_the_key(
 def test_a_force_alone_gets_more_modes_or_a_wider_window() -> None:
     """Where impulse and rebound are accurate, the force over one period converges slowly at rigid contact."""
     (note,) = notes("skirt", {"basis.force": 0.2, "basis.impulse": 0.009, "basis.rebound": 0.001})
-    assert note.endswith("component.skirt.modes.normal_count = 60 or run.window = 1.6e-05")
+    assert note.endswith("component.skirt.modes.normal_count = 60 or run.window = 1e-05")
     assert "run.window" not in notes("skirt", {"basis.force": 0.2, "basis.impulse": 0.011})[0]
-    assert "run.window" not in notes("skirt", {"basis.force": 0.2}, run__duration=1e-5)[0]
+    assert "run.window" not in notes("skirt", {"basis.force": 0.2}, run__duration=9e-6)[0]
 
 
 def test_a_note_says_why_the_error_is_unknown() -> None:

@@ -145,7 +145,7 @@ def test_machines_mems_and_bridges_get_none(
 
 def test_a_mesh_file_in_mm_names_its_unit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     meshio.write_points_cells(
-        tmp_path / "tet.vtu", 120.0 * np.vstack([np.zeros(3), np.eye(3)]), [("tetra", np.array([[0, 1, 2, 3]]))]
+        tmp_path / "tet.vtu", 70.0 * np.vstack([np.zeros(3), np.eye(3)]), [("tetra", np.array([[0, 1, 2, 3]]))]
     )
     (tmp_path / "scene.toml").write_text(
         '[component.tet]\ngeometry = { kind = "file", path = "tet.vtu" }\n'
@@ -153,11 +153,12 @@ def test_a_mesh_file_in_mm_names_its_unit(tmp_path: Path, capsys: pytest.Capture
     )
     command = ["mesh", str(tmp_path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
     assert main(command) == 0
-    note = "largest extent is 120 m, usual are 1e-06 to 100 m; probably lengths in mm were given; "
+    note = "largest extent is 70 m, usual are 1e-06 to 10 m; probably lengths in mm were given; "
     unit = "component.tet.geometry.unit states the metres per unit of the file, 1e-3 for mm"
     assert note + unit in capsys.readouterr().err
-    assert main([*command, "--set", "component.tet.geometry.unit=1e-3"]) == 0
-    assert "extent is" not in capsys.readouterr().err
+    for stated in ("1e-3", "1.0"):
+        assert main([*command, "--set", f"component.tet.geometry.unit={stated}"]) == 0
+        assert "extent is" not in capsys.readouterr().err
 
 
 def test_solve_prints_a_line_for_each_meshed_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -24,6 +24,7 @@ from tests.solver.systems import (
     SPEED,
     block_records,
     block_scene,
+    build,
     build_all,
     rigid_records,
     rod_records,
@@ -671,3 +672,46 @@ def test_gauges_are_read_at_every_sample(tmp_path: Path) -> None:
     found = run(tmp_path, {"part": (modal, morph)}, scene, samples=20, frames=20)
     expected = found.frames[:, 1:] @ values - 3e-9 * found.contacts["wall"].multipliers[:, 0]
     np.testing.assert_allclose(found.gauges["part.strain"], expected, rtol=1e-12, atol=1e-18)
+
+
+@pytest.mark.parametrize(("e", "slip"), [(1.0, 0.1), (1.0, 5.0), (0.5, 0.1), (0.0, 0.1)])
+def test_a_moving_belt_works_in_an_impact(tmp_path: Path, e: float, slip: float) -> None:
+    """A block is dropped on a belt: at small slip friction stops the slip, 2 kg of it to the belt's velocity."""
+    foot = rigid_records(2.0, {"foot": ([0.0, 0.0, 0.0], [0, 0, -1])})
+    contact = {
+        "body": "part", "interface": "foot", "against": FLOOR | {"velocity": [1.0, 0, 0]}, "method": "impact",
+        "restitution": e, "friction": {"static": 0.3, "direction": [1, 0, 0]},
+    }  # fmt: skip
+    scene = {
+        "body": {"part": {"velocity": [1.0 - slip, 0, -1.0], "position": [0, 0, 1e-3]}},
+        "contact": {"floor": contact},
+        "run": {"duration": 2e-3},
+    }
+    found = simulate(build(tmp_path, foot, scene))
+    assert found.result == "FINISHED"
+    assert found.energy_drift < 1e-12
+    after = 1.0 - slip + min(slip, 0.3 * (1 + e))
+    assert found.quantities["part.velocity_x"]["value"] == pytest.approx(after, rel=1e-12)
+    # Velocity of the belt times the impulse of friction.
+    assert found.energies[-1, 4] == pytest.approx(2.0 * (after - (1.0 - slip)), rel=1e-12)
+
+
+def test_a_contact_that_touches_without_force_starts_with_its_impulse(tmp_path: Path) -> None:
+    """The second and third ball of a cradle touch from the start; the first one strikes them after 10 ms."""
+    places = {"a": -0.03, "b": 0.0, "c": 0.02}
+    records = {name: rigid_records(0.1, {"left": ([-0.01, 0, 0], BACK), "right": ([0.01, 0, 0], X)}) for name in places}
+    scene: dict[str, Any] = {
+        "body": {name: {"position": [x, 0, 0]} for name, x in places.items()},
+        "contact": {
+            one + other: {
+                "body": one, "interface": "right", "method": "impact", "restitution": 1.0,
+                "against": {"shape": "body", "body": other, "interface": "left"},
+            }
+            for one, other in ("ab", "bc")
+        },
+        "run": {"duration": 0.03},
+    }  # fmt: skip
+    scene["body"]["a"]["velocity"] = [1.0, 0, 0]
+    found = simulate(build_all(tmp_path, records, scene)).quantities
+    assert found["ab.start"]["value"] == pytest.approx(0.01, rel=1e-12)
+    assert found["bc.start"]["value"] == found["bc.impact1.start"]["value"] == found["ab.start"]["value"]

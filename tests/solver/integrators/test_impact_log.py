@@ -81,7 +81,12 @@ def test_exact_courses_of_constant_forces_are_those_of_steps(window: float) -> N
             tracker.leaves(0, float(edges[1]), 0.5)
             tracker.parts(0)
     found = tracker.impacts(STEP * len(forces))
-    np.testing.assert_allclose(found[:, [2, 3, 4, 7, 8]], expected[:, [2, 3, 4, 7, 8]], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(found[:, 2:5], expected[:, 2:5], rtol=1e-9, atol=1e-9)
+    # Between the ends and middles of steps a windowed force may be larger, as its parabola is.
+    more = found[:, 7] / expected[:, 7] - 1
+    assert (more > -1e-9).all()
+    assert (more < (0.5 * STEP / window) ** 2 if window else np.abs(more) < 1e-9).all()
+    np.testing.assert_allclose(found[:, 8], expected[:, 8], rtol=1e-9, atol=0.5 * STEP if window else 1e-9)
 
 
 def solved(folder: Path, samples: int, **run: Any) -> Trajectory:
@@ -173,4 +178,4 @@ def test_a_full_log_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def test_steps_too_short_for_the_window_are_one_clear_line() -> None:
     with pytest.raises(SolverError, match=r"^steps of 1e-30 s: the window of peak forces, 1e-05 s, has more"):
         impact_log([0], 1e-30, 1e-5)
-    assert len(impact_log([0], 1e-8, 1e-5).ring[0]) == 1003
+    assert len(impact_log([0], 1e-8, 1e-5).ring[0]) == 2003

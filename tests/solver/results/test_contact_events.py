@@ -30,13 +30,19 @@ def test_impacts_closer_than_the_window_are_one() -> None:
     assert len(impacts_in(TIMES, FORCES, 0.5)) == 3  # Separated by exactly the window.
 
 
-def test_windowed_peak_is_a_mean_over_exactly_the_window() -> None:
-    """Over 0.75 s: 0.5 s at 6 N and 0.25 s at 2 N; 0.5 s at 8 N and 0.25 s at 1 N."""
+def test_windowed_peak_has_a_weight_that_rises_and_falls_over_the_window() -> None:
+    """Means of the force with a triangle of height 1/W and base 2W, at best places on the grid of half steps."""
     impacts = impacts_in(TIMES, FORCES, 0.75)
-    np.testing.assert_allclose(impacts[:, 7], [(3.0 + 0.5) / 0.75, (4.0 + 0.25) / 0.75], rtol=1e-14)
-    np.testing.assert_allclose(impacts[:, 8], [1.5 - 0.375, 4.75 - 0.375], rtol=1e-14)
+    offsets = (np.arange(30_000) + 0.5) / 10_000 - 1.5
+    weights = np.maximum(0.0, 1 - np.abs(offsets) / 0.75) / 0.75 * 1e-4
+    for (begin, end), (force, time) in zip(impacts[:, :2], impacts[:, 7:], strict=True):
+        middles = np.arange(begin, end + 0.1, 0.25)
+        number = np.clip(((middles[:, None] + offsets) / 0.5).astype(int), 0, len(FORCES) - 1)
+        means = np.linalg.norm((FORCES[number] * weights[:, None]).sum(axis=1), axis=1)
+        assert force == pytest.approx(means.max(), rel=1e-6)
+        assert time == middles[means.argmax()]
     values = impact_quantities(impacts, 0.75)
-    assert values["force_peak"] == (pytest.approx(4.25 / 0.75), "N")
+    assert values["force_peak"] == (pytest.approx(impacts[:, 7].max()), "N")
     assert values["force_window"] == (0.75, "s")
     assert values["force_peak_raw"] == (8.0, "N")
 
@@ -45,7 +51,8 @@ def test_the_window_of_a_short_impact_is_around_it() -> None:
     forces = np.zeros((10, 3))
     forces[4] = [3.0, 0.0, 0.0]
     impacts = impacts_in(TIMES, forces, 2.0)
-    np.testing.assert_allclose(impacts[0, 7:], [1.5 / 2.0, 2.25], rtol=1e-14)
+    # The weight is 1/W in the middle of the 0.5 s, and 1/W (1 − 0.25 / W) at their ends.
+    np.testing.assert_allclose(impacts[0, 7:], [1.5 / 2.0 * (1 - 0.125 / 2.0), 2.25], rtol=1e-14)
 
 
 def test_opposite_forces_of_one_impact_add_up() -> None:

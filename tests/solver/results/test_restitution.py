@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from gudgeon.solver.simulate import simulate
-from tests.solver.systems import build, build_all, rigid_records, rod_records, rod_scene
+from tests.solver.systems import LENGTH, build, build_all, rigid_records, rod_records, rod_scene
 
 FLOOR = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
 
@@ -100,3 +100,23 @@ def test_a_central_elastic_impact_keeps_the_ratio_of_the_centres(tmp_path: Path,
     found = simulate(build(tmp_path, rod_records(30), scene)).quantities
     assert found["wall.restitution"]["value"] == pytest.approx(found["wall.rebound_velocity"]["value"], rel=1e-9)
     assert found["wall.restitution"]["value"] == pytest.approx(1.0, abs=2e-3)
+
+
+def test_a_held_body_has_no_rebound_velocity(tmp_path: Path) -> None:
+    """A rod that strikes another one which is held at its rigid motions, or is held itself."""
+    struck = rigid_records(2.0, {"face": ([0.0, 0.0, 0.0], [-1, 0, 0])})
+    wall = {"shape": "body", "body": "other", "interface": "face"}
+    scene = rod_scene() | {"contact": {"wall": {"body": "part", "interface": "tip", "against": wall}}}
+    scene["body"]["other"] = {"position": [LENGTH, 0.0, 0.0]}
+    records = {"part": rod_records(10), "other": struck}
+    for held, names in (
+        (None, {"rebound_velocity", "rebound_velocity_other"}),
+        ("other", {"rebound_velocity"}),
+        ("part", {"rebound_velocity_other"}),
+    ):
+        body = scene["body"] | ({held: scene["body"][held] | {"freedom": []}} if held else {})
+        if held == "part":
+            body = {"part": {"freedom": []}, "other": body["other"] | {"velocity": [-1.0, 0.0, 0.0]}}
+        found = simulate(build_all(tmp_path / str(held), records, scene | {"body": body}))
+        assert found.result == "FINISHED"
+        assert {name[5:] for name in found.quantities if "rebound" in name} == names

@@ -1,0 +1,105 @@
+"""Notes on the impacts of a finished run: those that its end cuts, windows of forces, and speeds beyond the model."""
+
+from collections.abc import Callable, Iterator, Mapping
+from itertools import count
+from typing import Any
+
+import numpy as np
+
+from gudgeon.pipeline.scenes.bodies import SceneFile
+from gudgeon.solver.capabilities import INTEGRATORS
+
+ROUNDING = 1e-9
+"""Share of the duration by which an impact that the end of the run cuts may seem to end before."""
+FAST = 0.1
+"""Speed of an impact over the wave speed of an elastic body above which a run gives a note."""
+
+PRESSES = 1e-2
+"""Force at the end of a run over the largest one from which a contact counts as closed."""
+
+Quantities = Mapping[str, Mapping[str, Any]]
+
+
+def impact_notes(scene: SceneFile, summary: Mapping[str, Any], last: Callable[[str], float]) -> list[str]:
+    """Return the notes on the impacts of a finished run.
+
+    Args:
+        summary: Of the run, with quantities and counts.
+        last: Returns the force of a contact in the last sample over its largest one.
+    """
+    quantities, counts = summary["quantities"], summary["counts"]
+    notes = []
+    for name in scene.contact:
+        impacts, window = list(_impacts(quantities, name)), _value(quantities, f"{name}.force_window")
+        if _is_cut(scene, name, quantities, impacts) and last(name) > PRESSES:
+            notes.append(
+                f"contact.{name} is closed at the end of the run: its impulse and rebound are not those of a whole"
+                " impact; set run.duration longer"
+            )
+        if scene.run.window is not None and window > 0 and scene.contact[name].method == "impact":
+            notes.append(
+                f"contact.{name}: its impacts are jumps of velocity, so that force_peak is their impulse over"
+                f" run.window = {window:.3g} s"
+            )
+        notes += _windows(scene, name, window, counts)
+        notes += _fast(scene, name, max((one.get("closing", 0.0) for one in impacts), default=0.0))
+    return notes
+
+
+def _value(quantities: Quantities, name: str) -> float:
+    return float(quantities.get(name, {"value": 0.0})["value"])
+
+
+def _impacts(quantities: Quantities, name: str) -> Iterator[dict[str, float]]:
+    """Yield start, end [s] and closing speed [m/s], where it is known, of each impact of a contact that is listed."""
+    for number in count(1):
+        keys = {key: f"{name}.impact{number}.{key}" for key in ("start", "end", "closing")}
+        if keys["end"] not in quantities:
+            return
+        yield {key: _value(quantities, full) for key, full in keys.items() if full in quantities}
+
+
+def _is_cut(scene: SceneFile, name: str, quantities: Quantities, impacts: list[dict[str, float]]) -> bool:
+    """Whether an impact of free bodies lasts until the end of a run.
+
+    A contact of free bodies rests only by gravity, and not before it has given a body the speed with which it closed.
+    """
+    other = scene.others().get(name)
+    sides = [scene.contact[name].body, *([other.body] if other is not None else [])]
+    free = any(f"{side}.velocity_{axis}" in quantities for side in sides for axis in "xyz")
+    if not free or scene.force or scene.joint or not impacts:
+        return False
+    last = max(impacts, key=lambda one: one["end"])
+    fallen = float(np.linalg.norm(scene.run.gravity)) * (last["end"] - last["start"])
+    return last["end"] >= scene.run.duration * (1 - ROUNDING) and last.get("closing", 0.0) > fallen
+
+
+def _windows(scene: SceneFile, name: str, window: float, counts: Mapping[str, Any]) -> list[str]:
+    """Return a note where forces are averaged over most of the run, or over less than a step."""
+    run, step = scene.run, float(counts["step"])
+    if run.window is None and window > 0.5 * run.duration:
+        return [
+            f"contact.{name}: its force is averaged over {window:.3g} s, the shortest period of the modes, which is"
+            " longer than half of the run; set run.duration longer, or run.window"
+        ]
+    if 0 < window < step * (1 - ROUNDING) and not INTEGRATORS[counts["integrator"]].own_steps:
+        return [
+            f"contact.{name}: run.window = {window:.3g} s is below the step, {step:.3g} s, over which forces are known"
+            " as means; set run.window longer, or run.step shorter"
+        ]
+    return []
+
+
+def _fast(scene: SceneFile, name: str, closing: float) -> list[str]:
+    """Return a note where an impact is so fast that strains of its elastic bodies are not small."""
+    other = scene.others().get(name)
+    sides = [scene.contact[name].body, *([other.body] if other is not None else [])]
+    materials = {part: scene.component[part].material for part in map(scene.component_of, sides)}
+    speeds = {part: material.wave_speed for part, material in materials.items() if material is not None}
+    part = min(speeds, key=lambda one: speeds[one], default=None)
+    if part is None or closing < FAST * speeds[part]:
+        return []
+    return [
+        f"contact.{name}: an impact at {closing:.3g} m/s is {closing / speeds[part]:.2g} times the wave speed of"
+        f" component.{part}, {speeds[part]:.3g} m/s: strains of this size are outside the linear model"
+    ]

@@ -1,0 +1,146 @@
+"""Notes on runs that end within an impact, on windows of forces, on fast impacts, and on short modes of beams."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.kinds import run
+from tests.validation.scenes import DATA
+
+CLOSED = "is closed at the end of the run: its impulse and rebound are not those of a whole impact"
+FEW = {"component.rod.modes.normal_count": 10}
+BALL = """
+[component.ball]
+geometry = { kind = "rigid", mass = 0.2, points = { foot = { at = [0.0, 0.0, 0.0], normal = [0.0, 0.0, -1.0] } } }
+interface.foot = { surface = "foot" }
+
+[body.ball]
+position = [0.0, 0.0, 1e-3]
+velocity = [0.0, 0.0, -0.1]
+
+[contact.floor]
+body = "ball"
+interface = "foot"
+against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+method = "penalty"
+law = { kind = "linear", stiffness = 1e5 }
+
+[run]
+duration = 0.05
+gravity = [0.0, 0.0, -9.81]
+"""
+"""The impact lasts π (m/k)^½ = 4.4 ms from 7.4 ms on."""
+BEAM = """
+[component.beam]
+geometry = { kind = "beam", length = 0.5, section = { kind = "rectangle", width = 0.02, height = 0.0198 } }
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh = { size = 0.005 }
+supports = ["left"]
+interface.tip = { surface = "right-bottom" }
+modes = { normal_count = 10 }
+
+[body.beam]
+
+[contact.floor]
+body = "beam"
+interface = "tip"
+against = { shape = "plane", point = [0.0, 0.0, -0.01], normal = [0.0, 0.0, 1.0] }
+
+[run]
+duration = 1e-3
+"""
+
+
+def notes(scene: str | Path, folder: Path, **changes: Any) -> str:
+    path = DATA / scene
+    if str(scene).startswith("\n"):
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / "scene.toml"
+        path.write_text(str(scene))
+    found = run(path, set=changes, db=folder / "db", out=folder / "out", until="solve")
+    assert found.result == "FINISHED"
+    return "\n".join(found.notes)
+
+
+@pytest.mark.parametrize("integrator", ["implicit", "explicit"])
+def test_a_run_that_ends_within_an_impact_gets_a_note(tmp_path: Path, integrator: str) -> None:
+    """The impact of the rod takes 2 L/c = 0.39 ms, after a gap."""
+    few = FEW | {"run.integrator": integrator}
+    assert f"contact.wall {CLOSED}" in notes("rod-wall", tmp_path / "short", **few, **{"run.duration": 3e-4})
+    assert CLOSED not in notes("rod-wall", tmp_path / "whole", **few)
+
+
+def test_an_impact_under_gravity_is_cut_but_a_resting_body_is_not(tmp_path: Path) -> None:
+    assert f"contact.floor {CLOSED}" in notes(BALL, tmp_path / "cut", **{"run.duration": 9e-3})
+    assert CLOSED not in notes(BALL, tmp_path / "whole", **{"run.duration": 0.04})
+    law = {"kind": "linear", "stiffness": 1e5, "damping": 300.0}
+    settled = notes(BALL, tmp_path / "settled", **{"contact.floor.law": law, "run.duration": 0.1})
+    assert CLOSED not in settled
+
+
+def test_contacts_that_rest_or_are_driven_get_none(tmp_path: Path) -> None:
+    for scene in ("rigid/incline-sticks.toml", "rigid/scene.toml", "extreme/e0.toml"):
+        found = notes(scene, tmp_path / scene)
+        assert CLOSED not in found
+        assert "half of the run" not in found
+
+
+def test_a_window_longer_than_half_of_the_run_gets_a_note(tmp_path: Path) -> None:
+    few = {"component.rod.modes.normal_count": 1, "run.duration": 6e-4}
+    words = "longer than half of the run; set run.duration longer, or run.window"
+    assert words in notes("rod-wall", tmp_path / "default", **few)
+    assert words not in notes("rod-wall", tmp_path / "given", **few, **{"run.window": 4e-4})
+
+
+def test_a_window_below_the_step_gets_a_note(tmp_path: Path) -> None:
+    given = FEW | {"run.integrator": "explicit", "run.step": 5e-7}
+    words = "is below the step, 5e-07 s, over which forces are known as means; set run.window longer, or run.step"
+    assert words in notes("rod-wall", tmp_path / "short", **given, **{"run.window": 1e-7})
+    assert words not in notes("rod-wall", tmp_path / "long", **given, **{"run.window": 1e-5})
+
+
+def test_a_window_for_jumps_of_velocity_gets_a_note(tmp_path: Path) -> None:
+    given = {"contact.floor.method": "impact", "contact.floor.restitution": 0.5, "contact.floor.law": "unset"}
+    words = "contact.floor: its impacts are jumps of velocity, so that force_peak is their impulse over run.window"
+    assert words in notes(BALL, tmp_path / "given", **given, **{"run.window": 1e-6})
+    assert words not in notes(BALL, tmp_path / "none", **given)
+
+
+def test_a_window_of_round_off_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="window 1e-24 s is below 1e-12 of the duration") as refused:
+        notes("rod-wall", tmp_path, **{"run.window": 1e-24})
+    assert "\n" not in str(refused.value).strip()
+
+
+def test_an_impact_near_the_wave_speed_gets_a_note(tmp_path: Path) -> None:
+    """Bars of steel: c = 5172 m/s. The limit of the deformation ends such a run unless it is raised."""
+    given = FEW | {"run.integrator": "explicit", "run.duration": 6e-4, "run.limits.angle": 10.0}
+    words = "times the wave speed of component.rod,"
+    found = notes("rod-wall", tmp_path / "fast", **given, **{"body.rod.velocity": [800.0, 0.0, 0.0]})
+    assert words in found
+    assert "strains of this size are outside the linear model" in found
+    assert words not in notes("rod-wall", tmp_path / "slow", **given)
+
+
+def test_pictures_of_an_earlier_result_that_are_removed_are_named(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(BALL)
+    places = {"db": tmp_path / "db", "out": tmp_path / "out"}
+    drawn = run(scene, **places, until="plot").pictures
+    assert not [note for note in run(scene, **places, until="solve").notes if "pictures" in note]
+    (note,) = run(scene, set={"body.ball.velocity": [0.0, 0.0, -0.2]}, **places, until="solve").notes
+    assert note.startswith("pictures of an earlier result were removed: ")
+    assert all(Path(name).name in note for name in drawn)
+
+
+def test_short_modes_of_an_euler_bernoulli_beam_get_a_note(tmp_path: Path) -> None:
+    """A cantilever of 25.3 heights: mode n has (n − ½) half-waves, shorter than 2 heights from 14 on."""
+    assert "geometry.theory" not in notes(BEAM, tmp_path / "few")
+    found = notes(BEAM, tmp_path / "many", **{"component.beam.modes.normal_count": 20})
+    assert "component.beam.geometry.theory: 7 of 20 modes have half-waves below 2 times the height of the" in found
+    assert "the shortest 1.3 times it; without shear their frequencies are too high, up to about 1.7 times;" in found
+    assert "set 'timoshenko', or keep 13 modes" in found
+    timoshenko = {"component.beam.geometry.theory": "timoshenko", "component.beam.modes.normal_count": 20}
+    assert "half-waves" not in notes(BEAM, tmp_path / "timoshenko", **timoshenko)
