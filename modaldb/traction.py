@@ -15,6 +15,8 @@ from gudgeon.modaldb.records.modes import SplineGrid
 
 SUPPORT = 16
 """Functions that are non-zero at a point."""
+VECTORS = ("origin", "axis", "normal", "across", "along")
+"""Vectors of a chart and of a true surface."""
 
 
 def chart_coordinates(chart: dict[str, Any], points: np.ndarray) -> np.ndarray:
@@ -85,3 +87,13 @@ def inside(space: SplineGrid, coordinates: np.ndarray) -> np.ndarray:
     """Return which points (p, 2) lie on the space, (p,)."""
     end = space.start + space.spacing * (space.counts - 3)
     return np.all((coordinates >= space.start) & (coordinates <= end), axis=1)
+
+
+def turned_chart(chart: dict[str, Any], Q: np.ndarray) -> dict[str, Any]:
+    """Return a chart with its vectors turned; the angle of a cylinder is counted from the axes of the new direction."""
+    found = {key: (Q @ np.asarray(value, float)).tolist() if key in VECTORS else value for key, value in chart.items()}
+    if "middle" in chart:
+        first, second = cross_axes(np.asarray(found["axis"], float))
+        old = Q @ cross_axes(np.asarray(chart["axis"], float))[0]
+        found["middle"] = float(chart["middle"] + np.arctan2(old @ second, old @ first))
+    return found

@@ -11,11 +11,12 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 RANGES: dict[str, tuple[float, float]] = {
-    "1": (1e-15, 1e15), "deg": (1e-12, 1e9), "rad": (1e-15, 1e6), "s": (1e-30, 1e15), "Hz": (1e-15, 1e30),
-    "rev/min": (1e-15, 1e15), "rad/s": (1e-24, 1e24), "m": (1e-21, 1e12), "m^2": (1e-36, 1e24), "m^4": (1e-72, 1e48),
-    "m/s": (1e-24, 1e12), "m/s^2": (1e-24, 1e24), "kg": (1e-40, 1e40), "kg m^2": (1e-80, 1e60),
+    "1": (1e-15, 1e15), "deg": (1e-12, 1e9), "rad": (1e-15, 1e6), "s": (1e-30, 1e15), "1/s": (1e-15, 1e30),
+    "Hz": (1e-15, 1e30), "rev/min": (1e-15, 1e15), "rad/s": (1e-24, 1e24), "m": (1e-21, 1e12), "m^2": (1e-36, 1e24),
+    "m^4": (1e-72, 1e48), "m/s": (1e-24, 1e12), "m/s^2": (1e-24, 1e24), "kg": (1e-40, 1e40), "kg m^2": (1e-80, 1e60),
     "kg/m^3": (1e-24, 1e24), "N": (1e-40, 1e40), "Pa": (1e-18, 1e24), "N/m": (1e-40, 1e40), "N/m^3": (1e-30, 1e45),
     "N/m^exponent": (1e-45, 1e60), "N s/m": (1e-45, 1e45),
+    "N m": (1e-60, 1e52),
 }  # fmt: skip
 """Smallest and largest magnitude of a number of a scene by its unit."""
 MOST = 1_000_000
@@ -70,6 +71,7 @@ AngularVelocity = Annotated[float, signed("rad/s"), sizeable("rad/s")]
 Area = Annotated[float, above_zero("m^2"), sizeable("m^2")]
 Coordinate = Annotated[float, signed("m"), sizeable("m")]
 DampingConstant = Annotated[float, from_zero("N s/m"), sizeable("N s/m")]
+DecayRate = Annotated[float, from_zero("1/s"), sizeable("1/s")]
 Density = Annotated[float, above_zero("kg/m^3"), sizeable("kg/m^3")]
 Duration = Annotated[float, above_zero("s"), sizeable("s")]
 Exponent = Annotated[float, Field(ge=0.1, le=10, allow_inf_nan=False, json_schema_extra={"unit": "1"})]
@@ -95,6 +97,8 @@ SecondMoment = Annotated[float, above_zero("m^4"), sizeable("m^4")]
 Share = Annotated[float, Field(ge=0, le=1, json_schema_extra={"unit": "1"}), sizeable("1")]
 Speed = Annotated[float, signed("m/s"), sizeable("m/s")]
 Stiffness = Annotated[float, above_zero("N/m"), sizeable("N/m")]
+TimeValue = Annotated[float, signed("s"), sizeable("s")]
+TorqueValue = Annotated[float, signed("N m"), sizeable("N m")]
 TimeFromZero = Annotated[float, from_zero("s"), sizeable("s")]
 
 

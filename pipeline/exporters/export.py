@@ -3,13 +3,16 @@
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from gudgeon.pipeline.exporters import EXPORTERS
 from gudgeon.pipeline.exporters.vtu import BodyRecords
-from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.stress import nodal_stress, stress_gauges
 from gudgeon.pipeline.stages.folder import EXPORTS, held
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.bodies.placing import turned_tensors
 
 
 def export(job: Job, what: str, every: int) -> list[Path]:
@@ -35,5 +38,10 @@ def _written(job: Job, what: str, every: int) -> list[Path]:
 
 def _records(drawing: Drawing, name: str, number: int) -> BodyRecords:
     body = drawing.body(name)
-    stress = partial(nodal_stress, drawing, body) if stress_gauges(drawing, body) else None
+    stress = partial(_stress, drawing, body) if stress_gauges(drawing, body) else None
     return BodyRecords(body.mesh, body.modal, body.morph, drawing.position(name), number, stress)
+
+
+def _stress(drawing: Drawing, body: BodyMotion, frame: int) -> np.ndarray:
+    """Return the stress at the nodes in a frame in the axes of the scene [Pa], (n, 6)."""
+    return turned_tensors(nodal_stress(drawing, body, frame), drawing.rotation(body.name))

@@ -18,6 +18,7 @@ from gudgeon.pipeline.robustness.trial import (
     suggested_step,
     turns_freely,
 )
+from gudgeon.pipeline.robustness.turning import turned
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
 from gudgeon.solver.scene.run import LEAST_WINDOW
@@ -169,6 +170,8 @@ def grazing(subject: Subject, operation: Any) -> Trial:
     first, scene, factor = subject.contact(), subject.scene, operation.factor
     if scene.joint:
         raise DoesNotApply("a joint prescribes the speed of its bodies")
+    if scene.over_time():
+        raise DoesNotApply("forces over time do not scale with the speed")
     gravity = np.array(scene.run.gravity)
     falls, rigid = bool(gravity.any()), not subject.elastic()
     changes: dict[str, Any] = {"body": {}, "contact": {}, "run": {}}
@@ -286,6 +289,12 @@ def collinear(subject: Subject, operation: Any) -> Trial:
     return Trial(subject.changed({"component": twice} | rest), like=like, agreement=SAME_SPACE)
 
 
+def whole_turn(subject: Subject, operation: Any) -> Trial:
+    """Turn the whole scene: the result is the same."""
+    subject.contact()
+    return Trial(replace(subject.job, scene=turned(subject.scene)), units=Units())
+
+
 OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "contact-stiffness": contact_stiffness, "mass": mass, "step": step, "restitution": restitution,
     "grazing": grazing, "penetration": penetration, "spin": spin, "poisson": poisson, "slivers": slivers,
@@ -294,5 +303,6 @@ OPERATIONS: dict[str, Callable[[Subject, Any], Trial]] = {
     "units": lambda subject, to: _in_units(subject, Units(to.mass, to.length, to.time)),
     "size": lambda subject, to: _in_units(subject, Units(to.factor**3, to.factor, to.factor)),
     "material": material,
+    "turned": whole_turn,
     "set": lambda subject, to: Trial(subject.changed(to.values)),
 }  # fmt: skip

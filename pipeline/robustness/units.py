@@ -17,6 +17,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.geometry.profile import read_rows
+from gudgeon.solver.forces.expression import in_units
 
 Model = TypeVar("Model", bound=BaseModel)
 Dimension = tuple[float, float, float]
@@ -103,6 +104,8 @@ def _changed(value: Any, factors: list[float], units: Units, where: str) -> Any:
         return rescaled(value, units)
     if isinstance(value, Mapping):
         return {key: _changed(one, factors, units, where) for key, one in value.items()}
+    if isinstance(value, str) and factors:
+        return in_units(value, *factors)
     if isinstance(value, tuple):
         if len(factors) > 1:
             return tuple(tuple(x * f for x, f in zip(row, factors, strict=True)) for row in value)

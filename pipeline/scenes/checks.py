@@ -3,14 +3,15 @@
 import difflib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from pydantic import BaseModel, ValidationError
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.crank_tables import check_closed, read_cycle
 from gudgeon.pipeline.scenes.fit import misfits
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
+from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_pairs
 from gudgeon.solver.registry import definition, names
 
 if TYPE_CHECKING:
@@ -18,8 +19,11 @@ if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.component import Component
 
 
+Model = TypeVar("Model", bound=BaseModel)
 POINTS = ("points", "patch")
 """Kinds of interface for contacts."""
+LOADED = {"force": "mean", "pressure": "pressure"}
+"""Kind of interface of each kind of force over time that has one."""
 UNRESOLVED = ("bar", "beam", "rigid")
 """Geometries that do not resolve local compliance."""
 
@@ -59,6 +63,9 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
     wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.joint.items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
+    for name, force in scene.over_time().items():
+        if (interface := getattr(force, "interface", None)) is not None:
+            wanted.append((f"force.{name}.interface", force.body, interface, (LOADED[force.kind],)))
     for where, body, interface, kinds in wanted:
         component = scene.component.get(scene.component_of(body))
         if component is None:
@@ -144,7 +151,14 @@ def law_notes(scene: "SceneFile") -> list[str]:
 
 
 def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
-    """Return the scene with the values of the tables that its forces name."""
+    """Return the scene with the values of the tables that its bodies and forces name."""
+    bodies = dict(scene.body)
+    for name, body in scene.body.items():
+        if body.damping is not None and body.damping.table is not None:
+            where = f"body.{name}.damping.table"
+            path = find_file(body.damping.table, folder, where)
+            values = read_pairs(path, "frequency [Hz] and damping ratio")
+            bodies[name] = body.model_copy(update={"damping": _tabled(body.damping, path, values)})
     forces: dict[str, Any] = dict(scene.force)
     for name, force in scene.gas().items():
         if force.table is not None:
@@ -153,4 +167,22 @@ def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
         else:
             check_closed(f"force.{name}.values", np.array(force.values))
         forces[name] = force
-    return scene.model_copy(update={"force": forces}) if forces else scene
+    for name, force in scene.over_time().items():
+        if force.table is not None:
+            path = find_file(force.table, folder, f"force.{name}.table")
+            force = forces[name] = _tabled(force, path, read_pairs(path, "time [s] and amount"))
+        if (reason := force.refusal(scene.run.duration)) is not None:
+            raise InputError(f"force.{name}.{reason}")
+    return scene.model_copy(update={"force": forces, "body": bodies})
+
+
+def _tabled(model: Model, path: Path, values: tuple[tuple[float, float], ...]) -> Model:
+    """Return a model with the values of the table that it names, checked as those of a scene; rows from 2 on."""
+    try:
+        return type(model).model_validate(model.model_dump() | {"values": values})
+    except ValidationError as error:
+        first = error.errors()[0]
+        row, *column = [part for part in first["loc"] if isinstance(part, int)] or [0]
+        given = f"{values[row][column[0]]:g} given; " if column else ""
+        text = first["msg"].removeprefix("Value error, ").removeprefix(given)
+        raise InputError(f"{path}: row {row + 2}: {given}{text[0].lower()}{text[1:]}") from None

@@ -19,7 +19,7 @@ HEIGHTS, ANGLES = 121, 361
 
 
 def misfits(scene: "SceneFile", folder: Path) -> list[str]:
-    """List the misfits, one line each; geometries of mesh files are unknown before meshing and are not checked.
+    """List the misfits, one line each; of mesh files, which are unknown before meshing, and of turned bodies none.
 
     Raises:
         InputError: a profile table cannot be read.
@@ -31,6 +31,8 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
         over = _surface(scene, master.body, master.interface)
         if slave is None or over is None or {slave[1]["kind"], over[1]["kind"]} != {"cylinder"}:
             continue
+        if any(scene.body[name].orientation is not None for name in (contact.body, master.body)):
+            continue
         lines += _clearance(scene, folder, name, slave, over)
         lines += _travel(scene, name, slave, over)
     for name, joint in scene.joint.items():
@@ -38,7 +40,9 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
         if held is None or "origin" not in held[1]:
             continue
         _, lateral = joint.axes
-        origin = np.asarray(held[1]["origin"]) + scene.body[joint.body].position
+        own = scene.body[joint.body]
+        turn = np.eye(3) if own.orientation is None else own.orientation.matrix()
+        origin = turn @ np.asarray(held[1]["origin"]) + own.position
         offset = abs(float((origin - np.asarray(joint.centre)) @ lateral))
         if joint.rod_length <= joint.crank_radius + offset:
             lines.append(

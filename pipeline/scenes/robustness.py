@@ -92,6 +92,12 @@ class Collinear(Strict):
     kind: Literal["collinear"]
 
 
+class Turned(Strict):
+    """Turn the whole scene: bodies, obstacles, joints, forces, velocities and gravity."""
+
+    kind: Literal["turned"]
+
+
 class OtherUnits(Strict):
     """Write the same numbers in other units of mass, length and time; 1/1000 is a unit a thousand times as large."""
 
@@ -118,7 +124,7 @@ class Set(Strict):
 
 Operation = Annotated[
     Scaled | Restitution | Penetration | Samples | Gravity | Reuse | Spin | PoissonRatio | Slivers | Collinear
-    | OtherUnits | Elasticity | Set,
+    | OtherUnits | Turned | Elasticity | Set,
     Field(discriminator="kind"),
 ]  # fmt: skip
 RuleName = Literal[

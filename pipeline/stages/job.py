@@ -18,6 +18,8 @@ from gudgeon.solver.scene.scene import Scene
 if TYPE_CHECKING:
     import numpy as np
 
+    from gudgeon.modaldb.records.modes import MorphRecord
+
 UNCHECKED = {"run": {"checks": False}}
 """Changes of a scene for the runs of a sweep, which judges their errors itself."""
 
@@ -102,10 +104,18 @@ def variant(job: Job, changes: Mapping[str, Any]) -> Job:
     return replace(job, tables=tables, scene=checked(job.path, tables, SceneFile))
 
 
+def placed_design(job: Job, body: str, only: Sequence[str]) -> "MorphRecord":
+    """Return some fields of a body's design, turned as the scene places it."""
+    from gudgeon.solver.bodies import placing
+
+    key = job.components()[job.scene.component_of(body)]["morph"].key
+    found = job.store.get(key, "morph", only=only)
+    return placing.turned_design(found, placing.rotation(job.scene.body[body]))
+
+
 def free_twists(job: Job, body: str) -> "np.ndarray":
     """Return the mass-normalised rigid motions that are free in a scene: translation and rotation [kg^-½], (r, 6)."""
     from gudgeon.solver.bodies import small_motion
 
-    key = job.components()[job.scene.component_of(body)]["morph"].key
-    morph = job.store.get(key, "morph", only=["mass", "inertia", "rigid_twists"])
+    morph = placed_design(job, body, ["mass", "inertia", "rigid_twists"])
     return small_motion.free_twists(morph, job.scene.body[body], body)

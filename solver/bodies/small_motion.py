@@ -10,6 +10,7 @@ from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphReco
 from gudgeon.modaldb.tangents import tangents
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.body import ALL_FREE, Body
+from gudgeon.solver.scene.damping import Damping
 
 MOVES = 1e-9
 """Relative size below which a component of a rigid motion, a translation or a rotation, is round-off."""
@@ -27,8 +28,7 @@ class FlexibleBody:
     modal: ModalRecord
     twists: np.ndarray
     """Mass-normalised rigid motions that the scene leaves free: translation, rotation about the centre, (r, 6)."""
-    stiffness_factor: float
-    """β of its damping [s]."""
+    damping: Damping | None
     first: int
     """Its first coordinate in the system."""
 
@@ -56,6 +56,18 @@ class FlexibleBody:
     def stiffness(self) -> np.ndarray:
         """ω² of its coordinates [rad²/s²], zero for rigid ones, (r + m,)."""
         return np.concatenate([np.zeros(self.rigid_count), self.modal.angular_frequencies**2])
+
+    @property
+    def damping_rates(self) -> np.ndarray:
+        """c of its coordinates [1/s], zero for rigid ones, (r + m,); a SceneError as `Damping.rates`."""
+        omega = self.modal.angular_frequencies
+        elastic = np.zeros(len(omega)) if self.damping is None else self.damping.rates(omega, self.name)
+        return np.concatenate([np.zeros(self.rigid_count), elastic])
+
+    @property
+    def stiffness_factor(self) -> float:
+        """β of its residual flexibility [s]; a SceneError as `Damping.rates`."""
+        return 0.0 if self.damping is None else self.damping.stiffness_factor(self.modal.angular_frequencies, self.name)
 
     def rigid_rows(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Return the displacement of points (c, 3) along directions (c, 3) per rigid coordinate, (c, r)."""

@@ -137,8 +137,8 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     contact = scene.contact[name]
     interface = _points(contact.interface, f"contact.{name}.interface", body)
     points = body.morph.points[contact.interface]
-    placed = points + np.asarray(scene.body[body.name].position)
-    obstacle, other = contact.against, None
+    position = np.asarray(scene.body[body.name].position)
+    placed, obstacle, other = points + position, contact.against, None
     if isinstance(obstacle, OtherBody):
         assert master is not None
         directions = -interface.normals
@@ -150,7 +150,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
             obstacle = basic_surface(_space(obstacle, name, master).chart, at)
         directions, gap = obstacle.direction(placed), obstacle.gap(placed)
         _check_facing(name, contact.interface, placed, np.einsum("ci,ci->c", directions, -interface.normals))
-    gap = _without_round_off(gap, placed)
+    gap = _without_round_off(gap, touching_depth(placed, position))
     rows = np.column_stack([body.rigid_rows(points, directions), -interface.rows])
     residual = _residual(contact, name, body, contact.interface)
     if other is not None and master is not None:
@@ -201,14 +201,20 @@ def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.nda
     )
 
 
-def touching_depth(placed: np.ndarray) -> float:
-    """Return the depth up to which points at these places [m], (c, 3), touch and do not penetrate [m]."""
-    return TOUCHING * max(float(np.abs(placed).max()), float(np.ptp(placed, axis=0).max()))
+def touching_depth(placed: np.ndarray, position: np.ndarray | float = 0.0) -> float:
+    """Return the depth up to which points touch and do not penetrate [m].
+
+    Args:
+        placed: Their places [m], (c, 3).
+        position: Of their body [m], (3,): places near the scene's origin have the round-off of both that cancel.
+    """
+    largest = max(float(np.abs(placed).max()), float(np.abs(position).max()))
+    return TOUCHING * max(largest, float(np.ptp(placed, axis=0).max()))
 
 
-def _without_round_off(gap: np.ndarray, placed: np.ndarray) -> np.ndarray:
-    """Return gaps [m], (c,), zero where they are negative by round-off of the points' places."""
-    return np.where((gap < 0) & (gap >= -touching_depth(placed)), 0.0, gap)
+def _without_round_off(gap: np.ndarray, allowed: float) -> np.ndarray:
+    """Return gaps [m], (c,), zero where they are negative by no more than is allowed [m]: round-off of places."""
+    return np.where((gap < 0) & (gap >= -allowed), 0.0, gap)
 
 
 def _reach(body: FlexibleBody, points: np.ndarray) -> float:

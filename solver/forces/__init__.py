@@ -5,7 +5,10 @@ from typing import Annotated
 from pydantic import Field
 
 from gudgeon.solver.forces.gas import GasPressure
+from gudgeon.solver.forces.given import GivenForce, GivenPressure, GivenTorque
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 
-Force = Annotated[GasPressure | MovingForce | Spring, Field(discriminator="kind")]
+OverTime = GivenForce | GivenTorque | GivenPressure
+"""Those whose amount is a table or an expression of time."""
+Force = Annotated[GasPressure | MovingForce | Spring | OverTime, Field(discriminator="kind")]

@@ -15,7 +15,10 @@ class Spring(Strict):
     body: str
     against: str | None = Field(default=None, description="Other body; default: the ground")
     direction: Direction = Field(description="Direction of any length")
-    at: Place = Field(default=(0.0, 0.0, 0.0), description="Point of the body relative to its component's origin [m]")
+    at: Place = Field(
+        default=(0.0, 0.0, 0.0),
+        description="Point of the body, in its component's axes and relative to its origin [m]",
+    )
     stiffness: Stiffness
     damping: DampingConstant = 0.0
     stretch: Coordinate = Field(default=0.0, description="Elongation at the start [m]")

@@ -1,6 +1,6 @@
-"""Exact motion of each coordinate over a step: q̈ + β ω² q̇ + ω² q = f with f constant in the step.
+"""Exact motion of each coordinate over a step: q̈ + c q̇ + ω² q = f with f constant in the step.
 
-The energy ∫ β ω² q̇² dt that damping takes is an exact quadratic form of (q, q̇, f) at the start of the step (Van
+The energy ∫ c q̇² dt that damping takes is an exact quadratic form of (q, q̇, f) at the start of the step (Van
 Loan 1978), computed independently of the propagator, so that the energy balance detects an error in either.
 """
 
@@ -22,12 +22,12 @@ class Flight(NamedTuple):
 
 
 def flight(stiffness: np.ndarray, damping: np.ndarray, dt: float) -> Flight:
-    """Return the propagator over dt [s] of coordinates with stiffness ω² [rad²/s²], (m,), and damping β [s], (m,)."""
+    """Return the propagator over dt [s] of coordinates with stiffness ω² [rad²/s²], (m,), and damping c [1/s], (m,)."""
     # Scaled by the step, the state is (q, q̇ dt, f dt²): it has one unit, and exponents are near ω dt.
     A = np.zeros((len(stiffness), 3, 3))
-    A[:, 0, 1], A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = 1.0, -stiffness * dt**2, -damping * stiffness * dt, 1.0
+    A[:, 0, 1], A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = 1.0, -stiffness * dt**2, -damping * dt, 1.0
     step, Q = _doubled(A)
-    Q *= (damping * stiffness / dt)[:, None, None]
+    Q *= (damping / dt)[:, None, None]
     return Flight(
         np.array([step[:, 0, 0], step[:, 0, 1] * dt, step[:, 1, 0] / dt, step[:, 1, 1]]),
         np.array([step[:, 0, 2] * dt**2, step[:, 1, 2] * dt]),

@@ -21,7 +21,8 @@ def obstacle_of(against: Mapping[str, Any]) -> Obstacle:
 
 def basic_surface(chart: Mapping[str, Any], position: np.ndarray) -> Bore | Plane:
     """Return the undeformed surface of a traction space's chart on a body with its origin at `position` [m], (3,)."""
+    # Computed numbers, which may have a component of round-off below the range of a scene's numbers.
     origin = tuple(np.asarray(chart["origin"], float) + position)
     if chart["kind"] == "plane":
-        return Plane(shape="plane", point=origin, normal=tuple(chart["normal"]))
-    return Bore(shape="bore", radius=chart["radius"], axis=tuple(chart["axis"]), origin=origin)
+        return Plane.model_construct(shape="plane", point=origin, normal=tuple(chart["normal"]))
+    return Bore.model_construct(shape="bore", radius=chart["radius"], axis=tuple(chart["axis"]), origin=origin)

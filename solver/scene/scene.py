@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pydantic import Field, model_validator
 
 from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
-from gudgeon.solver.forces import Force
+from gudgeon.solver.forces import Force, OverTime
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
@@ -65,9 +65,13 @@ class Scene(Strict):
                     found[contact.against.body].append(contact.against.interface)
         return {body: tuple(dict.fromkeys(names)) for body, names in found.items()}
 
-    def given(self) -> dict[str, GasPressure | MovingForce]:
-        """Return the forces prescribed over time by name: gas pressures and moving forces."""
-        return {n: f for n, f in self.force.items() if isinstance(f, GasPressure | MovingForce)}
+    def given(self) -> dict[str, GasPressure | MovingForce | OverTime]:
+        """Return the forces prescribed over time by name: all but springs."""
+        return {n: f for n, f in self.force.items() if not isinstance(f, Spring)}
+
+    def over_time(self) -> dict[str, OverTime]:
+        """Return the forces by name whose amount is a table or an expression of time."""
+        return {n: f for n, f in self.force.items() if isinstance(f, OverTime)}
 
     def gas(self) -> dict[str, GasPressure]:
         """Return the gas pressures of the scene by name."""

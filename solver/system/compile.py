@@ -9,6 +9,7 @@ import numpy as np
 from gudgeon.modaldb.errors import RecordMismatch
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.stores.folder import Store
+from gudgeon.solver.bodies.placing import rotation, turned_design, turned_modes, turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
 from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block
 from gudgeon.solver.errors import SceneError
@@ -44,10 +45,11 @@ def compile_system(store: Store, scene: Scene, morphs: Mapping[str, str]) -> Sys
     stocks = {name: Stock.of(store.sizes(key)) if store.has(key) else Stock() for name, key in modes.items()}
     terms, bodies, size = scene_terms(scene, stocks), {}, 0
     for name, settings in scene.body.items():
-        modal = _checked_modes(store, name, designs[name], fields_read(terms, name, "modes"))
-        beta = settings.damping.stiffness_factor if settings.damping else 0.0
-        twists = free_twists(designs[name], settings, name)
-        bodies[name] = FlexibleBody(name, keys[name], designs[name], modal, twists, beta, first=size)
+        Q = rotation(settings)
+        modal = turned_modes(_checked_modes(store, name, designs[name], fields_read(terms, name, "modes")), Q)
+        design = turned_design(designs[name], Q)
+        twists = free_twists(design, settings, name)
+        bodies[name] = FlexibleBody(name, keys[name], design, modal, twists, settings.damping, first=size)
         size = bodies[name].elastic.stop
     if not size:
         raise SceneError(
@@ -92,7 +94,7 @@ def assembled(
     system = System(
         scene=scene, bodies=bodies, contacts=contacts, sag=sag,
         stiffness=np.concatenate([body.stiffness for body in bodies.values()]),
-        damping=np.concatenate([np.full(len(body.stiffness), body.stiffness_factor) for body in bodies.values()]),
+        damping=np.concatenate([body.damping_rates for body in bodies.values()]),
         rigid=np.concatenate([np.arange(size)[body.rigid] for body in bodies.values()]),
         driving=driving, springs=compile_springs(scene, bodies, size), loads=loads, position=position,
         velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), terms=terms, **arrays,
@@ -124,13 +126,17 @@ def _start(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> np.ndarr
     for name, body in bodies.items():
         start = scene.body[name]
         wanted = np.array([*start.velocity, *start.angular_velocity])
+        if start.velocity_at is not None:
+            arm = body.morph.centre - turned_vectors(start, start.velocity_at)
+            wanted[:3] += np.cross(wanted[3:], arm)
         velocity[body.rigid] = body.rigid_velocity(wanted[:3], wanted[3:])
         lacking = np.abs(body.centre_motion(velocity[body.rigid]) - wanted).reshape(2, 3).max(axis=1)
-        for key, missed, part in zip(("velocity", "angular_velocity"), lacking, wanted.reshape(2, 3), strict=True):
-            if missed > 1e-6 * np.abs(part).max():
+        given = zip(("velocity", "angular_velocity"), lacking, wanted.reshape(2, 3), strict=True)
+        for key, missed, part in given:
+            if missed > 1e-6 * max(np.abs(part).max(), *map(abs, getattr(start, key))):
                 raise SceneError(
-                    f"body.{name}.{key}: {part.tolist()} given, but its freedom, supports or inertia do not allow this"
-                    " motion"
+                    f"body.{name}.{key}: {list(getattr(start, key))} given, but its freedom, supports or inertia do not"
+                    " allow this motion"
                 )
     return velocity
 

@@ -72,8 +72,11 @@ def _gaps(system: System) -> np.ndarray:
 
 def _allowed(system: System) -> np.ndarray:
     """Return the depth up to which each row's point touches and does not penetrate [m], (c,)."""
-    placed = [item.points + np.asarray(system.scene.body[item.body].position) for item in system.contacts]
-    return np.array([touching_depth(at) for at in placed])[system.contact_of]
+    allowed = []
+    for item in system.contacts:
+        position = np.asarray(system.scene.body[item.body].position)
+        allowed.append(touching_depth(item.points + position, position))
+    return np.array(allowed)[system.contact_of]
 
 
 def _moves(system: System, inside: np.ndarray) -> np.ndarray:

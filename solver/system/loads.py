@@ -9,14 +9,20 @@ import numpy as np
 
 from gudgeon.modaldb.records.modes import LoadModes
 from gudgeon.modaldb.traction import inside, spread
+from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces import OverTime
+from gudgeon.solver.forces.given import GivenForce, GivenPressure, GivenTorque
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.joints import Joint
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.vectors import unit
 
+CHECKED = 1001
+"""Times of a run at which an expression is tried before it starts."""
 ON_THE_SPACE = 1e-9
 """Distance relative to its size by which the ends of a path may lie outside a traction space."""
 
@@ -42,13 +48,18 @@ class GivenLoad:
 
     name: str
     body: str
-    interface: str
     resultant: np.ndarray
     """Force and moment about the component's origin per unit of each, (k, 6)."""
     amounts: Callable[[np.ndarray], np.ndarray]
     """Generalised forces at given times [s], (t,) → (t, k)."""
     travels: bool
     """Whether it is a moving force: the body is undeformed at the start."""
+    means: Callable[[np.ndarray, float], np.ndarray] | None = None
+    """Their means over steps dt from given times [s], (t,) → (t, k); None: those of the middle."""
+
+    def over_steps(self, start: np.ndarray, dt: float) -> np.ndarray:
+        """Return the forces in steps dt [s] from `start` [s], (t, k); those at `start` for dt = 0."""
+        return self.amounts(start + 0.5 * dt) if self.means is None or dt == 0 else self.means(start, dt)
 
 
 @dataclass(frozen=True)
@@ -69,10 +80,10 @@ class Driving:
     """Generalised force, (m,)."""
 
     def loads(self, start: np.ndarray, dt: float) -> np.ndarray:
-        """Return the given loads at the middle of steps dt [s] from `start` [s], (t,); zero for joints, (t, L)."""
+        """Return the given loads in steps dt [s] from `start` [s], (t,); zero for joints, (t, L)."""
         found = np.zeros((len(start), len(self.rows)))
         for load, at in self.given_rows():
-            found[:, at] = load.amounts(start + 0.5 * dt)
+            found[:, at] = load.over_steps(start, dt)
         return found
 
     def given_rows(self) -> Iterator[tuple[GivenLoad, slice]]:
@@ -149,7 +160,10 @@ def compile_driving(
     Raises:
         SceneError: a body has no such interface.
     """
-    joints, given, rows, owners = [], [], [], []
+    joints: list[HeldPoint] = []
+    given: list[GivenLoad] = []
+    rows: list[np.ndarray] = []
+    owners: list[tuple[str, str | None, np.ndarray]] = []
     for name, joint in scene.joint.items():
         body = bodies[joint.body]
         load = _load(body, joint.interface, f"joint.{name}.interface")
@@ -163,23 +177,26 @@ def compile_driving(
         owners.append((joint.body, joint.interface, mix))
     for name, force in scene.given().items():
         body = bodies[force.body]
-        make = _travelling if isinstance(force, MovingForce) else _pressing
-        load, elastic = make(scene, name, body)
+        make = _over_time if isinstance(force, OverTime) else _pressing
+        load, elastic, mix = (_travelling if isinstance(force, MovingForce) else make)(scene, name, body)
         given.append(load)
         rows.append(_over_all(body, body.wrench_rows(load.resultant), elastic, size))
-        owners.append((force.body, force.interface, np.eye(len(elastic))))
+        owners.append((force.body, getattr(force, "interface", None), mix))
     stacked = np.vstack([np.empty((0, size)), *rows])
     residual = np.zeros((len(stacked), len(stacked)))
     to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(stacked)))
     ends = np.cumsum([0, *(len(mix) for _, _, mix in owners)])
     places = [slice(int(first), int(last)) for first, last in pairwise(ends)]
     for (body, interface, mix), here in zip(owners, places, strict=True):
+        if interface is None:
+            continue
         for (other, at, weights), there in zip(owners, places, strict=True):
-            if body == other:
+            if body == other and at is not None:
                 residual[here, there] = mix @ bodies[body].residual(interface, at) @ weights.T
         for contact in contacts:
-            if body == contact.body and METHODS[scene.contact[contact.name].method].flexible:
-                to_gap[contact.rows, here] = -bodies[body].residual(contact.interface, interface) @ mix.T
+            for owner, touching, order, *_ in contact.sides:
+                if body == owner and METHODS[scene.contact[contact.name].method].flexible:
+                    to_gap[contact.rows, here] = -bodies[body].residual(touching, interface)[order] @ mix.T
     gravity = np.zeros(size)
     for body in bodies.values():
         gravity[body.rigid] = body.rigid_velocity(np.asarray(scene.run.gravity), np.zeros(3))
@@ -191,8 +208,52 @@ def compile_driving(
     )
 
 
-def _pressing(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, np.ndarray]:
-    """Return a gas pressure and its row, (1, m)."""
+Made = tuple[GivenLoad, np.ndarray, np.ndarray]
+"""A load of k forces, its elastic rows (k, m), and its forces per force of its interface, (k, j)."""
+
+
+def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
+    """Return a force, torque or pressure whose amount is given over time; one row."""
+    force, where, duration = scene.over_time()[name], f"force.{name}", scene.run.duration
+    if (reason := force.refusal(duration)) is not None:
+        raise SceneError(f"{where}.{reason}")
+    force.amounts(np.linspace(0.0, duration, CHECKED), where)
+    interface = getattr(force, "interface", None)
+    if interface is None:
+        if len(body.modal.angular_frequencies):
+            cause = "a torque acts on rigid bodies" if isinstance(force, GivenTorque) else "name an interface of it"
+            key = "body" if isinstance(force, GivenTorque) else "at"
+            raise SceneError(f"{where}.{key}: body '{body.name}' is elastic; {cause}")
+        resultant, elastic, mix = _on_rigid(scene, force, body), np.zeros((1, 0)), np.ones((1, 1))
+    else:
+        load = _load(body, interface, f"{where}.interface")
+        kind, count = ("pressure", 1) if isinstance(force, GivenPressure) else ("mean", 3)
+        if len(load.rows) != count:
+            raise SceneError(f"{where}.interface: '{interface}' is no interface of kind '{kind}'")
+        mix = np.ones((1, 1)) if isinstance(force, GivenPressure) else unit(force.direction)[None]
+        resultant, elastic = mix @ load.resultant, mix @ load.rows
+
+    def amounts(time: np.ndarray) -> np.ndarray:
+        return force.amounts(time, where)[:, None]
+
+    def means(start: np.ndarray, dt: float) -> np.ndarray:
+        return force.means(start, dt, where)[:, None]
+
+    return GivenLoad(name, body.name, resultant, amounts, travels=False, means=means), elastic, mix
+
+
+def _on_rigid(scene: Scene, force: OverTime, body: FlexibleBody) -> np.ndarray:
+    """Return force and moment about the component's origin of a unit force or torque on a rigid body, (1, 6)."""
+    if isinstance(force, GivenTorque):
+        return np.concatenate([np.zeros(3), unit(force.direction)])[None]
+    assert isinstance(force, GivenForce)
+    assert force.at is not None
+    line, arm = unit(force.direction), turned_vectors(scene.body[body.name], force.at)
+    return np.concatenate([line, np.cross(arm, line)])[None]
+
+
+def _pressing(scene: Scene, name: str, body: FlexibleBody) -> Made:
+    """Return a gas pressure; one row."""
     force = scene.gas()[name]
     load, joint = _load(body, force.interface, f"force.{name}.interface"), scene.joint[force.joint]
     if len(load.rows) != 1:
@@ -202,11 +263,11 @@ def _pressing(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, n
     def amounts(time: np.ndarray) -> np.ndarray:
         return pressure(joint.angle(time))[:, None]
 
-    return GivenLoad(name, body.name, force.interface, load.resultant, amounts, False), load.rows
+    return GivenLoad(name, body.name, load.resultant, amounts, travels=False), load.rows, np.ones((1, 1))
 
 
-def _travelling(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, np.ndarray]:
-    """Return a moving force on the functions of its traction space, and their rows, (k, m)."""
+def _travelling(scene: Scene, name: str, body: FlexibleBody) -> Made:
+    """Return a moving force on the functions of its traction space."""
     force, where = scene.moving()[name], f"force.{name}"
     owner = f"{where}.interface: body '{body.name}' has no traction space"
     space = named(body.modal.tractions, force.interface, owner)
@@ -222,7 +283,8 @@ def _travelling(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad,
     def amounts(time: np.ndarray) -> np.ndarray:
         return spread(space, force.places(time), -force.amounts(time))
 
-    return GivenLoad(name, body.name, force.interface, space.resultant, amounts, True), space.rows
+    load = GivenLoad(name, body.name, space.resultant, amounts, travels=True)
+    return load, space.rows, np.eye(len(space.rows))
 
 
 def _load(body: FlexibleBody, interface: str, where: str) -> LoadModes:

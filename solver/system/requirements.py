@@ -159,15 +159,16 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
     ]
     loads = [
         Term(
-            f"load {n}", body, True, f"{f.kind} on {f.interface}",
-            (f"modes:{'tractions' if f.kind == 'moving' else 'loads'}/{f.interface}",),
+            f"load {n}", body, True, f"{f.kind} on {interface or 'rigid motion'}",
+            (f"modes:{'tractions' if f.kind == 'moving' else 'loads'}/{interface}",) if interface else (),
         )
         for n, f in scene.given().items()
         if f.body == body
+        for interface in (getattr(f, "interface", None),)
     ]  # fmt: skip
     yield from joints or [Term("joints", body, False, "no joint names it")]
     yield from springs or [Term("springs", body, False, "no force of kind 'spring' names it")]
-    yield from loads or [Term("loads", body, False, "no force of kind 'gas' or 'moving' names it")]
+    yield from loads or [Term("loads", body, False, "no force but a spring names it")]
 
 
 def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
@@ -34,7 +35,8 @@ def compile_springs(scene: Scene, bodies: dict[str, FlexibleBody], size: int) ->
     rows = np.zeros((len(springs), size))
     for number, (name, spring) in enumerate(springs.items()):
         line = unit(spring.direction)
-        place = np.asarray(scene.body[spring.body].position) + spring.at
+        own = scene.body[spring.body]
+        place = np.asarray(own.position) + turned_vectors(own, spring.at)
         for owner, sign in ((spring.body, 1.0), (spring.against, -1.0)):
             if owner is None:
                 continue

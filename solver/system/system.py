@@ -32,7 +32,7 @@ class System:
     stiffness: np.ndarray
     """ω² [rad²/s²], (m,)."""
     damping: np.ndarray
-    """β of each coordinate's body [s], (m,)."""
+    """c of q̈ + c q̇ + ω² q = f [1/s], (m,)."""
     rigid: np.ndarray
     """Numbers of the rigid coordinates."""
     rows: np.ndarray

@@ -104,7 +104,11 @@ def test_integrator_of_a_run_is_told(tmp_path: Path) -> None:
         (piston_scene(), {"force": {"gas": {"joint": "rd"}}}, "force.gas.joint: no joint 'rd', the scene has rod"),
         (block_scene(), {"body": {"part": {"freedom": ["w"]}}}, "body.part.freedom"),
         (block_scene(), {"body": {"part": {"damping": {"ratio": 1.0, "frequency": 1.0}}}}, "body.part.damping.ratio"),
-        (block_scene(), {"body": {"part": {"damping": {"ratio": 0.1}}}}, "body.part.damping.frequency"),
+        (block_scene(), {"body": {"part": {"damping": {"frequency": 5.0}}}}, "give one of: ratio, with or without"),
+        (block_scene(), {"body": {"part": {"damping": {"alpha": 1.0, "ratio": 0.1}}}}, "give one of: ratio, with"),
+        (block_scene(), {"body": {"part": {"damping": {"alpha": 1.0, "frequency": 1.0}}}}, "frequency belongs to"),
+        (block_scene(), {"body": {"part": {"damping": {"values": [[2.0, 0.1], [1.0, 0.1]]}}}}, "rows of rising"),
+        (block_scene(), {"body": {"part": {"damping": {"ratios": [0.1, 1.0]}}}}, "body.part.damping.ratios.1"),
         (block_scene(), {"run": {"integrator": "euler"}}, "run.integrator"),
     ],
 )

@@ -1,6 +1,6 @@
 """A body of a scene with its mesh and FE matrices, for the full FE."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -31,6 +31,12 @@ class Part:
     """Displacement of the model's dofs per dof of the body, (dofs of the model, dofs)."""
     position: np.ndarray
     """[m], (3,)"""
+    rotation: np.ndarray
+    """Q, from the axes of the mesh to those of the scene, (3, 3)."""
+
+    def placed(self, points: np.ndarray) -> np.ndarray:
+        """Return points in the scene [m], (..., 3), of their places on the mesh [m], (..., 3)."""
+        return points @ self.rotation.T + self.position
 
     def contact_rows(self, name: str, where: str) -> tuple[ContactPoints, sparse.csr_matrix]:
         """Return the points of an interface and their outward normal displacement, (c, dofs of the body).
@@ -71,10 +77,22 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     refuse_rigid(component.interface, f"{job.path}: {where}", "report.full_fe")
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
     settings, properties = job.scene.body[name], model.properties
-    linear = properties.mass * np.asarray(settings.velocity)
-    momentum = np.concatenate([linear, properties.inertia @ np.asarray(settings.angular_velocity)])
-    damping = settings.damping.stiffness_factor if settings.damping else 0.0
+    Q = np.eye(3) if settings.orientation is None else settings.orientation.matrix()
+    # The mesh keeps its axes: what the scene gives is turned back.
+    velocity, spin = np.asarray(settings.velocity) @ Q, np.asarray(settings.angular_velocity) @ Q
+    if settings.velocity_at is not None:
+        velocity = velocity + np.cross(spin, properties.centre - settings.velocity_at)
+    momentum = np.concatenate([properties.mass * velocity, properties.inertia @ spin])
+    damping = 0.0 if settings.damping is None else settings.damping.proportional
+    if damping is None:
+        raise InputError(
+            f"{job.path}: report.full_fe: body.{name}.damping: full FE has damping proportional to the stiffness alone;"
+            " give ratio and frequency, or beta"
+        )
     twists = free_twists(job, name)
+    own = np.column_stack([twists[:, :3] @ Q, twists[:, 3:] @ Q])
     deformed = job.scene.run.start == "rest"
-    body, reduction = supported_body(name, model, twists, momentum, damping=damping, field=field, deformed=deformed)
-    return Part(name, model, component, body, reduction, position=np.asarray(settings.position, float))
+    body, reduction = supported_body(name, model, own, momentum, damping=damping, field=field @ Q, deformed=deformed)
+    body = replace(body, twists=twists)
+    position = np.asarray(settings.position, float)
+    return Part(name, model, component, body, reduction, position=position, rotation=Q)

@@ -50,7 +50,7 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
     contact, names = job.scene.contact[name], [part.name for part in parts]
     own = names.index(contact.body)
     points, outward = parts[own].contact_rows(contact.interface, f"contact.{name}.interface")
-    placed = points.points + parts[own].position
+    placed, normals = parts[own].placed(points.points), points.normals @ parts[own].rotation.T
     rows: list[sparse.csr_matrix | None] = [None] * len(parts)
     rows[own] = -outward
     if contact.against.shape == "body":
@@ -61,11 +61,11 @@ def _contact(job: Job, name: str, parts: list[Part]) -> PointContact:
             raise InputError(
                 f"{job.path}: {where}: has {len(far.points)} points, the one opposite {len(placed)}; needed: equal"
             )
-        order, gap = _facing(placed, points.normals, far.points + parts[other].position)
+        order, gap = _facing(placed, normals, parts[other].placed(far.points))
         if len(np.unique(order)) < len(order):
             raise InputError(f"{job.path}: {where}: two points face the same point; mesh both faces alike")
         rows[other] = -there[order]
-        directions = -points.normals
+        directions = -normals
     else:
         other, obstacle = None, obstacle_of(contact.against.model_dump())
         gap, directions = obstacle.gap(placed), obstacle.direction(placed)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import SplineGrid
-from gudgeon.modaldb.traction import along_direction, chart_coordinates, spread
+from gudgeon.modaldb.traction import along_direction, chart_coordinates, spread, turned_chart
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.interfaces.loads import load_rows
 from gudgeon.pipeline.interfaces.traction_space import traction_space
@@ -43,6 +43,9 @@ def nodal_problem(job: Job) -> NodalProblem | PointProblem:
     scene = job.scene
     for name in scene.springs():
         raise InputError(f"{job.path}: report.full_fe: springs are not supported; remove force.{name}")
+    for name, force in scene.over_time().items():
+        where = f"{job.path}: report.full_fe: force.{name}"
+        raise InputError(f"{where}: forces of kind '{force.kind}' are not supported; remove it")
     for name in scene.moving() if scene.contact or scene.joint else ():
         where = f"{job.path}: report.full_fe: force.{name}"
         raise InputError(f"{where}: moving forces beside contacts or joints are not supported; remove it")
@@ -112,11 +115,11 @@ def _solid(job: Job, name: str, field: np.ndarray) -> Part:
 def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalContact:
     contact = job.scene.contact[name]
     points, rows = slave.contact_rows(contact.interface, f"contact.{name}.interface")
-    placed = points.points + slave.position
+    placed = slave.placed(points.points)
     if name in job.scene.masters():
         assert master is not None
         surface, space = _surface(job, name, slave, master, placed)
-        obstacle = basic_surface(space.chart, master.position)
+        obstacle = basic_surface(turned_chart(space.chart, master.rotation), master.position)
     else:
         surface, obstacle = None, obstacle_of(contact.against.model_dump())
     stiffness = contact.surface_stiffness * points.areas
@@ -125,8 +128,10 @@ def _contact(job: Job, name: str, slave: Part, master: Part | None) -> NodalCont
 
 def _surface(job: Job, name: str, slave: Part, master: Part, placed: np.ndarray) -> tuple[SlidingSurface, SplineGrid]:
     space, rows = _space(master, job.scene.masters()[name].interface, f"contact.{name}.against")
-    weights = sliding_weights(space, chart_coordinates(space.chart, placed - master.position))
-    along = np.tile(slave.model.directions @ along_direction(space.chart), len(slave.model.nodes))
+    own = (placed - master.position) @ master.rotation
+    weights = sliding_weights(space, chart_coordinates(space.chart, own))
+    direction = slave.rotation.T @ (master.rotation @ along_direction(space.chart))
+    along = np.tile(slave.model.directions @ direction, len(slave.model.nodes))
     slide = (slave.model.M @ along @ slave.reduction) / slave.model.properties.mass
     return SlidingSurface(rows, weights, slide), space
 
@@ -155,5 +160,5 @@ def _rod(job: Job, slave: Part) -> NodalRod:
     held = load_rows(slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
     along, lateral = joint.axes
     axes = np.stack([lateral, along])
-    point = axes @ (held.point + slave.position)
-    return NodalRod(name, axes @ (held.B @ slave.reduction).toarray(), point, joint.rod_length, joint.crank_pin, axes)
+    rows = axes @ slave.rotation @ (held.B @ slave.reduction).toarray()
+    return NodalRod(name, rows, axes @ slave.placed(held.point), joint.rod_length, joint.crank_pin, axes)

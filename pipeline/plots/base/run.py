@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +16,7 @@ from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest, with_peaks
 from gudgeon.pipeline.reduction.expansion import displacement
+from gudgeon.solver.bodies.placing import rotation, turned_design, turned_mesh, turned_modes
 from gudgeon.solver.bodies.small_motion import free_twists
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.scene.body import Body
@@ -142,15 +143,30 @@ class Drawing:
 
     def body(self, name: str) -> BodyMotion:
         """Return one body's records without the residual flexibility, which may be huge."""
-        morph = self.store.get(self.trajectory.bodies[name], "morph")
+        morph, Q = self.design(name), self.rotation(name)
         if (settings := self.scene.get("body", {}).get(name)) is not None:
             morph = replace(morph, rigid_twists=free_twists(morph, Body.model_validate(settings), name))
-        mesh = self.store.get(morph.mesh_key, "mesh")
-        modal = self.store.get(morph.modes_key, "modes", only=["shapes", "angular_frequencies", "interfaces"])
+        mesh = turned_mesh(self.store.get(morph.mesh_key, "mesh"), Q)
+        modal = self.modes(name, ["shapes", "angular_frequencies", "interfaces"])
         first = self.trajectory.coordinate_offsets[name]
         count = len(morph.rigid_twists) + len(modal.angular_frequencies)
         nodes = mesh.nodes if morph.nodes is None else morph.nodes
         return BodyMotion(name, mesh, modal, morph, nodes, self.trajectory.frames[:, first : first + count])
+
+    def design(self, body: str, only: Sequence[str] | None = None) -> MorphRecord:
+        """Return a body's design, or some fields of it, turned as the scene places it."""
+        found = self.store.get(self.trajectory.bodies[body], "morph", only=only)
+        return turned_design(found, self.rotation(body))
+
+    def modes(self, body: str, only: Sequence[str]) -> ModalRecord:
+        """Return some fields of a body's modes, turned as the scene places it."""
+        key = self.store.get(self.trajectory.bodies[body], "morph", only=["modes_key"]).modes_key
+        return turned_modes(self.store.get(key, "modes", only=only), self.rotation(body))
+
+    def rotation(self, body: str) -> np.ndarray | None:
+        """Return the rotation matrix of a body, (3, 3); None where the scene does not turn it."""
+        settings = self.scene.get("body", {}).get(body)
+        return None if settings is None else rotation(Body.model_validate(settings))
 
     @property
     def driven(self) -> bool:
@@ -221,8 +237,7 @@ class Drawing:
 
     def _normals(self, contact: ContactHistory) -> np.ndarray:
         """Return the outward unit normals at the points of a contact, (c, 3)."""
-        morph = self.store.get(self.trajectory.bodies[contact.body], "morph", only=["modes_key"])
-        return self.store.get(morph.modes_key, "modes", only=["interfaces"]).interfaces[contact.interface].normals
+        return self.modes(contact.body, ["interfaces"]).interfaces[contact.interface].normals
 
     def unseen(self) -> list[str]:
         """Return the contacts that were closed, but in no frame, except those with located impacts."""

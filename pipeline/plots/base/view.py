@@ -169,6 +169,5 @@ def obstacle_at(drawing: Drawing, contact: str) -> Obstacle | None:
     against = scene_contact["against"]
     if against["shape"] != "surface":
         return obstacle_of(against)
-    morph = drawing.store.get(drawing.trajectory.bodies[against["body"]], "morph", only=["modes_key"])
-    tractions = drawing.store.get(morph.modes_key, "modes", only=["tractions"]).tractions
+    tractions = drawing.modes(against["body"], ["tractions"]).tractions
     return basic_surface(tractions[against["interface"]].chart, drawing.position(against["body"]))

@@ -161,7 +161,7 @@ def _cycle_energy(drawing: Drawing) -> Figure:
 
 def across_energy(drawing: Drawing, trajectory: Trajectory, drive: Drive) -> np.ndarray:
     """Return ½ m v² + ½ ω·J ω of the driven body's rigid motion without its velocity along [J], (s,)."""
-    morph = drawing.store.get(trajectory.bodies[drive.body], "morph", only=["mass", "inertia"])
+    morph = drawing.design(drive.body, ["mass", "inertia"])
     rates = trajectory.motion[drive.body][:, 6:]
     velocity = rates[:, :3] - (rates[:, :3] @ drive.along)[:, None] * drive.along
     turning = np.einsum("si,ij,sj->s", rates[:, 3:], morph.inertia, rates[:, 3:])

@@ -171,7 +171,7 @@ def rigid_course(drawing: Drawing, side: Side, direction: np.ndarray) -> tuple[n
 
 def _wrench(drawing: Drawing, side: Side, direction: np.ndarray) -> np.ndarray:
     """Return the motion of a point along a direction per translation and rotation of the centre, (6,)."""
-    morph = drawing.store.get(drawing.trajectory.bodies[side.body], "morph", only=["points", "centre"])
+    morph = drawing.design(side.body, ["points", "centre"])
     return np.concatenate([direction, np.cross(morph.points[side.interface][side.point] - morph.centre, direction)])
 
 
@@ -208,5 +208,4 @@ def _residual(drawing: Drawing, body: BodyMotion, side: Side, interface: Interfa
 
 def _placed(drawing: Drawing, body: str, interface: str) -> np.ndarray:
     """Return the positions of an interface's points at the start [m], (c, 3)."""
-    morph = drawing.store.get(drawing.trajectory.bodies[body], "morph", only=["points"])
-    return morph.points[interface] + drawing.position(body)
+    return drawing.design(body, ["points"]).points[interface] + drawing.position(body)

@@ -1,5 +1,7 @@
 """`deformation.png` and `stress.png` of a plane part at its largest contact force."""
 
+from dataclasses import replace
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -12,6 +14,7 @@ from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
 from gudgeon.pipeline.plots.deformation import equivalent
+from gudgeon.solver.bodies.placing import turned_design, turned_mesh, turned_modes
 
 PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Flat triangles that make up one of six nodes."""
@@ -22,7 +25,7 @@ ARROW = 0.14
 def draw_sheets(drawing: Drawing) -> None:
     """Draw the deformation of each plane part with contact, and its stress where a gauge records it."""
     names, count = drawing.touched("triangle6"), drawing.deformed_count()
-    for body in drawing.shaped(names):
+    for body in (_in_its_plane(drawing, one) for one in drawing.shaped(names)):
         frame = drawing.hardest(body.name).frame
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
         file = drawing.file("deformation.png", body.name, count)
@@ -31,6 +34,16 @@ def draw_sheets(drawing: Drawing) -> None:
             stress = equivalent_stress(drawing, body, frame)
             file = drawing.file("stress.png", body.name, len(names))
             style.draw(file, _picture, drawing, body, stress, equivalent.STRESS)
+
+
+def _in_its_plane(drawing: Drawing, body: BodyMotion) -> BodyMotion:
+    """Return a body in the axes of its component, in which its plane is z = 0."""
+    if (Q := drawing.rotation(body.name)) is None:
+        return body
+    return replace(
+        body, mesh=turned_mesh(body.mesh, Q.T), modal=turned_modes(body.modal, Q.T), nodes=body.nodes @ Q,
+        morph=turned_design(body.morph, Q.T),
+    )  # fmt: skip
 
 
 def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: tuple[str, str, str]) -> Figure:
@@ -80,12 +93,14 @@ def _colour(axes: Axes, body: BodyMotion, place: np.ndarray, values: np.ndarray,
 
 def _arrows(drawing: Drawing, body: BodyMotion, frame: int, axes: Axes, scale: float) -> None:
     """Draw the resultant of each contact on the part, with its tip at the point where it acts."""
+    Q = drawing.rotation(body.name)
+    own = np.eye(3) if Q is None else Q
     for press in drawing.presses(body.name).values():
         pressed = press.multipliers[frame]
-        force = -(pressed @ press.outward)[:2]
+        force = -(pressed @ press.outward @ own)[:2]
         if not np.linalg.norm(force) > 0:
             continue
-        middle = (pressed @ press.points / pressed.sum())[:2]
+        middle = (pressed @ press.points @ own / pressed.sum())[:2]
         nearest = int(np.linalg.norm(body.nodes[:, :2] - middle, axis=1).argmin())
         tip = middle + scale * body.elastic(frame)[nearest, :2]
         tail = tip - ARROW * body.size * force / np.linalg.norm(force)

@@ -6,7 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.report.force import Ran
-from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.job import Job, placed_design
 
 THIRD = 10 ** (1 / 20)
 """Upper limit of a third octave over its centre (IEC 61260-1, base ten)."""
@@ -62,9 +62,7 @@ def lateral_energy(job: Job, run: Ran, body: str) -> np.ndarray:
     Lateral motion of the centre and rotation, without the motion along the joint's axis.
     """
     joint = next(joint for joint in job.scene.joint.values() if joint.body == body)
-    morph = job.store.get(
-        job.components()[job.scene.component_of(body)]["morph"].key, "morph", only=["mass", "inertia"]
-    )
+    morph = placed_design(job, body, ["mass", "inertia"])
     along, _ = joint.axes
     velocity, rotation = run.motion[body][:, 6:9], run.motion[body][:, 9:12]
     across = velocity - np.outer(velocity @ along, along)

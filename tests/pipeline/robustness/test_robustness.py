@@ -118,8 +118,9 @@ def all_models(*roots: type[BaseModel]) -> set[type[BaseModel]]:
 
 
 def undeclared(model: type[BaseModel]) -> set[str]:
-    """Return the numbers of a model without a unit, and units without a number."""
-    numbers = {name for name, field in model.model_fields.items() if holds_numbers(field.annotation)}
+    """Return the numbers and expressions of a model without a unit, and units without one of them."""
+    fields = model.model_fields.items()
+    numbers = {name for name, field in fields if holds_numbers(field.annotation) or name == "expression"}
     return numbers ^ set(declared_units(model))
 
 

@@ -1,4 +1,4 @@
-"""Tables over the crank angle, read from CSV: a header, then angle [deg] and value, periodic in one or two turns."""
+"""Tables of pairs, read from CSV: a header, then rows; over the crank angle they are periodic in one or two turns."""
 
 from pathlib import Path
 
@@ -10,6 +10,27 @@ from gudgeon.pipeline.geometry.profile import finite, read_rows
 SPANS = (360.0, 720.0)
 CLOSED = 1e-3
 """Largest difference of the first and the last value, relative to the largest value."""
+
+
+def read_pairs(path: Path, columns: str) -> tuple[tuple[float, float], ...]:
+    """Return the rows of a table; `columns` names both of them in messages.
+
+    Raises:
+        InputError: the file is missing or truncated, a value is not a finite number, or the first ones do not rise.
+    """
+    rows = read_rows(path, "table")
+    if len(rows) < 3:
+        raise InputError(f"{path}: a table of {columns} needs a header and at least two rows")
+    values: list[tuple[float, float]] = []
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != 2:
+            raise InputError(f"{path}: row {number} has {len(row)} cells, {columns} are needed")
+        values.append((finite(row[0], path, number), finite(row[1], path, number)))
+        if len(values) > 1 and values[-1][0] <= values[-2][0]:
+            raise InputError(
+                f"{path}: row {number}: {values[-1][0]:g} must be above {values[-2][0]:g} of the row before"
+            )
+    return tuple(values)
 
 
 def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:

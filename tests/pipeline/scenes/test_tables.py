@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.crank_tables import CLOSED, read_cycle
+from gudgeon.pipeline.scenes.tables import CLOSED, read_cycle
 
 GAS = Path(__file__).resolve().parents[3] / "data/piston/gas-pressure.csv"
 ONE_TURN = "angle,pressure\n0,1e5\n90,2e5\n180,4e5\n360,1e5\n"

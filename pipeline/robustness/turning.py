@@ -1,0 +1,59 @@
+"""A scene turned as a whole: bodies, obstacles, joints, forces, velocities and gravity. Its scalars stay the same."""
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel
+
+from gudgeon.solver.scene.body import ALL_FREE, Body
+from gudgeon.solver.scene.orientation import Orientation, quaternion_of
+
+VECTORS = (
+    "position", "velocity", "angular_velocity", "point", "normal", "axis", "origin", "direction", "centre", "along",
+    "lateral", "gravity",
+)  # fmt: skip
+"""Keys of vectors in the axes of the scene."""
+PARTS = ("body", "contact", "joint", "force", "run")
+"""Parts of a scene with vectors; those of components are in their own axes."""
+ANY = Orientation(axis=(0.3, -0.5, 0.8), angle=137.0)
+"""A rotation without symmetry."""
+CYCLIC = Orientation(quaternion=(0.5, 0.5, 0.5, 0.5))
+"""The axes x, y, z become y, z, x: the only kind of rotation that `freedom` can name."""
+
+Scene = TypeVar("Scene", bound=BaseModel)
+
+
+def turned(scene: Scene) -> Scene:
+    """Return a scene turned as a whole, by `CYCLIC` where a body's freedom names axes, and by `ANY` otherwise."""
+    bodies: Mapping[str, Body] = scene.body  # type: ignore[attr-defined]
+    held = any(tuple(body.freedom) != ALL_FREE for body in bodies.values())
+    Q = (CYCLIC if held else ANY).matrix()
+    return scene.model_copy(update={part: _turned(getattr(scene, part), Q) for part in PARTS})
+
+
+def _turned(value: Any, Q: np.ndarray) -> Any:
+    """Return a value with every vector in the axes of the scene turned, not checked again."""
+    if isinstance(value, Mapping):
+        return {key: _turned(one, Q) for key, one in value.items()}
+    if not isinstance(value, BaseModel):
+        return value
+    changes: dict[str, Any] = {}
+    for key in type(value).model_fields:
+        one = getattr(value, key)
+        if key in VECTORS and one is not None:
+            changes[key] = _without_round_off(Q @ np.asarray(one, float))
+        elif isinstance(one, BaseModel):
+            changes[key] = _turned(one, Q)
+    if isinstance(value, Body):
+        own = np.eye(3) if value.orientation is None else value.orientation.matrix()
+        changes["orientation"] = Orientation(quaternion=_without_round_off(np.array(quaternion_of(Q @ own))))
+        if tuple(value.freedom) != ALL_FREE:
+            changes["freedom"] = tuple(one[:-1] + "yzx"["xyz".index(one[-1])] for one in value.freedom)
+    return value.model_copy(update=changes)
+
+
+def _without_round_off(vector: np.ndarray) -> tuple[Any, ...]:
+    """Return a vector without components of round-off, which are out of the range of a scene's numbers."""
+    least = 4 * float(np.finfo(float).eps) * float(np.linalg.norm(vector))
+    return tuple(np.where(np.abs(vector) > least, vector, 0.0).tolist())

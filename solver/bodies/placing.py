@@ -1,0 +1,158 @@
+"""Records of a body that the scene turns about its component's origin: everything in them that has a direction.
+
+A vector x of the component is Q x in the scene. The three rows of a mean of a surface, along the component's axes,
+become rows along the scene's axes, Q B, and so do theirs of R. Scalars stay: normal displacements of contact points and
+traction spaces, pressures, frequencies, and gauges, which are in the body's own axes.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.modes import InertiaCouplings, LoadModes, ModalRecord, MorphRecord
+from gudgeon.modaldb.traction import turned_chart
+from gudgeon.solver.scene.body import Body
+
+MEAN = "N"
+"""Unit of the three forces of a mean of a surface."""
+
+
+def rotation(settings: Body) -> np.ndarray | None:
+    """Return Q of a body, (3, 3); None where the scene gives no orientation."""
+    return None if settings.orientation is None else settings.orientation.matrix()
+
+
+def turned_vectors(settings: Body, vectors: np.ndarray | tuple[float, ...]) -> np.ndarray:
+    """Return vectors of a component in the axes of the scene, (..., 3), of those in its own axes, (..., 3)."""
+    Q, found = rotation(settings), np.asarray(vectors, float)
+    return found if Q is None else found @ Q.T
+
+
+def turned_design(design: MorphRecord, Q: np.ndarray | None) -> MorphRecord:
+    """Return a design with its points, inertia and rigid motions turned; itself where Q is None."""
+    if Q is None:
+        return design
+    return replace(
+        design,
+        points={name: _vectors(points, Q) for name, points in design.points.items()},
+        centre=_vectors(design.centre, Q),
+        inertia=_tensor(design.inertia, Q),
+        rigid_twists=_pairs(design.rigid_twists, Q),
+        nodes=_vectors(design.nodes, Q),
+    )
+
+
+def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
+    """Return modes with everything turned that has a direction; themselves where Q is None.
+
+    Fields that were not read, empty or None, stay so.
+    """
+    if Q is None:
+        return modal
+    means = [slice(*modal.interface_rows[name]) for name, load in modal.loads.items() if load.unit == MEAN]
+    R = modal.residual_flexibility
+    if R is not None and means:
+        R = R.copy()
+        for rows in means:
+            R[rows] = Q @ R[rows]
+        R = _turned_columns(R, means, Q)
+    return replace(
+        modal,
+        centre=_vectors(modal.centre, Q),
+        inertia=_tensor(modal.inertia, Q),
+        rigid_twists=_pairs(modal.rigid_twists, Q),
+        interfaces={
+            name: replace(item, points=_vectors(item.points, Q), normals=_vectors(item.normals, Q))
+            for name, item in modal.interfaces.items()
+        },
+        tractions={
+            name: replace(space, chart=turned_chart(space.chart, Q), resultant=_pairs(space.resultant, Q))
+            for name, space in modal.tractions.items()
+        },
+        loads={name: _turned_load(load, Q) for name, load in modal.loads.items()},
+        gauges={
+            name: replace(gauge, residual=_turned_columns(gauge.residual, means, Q))
+            for name, gauge in modal.gauges.items()
+        },
+        residual_flexibility=R,
+        participation=_columns(modal.participation, Q),
+        shapes=None if modal.shapes is None else _columns_last(modal.shapes, Q),
+        inertia_couplings=_turned_couplings(modal.inertia_couplings, Q),
+        static_responses=None
+        if modal.static_responses is None
+        else replace(
+            modal.static_responses,
+            shapes=_columns_last(modal.static_responses.shapes, Q),
+            resultant=_pairs(modal.static_responses.resultant, Q),
+        ),
+    )
+
+
+def turned_mesh(mesh: MeshRecord, Q: np.ndarray | None) -> MeshRecord:
+    """Return a mesh with its nodes and the true shapes of its surfaces turned; itself where Q is None."""
+    if Q is None:
+        return mesh
+    surfaces = {name: Surface(one.facets, turned_chart(one.shape, Q)) for name, one in mesh.surfaces.items()}
+    return replace(mesh, nodes=_vectors(mesh.nodes, Q), surfaces=surfaces)
+
+
+def turned_tensors(values: np.ndarray, Q: np.ndarray | None) -> np.ndarray:
+    """Return symmetric tensors xx, yy, zz, xy, yz, zx in the axes of the scene, (n, 6), of those of the body."""
+    if Q is None:
+        return values
+    place = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
+    whole = np.einsum("ia,nab,jb->nij", Q, values[:, place], Q)
+    return whole[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
+
+
+def _turned_columns(values: np.ndarray, means: list[slice], Q: np.ndarray) -> np.ndarray:
+    """Return values per unit force, (k, C), with the forces of means along the scene's axes."""
+    if not values.size or not means:
+        return values
+    found = values.copy()
+    for rows in means:
+        found[:, rows] = found[:, rows] @ Q.T
+    return found
+
+
+def _turned_load(load: LoadModes, Q: np.ndarray) -> LoadModes:
+    rows, resultant = load.rows, _pairs(load.resultant, Q)
+    if load.unit == MEAN:
+        rows, resultant = Q @ rows, Q @ resultant
+    return replace(load, rows=rows, resultant=resultant, point=_vectors(load.point, Q))
+
+
+def _turned_couplings(found: InertiaCouplings | None, Q: np.ndarray) -> InertiaCouplings | None:
+    if found is None:
+        return None
+    gradient = np.einsum("ij,jab->iab", Q, found.rotation_gradient)
+    return InertiaCouplings(Q @ found.translation, Q @ found.rotation, gradient)
+
+
+def _vectors(values: Any, Q: np.ndarray) -> Any:
+    """Return vectors turned, (..., 3)."""
+    return values if values is None or not values.size else values @ Q.T
+
+
+def _pairs(values: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """Return pairs of vectors turned, such as force and moment, (n, 6)."""
+    return values if not values.size else np.column_stack([values[:, :3] @ Q.T, values[:, 3:] @ Q.T])
+
+
+def _tensor(values: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    if not values.size:
+        return values
+    found = Q @ values @ Q.T
+    return 0.5 * (found + found.T)
+
+
+def _columns(values: Any, Q: np.ndarray) -> Any:
+    """Return vectors turned that are columns, (3, m)."""
+    return values if values is None or not values.size else Q @ values
+
+
+def _columns_last(values: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """Return nodal vectors turned of several shapes, (n, 3, m)."""
+    return values if not values.size else Q @ values

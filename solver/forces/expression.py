@@ -1,0 +1,111 @@
+"""Expressions of time in scene files: numbers, t, pi, + - * / **, and a few functions. Nothing else can be named."""
+
+import ast
+from collections.abc import Callable
+
+import numpy as np
+
+from gudgeon.solver.errors import SceneError
+
+LONGEST = 1000
+"""Characters of an expression."""
+DEEPEST = 100
+"""Levels of an expression."""
+FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int]] = {
+    "sin": (np.sin, 1), "cos": (np.cos, 1), "tan": (np.tan, 1), "exp": (np.exp, 1), "log": (np.log, 1),
+    "sqrt": (np.sqrt, 1), "abs": (np.abs, 1), "min": (np.minimum, 2), "max": (np.maximum, 2),
+    "step": (lambda x: np.where(x >= 0, 1.0, 0.0), 1),
+}  # fmt: skip
+"""Functions and how many arguments each needs; step(x) is 0 below x = 0 and 1 from there on."""
+OPERATORS: dict[type[ast.operator], Callable[..., np.ndarray]] = {
+    ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
+}  # fmt: skip
+ALLOWED = f"numbers, t, pi, + - * / **, parentheses, and {', '.join(FUNCTIONS)}"
+
+
+def parsed(text: str) -> ast.expr:
+    """Return the tree of an expression; raises ValueError, with the place, for anything that is not allowed."""
+    if len(text) > LONGEST:
+        raise ValueError(f"{len(text)} characters given; allowed: {LONGEST}")
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+        _check(tree, text.strip())
+    except SyntaxError as error:
+        raise ValueError(f"'{text}' is no expression, at character {error.offset or 1}; allowed: {ALLOWED}") from None
+    except (RecursionError, MemoryError):
+        raise ValueError(f"'{text[:40]}…' has too many levels") from None
+    return tree
+
+
+def _check(node: ast.expr, text: str, level: int = 0) -> None:
+    """Raise a ValueError for a node that is not allowed."""
+    below: list[ast.expr] = []
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
+        if not abs(node.value) < float(np.finfo(float).max):
+            raise ValueError(f"'{text}': a number is too large")
+    elif isinstance(node, ast.Name) and node.id in ("t", "pi"):
+        pass
+    elif isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+        below = [node.left, node.right]
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.UAdd | ast.USub):
+        below = [node.operand]
+    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS:
+        needed = FUNCTIONS[node.func.id][1]
+        if len(node.args) != needed or node.keywords:
+            raise ValueError(f"'{_shown(node, text)}': {node.func.id} needs {needed} argument{'s' * (needed > 1)}")
+        below = node.args
+    else:
+        raise ValueError(
+            f"'{_shown(node, text)}' at character {node.col_offset + 1} is not allowed; allowed: {ALLOWED}"
+        )
+    if level > DEEPEST:
+        raise ValueError(f"'{text[:40]}…' has more than {DEEPEST} levels")
+    for one in below:
+        _check(one, text, level + 1)
+
+
+def values_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
+    """Return the values of an expression at times [s], (t,).
+
+    Raises:
+        SceneError: a value is not finite; it names the key `where`, the part of the expression and the first time.
+    """
+    with np.errstate(all="ignore"):
+        return _value(parsed(text), np.asarray(times, float), text.strip(), where)
+
+
+def _value(node: ast.expr, t: np.ndarray, text: str, where: str) -> np.ndarray:
+    if isinstance(node, ast.Constant):
+        return np.full(len(t), float(node.value))  # type: ignore[arg-type]
+    if isinstance(node, ast.Name):
+        return t if node.id == "t" else np.full(len(t), np.pi)
+    if isinstance(node, ast.BinOp):
+        found = OPERATORS[type(node.op)](_value(node.left, t, text, where), _value(node.right, t, text, where))
+    elif isinstance(node, ast.UnaryOp):
+        found = _value(node.operand, t, text, where) * (-1.0 if isinstance(node.op, ast.USub) else 1.0)
+    else:
+        assert isinstance(node, ast.Call)
+        assert isinstance(node.func, ast.Name)
+        found = FUNCTIONS[node.func.id][0](*(_value(one, t, text, where) for one in node.args))
+    bad = np.flatnonzero(~np.isfinite(found))
+    if len(bad):
+        raise SceneError(f"{where}: '{_shown(node, text)}' is not a finite number at t = {t[bad[0]]:.6g} s")
+    return found
+
+
+def _shown(node: ast.expr, text: str) -> str:
+    return ast.get_source_segment(text, node) or text
+
+
+class _Slower(ast.NodeTransformer):
+    def __init__(self, time: float) -> None:
+        self._time = time
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return ast.BinOp(node, ast.Div(), ast.Constant(self._time)) if node.id == "t" else node
+
+
+def in_units(text: str, time: float, value: float) -> str:
+    """Return an expression with its numbers in other units: `time` and `value` are the factors on t and on results."""
+    tree = _Slower(time).visit(parsed(text))
+    return ast.unparse(ast.fix_missing_locations(ast.BinOp(tree, ast.Mult(), ast.Constant(value))))

@@ -1,0 +1,66 @@
+"""Forces, torques and pressures whose amount is given over time."""
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from gudgeon.solver.forces.history import History
+from gudgeon.solver.numbers import ForceValue, Pressure, TimeValue, TorqueValue
+from gudgeon.solver.vectors import Direction, Place
+
+BY_VALUES = "The same as pairs; read from the table if one is given"
+EXPRESSION = (
+    " as an expression of the time t [s]: numbers, t, pi, + - * / **, sin cos tan exp log sqrt abs, min(a, b),"
+    " max(a, b), and step(x), which is 0 below x = 0 and 1 from there on"
+)
+
+
+class GivenForce(History):
+    """Force along a direction, on the mean of a surface of any body or at a point of a rigid one."""
+
+    kind: Literal["force"]
+    interface: str | None = Field(default=None, description="Interface of kind 'mean', over which it is distributed")
+    at: Place | None = Field(
+        default=None,
+        description="Point of a rigid body, in its component's axes and relative to its origin [m], instead of an"
+        " interface",
+    )
+    direction: Direction = Field(description="Direction of any length, in the axes of the scene")
+    values: tuple[tuple[TimeValue, ForceValue], ...] = Field(
+        default=(), description=BY_VALUES, json_schema_extra={"unit": ["s", "N"]}
+    )
+    expression: str | None = Field(
+        default=None, description="Force [N]" + EXPRESSION, json_schema_extra={"unit": ["s", "N"]}
+    )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> "GivenForce":
+        if (self.interface is None) == (self.at is None):
+            raise ValueError("give one of: interface, at")
+        return self
+
+
+class GivenTorque(History):
+    """Torque on a rigid body."""
+
+    kind: Literal["torque"]
+    direction: Direction = Field(description="Axis of any length, in the axes of the scene, by the right hand")
+    values: tuple[tuple[TimeValue, TorqueValue], ...] = Field(
+        default=(), description=BY_VALUES, json_schema_extra={"unit": ["s", "N m"]}
+    )
+    expression: str | None = Field(
+        default=None, description="Torque [N m]" + EXPRESSION, json_schema_extra={"unit": ["s", "N m"]}
+    )
+
+
+class GivenPressure(History):
+    """Uniform pressure on a surface, positive inwards."""
+
+    kind: Literal["pressure"]
+    interface: str = Field(description="Interface of kind 'pressure'")
+    values: tuple[tuple[TimeValue, Pressure], ...] = Field(
+        default=(), description=BY_VALUES, json_schema_extra={"unit": ["s", "Pa"]}
+    )
+    expression: str | None = Field(
+        default=None, description="Pressure [Pa]" + EXPRESSION, json_schema_extra={"unit": ["s", "Pa"]}
+    )
