@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.keys import content_key, open_file
 from gudgeon.pipeline.errors import InputError, StageError
 
 SCRATCH = re.compile(r"\..+\.[0-9a-f]{32}\.part|\.drawing-[0-9a-f]{32}")
@@ -57,14 +57,18 @@ def usable_path(out: str | Path) -> Path:
     Raises:
         InputError: no folder can have this path.
     """
+    if not str(out):
+        raise InputError("--out: is empty; a folder is needed")
+    path = Path(out)
     try:
-        Path(out).lstat()
+        path = path.expanduser()
+        path.lstat()
     except (FileNotFoundError, NotADirectoryError, PermissionError):  # Making it says so.
         pass
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"--out {str(out)[:SHOWN]!r}: no folder can be here ({reason})") from error
-    return Path(out)
+    return path
 
 
 def write_text(path: Path, text: str) -> None:
@@ -84,10 +88,21 @@ def write_sealed(path: Path, content: Mapping[str, Any]) -> None:
     write_text(path, json.dumps({**content, DIGEST: content_key(content)}, indent=1))
 
 
+def read_json(path: Path) -> Any:
+    """Return the content of a JSON file.
+
+    Raises:
+        OSError: it cannot be read, or is a pipe or a device.
+        ValueError, RecursionError: it is not JSON.
+    """
+    with open_file(path) as file:
+        return json.loads(file.read().decode("utf-8-sig"))
+
+
 def read_sealed(path: Path) -> dict[str, Any] | None:
     """Return the content of a sealed document; None if it is missing or not as it was written."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = read_json(path)
         digest = found.pop(DIGEST)
         return found if content_key(found) == digest else None
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):

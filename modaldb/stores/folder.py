@@ -221,6 +221,8 @@ def open_store(location: str | Path) -> FolderStore:
     """
     if "://" in str(location):
         raise StoreUnusable(f"{location}: expected a folder, URLs are not supported")
+    if not str(location):
+        raise StoreUnusable("database: an empty path is given; a folder is needed")
     root = Path(location)
     try:
         root = root.expanduser()

@@ -106,7 +106,7 @@ def read_rows(path: Path, what: str) -> list[list[str]]:
         InputError: the file is missing, is no UTF-8 text or no CSV.
     """
     try:
-        with path.open(newline="", encoding="utf-8") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:
             return [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or error

@@ -1,7 +1,6 @@
 """The reference of a report, and the errors of a run against it: quantities, windowed force, impacts and motion."""
 
 import difflib
-import json
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -11,6 +10,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import read_json
 from gudgeon.pipeline.report.document import Errors
 from gudgeon.pipeline.report.force import (
     ForceReference,
@@ -83,7 +83,7 @@ def external_reference(job: Job, nodal: list[NodalRecord]) -> Reference | None:
     pulse = pulse_reference(job)
     if report.reference is not None:
         path = find_file(report.reference, job.folder, f"{job.path}: report.reference")
-        about = json.loads(path.read_text(encoding="utf-8"))
+        about = read_json(path)
         kind = "analytic" if "derivation" in about else "published"
         return Reference(kind, f"{about.get('title', path.stem)} ({path.name})", expected, pulse)
     if finest is None:

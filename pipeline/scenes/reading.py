@@ -60,7 +60,7 @@ def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
 
 def _tables(path: Path, above: tuple[Path, ...]) -> dict[str, Any]:
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
     tables = _parsed(text, str(path))
@@ -150,7 +150,8 @@ def parse_override(text: str) -> dict[str, Any]:
     if len(parts) > DEEPEST:
         raise InputError(f"--set {shown}: {len(parts)} parts of the path; allowed: {DEEPEST}")
     try:
-        leaf = tomllib.loads(f"value = {value}")["value"]
+        tables = tomllib.loads(f"value = {value}")
+        leaf = tables["value"] if len(tables) == 1 else value.strip()
     except tomllib.TOMLDecodeError:
         leaf = value.strip()
     except (ValueError, RecursionError) as error:
@@ -242,7 +243,11 @@ def _explain(path: Path, entry: Any, schema: dict[str, Any]) -> str:
     if isinstance(given, Mapping) or entry["type"] == "value_error":
         return f"{where}: {message}"
     shown = _shown(given)
-    hint = _hint(str(given), re.findall(QUOTED, message)) if entry["type"] == "literal_error" else ""
+    hint = (
+        _hint(given if isinstance(given, str) else shown, re.findall(QUOTED, message))
+        if entry["type"] == "literal_error"
+        else ""
+    )
     return f"{where}: {shown} given; {hint}{message[0].lower()}{message[1:]}"
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import read_sealed, remove_scratch, write_text
+from gudgeon.pipeline.files import read_json, read_sealed, remove_scratch, write_text
 from gudgeon.pipeline.plots import FILES
 from gudgeon.pipeline.stages.base import Place
 
@@ -132,7 +132,7 @@ def _named(path: Path) -> list[str]:
 def _owner(path: Path) -> str | None:
     """Return the scene file that a folder names; None if it names none that exists."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))["scene"]
+        found = read_json(path)["scene"]
         return found if isinstance(found, str) and (path.parent / found).resolve().is_file() else None
     except (OSError, ValueError, LookupError, TypeError, RecursionError, RuntimeError):
         return None

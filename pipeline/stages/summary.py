@@ -1,6 +1,5 @@
 """`summary.json`: quantities of a run with their reference values and errors."""
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Any
 from gudgeon.modaldb.keys import file_digest
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import read_sealed, write_sealed
+from gudgeon.pipeline.files import read_json, read_sealed, write_sealed
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.scenes.report import Report
 
@@ -78,9 +77,9 @@ def reference_values(report: Report, folder: Path, names: Mapping[str, str] | No
         return {}
     path, wanted = find_file(report.reference, folder, "report.reference"), names or report.quantities
     try:
-        expected = json.loads(path.read_text())["expected"]
+        expected = read_json(path)["expected"]
         return {name: _entry(expected, source) for name, source in wanted.items()}
-    except (ValueError, LookupError, TypeError) as error:
+    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise InputError(f"{path}: not a reference file with these quantities ({error})") from error
 
 

@@ -246,12 +246,14 @@ def _single(stiffness: np.ndarray, row: np.ndarray, compliance: float) -> float:
     weight, poles, still = weight[weight > 0], stiffness[weight > 0], float(stiffness.max(initial=0.0))
     if not len(weight):
         return float(np.sqrt(still))
-    x = float(poles.max() + weight.sum())
+    # A contact that is soft beside the body adds less than a float can tell from the highest pole.
+    least = float(np.nextafter(poles.max(), np.inf))
+    x = max(float(poles.max() + weight.sum()), least)
     for _ in range(100):
         apart = x - poles
         total, slope = float((weight / apart).sum()), float((weight / apart**2).sum())
         step = total * (total - 1) / slope
-        x += step
+        x = max(x + step, least)
         if abs(step) <= 1e-15 * x:
             break
     return float(np.sqrt(max(x, still)))

@@ -3,6 +3,7 @@
 import copy
 import random
 import string
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -53,7 +54,9 @@ def scaled(tables: Any, rng: random.Random, numbers: tuple[float, ...] = (), mos
     if numbers and rng.random() < 0.6:
         holder[key] = rng.choice(numbers)
     else:
-        holder[key] = float(holder[key]) * 10.0 ** rng.uniform(-most, most) * rng.choice([1, 1, 1, -1])
+        # A whole number may have more digits than any float.
+        value = float(max(-sys.float_info.max, min(sys.float_info.max, holder[key])))
+        holder[key] = value * 10.0 ** rng.uniform(-most, most) * rng.choice([1, 1, 1, -1])
 
 
 def garbled(text: bytes, rng: random.Random) -> bytes:

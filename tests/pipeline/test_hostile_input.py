@@ -1,5 +1,6 @@
 """Input that attacks: numbers at the edge of arithmetic, endless files, names that leave a folder, full disks."""
 
+import os
 import re
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
+from gudgeon.pipeline.geometry.profile import read_rows
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.kinds import open_job, run, schema
 from gudgeon.pipeline.stages.make import keep, not_finite
@@ -263,6 +265,50 @@ def test_closed_streams_change_no_exit_code(streams: str, arguments: str, code: 
         again = subprocess.run(["sh", "-c", command.removesuffix(streams)], cwd=ball, capture_output=True, text=True)
         assert again.returncode == 0
         assert "results in" in again.stdout
+
+
+@pytest.mark.parametrize("name", ["summary.json", "scene.json", "inputs.json", "pictures.json", "trajectory.h5"])
+def test_pipes_and_devices_among_results_are_made_again(name: str, ball: Path) -> None:
+    """Reading them would never end."""
+    places = ["solve", str(ball), "--db", str(ball / "db"), "--out", str(ball / "out")]
+    assert main(places) == 0
+    for put in (os.mkfifo, lambda path: os.symlink("/dev/zero", path)):
+        (ball / "out" / name).unlink(missing_ok=True)
+        put(ball / "out" / name)
+        child = subprocess.run([sys.executable, "-m", "gudgeon.pipeline", *places], capture_output=True, timeout=60)
+        assert child.returncode == 0
+        assert (ball / "out" / "summary.json").is_file()
+
+
+def test_a_scene_and_a_table_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    for name, text in (("scene.toml", SCENE), ("table.csv", "0,1\r\n2,3\r\n")):
+        (tmp_path / name).write_text(text, encoding="utf-8-sig")
+    assert main(["status", str(tmp_path), "--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]) == 0
+    assert read_rows(tmp_path / "table.csv", "the table") == [["0", "1"], ["2", "3"]]
+
+
+def test_a_home_folder_is_that_of_the_user(ball: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(ball))
+    monkeypatch.chdir(ball)
+    assert main(["solve", str(ball), "--db=~/db", "--out=~/out"]) == 0
+    assert (ball / "out" / "summary.json").is_file()
+    assert (ball / "db").is_dir()
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        (["--db", ""], "database: an empty path is given; a folder is needed"),
+        (["--out", ""], "--out: is empty; a folder is needed"),
+        (["--out", "~nosuchuser/out"], "--out '~nosuchuser/out': no folder can be here"),
+        (["--set", f"run.integrator=0x{'f' * 5000}"], "run.integrator: a whole number of more digits than are read"),
+        (["--set", "run.duration=1\n[run]\nsamples=5"], "run.duration: '1\\n[run]\\nsamples=5' given; input should be"),
+    ],
+)
+def test_places_and_values_that_mean_nothing(options: list[str], expected: str, ball: Path, capsys: Capture) -> None:
+    assert expected in refused(
+        ["solve", str(ball), "--db", str(ball / "db"), "--out", str(ball / "out"), *options], capsys
+    )
 
 
 def test_every_record_passes_the_gate_for_numbers() -> None:

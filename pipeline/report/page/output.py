@@ -1,12 +1,11 @@
 """The files of a report, and the tables that its command prints."""
 
 import contextlib
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import write_text
+from gudgeon.pipeline.files import read_json, write_text
 from gudgeon.pipeline.report.document import Document, csv_text
 from gudgeon.pipeline.report.page.tables import markdown, run_columns
 from gudgeon.pipeline.report.page.words import (
@@ -48,15 +47,16 @@ def report_folder(folder: Path, scene: str, *pictures: str) -> Iterator[None]:
         raise
     except Exception:
         for name in (*FILES, *pictures):
-            (folder / name).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # A folder that is only read; the error above says more.
+                (folder / name).unlink()
         raise
 
 
 def _scene_of(path: Path) -> str | None:
     """Return the scene of a `report.json`, None if there is no readable one."""
     try:
-        return str(json.loads(path.read_text(encoding="utf-8"))["scene"])
-    except (OSError, ValueError, KeyError, TypeError):
+        return str(read_json(path)["scene"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
 
 
