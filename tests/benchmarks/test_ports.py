@@ -58,10 +58,10 @@ def products(system: System, acting: int) -> float:
     return (time.process_time() - begin) / 2000
 
 
-def test_many_points_without_friction(tmp_path: Path) -> None:
+def test_many_points_without_friction(benchmark: object, tmp_path: Path) -> None:
     """300 candidates on 132 coordinates, 30 closed: 3e4 steps a second, at most three times the bare products."""
     system = pair(tmp_path, POINTS, bulge=0.03)
-    seconds = near(*readings(system, 2e-7, 60), 30)
+    seconds = near(*benchmark.pedantic(readings, (system, 2e-7, 60)), 30)  # type: ignore[attr-defined]
     bare = products(system, 30)
     print(f"\n{1 / seconds:.3g} steps/s, {seconds / bare:.1f} x the bare products of {1e6 * bare:.1f} µs")
     assert seconds < 1 / 3e4
@@ -69,19 +69,23 @@ def test_many_points_without_friction(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("count", "least"), [(30, 8000), (90, 1000), (320, 40)])
-def test_cones(count: int, least: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cones(count: int, least: float, benchmark: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whole steps with friction at all points of two blocks that slide askew."""
     monkeypatch.setattr(integrator, "ports_of", rubbing_ports)
     system = pair(tmp_path, count, friction=0.3)
-    seconds = near(*readings(system, 2e-7, 60, 2), count)
+    seconds = near(*benchmark.pedantic(readings, (system, 2e-7, 60, 2)), count)  # type: ignore[attr-defined]
     print(f"\n{count} cones: {1 / seconds:.3g} steps/s")
     assert seconds < 1 / least
 
 
-def test_a_chain_of_bars(tmp_path: Path) -> None:
+def steps_of_chains(systems: dict[int, System]) -> dict[int, float]:
+    """Return the median CPU seconds of a step of each system."""
+    return {bars: float(np.median(readings(system, 2e-7, 20, 50)[0])) for bars, system in systems.items()}
+
+
+def test_a_chain_of_bars(benchmark: object, tmp_path: Path) -> None:
     """41 coordinates each: ten times the bodies take at most 15 times as long."""
-    found = {}
-    for bars in (10, 30, 100, 200):
-        found[bars] = float(np.median(readings(chain(tmp_path / str(bars), bars), 2e-7, 20, 50)[0]))
-        print(f"\n{bars} bars: {1e6 * found[bars]:.1f} µs a step")
+    systems = {bars: chain(tmp_path / str(bars), bars) for bars in (10, 30, 100, 200)}
+    found = benchmark.pedantic(steps_of_chains, (systems,))  # type: ignore[attr-defined]
+    print("\n" + "\n".join(f"{bars} bars: {1e6 * seconds:.1f} µs a step" for bars, seconds in found.items()))
     assert found[100] < 15 * found[10]

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import embedded, inner
-from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED, VELOCITY
+from gudgeon.solver.compiled import inner
+from gudgeon.solver.integrators.general.arrays import POSITION, VELOCITY
 from gudgeon.solver.integrators.general.rows import displaced, moved
 from gudgeon.solver.integrators.general.solve import LAW, RUBBING_LAW
 
@@ -76,43 +76,39 @@ def _list(constants, state, problem):  # type: ignore[no-untyped-def]
 @inner
 def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-def]
     """Set the measures of the candidates without their forces of the step's end, and the approach of laws."""
-    dt = constants.dt
-    for a in range(problem.size[0]):
-        _free_measure(constants, state, problem.ports[a])
-    for n in range(len(constants.joints)):
-        i = constants.joints[n]
-        j = constants.joint[i]
+    dt, n, ports, gap = constants.dt, problem.size[0], problem.ports, state.gap
+    rows, offset, q, v, kinds, size = constants.rows, constants.offset, state.q, state.v, constants.kind, constants.size
+    for a in range(n):
+        i = ports[a]
+        gap[i] = offset[i] + moved(rows, i, q)
+    if state.listed_known[0] > 0:
+        residual, known, listed = constants.residual, state.known, state.listed_known
+        for a in range(n):
+            i = ports[a]
+            gap[i] += displaced(residual, i, known, listed)
+    for j in range(len(constants.joints)):
         for axis in range(2):
-            state.gap[i + axis] -= crank[j, axis] + 0.5 * dt * crank[j, 2 + axis]
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        if constants.size[i] == 3 and constants.level[i] == POSITION:
-            _touch(constants, state, i)
-        kind = constants.kind[i]
-        if constants.size[i] > 0 and kind in (LAW, RUBBING_LAW):
-            rate = (state.displacement[1, i] - state.gap[i]) / dt
-            if state.displacement[1, i] >= 0.0 and state.gap[i] < 0.0 and state.approach[i] <= 0.0:
+            i = constants.joints[j] + axis
+            gap[i] += 0.5 * dt * moved(rows, i, v)
+            gap[i] -= crank[j, axis] + 0.5 * dt * crank[j, 2 + axis]
+    if constants.bounces:
+        for a in range(n):
+            i = ports[a]
+            first = constants.block[i]
+            if constants.level[first] == VELOCITY:
+                rate = moved(rows, i, v)
+                state.rate[i] = rate
+                wanted = constants.belt[i] if i > first else _rebound(constants, state, i, rate)
+                gap[i] = dt * (rate - wanted)
+    for a in range(n):
+        i = ports[a]
+        if size[i] == 3 and constants.level[i] == POSITION:
+            _touch((constants.belt, dt), (state.displacement[1], gap, state.anchor), state.last[i] == 0.0, i)
+        if size[i] > 0 and (kinds[i] == LAW or kinds[i] == RUBBING_LAW):
+            rate = (state.displacement[1, i] - gap[i]) / dt
+            if state.displacement[1, i] >= 0.0 and gap[i] < 0.0 and state.approach[i] <= 0.0:
                 state.fastest[0] = max(state.fastest[0], rate)
                 state.approach[i] = max(rate, constants.floor * state.fastest[0])
-
-
-@embedded
-def _free_measure(constants, state, i):  # type: ignore[no-untyped-def]
-    """Set the measure of one port."""
-    dt, first = constants.dt, constants.block[i]
-    level = constants.level[first]
-    if level == VELOCITY:
-        rate = moved(constants.rows, i, state.v)
-        state.rate[i] = rate
-        wanted = constants.belt[i] if i > first else _rebound(constants, state, i, rate)
-        state.gap[i] = dt * (rate - wanted)
-    else:
-        total = constants.offset[i] + moved(constants.rows, i, state.q)
-        if state.listed_known[0] > 0:
-            total += displaced(constants.residual, i, state.known, state.listed_known)
-        if level == STABILISED:
-            total += 0.5 * dt * moved(constants.rows, i, state.v)
-        state.gap[i] = total
 
 
 @inner
@@ -129,16 +125,23 @@ def _rebound(constants, state, i, rate):  # type: ignore[no-untyped-def]
     return max(0.0, (1.0 - share) * (rate - before) - constants.restitution[i] * min(0.0, hit))
 
 
-@embedded
-def _touch(constants, state, i):  # type: ignore[no-untyped-def]
-    """Measure the tangents of a cone from their anchors; one that closes in the step, from where it does."""
-    begin, end = state.displacement[1, i], state.gap[i]
+@inner
+def _touch(obstacle, places, was_open, i):  # type: ignore[no-untyped-def]
+    """Measure the tangents of a cone from their anchors; one that closes in the step, from where it does.
+
+    Args:
+        obstacle: Velocity of the obstacle, and the step [s].
+        places: Displacements a step ago, measures and anchors of all ports.
+    """
+    belt, dt = obstacle
+    before, gap, anchor = places
+    begin, end = before[i], gap[i]
     for b in range(i + 1, i + 3):
-        if state.last[i] == 0.0:
+        if was_open:
             share = begin / (begin - end) if begin > 0.0 > end else (0.0 if end <= 0.0 else 1.0)
-            state.anchor[b] = state.displacement[1, b] + share * (state.gap[b] - state.displacement[1, b])
-            state.anchor[b] -= share * constants.belt[b] * constants.dt
-        state.gap[b] -= state.anchor[b] + constants.belt[b] * constants.dt
+            anchor[b] = before[b] + share * (gap[b] - before[b])
+            anchor[b] -= share * belt[b] * dt
+        gap[b] -= anchor[b] + belt[b] * dt
 
 
 @inner

@@ -1,6 +1,6 @@
 """The energy balance of the loop over ports."""
 
-from gudgeon.solver.compiled import embedded, inner
+from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
 from gudgeon.solver.integrators.general.arrays import VELOCITY
@@ -33,12 +33,27 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
         lost += (first[k] * q0[k] + second[k] * v0[k] + third[k] * force[k]) * force[k]
     parts[KINETIC], parts[CONTACT] = 0.5 * kinetic, 0.0
     springs = 0.0
-    state.pressed[:] = 0.0
+    pressed, mean, unknown, layer = state.pressed, state.mean, state.unknown, constants.layer
+    pressed[:] = 0.0
     for a in range(problem.size[0]):
         i = problem.ports[a]
-        _port_energy(constants, state, i)
-        if constants.kind[i] == SPRING:
-            springs += 0.5 * constants.law[i, 0] * state.displacement[0, i] ** 2
+        if constants.contact[i] >= 0 and mean[i] != 0.0:
+            push(constants.rows, i, mean[i], pressed)
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        kind = constants.kind[i]
+        if (kind in (UNILATERAL, CONE)) and not constants.bounces:
+            if constants.block[i] != i:
+                belt = constants.belt[i] * constants.dt
+                parts[DISSIPATED] -= mean[i] * (state.displacement[0, i] - state.displacement[1, i] - belt)
+                parts[WORK] += mean[i] * belt
+            else:
+                parts[CONTACT] += 0.5 * layer[i] * unknown[i] * unknown[i]
+                extreme[DEEPEST] = max(extreme[DEEPEST], layer[i] * unknown[i])
+        else:
+            _port_energy(constants, state, i)
+            if kind == SPRING:
+                springs += 0.5 * constants.law[i, 0] * state.displacement[0, i] ** 2
     for n in range(len(constants.given)):
         i = constants.given[n]
         parts[WORK] += state.mean[i] * (state.displacement[0, i] - state.displacement[1, i])
@@ -57,14 +72,12 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
     _exchange(constants, state)
 
 
-@embedded
+@inner
 def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
-    """Add what one port that may respond stores, loses and is given in the step [J]."""
+    """Add what one port stores, loses and is given in the step [J]."""
     kind, parts, mean = constants.kind[i], state.parts, state.mean[i]
     first = constants.block[i]
     step = state.displacement[0, i] - state.displacement[1, i]
-    if constants.contact[i] >= 0 and mean != 0.0:
-        push(constants.rows, i, mean, state.pressed)
     if kind == BILATERAL:
         parts[WORK] += mean * step
     elif kind == SPRING:

@@ -234,15 +234,17 @@ def _displace(constants, state, problem):  # type: ignore[no-untyped-def]
     """
     # Rigid contact moves what it pushes once more, after its impulses are found: see `_strike`.
     step, solved = constants.dt, problem.size[2] != 0 and not constants.bounces
+    displacement, response, layer, unknown = state.displacement[0], state.response[0], constants.layer, state.unknown
+    residual, held, listed = constants.residual, state.held, state.listed
     for a in range(problem.size[0]):
         i = problem.ports[a]
         first = constants.block[i]
         if solved and constants.level[first] == POSITION:
-            state.displacement[0, i] = problem.free[i] - constants.layer[i] * state.unknown[i]
+            displacement[i] = problem.free[i] - layer[i] * unknown[i]
             if i > first and constants.contact[i] >= 0:
-                state.displacement[0, i] += state.anchor[i] + constants.belt[i] * step
+                displacement[i] += state.anchor[i] + constants.belt[i] * step
             if constants.damped:
-                state.response[0, i] = displaced(constants.residual, i, state.held, state.listed)
+                response[i] = displaced(residual, i, held, listed)
         else:
             _displace_fully(constants, state, i)
     for n in range(len(constants.given)):
@@ -254,9 +256,9 @@ def _displace(constants, state, problem):  # type: ignore[no-untyped-def]
                 for b in range(i, i + constants.size[i]):
                     _displace_fully(constants, state, b)
     if len(state.held) == 1:
-        for n in range(1, state.listed[0] + 1):
-            i = state.listed[n]
-            state.response[0, i] = displaced(constants.residual, i, state.held, state.listed)
+        for n in range(1, listed[0] + 1):
+            i = listed[n]
+            response[i] = displaced(residual, i, held, listed)
 
 
 @inner

@@ -7,7 +7,7 @@ A sweep lets every block of ports respond to the measures y = y₀ + M x as they
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, embedded, entry, inner
+from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.general.closed import close
 from gudgeon.solver.integrators.general.responses import pressed_law, rubbed, spring_force
 from gudgeon.solver.integrators.outcome import PIVOTS
@@ -116,25 +116,37 @@ def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
 @inner
 def _sweep(constants, state, problem):  # type: ignore[no-untyped-def]
     """Let every block respond once; returns the number of blocks."""
-    n, blocks = problem.size[0], 0
-    x, y, columns = problem.x[:n], problem.y[:n], problem.columns
+    n, blocks, ports, kinds, sizes = problem.size[0], 0, problem.ports, constants.kind, constants.size
+    x, y, columns, friction, sliding = problem.x[:n], problem.y[:n], problem.columns, constants.friction, state.sliding
     for a in range(n):
-        i = problem.ports[a]
-        size = constants.size[i]
+        i = ports[a]
+        kind, size = kinds[i], sizes[i]
         if size == 0:
             continue
         blocks += 1
-        if constants.kind[i] == BILATERAL:
+        if kind == BILATERAL:
             _hold(state.rod[constants.joint[i]], a, x, y, columns)
-        elif _idle(constants.kind[i], size, a, x, y):
-            pass
-        else:
-            normal = _pressed(constants, state, i, (x[a], y[a]), columns[a, a])
+        elif not _idle(kind, size, a, x, y):
+            old, reach = x[a], columns[a, a]
+            free = y[a] - reach * old
+            if kind == UNILATERAL:
+                normal = max(0.0, -free / reach)
+            elif kind == CONE:
+                normal = max(0.0, old + RELAXATION * (-free / reach - old))
+            else:
+                ends, before = constants.share[i] < 1.0, state.displacement[1, i]
+                if kind == SPRING:
+                    normal = spring_force(constants.law[i], before, free, reach, constants.dt, ends)
+                else:
+                    depths = (-before, -free)
+                    normal = pressed_law(constants.law[i], state.approach[i], depths, reach, constants.dt, ends)
+                    if kind == RUBBING_LAW:
+                        normal = max(0.0, old + RELAXATION * (normal - old))
             _change(columns[a], x, y, a, normal)
             if size == 3:
-                limit = (constants.friction[i, 0] * normal, constants.friction[i, 1] * normal)
+                limit = (friction[i, 0] * normal, friction[i, 1] * normal)
                 block = (columns[a + 1, a + 1], columns[a + 1, a + 2], columns[a + 2, a + 1], columns[a + 2, a + 2])
-                first, second = _rubbed(block, limit, state.sliding[i], (x[a + 1], x[a + 2]), (y[a + 1], y[a + 2]))
+                first, second = _rubbed(block, limit, sliding[i], (x[a + 1], x[a + 2]), (y[a + 1], y[a + 2]))
                 _change(columns[a + 1], x, y, a + 1, first)
                 _change(columns[a + 2], x, y, a + 2, second)
     return blocks
@@ -155,30 +167,6 @@ def _change(column, x, y, a, value):  # type: ignore[no-untyped-def]
         for c in range(len(y)):
             y[c] += step * column[c]
         x[a] = value
-
-
-@embedded
-def _pressed(constants, state, i, here, reach):  # type: ignore[no-untyped-def]
-    """Return the response of one port along its normal or its line.
-
-    Args:
-        here: Its unknown and its measure.
-        reach: Measure per unknown.
-    """
-    kind, before = constants.kind[i], state.displacement[1, i]
-    old, free = here[0], here[1] - reach * here[0]
-    ends = constants.share[i] < 1.0
-    if kind == UNILATERAL:
-        value = max(0.0, -free / reach)
-    elif kind == CONE:
-        value = max(0.0, old + RELAXATION * (-free / reach - old))
-    elif kind == SPRING:
-        value = spring_force(constants.law[i], before, free, reach, constants.dt, ends)
-    else:
-        value = pressed_law(constants.law[i], state.approach[i], (-before, -free), reach, constants.dt, ends)
-        if kind == RUBBING_LAW:
-            value = max(0.0, old + RELAXATION * (value - old))
-    return value
 
 
 @inner
