@@ -20,9 +20,9 @@ def close(problem):  # type: ignore[no-untyped-def]
     for a in range(problem.size[0]):
         scale = max(scale, abs(problem.free[problem.ports[a]]))
     matrix = Compliance(
-        whole.values, whole.base, whole.stamp, whole.era, whole.master, problem.runs[: problem.size[3]],
-        whole.candidate[: problem.size[3]], whole.space, whole.corner, whole.across, whole.along, whole.window,
-        whole.scratch,
+        values=whole.values, base=whole.base, stamp=whole.stamp, era=whole.era, master=whole.master,
+        block=problem.runs[: problem.size[3]], candidate=whole.candidate[: problem.size[3]], space=whole.space,
+        corner=whole.corner, across=whole.across, along=whole.along, window=whole.window, scratch=whole.scratch,
     )  # fmt: skip
     pivots = solve_lcp(matrix, problem.free, active, problem.x, problem.y, GAP_TOLERANCE * scale)
     if pivots < 0:
