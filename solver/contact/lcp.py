@@ -101,7 +101,7 @@ def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-
         for i in range(last if single else 0, last + 1):
             if is_active[i]:
                 if multipliers[i] < -tolerance / C[i, i]:
-                    _remove(active, i)
+                    remove(active, i)
                     is_active[i] = False
                     pivots += 1
             elif is_candidate[i] and gaps[i] < -tolerance:
@@ -156,7 +156,7 @@ def append(matrix, active, row):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _remove(active, row):  # type: ignore[no-untyped-def]
+def remove(active, row):  # type: ignore[no-untyped-def]
     """Take a row out of the active set and update its factor by Givens rotations."""
     rows, count, L, place = active.rows, active.size[0], active.factor, 0
     while rows[place] != row:

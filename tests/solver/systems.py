@@ -12,6 +12,7 @@ from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
 from gudgeon.modaldb.stores.folder import FolderStore
 from gudgeon.modaldb.tangents import tangents
+from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.implicit.integrator import Implicit
 from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.scene.scene import Scene
@@ -227,7 +228,7 @@ def arrays(item: Any) -> Iterator[np.ndarray]:
 class March:
     """Every step of the implicit integrator, without a plan of steps; n steps."""
 
-    run: Implicit
+    run: Implicit | General
     times: np.ndarray
     forces: np.ndarray
     """(n, k, 3)"""
@@ -237,9 +238,9 @@ class March:
     """Rigid coordinates, their rates, length errors, (n, 2 r + j)."""
 
 
-def march(system: System, dt: float, steps: int) -> March:
-    """Take steps of the implicit integrator."""
-    run, driving = Implicit(system, dt), system.driving
+def march(system: System, dt: float, steps: int, loop: type[Implicit] | type[General] = Implicit) -> March:
+    """Take steps of the implicit integrator by one of its loops."""
+    run, driving = loop(system, dt), system.driving
     widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints)
     forces, energies = np.zeros((steps, max(1, len(system.contacts)), 3)), np.zeros((steps, 5))
     loads, snapshots = (np.zeros((steps, width)) for width in widths)

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver.contact.compliance import Compliance
+from gudgeon.solver.contact.lcp import ActiveSet
 from gudgeon.solver.integrators.impact_log import ImpactLog
 
 SLIPS = 65_536
@@ -50,9 +52,9 @@ class Constants(NamedTuple):
     share: np.ndarray
     """κ: mean force of a step over the unknown: ½ where it is the force at the end, else 1, (p,)."""
     inertia: np.ndarray
-    """Measure of port i by the mean force of port j, (p, p)."""
-    matrix: np.ndarray
-    """Measure of port i by the unknown of port j, (p, p)."""
+    """Measure of port i by the mean force of port j, at [j, i], (p, p)."""
+    columns: np.ndarray
+    """Measure of port i by the unknown of port j, at [j, i], (p, p)."""
     residual: np.ndarray
     """R of ports by sides of ports [m/N], (s, p, p)."""
     memory: np.ndarray
@@ -76,6 +78,12 @@ class Constants(NamedTuple):
     """Number of the joint at the first port of a joint, −1 elsewhere, (p,)."""
     given: np.ndarray
     """Ports of given loads."""
+    touching: np.ndarray
+    """First port of each block of a contact."""
+    always: np.ndarray
+    """First port of each other block that responds: joints, springs."""
+    joints: np.ndarray
+    """First port of each joint, (j,)."""
     loaded: np.ndarray
     """Ports of joints and given loads, in the order of `Samples.loads`."""
     sides: np.ndarray
@@ -86,6 +94,8 @@ class Constants(NamedTuple):
     """Largest displacement of a coordinate by a unit force in a step [s²]."""
     damped: bool
     """Whether the residual flexibility is damped."""
+    bounces: bool
+    """Whether any contact is rigid."""
     rigid: np.ndarray
     """Numbers of the rigid coordinates, (r,)."""
     floor: float
@@ -117,6 +127,8 @@ class State(NamedTuple):
     """r: forces in the residual flexibility, (s, p)."""
     known: np.ndarray
     """Its part that is known before contact, (s, p)."""
+    acts: np.ndarray
+    """Ports whose unknown is not zero, after how many, (p + 1,)."""
     listed: np.ndarray
     listed_known: np.ndarray
     """Ports whose r is not zero, after how many, (p + 1,)."""
@@ -180,18 +192,31 @@ class Problem(NamedTuple):
     ports: np.ndarray
     """Their numbers, (N,)."""
     size: np.ndarray
-    """How many; whether `columns` fits them, (2,)."""
+    """How many; for how many of them `columns` or `runs` hold; whether all are solved for; number of runs; of
+    changes that are mixed, (5,)."""
     columns: np.ndarray
     """Measure of candidates per unknown of a candidate, one a row, (N, N)."""
+    active: ActiveSet
+    """Closed ports where all that respond are unilateral."""
+    runs: np.ndarray
+    """First and last + 1 of candidates that follow each other, (N, 2)."""
+    matrix: Compliance
+    """Measure of port i by the unknown of port j, symmetric, over runs."""
+    free: np.ndarray
+    """Measures without the unknowns of the candidates, of all ports [m], (p,)."""
     x: np.ndarray
     y: np.ndarray
     """Unknowns and measures, (N,)."""
     start: np.ndarray
     """Unknowns at the start of a sweep, (N,)."""
+    weight: np.ndarray
+    """Roots of the diagonal of `columns`, (N,)."""
     past: np.ndarray
     """Residual, unknowns and measures of the last sweep, (3, N)."""
     changes: np.ndarray
     """Their changes in the last sweeps, (3, w, N)."""
+    products: np.ndarray
+    """Of the changes of the residual with each other, (w, w)."""
     gram: np.ndarray
     """(w, w + 1)"""
     slipped: np.ndarray

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED, VELOCITY
 from gudgeon.solver.integrators.general.rows import displaced, moved
-from gudgeon.solver.integrators.general.solve import GIVEN, LAW, RUBBING_LAW
+from gudgeon.solver.integrators.general.solve import LAW, RUBBING_LAW
 
 SCRATCH = 1e-13
 """Share of its margin by which a sleeping point is round-off from waking."""
@@ -31,12 +31,12 @@ def _path(state):  # type: ignore[no-untyped-def]
 def find_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
     """List the ports that may respond in the step."""
     travel = _path(state)
-    copy(problem.awake[0], problem.awake[1])
-    for i in range(len(constants.size)):
-        if constants.size[i] > 0 and constants.contact[i] >= 0:
-            problem.awake[0, i] = state.last[i] != 0.0 or not _sleeps(constants, state, i, travel)
-            if problem.awake[0, i] and not problem.awake[1, i]:
-                _place(constants, state, i)
+    for n in range(len(constants.touching)):
+        i = constants.touching[n]
+        problem.awake[1, i] = problem.awake[0, i]
+        problem.awake[0, i] = state.last[i] != 0.0 or not _sleeps(constants, state, i, travel)
+        if problem.awake[0, i] and not problem.awake[1, i]:
+            _place(constants, state, i)
     _list(constants, state, problem)
 
 
@@ -52,73 +52,64 @@ def _place(constants, state, i):  # type: ignore[no-untyped-def]
 
 @inner
 def _list(constants, state, problem):  # type: ignore[no-untyped-def]
-    """List the candidates; rigid contact is one where its gap closes without it. `columns` follow."""
+    """List the candidates; rigid contact is one where its gap closes without it."""
     count, same = 0, True
-    for i in range(len(constants.size)):
-        size = constants.size[i]
-        if size == 0 or constants.kind[i] == GIVEN:
+    for n in range(len(constants.touching) + len(constants.always)):
+        touching = n < len(constants.touching)
+        i = constants.touching[n] if touching else constants.always[n - len(constants.touching)]
+        if touching and not problem.awake[0, i]:
             continue
-        if constants.contact[i] >= 0:
+        if touching and constants.level[i] == VELOCITY:
             state.closing[i] = -1.0
-            if not problem.awake[0, i]:
-                continue
-            if constants.level[i] == VELOCITY and constants.offset[i] + moved(constants.rows, i, state.q) > 0.0:
-                for b in range(i, i + size):
+            if constants.offset[i] + moved(constants.rows, i, state.q) > 0.0:
+                for b in range(i, i + constants.size[i]):
                     state.unknown[b] = 0.0
                 continue
-        for b in range(i, i + size):
+        for b in range(i, i + constants.size[i]):
             same = same and count < problem.size[0] and problem.ports[count] == b
             problem.ports[count] = b
             count += 1
-    if same and count == problem.size[0]:
-        return
-    problem.size[0] = count
-    for a in range(count):
-        column = problem.columns[a]
-        for c in range(count):
-            column[c] = constants.matrix[problem.ports[c], problem.ports[a]]
+    if not same or count != problem.size[0]:
+        problem.size[0], problem.size[1] = count, -1
 
 
 @inner
 def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-def]
     """Set the measures of the candidates without their forces of the step's end, and the approach of laws."""
-    dt = constants.dt
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        size = constants.size[i]
-        for b in range(i, i + size):
-            state.gap[b] = _free_measure(constants, state, i, b)
-        j = constants.joint[i]
-        if j >= 0:
-            for axis in range(2):
-                state.gap[i + axis] -= crank[j, axis]
-                if constants.level[i] == STABILISED:
-                    state.gap[i + axis] -= 0.5 * dt * crank[j, 2 + axis]
-        if size == 3 and constants.level[i] == POSITION:
-            _touch(constants, state, i)
-        kind = constants.kind[i]
-        if kind in (LAW, RUBBING_LAW):
-            rate = (state.displacement[1, i] - state.gap[i]) / dt
-            if state.displacement[1, i] >= 0.0 and state.gap[i] < 0.0 and state.approach[i] <= 0.0:
+    dt, n, ports, gap = constants.dt, problem.size[0], problem.ports, state.gap
+    rows, offset, q, v, kinds, size = constants.rows, constants.offset, state.q, state.v, constants.kind, constants.size
+    for a in range(n):
+        i = ports[a]
+        gap[i] = offset[i] + moved(rows, i, q)
+    if state.listed_known[0] > 0:
+        residual, known, listed = constants.residual, state.known, state.listed_known
+        for a in range(n):
+            i = ports[a]
+            gap[i] += displaced(residual, i, known, listed)
+    for j in range(len(constants.joints)):
+        for axis in range(2):
+            i = constants.joints[j] + axis
+            gap[i] -= crank[j, axis]
+            if constants.level[i] == STABILISED:
+                gap[i] += 0.5 * dt * (moved(rows, i, v) - crank[j, 2 + axis])
+    if constants.bounces:
+        for a in range(n):
+            i = ports[a]
+            first = constants.block[i]
+            if constants.level[first] == VELOCITY:
+                rate = moved(rows, i, v)
+                state.rate[i] = rate
+                wanted = constants.belt[i] if i > first else _rebound(constants, state, i, rate)
+                gap[i] = dt * (rate - wanted)
+    for a in range(n):
+        i = ports[a]
+        if size[i] == 3 and constants.level[i] == POSITION:
+            _touch((constants.belt, dt), (state.displacement[1], gap, state.anchor), state.last[i] == 0.0, i)
+        if size[i] > 0 and (kinds[i] == LAW or kinds[i] == RUBBING_LAW):
+            rate = (state.displacement[1, i] - gap[i]) / dt
+            if state.displacement[1, i] >= 0.0 and gap[i] < 0.0 and state.approach[i] <= 0.0:
                 state.fastest[0] = max(state.fastest[0], rate)
                 state.approach[i] = max(rate, constants.floor * state.fastest[0])
-
-
-@inner
-def _free_measure(constants, state, i, b):  # type: ignore[no-untyped-def]
-    """Return the measure of port b of the block of port i."""
-    dt, level = constants.dt, constants.level[i]
-    if level == VELOCITY:
-        rate = moved(constants.rows, b, state.v)
-        state.rate[b] = rate
-        if b > i:
-            return dt * (rate - constants.belt[b])
-        return dt * (rate - _rebound(constants, state, i, rate))
-    total = constants.offset[b] + moved(constants.rows, b, state.q)
-    total += displaced(constants.residual, b, state.known, state.listed_known)
-    if level == STABILISED:
-        total += 0.5 * dt * moved(constants.rows, b, state.v)
-    return total
 
 
 @inner
@@ -143,15 +134,22 @@ def _rebound(constants, state, i, rate):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _touch(constants, state, i):  # type: ignore[no-untyped-def]
-    """Measure the tangents of a cone from their anchors; one that closes in the step, from where it does."""
-    begin, end = state.displacement[1, i], state.gap[i]
+def _touch(obstacle, places, was_open, i):  # type: ignore[no-untyped-def]
+    """Measure the tangents of a cone from their anchors; one that closes in the step, from where it does.
+
+    Args:
+        obstacle: Velocity of the obstacle, and the step [s].
+        places: Displacements a step ago, measures and anchors of all ports.
+    """
+    belt, dt = obstacle
+    before, gap, anchor = places
+    begin, end = before[i], gap[i]
     for b in range(i + 1, i + 3):
-        if state.last[i] == 0.0:
+        if was_open:
             share = begin / (begin - end) if begin > 0.0 > end else (0.0 if end <= 0.0 else 1.0)
-            state.anchor[b] = state.displacement[1, b] + share * (state.gap[b] - state.displacement[1, b])
-            state.anchor[b] -= share * constants.belt[b] * constants.dt
-        state.gap[b] -= state.anchor[b] + constants.belt[b] * constants.dt
+            anchor[b] = before[b] + share * (gap[b] - before[b])
+            anchor[b] -= share * belt[b] * dt
+        gap[b] -= anchor[b] + belt[b] * dt
 
 
 @inner
@@ -159,18 +157,18 @@ def overlooked(constants, state, problem):  # type: ignore[no-untyped-def]
     """Wake the points that the forces found may have closed; whether there are any."""
     total = 0.0
     reached = _reached(constants, state, problem)
-    for i in range(len(state.unknown)):
-        total += abs(state.unknown[i])
+    for a in range(problem.size[0]):
+        total += abs(state.unknown[problem.ports[a]])
+    for n in range(len(constants.given)):
+        total += abs(state.unknown[constants.given[n]])
     before = state.travel[1]
     state.travel[1] = max(before, len(state.held) * total)
     found = False
-    for i in range(len(constants.size)):
-        if constants.size[i] > 0 and constants.contact[i] >= 0 and not problem.awake[0, i]:
-            asleep = _sleeps(constants, state, i, reached)
-            if not asleep:
-                problem.awake[0, i] = True
-                _place(constants, state, i)
-                found = True
+    for n in range(len(constants.touching)):
+        i = constants.touching[n]
+        if not problem.awake[0, i] and not _sleeps(constants, state, i, reached):
+            problem.awake[0, i] = found = True
+            _place(constants, state, i)
     state.travel[1] = before
     if found:
         _list(constants, state, problem)
@@ -191,8 +189,9 @@ def _reached(constants, state, problem):  # type: ignore[no-untyped-def]
 @inner
 def used_margins(constants, state, problem):  # type: ignore[no-untyped-def]
     """Set the margin of open points, which they use up by the path of the coordinates and by forces."""
-    for i in range(len(constants.size)):
-        if constants.size[i] == 0 or constants.contact[i] < 0 or not problem.awake[0, i]:
+    for n in range(len(constants.touching)):
+        i = constants.touching[n]
+        if not problem.awake[0, i]:
             continue
         gap = state.displacement[0, i]
         if state.unknown[i] == 0.0 and gap > 0.0:

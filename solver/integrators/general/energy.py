@@ -5,7 +5,7 @@ from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
 from gudgeon.solver.integrators.general.arrays import VELOCITY
 from gudgeon.solver.integrators.general.rows import moved, push
-from gudgeon.solver.integrators.general.solve import BILATERAL, CONE, GIVEN, LAW, RUBBING_LAW, SPRING, UNILATERAL
+from gudgeon.solver.integrators.general.solve import BILATERAL, CONE, LAW, RUBBING_LAW, SPRING, UNILATERAL
 from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
 from gudgeon.solver.laws.force import law_energy
 
@@ -13,30 +13,55 @@ KINETIC, STRAIN, CONTACT, DISSIPATED, WORK = range(5)
 
 
 @inner
-def balance(constants, state):  # type: ignore[no-untyped-def]
+def balance(constants, state, problem):  # type: ignore[no-untyped-def]
     """Set the energies [J] at the end of the step, and update the largest error of their balance."""
     q, v, q0, v0, force, loss = state.q, state.v, state.before[0], state.before[1], state.force, constants.loss
     parts, extreme = state.parts, state.extreme
     kinetic, strain, work, lost = 0.0, 0.0, 0.0, 0.0
+    # Short loops: vector units process few arrays at once.
+    stiffness, gravity = constants.stiffness, constants.gravity
     for k in range(len(q)):
         kinetic += v[k] * v[k]
-        strain += constants.stiffness[k] * q[k] * q[k]
-        work += constants.gravity[k] * (q[k] - q0[k])
-        lost += loss[0, k] * q0[k] * q0[k] + loss[1, k] * q0[k] * v0[k] + loss[2, k] * v0[k] * v0[k]
-        lost += (loss[3, k] * q0[k] + loss[4, k] * v0[k] + loss[5, k] * force[k]) * force[k]
+        strain += stiffness[k] * q[k] * q[k]
+    for k in range(len(q)):
+        work += gravity[k] * (q[k] - q0[k])
+    first, second, third = loss[0], loss[1], loss[2]
+    for k in range(len(q0)):
+        lost += first[k] * q0[k] * q0[k] + second[k] * q0[k] * v0[k] + third[k] * v0[k] * v0[k]
+    first, second, third = loss[3], loss[4], loss[5]
+    for k in range(len(q0)):
+        lost += (first[k] * q0[k] + second[k] * v0[k] + third[k] * force[k]) * force[k]
     parts[KINETIC], parts[CONTACT] = 0.5 * kinetic, 0.0
     springs = 0.0
-    state.pressed[:] = 0.0
-    for i in range(len(state.mean)):
-        _ports_energy(constants, state, i)
-        if constants.kind[i] == SPRING:
-            springs += 0.5 * constants.law[i, 0] * state.displacement[0, i] ** 2
+    pressed, mean, unknown, layer = state.pressed, state.mean, state.unknown, constants.layer
+    pressed[:] = 0.0
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        if constants.contact[i] >= 0 and mean[i] != 0.0:
+            push(constants.rows, i, mean[i], pressed)
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        kind = constants.kind[i]
+        if (kind in (UNILATERAL, CONE)) and not constants.bounces:
+            if constants.block[i] != i:
+                belt = constants.belt[i] * constants.dt
+                parts[DISSIPATED] -= mean[i] * (state.displacement[0, i] - state.displacement[1, i] - belt)
+                parts[WORK] += mean[i] * belt
+            else:
+                parts[CONTACT] += 0.5 * layer[i] * unknown[i] * unknown[i]
+                extreme[DEEPEST] = max(extreme[DEEPEST], layer[i] * unknown[i])
+        else:
+            _port_energy(constants, state, i)
+            if kind == SPRING:
+                springs += 0.5 * constants.law[i, 0] * state.displacement[0, i] ** 2
+    for n in range(len(constants.given)):
+        i = constants.given[n]
+        parts[WORK] += state.mean[i] * (state.displacement[0, i] - state.displacement[1, i])
     residual = residual_energy(constants, state)
     if constants.damped:
         given = 0.0
         for i in range(len(state.mean)):
-            mean = state.mean[i] - state.extra[i]
-            given += mean * (state.response[0, i] - state.response[1, i])
+            given += (state.mean[i] - state.extra[i]) * (state.response[0, i] - state.response[1, i])
         parts[DISSIPATED] += given - (residual - state.stored[0])
     state.stored[0] = residual
     parts[STRAIN] = 0.5 * strain + residual + springs
@@ -48,22 +73,19 @@ def balance(constants, state):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _ports_energy(constants, state, i):  # type: ignore[no-untyped-def]
+def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
     """Add what one port stores, loses and is given in the step [J]."""
     kind, parts, mean = constants.kind[i], state.parts, state.mean[i]
     first = constants.block[i]
-    if constants.contact[i] >= 0:
-        if mean == 0.0 and state.unknown[i] == 0.0 and (first != i or kind in (UNILATERAL, CONE)):
-            return
-        if mean != 0.0:
-            push(constants.rows, i, mean, state.pressed)
     step = state.displacement[0, i] - state.displacement[1, i]
-    if kind in (GIVEN, BILATERAL):
+    if kind == BILATERAL:
         parts[WORK] += mean * step
     elif kind == SPRING:
         if constants.law[i, 1] > 0.0:
             stored = 0.5 * constants.law[i, 0] * (state.displacement[0, i] ** 2 - state.displacement[1, i] ** 2)
             parts[DISSIPATED] += -mean * step - stored
+    elif mean == 0.0 and state.unknown[i] == 0.0 and (first != i or kind in (UNILATERAL, CONE)):
+        pass
     elif state.closing[first] >= 0.0:
         _struck(constants, state, i)
     elif first != i:

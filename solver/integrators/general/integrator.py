@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from gudgeon.solver.contact.compliance import fixed
+from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.integrators.flight import flight
 from gudgeon.solver.integrators.general.arrays import (
     POSITION,
@@ -39,7 +41,7 @@ class General:
         normals = [contact_ports(self.ports, contact) for contact in system.contacts]
         self._normals = np.concatenate([np.empty(0, np.int64), *normals]).astype(np.int64)
         log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
-        self._arrays = Arrays(constants, state, _problem(len(self.ports.offset)), log)
+        self._arrays = Arrays(constants, state, _problem(constants), log)
         self._located = Located(log)
         self._slips: list[list[tuple[float, bool]]] = [[] for _ in system.contacts]
         self._gauges = _gauge_ports(system, self.ports)
@@ -119,8 +121,7 @@ def _constants(system: System, ports: Ports, dt: float) -> Constants:
         size[first] = each
         block[here] = np.repeat(first, each)
     rigid = level == VELOCITY
-    inertia = (ports.rows * step.push[0]) @ ports.rows.T
-    faster = dt * ((ports.rows * step.push[1]) @ ports.rows.T)
+    inertia, faster = (_by_bodies(system, ports, factor) for factor in (step.push[0], dt * step.push[1]))
     inertia[level == STABILISED] += 0.5 * faster[level == STABILISED]
     inertia[rigid] = faster[rigid]
     flexible[rigid] = 0.0
@@ -133,15 +134,27 @@ def _constants(system: System, ports: Ports, dt: float) -> Constants:
         dt=dt, motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
         gravity=system.driving.gravity, rows=_rows(system, ports), norm=np.linalg.norm(ports.rows, axis=1),
         reach=np.abs(residual).max(axis=(0, 2), initial=0.0) if p else np.zeros(0), offset=ports.offset,
-        kind=ports.kind, size=size, block=block, level=level, share=share, inertia=np.ascontiguousarray(inertia),
-        matrix=np.ascontiguousarray(matrix), residual=residual, memory=memory, layer=per_port["layer"],
+        kind=ports.kind, size=size, block=block, level=level, share=share, inertia=inertia.T.copy(),
+        columns=matrix.T.copy(), residual=residual, memory=memory, layer=per_port["layer"],
         law=per_port["law"], friction=per_port["friction"], belt=per_port["belt"],
         restitution=per_port["restitution"], lengths=lengths, contact=per_port["contact"],
         direction=per_port["direction"], joint=joints, given=np.flatnonzero(~responds),
+        touching=np.flatnonzero((size > 0) & (per_port["contact"] >= 0)),
+        always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
         loaded=_loaded(system, ports), sides=ports.sides, farthest=float(step.push[0].max(initial=0.0)),
-        damped=bool(np.any(memory[:, :2])), rigid=system.rigid, floor=SLOWEST,
+        damped=bool(np.any(memory[:, :2])), bounces=bool(rigid.any()), rigid=system.rigid, floor=SLOWEST,
         plain=bool(symmetric and (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()),
     )  # fmt: skip
+
+
+def _by_bodies(system: System, ports: Ports, factor: np.ndarray) -> np.ndarray:
+    """Return W diag(factor) Wᵀ, (p, p): ports that share no body do not act on each other through coordinates."""
+    found = np.zeros((len(ports.offset),) * 2)
+    for number, body in enumerate(system.bodies.values()):
+        near, here = np.flatnonzero((ports.sides == number).any(axis=1)), body.coordinates
+        rows = ports.rows[near, here]
+        found[np.ix_(near, near)] += (rows * factor[here]) @ rows.T
+    return found
 
 
 def _per_port(system: System, ports: Ports) -> dict[str, np.ndarray]:
@@ -302,30 +315,34 @@ def _state(system: System, ports: Ports, constants: Constants) -> State:
         system.start_contact_energy - 0.5 * float(system.start_forces @ system.residual @ system.start_forces),
     )  # fmt: skip
     pin = system.driving.crank(np.zeros(1))[0]
-    listed = np.zeros(p + 1, np.int64)
-    acts = np.flatnonzero(unknown) if sides else np.empty(0, np.int64)
-    listed[0], listed[1 : len(acts) + 1] = len(acts), acts
+    acts, numbers = np.zeros(p + 1, np.int64), np.flatnonzero(unknown)
+    acts[0], acts[1 : len(numbers) + 1] = len(numbers), numbers
     zeros = {name: np.zeros(p) for name in _ZERO_AT_START}
     return State(
         q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
-        pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), listed=listed,
+        pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), acts=acts,
+        listed=acts * (sides > 0),
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
         response=np.stack([response, response]), anchor=displacement.copy(), sliding=np.zeros(p, np.bool_),
         fastest=np.zeros(1), rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(2),
         acting=np.zeros(contacts), struck=np.zeros(contacts, np.bool_), peak=np.zeros((contacts, 2)),
-        slips=np.zeros((SLIPS + 1 if contacts else 1, 3)),
+        slips=np.zeros((SLIPS + 1 if contacts else 1, 3)), closing=np.full(p, -1.0),
         stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
-        extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), closing=np.full(p, -1.0), **zeros,
+        extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), **zeros,
     )  # fmt: skip
 
 
 _ZERO_AT_START = ("last", "mean", "extra", "gap", "measure", "approach", "margin", "sudden", "rate", "impulses")
 
 
-def _problem(p: int) -> Problem:
+def _problem(constants: Constants) -> Problem:
+    p = len(constants.offset)
     return Problem(
-        awake=np.zeros((2, p), np.bool_), ports=np.zeros(p, np.int64), size=np.zeros(2, np.int64),
-        columns=np.zeros((p, p)), x=np.zeros(p), y=np.zeros(p), start=np.zeros(p), past=np.zeros((3, p)),
-        changes=np.zeros((3, WINDOW, p)), gram=np.zeros((WINDOW, WINDOW + 1)),
-        slipped=np.zeros(p, np.bool_),
+        awake=np.zeros((2, p), np.bool_), ports=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
+        columns=np.zeros((p, p)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
+        matrix=fixed(constants.columns)._replace(candidate=np.ones(p, np.bool_)), free=np.zeros(p), x=np.zeros(p),
+        y=np.zeros(p), start=np.zeros(p),
+        weight=np.zeros(p), slipped=np.zeros(p, np.bool_),
+        past=np.zeros((3, p)), changes=np.zeros((3, WINDOW, p)), products=np.zeros((WINDOW, WINDOW)),
+        gram=np.zeros((WINDOW, WINDOW + 1)),
     )  # fmt: skip

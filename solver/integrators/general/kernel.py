@@ -10,13 +10,13 @@ that the path of the coordinates cannot have closed are left out.
 import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
-from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED
+from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED, VELOCITY
 from gudgeon.solver.integrators.general.candidates import find_candidates, free_measures, overlooked, used_margins
 from gudgeon.solver.integrators.general.energy import balance
 from gudgeon.solver.integrators.general.responses import rubbed
 from gudgeon.solver.integrators.general.resultants import log_forces
 from gudgeon.solver.integrators.general.rows import displaced, list_forces, moved, push
-from gudgeon.solver.integrators.general.solve import CONE, LAW, RUBBING_LAW, UNILATERAL, solve
+from gudgeon.solver.integrators.general.solve import BILATERAL, CONE, LAW, RUBBING_LAW, UNILATERAL, add_means, solve
 
 PASSES = 6
 """Largest number of contact solutions in a step, since its means depend on what opens and closes in it."""
@@ -45,9 +45,10 @@ def march(arrays, loads, crank, first, stride, out):  # type: ignore[no-untyped-
             _finish(constants, state, problem, (first + step + 1) * constants.dt)
             for j in range(len(state.pin)):
                 copy(crank[step, j], state.pin[j])
-            balance(constants, state)
+            balance(constants, state, problem)
             log_forces(constants, state, problem, log, first + step)
-            for i in range(len(constants.contact)):
+            for a in range(problem.size[0]):
+                i = problem.ports[a]
                 k = constants.contact[i]
                 if k >= 0 and state.mean[i] != 0.0:
                     for axis in range(3):
@@ -66,10 +67,9 @@ def march(arrays, loads, crank, first, stride, out):  # type: ignore[no-untyped-
 def _aim(constants, state, crank):  # type: ignore[no-untyped-def]
     """Set the direction of each joint's force in the middle of the step, and the length of its measure [m]."""
     dt = constants.dt
-    for i in range(len(constants.joint)):
+    for n in range(len(constants.joints)):
+        i = constants.joints[n]
         j = constants.joint[i]
-        if j < 0:
-            continue
         size, apart, closing, speed = 0.0, 0.0, 0.0, 0.0
         for axis in range(2):
             rate = moved(constants.rows, i + axis, state.v)
@@ -97,9 +97,10 @@ def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
     copy(q, state.before[0])
     copy(v, state.before[1])
     copy(constants.gravity, force)
-    for i in range(len(last)):
-        state.extra[i] = 0.0
-        if last[i] != 0.0 and constants.share[i] < 1.0:
+    state.extra[:] = 0.0
+    for n in range(1, state.acts[0] + 1):
+        i = state.acts[n]
+        if constants.share[i] < 1.0:
             push(constants.rows, i, 0.5 * last[i], force)
     for n in range(len(constants.given)):
         i = constants.given[n]
@@ -107,9 +108,12 @@ def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
         if loads[n] != 0.0:
             push(constants.rows, i, loads[n], force)
     q0, v0 = state.before[0], state.before[1]
+    a, b, c = motion[0], motion[1], constants.push[0]
     for k in range(len(q)):
-        q[k] = motion[0, k] * q0[k] + motion[1, k] * v0[k] + constants.push[0, k] * force[k]
-        v[k] = motion[2, k] * q0[k] + motion[3, k] * v0[k] + constants.push[1, k] * force[k]
+        q[k] = a[k] * q0[k] + b[k] * v0[k] + c[k] * force[k]
+    a, b, c = motion[2], motion[3], constants.push[1]
+    for k in range(len(v)):
+        v[k] = a[k] * q0[k] + b[k] * v0[k] + c[k] * force[k]
     for s in range(len(state.held)):
         memory = constants.memory[s]
         for i in range(len(last)):
@@ -124,21 +128,11 @@ def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
 def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
     """Find the forces of all candidates; False where the sweeps do not converge."""
     for _trial in range(PASSES):
-        n = problem.size[0]
-        for a in range(n):
-            i = problem.ports[a]
-            problem.x[a], problem.y[a] = state.unknown[i], state.gap[i]
-        for j in range(len(state.extra)):
-            if state.extra[j] != 0.0:
-                for a in range(n):
-                    problem.y[a] += constants.inertia[problem.ports[a], j] * state.extra[j]
-        if n > 0 and not solve(constants, state, problem):
+        if problem.size[0] > 0 and not solve(constants, state, problem):
             return False
-        for a in range(n):
-            i = problem.ports[a]
-            state.unknown[i], state.measure[i] = problem.x[a], problem.y[a]
         unsettled = _set_extra(constants, state, problem)
         missed = overlooked(constants, state, problem)
+        problem.size[2] = not missed
         if missed:
             free_measures(constants, state, problem, crank)
         if not (missed or unsettled):
@@ -149,10 +143,13 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
 
 @inner
 def _set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Set by how much means differ from the trapezoidal rule where contact opens or closes; whether that changed."""
+    """Set by how much means differ from the trapezoidal rule where contact opens or closes; whether that changed.
+
+    The measures that `problem.free` has are those with it.
+    """
     largest, change = 0.0, 0.0
     for a in range(problem.size[0]):
-        largest = max(largest, abs(problem.x[a]))
+        largest = max(largest, abs(state.unknown[problem.ports[a]]))
     for a in range(problem.size[0]):
         i = problem.ports[a]
         kind = constants.kind[i]
@@ -166,8 +163,11 @@ def _set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
             if b > 0:
                 given = part * state.unknown[i + b] + (1.0 - part) * state.last[i + b]
             wanted = (share - 1.0) * given
-            change = max(change, abs(wanted - state.extra[i + b]))
-            state.extra[i + b] = wanted
+            step = wanted - state.extra[i + b]
+            if step != 0.0:
+                change = max(change, abs(step))
+                add_means(constants, problem, i + b, step)
+                state.extra[i + b] = wanted
     return change > SETTLED * largest
 
 
@@ -180,7 +180,7 @@ def _closed_share(constants, state, problem, i):  # type: ignore[no-untyped-def]
     """
     inertia, extra, part = constants.inertia[i, i], state.extra[i], constants.share[i]
     way, now, last = _yields(constants, state, problem, i), state.unknown[i], state.last[i]
-    own = constants.matrix[i, i] - part * inertia
+    own = constants.columns[i, i] - part * inertia
     if now > 0.0:
         begin, force = max(0.0, state.displacement[1, i]), part * now
         if begin == 0.0 or own <= 0.0:
@@ -206,7 +206,7 @@ def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
     total = displaced(constants.residual, i, state.known, state.listed_known) - state.response[1, i]
     for a in range(problem.size[0]):
         j = problem.ports[a]
-        total += (constants.matrix[i, j] - constants.share[j] * constants.inertia[i, j]) * problem.x[a]
+        total += (constants.columns[j, i] - constants.share[j] * constants.inertia[j, i]) * state.unknown[j]
     return total - constants.layer[i] * state.last[i]
 
 
@@ -221,23 +221,32 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
         share = constants.share[i]
         state.mean[i] = share * now + (1.0 - share) * last + state.extra[i]
         state.impulses[i] += constants.dt * state.mean[i]
+    acts = 0
     for a in range(problem.size[0]):
         i = problem.ports[a]
         amount = constants.share[i] * state.unknown[i] + state.extra[i]
         if amount != 0.0:
             push(constants.rows, i, amount, second)
+        if state.unknown[i] != 0.0:
+            acts += 1
+            state.acts[acts] = i
+    state.acts[0] = acts
     _strike(constants, state, problem)
-    length = 0.0
-    for k in range(len(second)):
-        state.force[k] += second[k]
-        state.q[k] += constants.push[0, k] * second[k]
-        state.v[k] += constants.push[1, k] * second[k]
-        length += (state.q[k] - state.before[0, k]) ** 2
+    length, q, v, before, force = 0.0, state.q, state.v, state.before[0], state.force
+    by_q, by_v = constants.push[0], constants.push[1]
+    for k in range(len(q)):
+        q[k] += by_q[k] * second[k]
+    for k in range(len(v)):
+        v[k] += by_v[k] * second[k]
+    for k in range(len(force)):
+        force[k] += second[k]
+    for k in range(len(q)):
+        length += (q[k] - before[k]) ** 2
     state.travel[0] += np.sqrt(length)
     held, total = state.held, 0.0
     for s in range(len(held)):
+        memory = constants.memory[s]
         for i in range(p):
-            memory = constants.memory[s]
             held[s, i] = memory[0, i] * held[s, i] + memory[1, i] * state.last[i] + memory[2, i] * state.unknown[i]
             total += abs(held[s, i])
     state.travel[1] = total
@@ -261,23 +270,45 @@ def _strike(constants, state, problem):  # type: ignore[no-untyped-def]
 
 @inner
 def _displace(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Set the displacement of the ports that respond or are loaded, at the end of the step [m]."""
-    for i in range(len(state.unknown)):
-        tracked = constants.contact[i] < 0 or problem.awake[0, constants.block[i]]
-        if not (tracked or state.unknown[i] != 0.0 or state.last[i] != 0.0 or _holds(state, i)):
-            continue
-        response = displaced(constants.residual, i, state.held, state.listed)
-        state.response[0, i] = response
-        state.displacement[0, i] = constants.offset[i] + moved(constants.rows, i, state.q) + response
+    """Set the displacement of the ports that respond or are loaded, at the end of the step [m].
+
+    That of a candidate over a compliance is its measure less its layer, from its anchor.
+    """
+    # Rigid contact moves what it pushes once more, after its impulses are found: see `_strike`.
+    step, solved = constants.dt, problem.size[2] != 0 and not constants.bounces
+    displacement, response, layer, unknown = state.displacement[0], state.response[0], constants.layer, state.unknown
+    residual, held, listed = constants.residual, state.held, state.listed
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        first = constants.block[i]
+        if solved and constants.level[first] == POSITION and constants.kind[i] != BILATERAL:
+            displacement[i] = problem.free[i] - layer[i] * unknown[i]
+            if i > first and constants.contact[i] >= 0:
+                displacement[i] += state.anchor[i] + constants.belt[i] * step
+            if constants.damped:
+                response[i] = displaced(residual, i, held, listed)
+        else:
+            _displace_fully(constants, state, i)
+    for n in range(len(constants.given)):
+        _displace_fully(constants, state, constants.given[n])
+    if constants.bounces:
+        for n in range(len(constants.touching)):
+            i = constants.touching[n]
+            if constants.level[i] == VELOCITY and problem.awake[0, i]:
+                for b in range(i, i + constants.size[i]):
+                    _displace_fully(constants, state, b)
+    if len(state.held) == 1:
+        for n in range(1, listed[0] + 1):
+            i = listed[n]
+            response[i] = displaced(residual, i, held, listed)
 
 
 @inner
-def _holds(state, i):  # type: ignore[no-untyped-def]
-    """Whether the residual flexibility still holds a force of a port."""
-    total = 0.0
-    for s in range(len(state.held)):
-        total += abs(state.held[s, i])
-    return total > 0.0
+def _displace_fully(constants, state, i):  # type: ignore[no-untyped-def]
+    """Set the displacement of one port by its row."""
+    response = displaced(constants.residual, i, state.held, state.listed)
+    state.response[0, i] = response
+    state.displacement[0, i] = constants.offset[i] + moved(constants.rows, i, state.q) + response
 
 
 @inner
@@ -294,8 +325,7 @@ def _anchor(constants, state, problem, time):  # type: ignore[no-untyped-def]
             continue
         slips = True
         if state.unknown[i] > 0.0:
-            columns = problem.columns
-            reach = max(columns[a + 1, a + 1], columns[a + 2, a + 2])
+            reach = max(constants.columns[i + 1, i + 1], constants.columns[i + 2, i + 2])
             limit = (constants.friction[i, 0] * state.unknown[i], constants.friction[i, 1] * state.unknown[i])
             first = state.unknown[i + 1] - state.measure[i + 1] / reach
             second = state.unknown[i + 2] - state.measure[i + 2] / reach
@@ -321,9 +351,9 @@ def _note(contact, time, begins, slips):  # type: ignore[no-untyped-def]
 @inner
 def _lengths(constants, state, out):  # type: ignore[no-untyped-def]
     """Set the length error of each joint [m]."""
-    for i in range(len(constants.joint)):
+    for n in range(len(constants.joints)):
+        i = constants.joints[n]
         j = constants.joint[i]
-        if j >= 0:
-            lateral = state.displacement[0, i] - state.pin[j, 0]
-            along = state.displacement[0, i + 1] - state.pin[j, 1]
-            out[j] = np.hypot(lateral, along) - constants.lengths[i]
+        lateral = state.displacement[0, i] - state.pin[j, 0]
+        along = state.displacement[0, i + 1] - state.pin[j, 1]
+        out[j] = np.hypot(lateral, along) - constants.lengths[i]

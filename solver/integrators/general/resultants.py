@@ -18,7 +18,8 @@ def log_forces(constants, state, problem, log, number):  # type: ignore[no-untyp
         state.acting[k] = 0.0
         state.struck[k] = False
     active = 0
-    for i in range(len(state.mean)):
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
         k = constants.contact[i]
         if k < 0 or constants.block[i] != i:
             continue
@@ -44,9 +45,8 @@ def log_forces(constants, state, problem, log, number):  # type: ignore[no-untyp
             continue
         i = log.steps[k, ROW]
         if acts:
-            free = constants.offset[i] + moved(constants.rows, i, state.before[0])
             rate = moved(constants.rows, i, state.before[1])
-            note_change(log, k, True, time, free + constants.dt * rate + state.response[1, i], rate)
+            note_change(log, k, True, time, state.displacement[1, i] + constants.dt * rate, rate)
         else:
             rate = moved(constants.rows, i, state.v)
             note_change(log, k, False, time, state.displacement[0, i], rate)

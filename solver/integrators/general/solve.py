@@ -7,8 +7,10 @@ A sweep lets every block of ports respond to the measures y = y₀ + M x as they
 
 import numpy as np
 
-from gudgeon.solver.compiled import entry, inner
+from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.integrators.general.closed import close
 from gudgeon.solver.integrators.general.responses import pressed_law, rubbed, spring_force
+from gudgeon.solver.integrators.outcome import PIVOTS
 
 UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN = range(7)
 """Values of `ports.table.Kind`, which a compiled function reads as numbers."""
@@ -28,40 +30,91 @@ STEADY = 1e-13
 
 @entry
 def solve(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Find the unknowns x and measures y of all candidates, from x as it is; False where the sweeps do not converge.
+    """Find the unknowns and measures of all candidates from the unknowns that they have; False where none are found."""
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        problem.free[i] = state.gap[i]
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        if state.extra[i] != 0.0:
+            add_means(constants, problem, i, state.extra[i])
+    if constants.plain:
+        pivots = close(problem)
+        state.counts[PIVOTS] += max(0, pivots)
+        if pivots >= 0:
+            for a in range(problem.size[0]):
+                i = problem.ports[a]
+                # A force within the tolerance below zero is none.
+                state.unknown[i], state.measure[i] = max(0.0, problem.x[i]), problem.y[i]
+                problem.free[i] = problem.y[i]
+            return True
+    if not _balanced(constants, state, problem):
+        return False
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        state.unknown[i], state.measure[i] = problem.x[a], problem.y[a]
+        problem.free[i] = problem.y[a]
+    return True
 
-    Args:
-        problem: y on entry: without the unknowns of the candidates.
-    """
+
+@inner
+def add_means(constants, problem, j, amount):  # type: ignore[no-untyped-def]
+    """Add what a mean force of port j [N] does to the measures of the candidates."""
+    row = constants.inertia[j]
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        problem.free[i] += amount * row[i]
+
+
+@inner
+def _gather(constants, problem):  # type: ignore[no-untyped-def]
+    """Gather the columns of the candidates."""
+    n = problem.size[0]
+    for a in range(n):
+        column, source = problem.columns[a], constants.columns[problem.ports[a]]
+        for c in range(n):
+            column[c] = source[problem.ports[c]]
+        problem.weight[a] = np.sqrt(column[a])
+    problem.size[1] = n
+
+
+@inner
+def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Sweep over the candidates until no force changes; False where that takes too long."""
     n = problem.size[0]
     x, y, columns = problem.x[:n], problem.y[:n], problem.columns
+    if problem.size[1] != n:
+        _gather(constants, problem)
+    for a in range(n):
+        i = problem.ports[a]
+        x[a], y[a] = state.unknown[i], problem.free[i]
     for a in range(n):
         if x[a] != 0.0:
-            column, amount = columns[a, :n], x[a]
-            for c in range(n):
+            column, amount = columns[a], x[a]
+            for c in range(len(y)):
                 y[c] += amount * column[c]
     for a in range(n):
         problem.slipped[problem.ports[a]] = state.sliding[problem.ports[a]]
-    kept, before = 0, 0.0
+    before, start, weight = 0.0, problem.start[:n], problem.weight[:n]
+    problem.size[4] = 0
     for sweep in range(MOST_SWEEPS):
-        for a in range(n):
-            problem.start[a] = x[a]
+        copy(x, start)
         blocks = _sweep(constants, state, problem, sweep >= UNDECIDED)
-        change, largest, size = 0.0, 0.0, 0.0
+        step, largest, size = 0.0, 0.0, 0.0
         for a in range(n):
-            step = abs(x[a] - problem.start[a])
+            step = max(step, abs(x[a] - start[a]))
             largest = max(largest, abs(x[a]))
-            change = max(change, step)
-            size += columns[a, a] * step * step
+        for a in range(n):
+            size += (weight[a] * (x[a] - start[a])) ** 2
         state.counts[3] += 1
-        if change <= TOLERANCE * largest:
+        if step <= TOLERANCE * largest:
             return True
         if blocks == 1 and constants.size[problem.ports[0]] == 1:
             return True
         if sweep > 0 and size > 4.0 * before:
-            kept = 0
+            problem.size[4] = 0
         before = size
-        kept = _mix(problem, n, kept, sweep)
+        problem.size[4] = _mix(problem, n, sweep)
     return False
 
 
@@ -72,143 +125,156 @@ def _sweep(constants, state, problem, decided):  # type: ignore[no-untyped-def]
     Args:
         decided: Whether what slips goes on to slip in this step.
     """
-    n, a, blocks = problem.size[0], 0, 0
-    while a < n:
-        i = problem.ports[a]
-        kind, size = constants.kind[i], constants.size[i]
+    n, blocks, ports, kinds, sizes = problem.size[0], 0, problem.ports, constants.kind, constants.size
+    x, y, columns, friction = problem.x[:n], problem.y[:n], problem.columns, constants.friction
+    slipped = problem.slipped
+    for a in range(n):
+        i = ports[a]
+        kind, size = kinds[i], sizes[i]
+        if size == 0:
+            continue
         blocks += 1
         if kind == BILATERAL:
-            _hold(constants, state, problem, i, a)
-        else:
-            _press(constants, state, problem, i, a)
+            _hold(state.rod[constants.joint[i]], a, x, y, columns)
+        elif not _idle(kind, size, a, x, y):
+            old, reach = x[a], columns[a, a]
+            free = y[a] - reach * old
+            if kind == UNILATERAL:
+                normal = max(0.0, -free / reach)
+            elif kind == CONE:
+                normal = max(0.0, old + RELAXATION * (-free / reach - old))
+            else:
+                ends, before = constants.share[i] < 1.0, state.displacement[1, i]
+                if kind == SPRING:
+                    normal = spring_force(constants.law[i], before, free, reach, constants.dt, ends)
+                else:
+                    depths = (-before, -free)
+                    normal = pressed_law(constants.law[i], state.approach[i], depths, reach, constants.dt, ends)
+                    if kind == RUBBING_LAW:
+                        normal = max(0.0, old + RELAXATION * (normal - old))
+            _change(columns[a], x, y, a, normal)
             if size == 3:
-                slips = _rub(constants, problem, i, a)
-                problem.slipped[i] = problem.slipped[i] or (decided and slips)
-        a += size
+                limit = (friction[i, 0] * normal, friction[i, 1] * normal)
+                block = (columns[a + 1, a + 1], columns[a + 1, a + 2], columns[a + 2, a + 1], columns[a + 2, a + 2])
+                forces, measures = (x[a + 1], x[a + 2]), (y[a + 1], y[a + 2])
+                first, second, slips = _rubbed(block, limit, slipped[i], forces, measures)
+                slipped[i] = slipped[i] or (decided and slips)
+                _change(columns[a + 1], x, y, a + 1, first)
+                _change(columns[a + 2], x, y, a + 2, second)
     return blocks
 
 
 @inner
-def _change(problem, a, value):  # type: ignore[no-untyped-def]
+def _idle(kind, size, a, x, y):  # type: ignore[no-untyped-def]
+    """Whether a unilateral port is open and stays so."""
+    open_ = kind in (UNILATERAL, CONE) and x[a] == 0.0 and y[a] >= 0.0
+    return open_ and (size == 1 or (x[a + 1] == 0.0 and x[a + 2] == 0.0))
+
+
+@inner
+def _change(column, x, y, a, value):  # type: ignore[no-untyped-def]
     """Set an unknown, and all measures by its change."""
-    n, change = problem.size[0], value - problem.x[a]
-    if change != 0.0:
-        column, y = problem.columns[a, :n], problem.y[:n]
-        for c in range(n):
-            y[c] += change * column[c]
-        problem.x[a] = value
+    step = value - x[a]
+    if step != 0.0:
+        for c in range(len(y)):
+            y[c] += step * column[c]
+        x[a] = value
 
 
 @inner
-def _press(constants, state, problem, i, a):  # type: ignore[no-untyped-def]
-    """Let one port respond along its normal or its line."""
-    kind, reach, before = constants.kind[i], problem.columns[a, a], state.displacement[1, i]
-    old = problem.x[a]
-    free = problem.y[a] - reach * old
-    ends = constants.share[i] < 1.0
-    if kind in (UNILATERAL, CONE):
-        if old == 0.0 and problem.y[a] >= 0.0:
-            return
-        value = max(0.0, -free / reach)
-        if kind == CONE:
-            value = max(0.0, old + RELAXATION * (-free / reach - old))
-    elif kind == SPRING:
-        value = spring_force(constants.law[i], before, free, reach, constants.dt, ends)
-    else:
-        value = pressed_law(constants.law[i], state.approach[i], (-before, -free), reach, constants.dt, ends)
-        if kind == RUBBING_LAW:
-            value = max(0.0, old + RELAXATION * (value - old))
-    _change(problem, a, value)
+def _rubbed(block, limit, slides, forces, measures):  # type: ignore[no-untyped-def]
+    """Return the response of the two tangents of a cone.
 
+    Args:
+        block: Their 2 × 2 block.
+        limit: Largest static and kinetic force [N].
 
-@inner
-def _rub(constants, problem, i, a):  # type: ignore[no-untyped-def]
-    """Let the two tangents of a cone respond; whether they slip."""
-    normal = problem.x[a]
-    if normal <= 0.0:
-        _change(problem, a + 1, 0.0)
-        _change(problem, a + 2, 0.0)
-        return False
-    columns = problem.columns
-    p, r = columns[a + 1, a + 1], columns[a + 2, a + 2]
-    s = 0.5 * (columns[a + 1, a + 2] + columns[a + 2, a + 1])
+    Returns:
+        Both forces [N], and whether they slip.
+    """
+    if limit[0] <= 0.0:
+        return 0.0, 0.0, False
+    p, r, s = block[0], block[3], 0.5 * (block[1] + block[2])
     # The larger eigenvalue of the 2 × 2 block keeps the projection of its step a contraction.
     reach = 0.5 * (p + r) + np.sqrt(0.25 * (p - r) ** 2 + s * s)
     weight = 1.0 / reach if reach > 0.0 else 0.0
-    limit = (constants.friction[i, 0] * normal, constants.friction[i, 1] * normal)
-    first = problem.x[a + 1] - weight * problem.y[a + 1]
-    second = problem.x[a + 2] - weight * problem.y[a + 2]
-    first, second, slips = rubbed(limit, problem.slipped[i], first, second)
-    _change(problem, a + 1, first)
-    _change(problem, a + 2, second)
-    return slips
+    return rubbed(limit, slides, forces[0] - weight * measures[0], forces[1] - weight * measures[1])
 
 
 @inner
-def _hold(constants, state, problem, i, a):  # type: ignore[no-untyped-def]
+def _hold(along, a, x, y, columns):  # type: ignore[no-untyped-def]
     """Hold the distance of a joint's point from its driven point, by a force along the rod's direction in the step."""
-    along = state.rod[constants.joint[i]]
-    y, columns, length = problem.y, problem.columns, along[2]
-    last = problem.x[a] * along[0] + problem.x[a + 1] * along[1]
-    _change(problem, a, last * along[0])
-    _change(problem, a + 1, last * along[1])
+    length = along[2]
+    last = x[a] * along[0] + x[a + 1] * along[1]
+    _change(columns[a], x, y, a, last * along[0])
+    _change(columns[a + 1], x, y, a + 1, last * along[1])
     for _turn in range(2):
         size = np.hypot(y[a], y[a + 1])
         n0, n1 = y[a] / size, y[a + 1] / size
         give = n0 * (columns[a, a] * along[0] + columns[a + 1, a] * along[1])
         give += n1 * (columns[a, a + 1] * along[0] + columns[a + 1, a + 1] * along[1])
         force = (length - size) / give
-        _change(problem, a, problem.x[a] + force * along[0])
-        _change(problem, a + 1, problem.x[a + 1] + force * along[1])
+        _change(columns[a], x, y, a, x[a] + force * along[0])
+        _change(columns[a + 1], x, y, a + 1, x[a + 1] + force * along[1])
 
 
 @inner
-def _mix(problem, n, kept, sweep):  # type: ignore[no-untyped-def]
+def _mix(problem, n, sweep):  # type: ignore[no-untyped-def]
     """Mix the last sweeps; returns how many changes are kept.
 
     The weights minimise ‖r − Σ γ Δr‖ in the norm of the diagonal of M.
     """
-    x, y, past, changes, gram, columns = (
-        problem.x,
-        problem.y,
-        problem.past,
-        problem.changes,
-        problem.gram,
-        problem.columns,
-    )
-    slot = sweep % WINDOW
+    x, y, changes, products, gram = problem.x[:n], problem.y[:n], problem.changes, problem.products, problem.gram
+    slot, residual = sweep % WINDOW, problem.past[0, :n]
+    _subtract(x, problem.past[1, :n], changes[1, slot, :n])
+    _subtract(y, problem.past[2, :n], changes[2, slot, :n])
+    change, start, weight = changes[0, slot, :n], problem.start[:n], problem.weight[:n]
     for a in range(n):
-        residual = (x[a] - problem.start[a]) * np.sqrt(columns[a, a])
-        changes[0, slot, a], changes[1, slot, a] = residual - past[0, a], x[a] - past[1, a]
-        changes[2, slot, a] = y[a] - past[2, a]
-        past[0, a], past[1, a], past[2, a] = residual, x[a], y[a]
+        now = (x[a] - start[a]) * weight[a]
+        change[a] = now - residual[a]
+        residual[a] = now
     if sweep == 0:
         return 0
-    kept = min(kept + 1, WINDOW)
+    kept = min(problem.size[4] + 1, WINDOW)
+    for b in range(kept):
+        other = (slot - b) % WINDOW
+        products[slot, other] = products[other, slot] = _product(change, changes[0, other, :n])
     top = 0.0
     for b in range(kept):
-        one = changes[0, (slot - b) % WINDOW, :n]
+        one = (slot - b) % WINDOW
         for c in range(b + 1):
-            other, total = changes[0, (slot - c) % WINDOW, :n], 0.0
-            for a in range(n):
-                total += one[a] * other[a]
-            gram[b, c] = total
-        total, residual = 0.0, past[0, :n]
-        for a in range(n):
-            total += one[a] * residual[a]
-        gram[b, WINDOW] = total
+            gram[b, c] = products[one, (slot - c) % WINDOW]
+        gram[b, WINDOW] = _product(changes[0, one, :n], residual)
         top = max(top, gram[b, b])
     if not top > 0.0:
         return 0
     if not _least_squares(gram, kept, STEADY * top):
         return 0
     for b in range(kept):
-        weight, at = gram[b, WINDOW], (slot - b) % WINDOW
+        share, at = gram[b, WINDOW], (slot - b) % WINDOW
         dx, dy = changes[1, at, :n], changes[2, at, :n]
         for a in range(n):
-            x[a] -= weight * dx[a]
-            y[a] -= weight * dy[a]
+            x[a] -= share * dx[a]
+        for a in range(n):
+            y[a] -= share * dy[a]
     return kept
+
+
+@inner
+def _subtract(now, past, difference):  # type: ignore[no-untyped-def]
+    """Set a difference, and the past to what is now."""
+    for a in range(len(now)):
+        difference[a] = now[a] - past[a]
+    copy(now, past)
+
+
+@inner
+def _product(one, other):  # type: ignore[no-untyped-def]
+    """Return the scalar product of two vectors."""
+    total = 0.0
+    for a in range(len(one)):
+        total += one[a] * other[a]
+    return total
 
 
 @inner

@@ -1,0 +1,47 @@
+"""Candidates that are all unilateral over a symmetric compliance: their complementarity problem by its closed ports."""
+
+from gudgeon.solver.compiled import inner
+from gudgeon.solver.contact.compliance import Compliance
+from gudgeon.solver.contact.lcp import remove, solve_lcp
+
+GAP_TOLERANCE = 1e-12
+"""Violation of a gap that is accepted, relative to the largest gap."""
+
+
+@inner
+def close(problem):  # type: ignore[no-untyped-def]
+    """Set x and y of the candidates, by the numbers of their ports; returns the number of ports opened and closed.
+
+    The set of closed ports and its factor are kept from step to step; −1 where ports depend on each other.
+    """
+    if problem.size[1] != problem.size[0]:
+        _list_runs(problem)
+    active, whole, scale = problem.active, problem.matrix, 0.0
+    for a in range(problem.size[0]):
+        scale = max(scale, abs(problem.free[problem.ports[a]]))
+    matrix = Compliance(
+        values=whole.values, base=whole.base, stamp=whole.stamp, era=whole.era, master=whole.master,
+        block=problem.runs[: problem.size[3]], candidate=whole.candidate[: problem.size[3]], space=whole.space,
+        corner=whole.corner, across=whole.across, along=whole.along, window=whole.window, scratch=whole.scratch,
+    )  # fmt: skip
+    pivots = solve_lcp(matrix, problem.free, active, problem.x, problem.y, GAP_TOLERANCE * scale)
+    if pivots < 0:
+        active.size[0], problem.size[1] = 0, -1
+    return pivots
+
+
+@inner
+def _list_runs(problem):  # type: ignore[no-untyped-def]
+    """List the candidates by runs of ports that follow each other, and open closed ports that are no candidates."""
+    count, last, active = 0, -2, problem.active
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        if i != last + 1:
+            problem.runs[count, 0] = i
+            count += 1
+        problem.runs[count - 1, 1] = i + 1
+        last = i
+    problem.size[3], problem.size[1] = count, problem.size[0]
+    for a in range(active.size[0] - 1, -1, -1):
+        if not problem.awake[0, active.rows[a]]:
+            remove(active, active.rows[a])

@@ -1,0 +1,91 @@
+"""Steps per second of the implicit loop over ports: many points, Coulomb cones, chains of bars.
+
+CPU time of one thread; the systems are made in code, see `tests.solver.port_systems`.
+"""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gudgeon.solver.integrators.general import integrator
+from gudgeon.solver.integrators.general.integrator import General
+from gudgeon.solver.integrators.outcome import Samples
+from gudgeon.solver.system.system import System
+from tests.solver.port_systems import chain, pair, rubbing_ports
+
+POINTS, FRAME = 300, 10
+"""Candidates; steps of one reading."""
+NEAR = 0.3
+"""Readings count where as many points act as asked for, within this share."""
+
+
+def empty(system: System) -> Samples:
+    """Return one sample of a system."""
+    widths = len(system.driving.rows), 2 * len(system.rigid) + len(system.driving.joints)
+    return Samples(np.zeros((1, len(system.contacts), 3)), np.zeros((1, 5)), *(np.zeros((1, w)) for w in (*widths, 0)))
+
+
+def readings(system: System, dt: float, frames: int, stride: int = FRAME) -> tuple[np.ndarray, np.ndarray]:
+    """Return the CPU seconds of a step and the number of points that act, over frames of some steps."""
+    run, seconds, acting = General(system, dt), np.zeros(frames), np.zeros(frames)
+    for frame in range(frames):
+        sample = empty(system)
+        begin = time.process_time()
+        assert run.advance(frame * stride, stride, sample)
+        seconds[frame] = (time.process_time() - begin) / stride
+        acting[frame] = np.count_nonzero(run.outcome().multipliers)
+    return seconds[1:], acting[1:]
+
+
+def near(seconds: np.ndarray, acting: np.ndarray, count: int) -> float:
+    """Return the median time of the readings in which about as many points act."""
+    counts = np.abs(acting / count - 1) < NEAR
+    assert counts.sum() >= 3, f"{count} wanted, there act {acting}"
+    return float(np.median(seconds[counts]))
+
+
+def products(system: System, acting: int) -> float:
+    """Return the seconds of a step's bare products: W q, Wᵀ f and R f."""
+    rows, q, force = np.ascontiguousarray(system.rows), np.ones(system.rows.shape[1]), np.ones(acting)
+    part, residual = rows[:acting].T.copy(), system.residual[:, :acting].copy()
+    begin = time.process_time()
+    for _ in range(2000):
+        rows @ q
+        part @ force
+        residual @ force
+    return (time.process_time() - begin) / 2000
+
+
+def test_many_points_without_friction(benchmark: object, tmp_path: Path) -> None:
+    """300 candidates on 132 coordinates, 30 closed: 3e4 steps a second, at most three times the bare products."""
+    system = pair(tmp_path, POINTS, bulge=0.03)
+    seconds = near(*benchmark.pedantic(readings, (system, 2e-7, 60)), 30)  # type: ignore[attr-defined]
+    bare = products(system, 30)
+    print(f"\n{1 / seconds:.3g} steps/s, {seconds / bare:.1f} x the bare products of {1e6 * bare:.1f} µs")
+    assert seconds < 1 / 3e4
+    assert seconds < 3 * bare
+
+
+@pytest.mark.parametrize(("count", "least"), [(30, 8000), (90, 1000), (320, 40)])
+def test_cones(count: int, least: float, benchmark: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whole steps with friction at all points of two blocks that slide askew."""
+    monkeypatch.setattr(integrator, "ports_of", rubbing_ports)
+    system = pair(tmp_path, count, friction=0.3)
+    seconds = near(*benchmark.pedantic(readings, (system, 2e-7, 60, 2)), count)  # type: ignore[attr-defined]
+    print(f"\n{count} cones: {1 / seconds:.3g} steps/s")
+    assert seconds < 1 / least
+
+
+def steps_of_chains(systems: dict[int, System]) -> dict[int, float]:
+    """Return the median CPU seconds of a step of each system."""
+    return {bars: float(np.median(readings(system, 2e-7, 20, 50)[0])) for bars, system in systems.items()}
+
+
+def test_a_chain_of_bars(benchmark: object, tmp_path: Path) -> None:
+    """41 coordinates each: ten times the bodies take at most 15 times as long."""
+    systems = {bars: chain(tmp_path / str(bars), bars) for bars in (10, 30, 100, 200)}
+    found = benchmark.pedantic(steps_of_chains, (systems,))  # type: ignore[attr-defined]
+    print("\n" + "\n".join(f"{bars} bars: {1e6 * seconds:.1f} µs a step" for bars, seconds in found.items()))
+    assert found[100] < 15 * found[10]
