@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.scenes.crank_tables import check_closed, read_cycle
+from gudgeon.pipeline.scenes.crank_tables import check_closed, read_cycle, read_knots
 from gudgeon.pipeline.scenes.fit import misfits
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 from gudgeon.solver.registry import definition, names
@@ -59,13 +59,21 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
     wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.joint.items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
+    for name, spring in scene.springs().items():
+        able = ("mean", "tie", *(("points", "patch") if spring.kind == "spring" else ()))
+        if spring.interface is not None:
+            wanted.append((f"force.{name}.interface", spring.body, spring.interface, able))
+        if spring.against is not None and spring.against_interface is not None:
+            wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
     for where, body, interface, kinds in wanted:
         component = scene.component.get(scene.component_of(body))
         if component is None:
             continue
         if interface not in component.interface:
             have = ", ".join(component.interface) or "none"
-            lines.append(f"{where}: no interface '{interface}', the component has {have}")
+            near = difflib.get_close_matches(interface, component.interface, 1)
+            hint = f"did you mean '{near[0]}'? " if near else ""
+            lines.append(f"{where}: no interface '{interface}', {hint}the component has {have}")
         elif (got := component.interface[interface].kind) not in kinds:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
@@ -153,4 +161,8 @@ def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
         else:
             check_closed(f"force.{name}.values", np.array(force.values))
         forces[name] = force
+    for name, force in scene.springs().items():
+        if force.kind == "spring" and force.table is not None:
+            values = read_knots(find_file(force.table, folder, f"force.{name}.table"))
+            forces[name] = force.model_copy(update={"values": values})
     return scene.model_copy(update={"force": forces}) if forces else scene

@@ -1,4 +1,7 @@
-"""Tables over the crank angle, read from CSV: a header, then angle [deg] and value, periodic in one or two turns."""
+"""Tables of forces, read from CSV: a header, then pairs.
+
+Over the crank angle: angle [deg] and value, periodic in one or two turns; of springs: elongation [m] and tension [N].
+"""
 
 from pathlib import Path
 
@@ -6,6 +9,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.profile import finite, read_rows
+from gudgeon.solver.forces.spring import check_knots
 
 SPANS = (360.0, 720.0)
 CLOSED = 1e-3
@@ -21,12 +25,32 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
     rows = read_rows(path, "table")
     if len(rows) < 5:
         raise InputError(f"{path}: a table over the crank angle needs a header and at least four rows")
+    values = _pairs(rows, path, "angle [deg] and value")
+    check_closed(str(path), np.array(values), 2)
+    return values
+
+
+def read_knots(path: Path) -> tuple[tuple[float, float], ...]:
+    """Return the rows of a spring's table: elongation [m] and tension [N].
+
+    Raises:
+        InputError: the file is missing, a value is not a finite number, or see `check_knots`.
+    """
+    values = _pairs(read_rows(path, "table"), path, "elongation [m] and tension [N]")
+    try:
+        check_knots(str(path), np.array(values).reshape(-1, 2), 2)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    return values
+
+
+def _pairs(rows: list[list[str]], path: Path, needed: str) -> tuple[tuple[float, float], ...]:
+    """Return the numbers of the rows below the header."""
     values = []
     for number, row in enumerate(rows[1:], 2):
         if len(row) != 2:
-            raise InputError(f"{path}: row {number} has {len(row)} cells, angle [deg] and value are needed")
+            raise InputError(f"{path}: row {number} has {len(row)} cells, {needed} are needed")
         values.append((finite(row[0], path, number), finite(row[1], path, number)))
-    check_closed(str(path), np.array(values), 2)
     return tuple(values)
 
 

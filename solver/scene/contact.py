@@ -79,9 +79,7 @@ class Contact(Strict):
         description="Separation speed over approach speed, for method 'impact'; with 0 the contact stays closed until"
         " its force would become tensile",
     )
-    friction: Friction | None = Field(
-        default=None, description="Coulomb friction; static = 0 means no friction"
-    )
+    friction: Friction | None = Field(default=None, description="Coulomb friction; static = 0 means no friction")
     dashpot: Literal["none", "wave-guide"] = Field(
         default="none",
         description="wave-guide: impedance of the truncated modes in parallel to R, for single-point contacts on bars",

@@ -8,7 +8,7 @@ A sweep lets every block of ports respond to the measures y = y₀ + M x as they
 import numpy as np
 
 from gudgeon.solver.compiled import entry, inner
-from gudgeon.solver.integrators.general.responses import pressed_law, rubbed, spring_force
+from gudgeon.solver.integrators.general.responses import pressed_law, rubbed, spring_force, tabled_force
 
 UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN = range(7)
 """Values of `ports.table.Kind`, which a compiled function reads as numbers."""
@@ -102,6 +102,9 @@ def _press(constants, state, problem, i, a):  # type: ignore[no-untyped-def]
         value = max(0.0, -free / reach)
         if kind == CONE:
             value = max(0.0, old + RELAXATION * (-free / reach - old))
+    elif kind == SPRING and constants.table[i, 1] > 0:
+        knots = constants.knots[constants.table[i, 0] : constants.table[i, 1]]
+        value = tabled_force(constants.law[i], knots, (before, free), reach, constants.dt, ends)
     elif kind == SPRING:
         value = spring_force(constants.law[i], before, free, reach, constants.dt, ends)
     else:
