@@ -34,7 +34,11 @@ def check_contents(record: Any, outline: Outline) -> None:
 
 def _mesh(record: MeshRecord, outline: Outline) -> None:
     for name, surface in record.surfaces.items():
-        _entries(surface.shape, SHAPES, f"surfaces/{name}/shape")
+        field = f"surfaces/{name}/shape"
+        shape = dict(surface.shape)
+        if not _number(thickness := shape.pop("thickness", 1.0), finite=True) or not thickness > 0:
+            raise Malformed(f"{field}: thickness {thickness}, expected a number above 0")
+        _entries(shape, SHAPES, field)
 
 
 def _modes(record: ModalRecord, outline: Outline) -> None:
@@ -53,6 +57,7 @@ def _modes(record: ModalRecord, outline: Outline) -> None:
     if "C" in outline.letters and (missing := rows.keys() - record.interface_rows.keys()):
         raise Malformed(f"interface_rows: '{min(missing)}' is missing")
     _ranges(record.interface_rows, rows, end, "interface_rows")
+    _tangential(record, outline, end)
     for name, space in record.tractions.items():
         if not space.chart:
             raise Malformed(f"tractions/{name}/chart: empty")
@@ -67,6 +72,27 @@ def _modes(record: ModalRecord, outline: Outline) -> None:
     if record.static_responses is not None and "static_responses/shapes" in outline.shapes:
         columns = outline.shapes["static_responses/shapes"][2]
         _ranges(record.static_responses.columns, {}, columns, "static_responses/columns")
+
+
+def _tangential(record: ModalRecord, outline: Outline, end: float) -> None:
+    """Check that tangents and tangential rows stand together, and that R has the latter behind all other rows."""
+    found: dict[str, dict[str, int]] = {"tangents": {}, "tangential_rows": {}}
+    for path, shape in outline.shapes.items():
+        place, _, field = path.rpartition("/")
+        if field in found and place.startswith("interfaces/"):
+            found[field][place.removeprefix("interfaces/")] = 2 * shape[0]
+    counts, spans = found["tangential_rows"], record.tangential_spans
+    if alone := counts.keys() ^ found["tangents"].keys():
+        raise Malformed(f"interfaces/{min(alone)}: tangents and tangential_rows, only one of them is there")
+    if unknown := spans.keys() - counts.keys():
+        raise Malformed(f"tangential_spans: '{min(unknown)}' has no tangential rows")
+    if "C" in outline.letters and (missing := counts.keys() - spans.keys()):
+        raise Malformed(f"tangential_spans: '{min(missing)}' is missing")
+    _ranges(spans, counts, end, "tangential_spans")
+    first = max((last for _, last in record.interface_rows.values()), default=0)
+    for name, (start, last) in spans.items():
+        if start < last and start < first:
+            raise Malformed(f"tangential_spans: {name}: [{start}, {last}], where other rows are")
 
 
 def _morph(record: MorphRecord, outline: Outline) -> None:

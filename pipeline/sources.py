@@ -38,7 +38,7 @@ ROOTS: dict[str, tuple[str, ...]] = {
 OUTSIDE = ("modaldb", "pipeline.errors", "pipeline.files", "pipeline.measuring", "pipeline.plots", "pipeline.stages",
            "solver.errors", "solver.kernel_cache", "solver.warm_up")  # fmt: skip
 """Rooms that shape no number: they keep, order, draw, time or report. They count where they are roots."""
-INSIDE = ("modaldb.records", "modaldb.traction")
+INSIDE = ("modaldb.records", "modaldb.tangents", "modaldb.traction")
 """Rooms within those that do."""
 PACKAGES = ("modaldb", "pipeline", "solver")
 NAME = re.compile(r"gudgeon((?:\.\w+)+)(?::\w+)?")

@@ -21,6 +21,11 @@ class InterfaceModes:
     """Whether a point borders on surface that is not part of the interface, (c,); contact may extend beyond it."""
     rows: Array = field(metadata=rule("c' m"))
     """B Φ: outward normal displacement per unit of each elastic coordinate [kg^-½], (c, m)."""
+    tangents: Array | None = field(default=None, metadata=rule("c' 2 3"))
+    """Unit vectors t1, t2 across each normal, right-handed with it, (c, 2, 3); see `modaldb.tangents`. None where no
+    friction acts."""
+    tangential_rows: Array | None = field(default=None, metadata=rule("c' 2 m"))
+    """Displacement along t1 and t2 per unit of each elastic coordinate [kg^-½], (c, 2, m)."""
 
 
 @dataclass(frozen=True)
@@ -139,8 +144,8 @@ class ModalRecord:
     interface_rows: Json
     """First and last + 1 row of each interface, traction space and load in the residual flexibility."""
     residual_flexibility: Array | None = field(metadata=rule("C C"))
-    """R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ [m/N] over the rows of all interfaces, (C, C), symmetric positive semidefinite; None
-    where the reduction makes none."""
+    """R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ [m/N] over the rows of all interfaces, (C, C), symmetric positive semidefinite; first
+    those of `interface_rows`, then the tangential ones. None where the reduction makes none."""
     shapes: Array | None = field(metadata=rule("n 3 m"))
     """Φ, nodal displacement per unit of each elastic coordinate, (n, 3, m)."""
     inertia_couplings: InertiaCouplings | None
@@ -164,6 +169,15 @@ class ModalRecord:
     supports, since free modes take no part in translations."""
     static_responses: StaticResponses | None = None
     """None for rigid bodies, for those without an interface of contact and for elements other than tet10."""
+    tangential_spans: Json = field(default_factory=dict)
+    """First and last + 1 tangential row in the residual flexibility of each interface that has them: t1 and t2 of its
+    first point, of its second, and so on."""
+
+    @property
+    def row_count(self) -> int:
+        """Number of rows of the residual flexibility, whether it is stored or not, C."""
+        spans = [*self.interface_rows.values(), *self.tangential_spans.values()]
+        return max((end for _, end in spans), default=0)
 
 
 @dataclass(frozen=True)

@@ -113,10 +113,16 @@ class FEModel:
         per_node = columns.reshape(len(self.nodes), len(self.directions), -1)
         return np.einsum("ndk,di->nik", per_node, self.directions)
 
-    def rows(self, nodes: np.ndarray, normals: np.ndarray) -> sparse.csr_matrix:
-        """B: displacement of `nodes` (c,) along `normals` (c, 3), as a matrix on the dofs, (c, dofs)."""
+    def rows(self, nodes: np.ndarray, normals: np.ndarray, points: np.ndarray | None = None) -> sparse.csr_matrix:
+        """B: displacement of `nodes` (c,) along `normals` (c, 3), as a matrix on the dofs, (c, dofs).
+
+        Args:
+            points: Places that turn with their node where nodes have rotations [m], (c, 3); default: the nodes.
+        """
         d = len(self.directions)
         along = normals @ self.directions.T
+        if points is not None and self.rotations.any():
+            along = along + np.cross(points - self.nodes[nodes], normals) @ self.rotations.T
         columns = (d * nodes[:, None] + np.arange(d)).ravel()
         points = np.repeat(np.arange(len(nodes)), d)
         return sparse.csr_matrix((along.ravel(), (points, columns)), shape=(len(nodes), self.K.shape[0]))

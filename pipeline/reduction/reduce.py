@@ -1,5 +1,6 @@
 """The modes stage: mesh and component in, ModalRecord out."""
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -16,6 +17,7 @@ from gudgeon.pipeline.interfaces.gauges import gauge_rows, refuse_large
 from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
 from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
 from gudgeon.pipeline.interfaces.points import ContactPoints, surface_coordinates
+from gudgeon.pipeline.interfaces.tangential import TangentialRows, tangential_rows
 from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
 from gudgeon.pipeline.modes.normal import largest_count
@@ -43,18 +45,31 @@ class _Acting:
     """Forces of the pressure fields that get a static shape, (r, k)."""
     smooth: np.ndarray
     """Forces of smooth pressures, (r, SMOOTH) or fewer; (r, 0) of a load."""
+    tangential: TangentialRows | None = None
+    """Of contact points on which friction acts."""
 
     @property
     def forces(self) -> np.ndarray:
         """Nodal forces of the smooth pressures, (dofs, k)."""
         return self.rows.T @ self.smooth
 
+    def modes(self, Phi: np.ndarray) -> InterfaceModes | TractionModes | LoadModes:
+        """Return its record with the displacements per coordinate of shapes (dofs, m)."""
+        found = self.at.modes(self.rows @ Phi)
+        if self.tangential is None or not isinstance(found, InterfaceModes):
+            return found
+        rows = (self.tangential.B @ Phi).reshape(-1, 2, Phi.shape[1])
+        return replace(found, tangents=self.tangential.tangents, tangential_rows=rows)
 
-def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name: str) -> ModalRecord:
+
+def reduce_component(
+    mesh: MeshRecord, mesh_key: str, component: Component, name: str, rubbed: Collection[str] = ()
+) -> ModalRecord:
     """Assemble a component and reduce it to a modal record.
 
     Args:
         name: The component's name in the scene, for messages.
+        rubbed: Interfaces of contact points on which friction acts: they get tangential rows.
 
     Raises:
         InputError: an interface or a support does not fit the mesh, or the mesh is inverted.
@@ -63,21 +78,17 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
     where = f"component.{name}"
     places = _places(mesh, component, f"{where}.interface")
     model = build_model(mesh, component.material, component.supports, where, component.geometry)
-    acting = {
-        key: _acting(places.get(key), interface, model, component.modes.static_count, f"{where}.interface.{key}")
-        for key, interface in sorted(component.interface.items())
-    }
+    acting = _acting(places, component, model, rubbed, f"{where}.interface")
     rigid = {key: tie for key, tie in places.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
     tied, spread = made_rigid(model, rigid, f"{where}.interface")
-    contact = _stacked(acting, model.K.shape[0])
-    contact = replace(contact, B=sparse.csr_matrix(contact.B @ spread))
+    contact = _stacked(acting, spread)
     gauges = {key: sparse.csr_matrix(S @ spread) for key, S in gauge_rows(model, component, where).items()}
     refuse_large(gauges, contact.B.shape[0], where)
     own = _reduced(tied, contact, component, where)
     reduction = replace(own, Phi=spread @ own.Phi)
     responses = np.empty((len(model.held), 0)) if own.responses is None else spread @ own.responses
     static = static_responses(model, {key: one.forces for key, one in acting.items()}, responses)
-    modes = {key: one.at.modes(one.rows @ reduction.Phi) for key, one in acting.items()}
+    modes = {key: one.modes(reduction.Phi) for key, one in acting.items()}
     errors = frequency_errors(tied, own, model, spread, component)
     refuse_locking(
         errors.discretisation_errors, own.angular_frequencies, component, where,
@@ -108,6 +119,7 @@ def reduce_component(mesh: MeshRecord, mesh_key: str, component: Component, name
         loads={key: one for key, one in modes.items() if isinstance(one, LoadModes)},
         gauges=gauge_modes(component, gauges, tied, contact.B, own),
         static_responses=static if static.columns and model.mesh.cell_type == "tetra10" else None,
+        tangential_spans=dict(contact.tangential_spans),
         **vars(errors),
     )
 
@@ -149,6 +161,23 @@ def _places(mesh: MeshRecord, component: Component, where: str) -> dict[str, Con
 
 
 def _acting(
+    places: Mapping[str, ContactPoints | TractionSpace | Tie],
+    component: Component,
+    model: FEModel,
+    rubbed: Collection[str],
+    where: str,
+) -> dict[str, _Acting]:
+    """Return the interfaces of a component on its model, by name in order; `where` is the key of all of them."""
+    found = {}
+    for name, interface in sorted(component.interface.items()):
+        own = _on_model(places.get(name), interface, model, component.modes.static_count, f"{where}.{name}")
+        if name in rubbed and isinstance(own.at, ContactPoints):
+            own = replace(own, tangential=tangential_rows(model, interface, own.at, f"{where}.{name}"))
+        found[name] = own
+    return found
+
+
+def _on_model(
     place: ContactPoints | TractionSpace | Tie | None, interface: Interface, model: FEModel, count: int, where: str
 ) -> _Acting:
     """Return the rows of B of an interface; of a surface of contact `count` pressure fields and the smooth ones."""
@@ -166,19 +195,29 @@ def _acting(
         load = tie_rows(model, place) if place else load_rows(model, interface, where)
         nothing = np.empty((load.B.shape[0], 0))
         return _Acting(load, load.B, nothing, nothing)
-    return _Acting(place, rows, *(pressure_fields(coordinates, place.areas, k) for k in (count, SMOOTH)))
+    fields, smooth = (pressure_fields(coordinates, place.areas, k) for k in (count, SMOOTH))
+    return _Acting(place, rows, fields, smooth)
 
 
-def _stacked(acting: dict[str, _Acting], dofs: int) -> ContactRows:
-    """Return the rows of all interfaces as one matrix."""
-    B = sparse.vstack([sparse.csr_matrix((0, dofs)), *(one.rows for one in acting.values())], format="csr")
-    ends = np.cumsum([0, *(one.rows.shape[0] for one in acting.values())])
-    spans = {name: [int(a), int(b)] for name, (a, b) in zip(acting, pairwise(ends), strict=True)}
+def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix) -> ContactRows:
+    """Return the rows of all interfaces as one matrix, then the tangential ones, over the dofs that `spread` keeps."""
+    across = {name: one.tangential.B for name, one in acting.items() if one.tangential is not None}
+    blocks = [*(one.rows for one in acting.values()), *across.values()]
+    B = sparse.vstack([sparse.csr_matrix((0, spread.shape[0])), *blocks], format="csr")
+    ends = [int(end) for end in np.cumsum([0, *(block.shape[0] for block in blocks)])]
+    spans = [list(span) for span in pairwise(ends)]
     fields, smooth = (
-        linalg.block_diag(np.empty((0, 0)), *(getattr(one, name) for one in acting.values()))
+        linalg.block_diag(
+            np.empty((0, 0)),
+            *(getattr(one, name) for one in acting.values()),
+            np.empty((ends[-1] - ends[len(acting)], 0)),
+        )
         for name in ("fields", "smooth")
     )
-    return ContactRows(B, fields, spans, smooth)
+    return ContactRows(
+        sparse.csr_matrix(B @ spread), fields, dict(zip(acting, spans, strict=False)), smooth,
+        dict(zip(across, spans[len(acting) :], strict=True)),
+    )  # fmt: skip
 
 
 def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:

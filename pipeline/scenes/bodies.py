@@ -14,3 +14,13 @@ class SceneFile(Scene):
     report: Report = Report()
     plot: Plot = Plot()
     robustness: Robustness = Robustness()
+
+    def rubbed_of(self, component: str) -> list[str]:
+        """Return the interfaces of an elastic component on which a contact of one of its bodies has friction, sorted.
+
+        They need tangential rows. A rigid component needs none: its rigid motion is known everywhere.
+        """
+        if self.component[component].modes.reduction == "rigid":
+            return []
+        rubbed = self.rubbed()
+        return sorted({name for body in self.body if self.component_of(body) == component for name in rubbed[body]})

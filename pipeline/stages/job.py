@@ -44,7 +44,10 @@ class Job(SceneJob):
     def components(self) -> dict[str, dict[str, Product]]:
         """Return the products of every component that a body uses."""
         with named(self.path, InputError):
-            return {name: component_products(name, component, self.folder) for name, component in self.used().items()}
+            return {
+                name: component_products(name, component, self.folder, self.scene.rubbed_of(name))
+                for name, component in self.used().items()
+            }
 
     def morphs(self) -> dict[str, str]:
         """Return the keys of the records that the solver reads, by component."""

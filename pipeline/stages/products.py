@@ -6,7 +6,7 @@ part of it.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -45,11 +45,14 @@ class Product:
     inputs: dict[str, Any]
 
 
-def component_products(name: str, component: Component, folder: Path) -> dict[str, Product]:
+def component_products(name: str, component: Component, folder: Path, rubbed: Sequence[str] = ()) -> dict[str, Product]:
     """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
 
     The modes are those of `mesh`: the base mesh, or the moved one on update `recompute`. Relative paths start at the
     scene's folder.
+
+    Args:
+        rubbed: Interfaces on which friction acts, sorted: the modes have tangential rows there.
 
     Raises:
         InputError: a file that the component names is missing.
@@ -68,7 +71,8 @@ def component_products(name: str, component: Component, folder: Path) -> dict[st
             "supports": _supports(component),
             "gauge": {key: item.model_dump(mode="json") for key, item in component.gauge.items()},
             "modes": component.modes.model_dump(mode="json"),
-        },
+        }
+        | ({"friction_on": list(rubbed)} if rubbed else {}),
     )  # fmt: skip
     update = component.change.update if change else "none"
     morph = product("morph", name, {"modes": modes.key, "update": update, "profile": change})

@@ -6,7 +6,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
+from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord
+from gudgeon.modaldb.tangents import tangents
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.body import ALL_FREE, Body
 
@@ -89,6 +90,60 @@ class FlexibleBody:
         if self.modal.residual_flexibility is None:
             return np.zeros((here.stop - here.start, there.stop - there.start))
         return self.modal.residual_flexibility[here, there]
+
+    def contact_frame(self, interface: str) -> np.ndarray:
+        """Return outward normal, t1 and t2 at each contact point, right-handed unit vectors, (c, 3, 3).
+
+        Raises:
+            SceneError: see `contact_rows`.
+        """
+        found = self._with_tangents(interface)
+        along = tangents(found.normals) if found.tangents is None else found.tangents
+        return np.concatenate([found.normals[:, None], along], axis=1)
+
+    def contact_rows(self, interface: str) -> np.ndarray:
+        """Return the displacement along outward normal, t1, t2 of points per elastic coordinate [kg^-½], (c, 3, m).
+
+        Raises:
+            SceneError: the body is elastic and its modes have no tangential rows for the interface.
+        """
+        found = self._with_tangents(interface)
+        if found.tangential_rows is None:
+            return np.zeros((len(found.normals), 3, 0))
+        return np.concatenate([found.rows[:, None], found.tangential_rows], axis=1)
+
+    def contact_residual(self, one: str, other: str) -> np.ndarray:
+        """Return R between the contact points of two interfaces [m/N], (3 c, 3 k); zero where the record has no R.
+
+        Rows and columns are along outward normal, t1, t2 of the first point, then of the second, and so on.
+
+        Raises:
+            SceneError: see `contact_rows`.
+        """
+        here, there = (self.contact_places(name) for name in (one, other))
+        if self.modal.residual_flexibility is None:
+            return np.zeros((len(here), len(there)))
+        return self.modal.residual_flexibility[np.ix_(here, there)]
+
+    def contact_places(self, interface: str) -> np.ndarray:
+        """Return the rows of R along normal, t1, t2 of each contact point, (3 c,)."""
+        found = self._with_tangents(interface)
+        if found.tangential_rows is None:
+            return np.zeros(3 * len(found.normals), int)
+        normal = np.arange(*self.modal.interface_rows[interface])
+        across = np.arange(*self.modal.tangential_spans[interface]).reshape(-1, 2)
+        return np.column_stack([normal, across]).ravel()
+
+    def _with_tangents(self, interface: str) -> InterfaceModes:
+        """Return an interface that has tangential rows if the body is elastic."""
+        found = self.modal.interfaces[interface]
+        if self.modal.reduction != "rigid" and found.tangential_rows is None:
+            raise SceneError(
+                f"body.{self.name}: friction acts on interface '{interface}', for which the record of its modes,"
+                f" {self.morph.modes_key[:12]}, has no tangential rows, since it is of an older version or was made for"
+                " a scene without friction; `gudgeon modes SCENE` makes them"
+            )
+        return found
 
 
 def named(members: Mapping[str, T], name: str, owner: str) -> T:

@@ -155,8 +155,8 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     residual = _residual(contact, name, body, contact.interface)
     if other is not None and master is not None:
         residual = residual + _residual(contact, name, master, other.interface)[np.ix_(other.order, other.order)]
-        if contact.friction is not None and contact.friction.direction is not None:
-            other = replace(other, tangents=-_tangents(contact, name, master, other.points, other.rows.shape[1]))
+        if contact.friction is not None:
+            other = replace(other, tangents=-_tangents(contact, name, master, other.interface, other.points))
     layer = np.zeros(len(gap))
     if contact.surface_stiffness is not None:
         layer = 1.0 / (contact.surface_stiffness * interface.areas)
@@ -174,7 +174,8 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     return ContactBlock(
         name=name, body=body.name, interface=contact.interface, points=points, directions=directions,
         areas=interface.areas if contact.surface_stiffness is not None else None, edge=interface.edge, other=other,
-        rows=rows, tangents=_tangents(contact, name, body, points, rows.shape[1]), residual=residual, per_row=per_row,
+        rows=rows, tangents=_tangents(contact, name, body, contact.interface, points), residual=residual,
+        per_row=per_row,
     )  # fmt: skip
 
 
@@ -278,16 +279,24 @@ def _surface(contact: Contact, c: int) -> dict[str, np.ndarray]:
     return {"restitution": restitution, "law": law, "friction": friction, "belt": belt}
 
 
-def _tangents(contact: Contact, name: str, body: FlexibleBody, points: np.ndarray, size: int) -> np.ndarray:
-    """Return the displacement of points along the line of friction per coordinate, (c, size); zero without friction."""
-    if contact.friction is None or contact.friction.direction is None:
+def _tangents(contact: Contact, name: str, body: FlexibleBody, interface: str, points: np.ndarray) -> np.ndarray:
+    """Return the displacement of points along the line of friction per coordinate, (c, r + m); zero without friction.
+
+    Raises:
+        SceneError: the body is elastic, or modes of an elastic body lack tangential rows.
+    """
+    size, friction = len(body.stiffness), contact.friction
+    if friction is None:
+        return np.zeros((len(points), size))
+    body.contact_frame(interface)
+    if friction.direction is None or not METHODS[contact.method].rigid:
         return np.zeros((len(points), size))
     if size > body.rigid_count:
         raise SceneError(
             f"contact.{name}.friction.direction: body '{body.name}' is elastic, and friction along a line acts on rigid"
             " bodies; remove the direction, so that friction acts in the plane of contact"
         )
-    return body.rigid_rows(points, np.broadcast_to(unit(contact.friction.direction), points.shape))
+    return body.rigid_rows(points, np.broadcast_to(unit(friction.direction), points.shape))
 
 
 def sliding_block(scene: Scene, name: str, block: ContactBlock, master: FlexibleBody) -> SlidingBlock:

@@ -62,16 +62,17 @@ def _contact_side(
     count, each = directions.shape[:2]
     points = np.repeat(body.morph.points[interface][order], each, axis=0)
     rigid = body.rigid_rows(points, directions.reshape(-1, 3))
-    index, weight = np.empty((count * each, 0), np.int64), np.empty((count * each, 0))
-    if body.modal.residual_flexibility is not None or len(body.modal.angular_frequencies):
-        first, _ = body.modal.interface_rows[interface]
-        # The normal row acts along the outward normal of the record, also where the obstacle's differs slightly.
-        sense = np.sign(np.einsum("ci,ci->c", directions[:, 0], body.modal.interfaces[interface].normals[order]))
-        index = np.repeat(first + order, each)[:, None]
-        weight = np.zeros((count, each))
-        weight[:, 0] = sense
-        weight = weight.reshape(-1, 1)
-    return Side(body, rigid, index, weight, flexible)
+    if body.modal.residual_flexibility is None and not len(body.modal.angular_frequencies):
+        return Side(body, rigid, np.empty((count * each, 0), np.int64), np.empty((count * each, 0)), flexible)
+    first, _ = body.modal.interface_rows[interface]
+    # The normal row acts along the outward normal of the record, also where the obstacle's differs slightly.
+    sense = np.sign(np.einsum("ci,ci->c", directions[:, 0], body.modal.interfaces[interface].normals[order]))
+    if each == 1:
+        return Side(body, rigid, (first + order)[:, None], sense[:, None], flexible)
+    places = body.contact_places(interface).reshape(-1, 3)[order]
+    weight = np.einsum("cdi,cai->cda", directions, body.contact_frame(interface)[order])
+    weight[:, 0] = sense[:, None] * np.array([1.0, 0.0, 0.0])
+    return Side(body, rigid, np.repeat(places, each, axis=0), weight.reshape(-1, 3), flexible)
 
 
 def _joints(system: System) -> Iterator[PortBlock]:

@@ -15,6 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from gudgeon.modaldb.records.modes import InterfaceModes
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 
 
@@ -103,11 +104,14 @@ class Ports:
 def elastic_rows(body: FlexibleBody) -> np.ndarray:
     """Return the displacement of all rows of a body's residual flexibility per elastic coordinate, (C, m)."""
     modal = body.modal
-    count = max((last for _, last in modal.interface_rows.values()), default=0)
-    rows = np.zeros((count, len(modal.angular_frequencies)))
+    spans = [*modal.interface_rows.values(), *modal.tangential_spans.values()]
+    rows = np.zeros((max((last for _, last in spans), default=0), len(modal.angular_frequencies)))
     for name, place in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
         if len(place.rows):
             rows[slice(*modal.interface_rows[name])] = place.rows
+        if isinstance(place, InterfaceModes) and place.tangential_rows is not None:
+            across = place.tangential_rows
+            rows[slice(*modal.tangential_spans[name])] = across.reshape(-1, rows.shape[1])
     return rows
 
 

@@ -93,7 +93,7 @@ class Contact(Strict):
     @model_validator(mode="after")
     def _consistent(self) -> "Contact":
         method, layer, law = METHODS[self.method], self.surface_stiffness is not None, self.law is not None
-        dashpot, rubs = self.dashpot != "none", self.friction is not None
+        dashpot = self.dashpot != "none"
         for wrong, message in (
             (method.flexible and layer and law,
              "surface_stiffness and law both describe the surface; give only one of them"),
@@ -107,7 +107,7 @@ class Contact(Strict):
              "dashpot 'wave-guide' acts in parallel to R; it needs method 'residual'"),
             (method.bounces != (self.restitution is not None),
              "restitution is required by method 'impact' and not allowed with other methods"),
-            (rubs and isinstance(self.against, MasterSurface),
+            (self.friction is not None and isinstance(self.against, MasterSurface),
              "friction and against.shape 'surface' cannot be combined: points that slide over another body's surface"
              " have no tangential rows there"),
         ):  # fmt: skip

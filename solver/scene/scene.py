@@ -59,6 +59,16 @@ class Scene(Strict):
         """Return the other body of each contact between two bodies."""
         return {n: c.against for n, c in self.contact.items() if isinstance(c.against, MasterSurface | OtherBody)}
 
+    def rubbed(self) -> dict[str, tuple[str, ...]]:
+        """Return the interfaces of contact points of each body on which friction acts."""
+        found: dict[str, list[str]] = {body: [] for body in self.body}
+        for contact in self.contact.values():
+            if contact.friction is not None:
+                found[contact.body].append(contact.interface)
+                if isinstance(contact.against, OtherBody):
+                    found[contact.against.body].append(contact.against.interface)
+        return {body: tuple(dict.fromkeys(names)) for body, names in found.items()}
+
     def given(self) -> dict[str, GasPressure | MovingForce]:
         """Return the forces prescribed over time by name: gas pressures and moving forces."""
         return {n: f for n, f in self.force.items() if isinstance(f, GasPressure | MovingForce)}

@@ -101,12 +101,21 @@ def truncated(modal: ModalRecord, share: float) -> ModalRecord:
 
 def _fewer(places: Mapping[str, Rows], kept: np.ndarray) -> dict[str, Rows]:
     """Return places of a record with some of the columns of their rows."""
-    return {name: replace(place, rows=place.rows[:, kept]) for name, place in places.items()}
+    found = {}
+    for name, place in places.items():
+        fewer = replace(place, rows=place.rows[:, kept])
+        if isinstance(fewer, InterfaceModes) and fewer.tangential_rows is not None:
+            fewer = replace(fewer, tangential_rows=fewer.tangential_rows[:, :, kept])
+        found[name] = fewer
+    return found
 
 
 def _shapes(places: Mapping[str, Rows], modal: ModalRecord, columns: np.ndarray) -> np.ndarray:
     """Return B φ of some coordinates over all rows of R, (C, k); zero at places that the scene does not read."""
-    rows = np.zeros((max((last for _, last in modal.interface_rows.values()), default=0), len(columns)))
+    rows = np.zeros((modal.row_count, len(columns)))
     for name, place in places.items():
         rows[slice(*modal.interface_rows[name])] = place.rows[:, columns]
+        if isinstance(place, InterfaceModes) and place.tangential_rows is not None:
+            across = place.tangential_rows[:, :, columns]
+            rows[slice(*modal.tangential_spans[name])] = across.reshape(-1, len(columns))
     return rows

@@ -57,7 +57,12 @@ def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list
     terms = []
     for body in scene.body:
         stock = (stocks or {}).get(body, Stock())
-        own = [*_motion(body, stock), *_contacts(scene, body), *_elements(scene, body), *_medium(scene, body, stock)]
+        own = [
+            *_motion(body, stock),
+            *_contacts(scene, body, stock),
+            *_elements(scene, body),
+            *_medium(scene, body, stock),
+        ]
         terms += [*own, *_unused(own, body, stock), *_never(body)]
     return terms
 
@@ -83,12 +88,12 @@ def _motion(body: str, stock: Stock) -> Iterator[Term]:
     yield Term("elastic flight", body, stock.elastic, reason, ("modes:angular_frequencies",))
 
 
-def _contacts(scene: Scene, body: str) -> Iterator[Term]:
+def _contacts(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     """Yield the terms of contacts on a body, on either of their sides."""
     masters, others = scene.masters(), scene.others()
     for name, contact in scene.contact.items():
         if contact.body == body:
-            yield from _own_side(name, contact)
+            yield from _own_side(name, contact, elastic=stock.elastic)
     for name, over in masters.items():
         if over.body == body:
             reason = f"contact {name} slides over it"
@@ -98,9 +103,20 @@ def _contacts(scene: Scene, body: str) -> Iterator[Term]:
             path = f"modes:interfaces/{other.interface}"
             fields = (f"{path}/rows", f"{path}/normals", f"morph:points/{other.interface}")
             yield Term(f"contact {name}", body, True, "faces another body", fields)
+            if scene.contact[name].friction is not None:
+                yield _friction(name, scene.contact[name], (body, other.interface), elastic=stock.elastic)
 
 
-def _own_side(name: str, contact: Contact) -> Iterator[Term]:
+def _friction(name: str, contact: Contact, side: tuple[str, str], *, elastic: bool) -> Term:
+    """Return the term of friction on the side (body, interface) of a contact; a rigid body needs no tangential rows."""
+    body, interface = side
+    path, rubs = f"modes:interfaces/{interface}", contact.friction is not None
+    reason = f"friction {'is given' if rubs else 'is not given, or zero'}"
+    fields = (f"{path}/tangents", f"{path}/tangential_rows") if elastic else ()
+    return Term(f"friction of {name}", body, rubs, reason, fields)
+
+
+def _own_side(name: str, contact: Contact, *, elastic: bool) -> Iterator[Term]:
     path, body = f"modes:interfaces/{contact.interface}", contact.body
     yield Term(
         f"contact {name}", body, True, _faced(contact),
@@ -116,7 +132,7 @@ def _own_side(name: str, contact: Contact) -> Iterator[Term]:
     )  # fmt: skip
     yield Term(f"restitution of {name}", body, bounce, f"method is '{contact.method}'")
     rubs, moves = contact.friction is not None, isinstance(contact.against, Plane) and any(contact.against.velocity)
-    yield Term(f"friction of {name}", body, rubs, f"friction {'is given' if rubs else 'is not given, or zero'}")
+    yield _friction(name, contact, (body, contact.interface), elastic=elastic)
     reason = f"the obstacle {'moves' if moves else 'does not move'}" if rubs else "the contact has no friction"
     yield Term(f"belt of {name}", body, rubs and moves, reason)
     yield Term(f"dashpot of {name}", body, contact.dashpot != "none", f"dashpot is '{contact.dashpot}'")

@@ -28,8 +28,8 @@ WRONG: dict[str, dict[str, Any]] = {
     "dashpot": {"dashpot": "wave-guide"},
 }
 ALLOWED = {
-    "residual": {"surface_stiffness", "law", "dashpot"},
-    "penalty": set(),
+    "residual": {"surface_stiffness", "law", "dashpot", "friction"},
+    "penalty": {"friction"},
     "constraint": {"friction"},
     "impact": {"restitution", "friction"},
 }

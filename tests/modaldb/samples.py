@@ -45,7 +45,7 @@ def mesh() -> MeshRecord:
 
 
 def modes() -> ModalRecord:
-    """Return three coordinates, two interfaces, two traction spaces and two loads."""
+    """Return three coordinates, two interfaces, friction on one of them, two traction spaces and two loads."""
     cylinder = {"kind": "cylinder", "axis": [0.0, 0.0, 1.0], "origin": [0.0, 0.0, 0.0], "radius": 0.043, "middle": 0.5}
     plane = {
         "kind": "plane",
@@ -72,6 +72,8 @@ def modes() -> ModalRecord:
                 areas=ramp(2),
                 edge=np.array([True, False]),
                 rows=ramp(2, 3, start=7.0),
+                tangents=ramp(2, 2, 3, start=27.0),
+                tangential_rows=ramp(2, 2, 3, start=28.0),
             ),
             "anti": InterfaceModes(
                 nodes=np.array([6]),
@@ -90,7 +92,7 @@ def modes() -> ModalRecord:
             "plate": [21, 41],
             "thrust": [41, 43],
         },
-        residual_flexibility=ramp(43, 43, start=10.0),
+        residual_flexibility=ramp(47, 47, start=10.0),
         shapes=ramp(10, 3, 3, start=20.0),
         inertia_couplings=InertiaCouplings(ramp(3, 3), ramp(3, 3, start=1.0), ramp(3, 3, 3, start=2.0)),
         quality={"residual": 1.5e-11, "dropped": ["thrust 3"], "modes_missed": 0},
@@ -103,8 +105,8 @@ def modes() -> ModalRecord:
             "gas": LoadModes(ramp(1, 3, start=16.0), ramp(1, 6, start=17.0), ramp(3, start=18.0), "Pa"),
         },
         gauges={
-            "crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 43, start=20.0), "Pa"),
-            "skin": GaugeModes(ramp(12, 3), ramp(12, 43, start=23.0), "1", np.array([0, 3])),
+            "crown": GaugeModes(ramp(2, 3, start=19.0), ramp(2, 47, start=20.0), "Pa"),
+            "skin": GaugeModes(ramp(12, 3), ramp(12, 47, start=23.0), "1", np.array([0, 3])),
         },
         static_responses=StaticResponses(
             ramp(10, 3, 2, start=24.0), ramp(2, 2, start=25.0), ramp(2, 6, start=26.0), {"thrust": [0, 2]}
@@ -113,6 +115,7 @@ def modes() -> ModalRecord:
         algebraic_errors=ramp(3, start=22.0),
         discretisation_errors=np.array([0.125, 0.25, np.nan]),
         participation=ramp(3, 3, start=3.0),
+        tangential_spans={"thrust": [43, 47]},
     )
 
 

@@ -50,8 +50,9 @@ def without_modes() -> ModalRecord:
         modes(), normal_count=0, static_count=0, angular_frequencies=np.empty(0), shapes=np.empty((10, 3, 0))
     )
     bare = replace(
-        bare, interfaces={}, tractions={}, loads={}, gauges={}, interface_rows={}, participation=None, **none
-    )
+        bare, interfaces={}, tractions={}, loads={}, gauges={}, interface_rows={}, tangential_spans={},
+        participation=None, **none,
+    )  # fmt: skip
     return replace(bare, residual_flexibility=np.empty((0, 0)), static_responses=None)
 
 
@@ -81,10 +82,11 @@ def test_round_trip(kind: str, tmp_path: Path) -> None:
     [
         ("modes", replace(modes(), residual_flexibility=None, shapes=None, inertia_couplings=None)),
         ("modes", replace(modes(), tractions={}, loads={}, rigid_twists=np.empty((0, 6)))),
-        ("modes", replace(modes(), interfaces={}, quality={})),
+        ("modes", replace(modes(), interfaces={}, tangential_spans={}, quality={})),
         ("modes", without_modes()),
         ("morph", replace(morph(), nodes=None, points={})),
         ("mesh", replace(mesh(), surfaces={})),
+        ("mesh", replace(mesh(), surfaces={"edge": Surface(np.array([[0, 1, 2]]), {"thickness": 0.02})})),
         ("mesh", replace(mesh(), cells=np.arange(10, dtype=np.int32).reshape(1, 10))),
         ("trajectory", replace(trajectory(), contacts={}, quantities={}, bodies={"ωβ piston-1": "ef" * 32})),
         ("nodal", replace(nodal(), energy_drift=float("inf"))),
@@ -263,7 +265,7 @@ def test_newer_schema_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         patch.setattr(hdf5, "SCHEMA_VERSION", SCHEMA_VERSION + 1)
         path = written(tmp_path / "r.h5", "mesh", mesh())
     hdf5.verify_record(path)
-    message = rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, 6, {SCHEMA_VERSION}"
+    message = rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, 6, 7, {SCHEMA_VERSION}"
     with pytest.raises(RecordMismatch, match=message):
         hdf5.read_record(path, "mesh")
 

@@ -47,6 +47,10 @@ def attribute(group: str, name: str, value: Any) -> Change:
     return lambda file: file[group].attrs.__setitem__(name, value)
 
 
+def spans(text: str) -> Change:
+    return attribute("/", "tangential_spans", text)
+
+
 def virtual(file: Any, name: str) -> None:
     layout = h5py.VirtualLayout((3,), "<f8")
     layout[...] = h5py.VirtualSource(".", name, (3,))
@@ -94,6 +98,27 @@ HARM: dict[str, tuple[Change, str]] = {
     "rows of another interface": (
         attribute("/", "interface_rows", str(modes().interface_rows | {"thrust": [0, 5]}).replace("'", '"')),
         r"interface_rows: thrust: \[0, 5\], which are not its rows"),
+    "tangents alone": (lambda f: f.__delitem__("interfaces/thrust/tangential_rows"),
+                       "interfaces/thrust: tangents and tangential_rows, only one of them is there"),
+    "tangential rows alone": (lambda f: f.__delitem__("interfaces/thrust/tangents"),
+                              "interfaces/thrust: tangents and tangential_rows, only one of them is there"),
+    "one tangent": (replaced("interfaces/thrust/tangents", lambda f, n: f.create_dataset(n, data=np.zeros((2, 1, 3)))),
+                    r"interfaces/thrust/tangents: shape \(2, 1, 3\), expected \(c', 2, 3\)"),
+    "tangential rows of more points": (
+        replaced("interfaces/thrust/tangential_rows", lambda f, n: f.create_dataset(n, data=np.zeros((3, 2, 3)))),
+        "interfaces/thrust/tangential_rows: shape"),
+    "tangential rows of more modes": (
+        replaced("interfaces/thrust/tangential_rows", lambda f, n: f.create_dataset(n, data=np.zeros((2, 2, 4)))),
+        "interfaces/thrust/tangential_rows: shape"),
+    "a tangent that is not a number": (numbers("interfaces/thrust/tangents", (0, 0, 0), np.nan),
+                                       "interfaces/thrust/tangents: not a number"),
+    "tangential rows of nobody": (spans('{"thrust": [43, 47], "anti": [41, 43]}'),
+                                  "tangential_spans: 'anti' has no tangential rows"),
+    "tangential rows that R lacks": (spans("{}"), "tangential_spans: 'thrust' is missing"),
+    "tangential rows beyond R": (spans('{"thrust": [44, 48]}'), r"tangential_spans: thrust: \[44, 48\]"),
+    "too few tangential rows": (spans('{"thrust": [43, 45]}'), "tangential_spans: thrust: .* not its rows"),
+    "tangential rows on normal ones": (spans('{"thrust": [39, 43]}'), "tangential_spans: thrust: .* other rows"),
+    "tangential spans that are none": (spans('{"thrust": 43}'), "tangential_spans: thrust: expected"),
     "JSON that is none": (attribute("/", "quality", "{"), "quality: no JSON object"),
     "JSON without end": (attribute("/", "quality", "[" * 100_000), "quality: no JSON object"),
     "provenance of nobody": (attribute("/", "provenance", '{"a": NaN}'), "provenance: not the inputs of a record"),
@@ -130,7 +155,10 @@ def test_harm_is_one_line(harm: str, store: FolderStore) -> None:
 
 IN_NUMBERS = {"not a number", "infinite", "a number that overflows", "a node that is not there", "a negative node",
               "a negative mass", "rows beyond R", "rows of another interface", "JSON that is none", "JSON without end",
-              "splines", "a chart"}  # fmt: skip
+              "splines", "a chart", "tangents alone", "tangential rows alone", "a tangent that is not a number",
+              "tangential rows of nobody", "tangential rows that R lacks", "tangential rows beyond R",
+              "too few tangential rows", "tangential rows on normal ones",
+              "tangential spans that are none"}  # fmt: skip
 """What stands in the values and not in the structure."""
 
 
@@ -143,6 +171,13 @@ def test_harm_is_found_before_any_array_is_read(harm: str, store: FolderStore, m
     for use in (fresh.sizes, fresh.provenance):
         with pytest.raises(RecordMismatch):
             use(KEY)
+
+
+@pytest.mark.parametrize("thickness", ['"thin"', "0.0", "-1.0", "NaN", "Infinity", "true", "[1.0]"])
+def test_a_thickness_that_is_none(thickness: str, store: FolderStore) -> None:
+    put_changed(store, "mesh", attribute("surfaces/skirt", "shape", f'{{"thickness": {thickness}}}'))
+    with pytest.raises(RecordMismatch, match="surfaces/skirt/shape: thickness"):
+        modaldb.open(store.root).get(KEY, "mesh")
 
 
 def test_a_sealed_sample_is_read(store: FolderStore) -> None:

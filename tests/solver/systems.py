@@ -11,6 +11,7 @@ from gudgeon import modaldb
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
 from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.tangents import tangents
 from gudgeon.solver.integrators.implicit.integrator import Implicit
 from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.scene.scene import Scene
@@ -62,6 +63,26 @@ def block_records(point_count: int, seed: int = 0, mode_count: int = 8) -> tuple
         {"face": [0, point_count]}, R, None, None, {},
     )  # fmt: skip
     return modal, MorphRecord("mesh", "modes", "none", {"face": points}, MASS, centre, inertia, twists, None, {})
+
+
+def with_tangential_rows(modal: ModalRecord, name: str, seed: int = 7) -> ModalRecord:
+    """Give an interface tangents and tangential rows, and R a positive definite block with all couplings for them."""
+    rng, place, first = np.random.default_rng(seed), modal.interfaces[name], modal.row_count
+    count = 2 * len(place.nodes)
+    R = modal.residual_flexibility
+    if R is not None:
+        lower = np.tril(1e-5 * rng.standard_normal((first + count, first + count)))
+        lower[:first, :first] = np.linalg.cholesky(R)
+        lower[np.arange(first, first + count), np.arange(first, first + count)] = 3e-5
+        R = lower @ lower.T
+    across = rng.standard_normal((len(place.nodes), 2, len(modal.angular_frequencies)))
+    return replace(
+        modal,
+        interfaces=modal.interfaces
+        | {name: replace(place, tangents=tangents(place.normals), tangential_rows=0.3 * across)},
+        tangential_spans=modal.tangential_spans | {name: [first, first + count]},
+        residual_flexibility=R,
+    )
 
 
 def plate_records(

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
-from gudgeon.solver.system.requirements import fields_read, scene_terms
+from gudgeon.solver.system.requirements import Stock, fields_read, scene_terms
 from tests.solver.systems import (
     block_records,
     block_scene,
@@ -198,6 +198,34 @@ def test_fields_of_a_driven_pair() -> None:
     expected = {"angular_frequencies", "tractions/top", "residual_flexibility"}
     assert set(fields_read(terms, "plate", "modes")) == expected
     assert set(fields_read(terms, "plate", "morph")) == {"centre", "inertia", "rigid_twists"}
+
+
+RUBS = {"friction": {"static": 0.3, "direction": [0, 1, 0]}}
+
+
+def tangential(scene: dict[str, Any], body: str, stock: Stock | None = None) -> set[str]:
+    """Return the tangential fields that a body's terms read."""
+    terms = scene_terms(Scene.model_validate(scene), None if stock is None else {body: stock})
+    return {path for path in fields_read(terms, body, "modes") if "tang" in path}
+
+
+def test_tangential_rows_are_read_where_friction_acts_on_an_elastic_body() -> None:
+    own = {"interfaces/face/tangents", "interfaces/face/tangential_rows"}
+    assert tangential(block_scene(), "part") == set()
+    assert tangential(block_scene(**RUBS), "part") == own
+    assert tangential(block_scene(**RUBS), "part", Stock(elastic=False)) == set()
+    assert tangential(block_scene(friction=RUBS["friction"] | {"static": 0.0}), "part") == set()
+
+
+def test_both_sides_of_a_contact_of_two_bodies_read_tangential_rows() -> None:
+    scene = block_scene(against={"shape": "body", "body": "other", "interface": "foot"}, **RUBS)
+    scene["body"]["other"] = {}
+    assert tangential(scene, "other") == {"interfaces/foot/tangents", "interfaces/foot/tangential_rows"}
+    assert tangential(scene, "part") == {"interfaces/face/tangents", "interfaces/face/tangential_rows"}
+    assert Scene.model_validate(scene).rubbed() == {"part": ("face",), "other": ("foot",)}
+    del scene["contact"]["wall"]["friction"]
+    assert tangential(scene, "other") == tangential(scene, "part") == set()
+    assert Scene.model_validate(scene).rubbed() == {"part": (), "other": ()}
 
 
 def test_springs_alone_read_no_residual_flexibility() -> None:

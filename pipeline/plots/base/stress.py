@@ -52,7 +52,7 @@ def row_forces(drawing: Drawing, body: BodyMotion, modal: ModalRecord, frame: in
     for name, force in drawing.scene.get("force", {}).items():
         if body.name in (force.get("body"), force.get("against")):
             raise StageError(f"the trajectory does not hold force {name} on body {body.name} at frames")
-    forces = np.zeros(max((end for _, end in modal.interface_rows.values()), default=0))
+    forces = np.zeros(modal.row_count)
     for name, contact in drawing.contacts_on(body.name).items():
         interface, pressed = contact.interface, contact.multipliers[frame]
         if contact.body != body.name:

@@ -27,21 +27,26 @@ ROUND_OFFS = 10.0
 
 @dataclass(frozen=True)
 class ContactRows:
-    """All contact points, traction functions and loads of a component, interface after interface."""
+    """All contact points, traction functions and loads of a component, interface after interface, then tangents."""
 
     B: sparse.csr_matrix
-    """Displacement conjugate to each force: along the outward normal at a point, and so on, (c, dofs)."""
+    """Displacement conjugate to each force: along the outward normal at a point, and so on, (c, dofs). The tangential
+    rows come last."""
     pressures: np.ndarray
     """Contact forces [N] of the pressure fields that get a static shape, (c, k); zero on loads."""
     spans: Mapping[str, Sequence[int]] = field(default_factory=dict)
     """First and last + 1 row of each interface, by its name."""
     smooth: np.ndarray | None = None
     """Contact forces of the smooth pressures whose static response is wanted, (c, k)."""
+    tangential_spans: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    """First and last + 1 tangential row of each interface on which friction acts."""
 
     def dofs(self, interface: str | None = None) -> np.ndarray:
         """Return the dofs on which a row of one interface, or any row, is not zero, (k,), ascending."""
-        B = self.B if interface is None else self.B[slice(*self.spans[interface])]
-        return np.unique(B.nonzero()[1])
+        if interface is None:
+            return np.unique(self.B.nonzero()[1])
+        spans = [spans[interface] for spans in (self.spans, self.tangential_spans) if interface in spans]
+        return np.unique(np.concatenate([self.B[slice(*span)].nonzero()[1] for span in spans]))
 
 
 @dataclass(frozen=True)
@@ -152,6 +157,7 @@ def _definite(R: np.ndarray, scale: np.ndarray, noise: float) -> tuple[np.ndarra
     if least < 0:
         R = R.copy()
         R[block] -= (vectors * np.minimum(values, 0.0)) @ vectors.T * np.outer(size, size)
+        R = 0.5 * (R + R.T)
     return R, least
 
 

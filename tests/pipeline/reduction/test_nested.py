@@ -17,11 +17,16 @@ CURVED = 1e-8
 """The same of stress, a second derivative of the deflection."""
 
 
-def record(scene: str, name: str, count: int, folder: Path) -> ModalRecord:
+SIDES = {"rods-3d": ("rod", "front"), "beam-sphere": ("beam", "mid")}
+"""A component of each scene, and an interface of one point on it."""
+
+
+def record(scene: str, name: str, count: int, folder: Path, *rubbed: str) -> ModalRecord:
     key = f"component.{name}.modes"
-    job = open_job(DATA / scene, set={f"{key}.normal_count": count, f"{key}.static_count": 0}, db=folder)
+    changes = {f"{key}.normal_count": count, f"{key}.static_count": 0, f"{key}.reduction": "macneal"}
+    job = open_job(DATA / scene, set=changes, db=folder)
     component = job.scene.component[name]
-    return reduce_component(component.geometry.build(component.mesh.size), "mesh", component, name)
+    return reduce_component(component.geometry.build(component.mesh.size), "mesh", component, name, rubbed)
 
 
 @pytest.mark.parametrize(
@@ -46,3 +51,15 @@ def close(one: np.ndarray | None, other: np.ndarray | None, within: float = ROUN
     assert one is not None
     assert other is not None
     return one.shape == other.shape and np.allclose(one, other, rtol=0, atol=within * np.abs(other).max(initial=0.0))
+
+
+@pytest.mark.parametrize("scene", ["rods-3d", "beam-sphere"])
+def test_half_a_record_with_tangential_rows(scene: str, tmp_path: Path) -> None:
+    more, fewer = (record(scene, SIDES[scene][0], count, tmp_path, SIDES[scene][1]) for count in (12, 6))
+    found, name = truncated(more, 0.5), SIDES[scene][1]
+    assert fewer.row_count == len(fewer.interface_rows) + 2
+    assert close(found.residual_flexibility, fewer.residual_flexibility)
+    one, other = found.interfaces[name].tangential_rows, fewer.interfaces[name].tangential_rows
+    assert one is not None
+    assert other is not None
+    assert close((one**2).sum(axis=2), (other**2).sum(axis=2), 1e-6)

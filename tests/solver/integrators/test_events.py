@@ -29,6 +29,7 @@ from tests.solver.systems import (
     rigid_records,
     rod_records,
     rod_scene,
+    with_tangential_rows,
 )
 
 ROUND_OFF = 1e-12
@@ -482,7 +483,9 @@ def refused(folder: Path, records: Records, scene: dict[str, Any], text: str) ->
 
 def test_friction_is_refused_on_elastic_bodies(tmp_path: Path) -> None:
     scene = block_scene(method="constraint", friction={"static": 0.3, "direction": [0, 1, 0]})
-    refused(tmp_path, {"part": block_records(1)}, scene, r"^contact\.wall\.friction: body 'part' is elastic")
+    modal, morph = block_records(1)
+    records = {"part": (with_tangential_rows(modal, "face"), morph)}
+    refused(tmp_path, records, scene, r"^contact\.wall\.friction: body 'part' is elastic")
 
 
 @pytest.mark.parametrize(("depth", "bad"), [(1e-12, False), (1e-10, False), (1e-8, True), (1e-4, True)])
@@ -631,7 +634,6 @@ MIXED: list[tuple[dict[str, Any], str]] = [
     ({"method": "impact"}, "restitution is required by method 'impact'"),
     ({"restitution": 0.5}, "not allowed with other methods"),
     ({"method": "penalty", "dashpot": "wave-guide"} | SURFACE, "it needs method 'residual'"),
-    ({"friction": {"static": 0.1, "direction": X}}, "friction needs method 'constraint' or 'impact'"),
     ({"method": "constraint", "friction": {"static": 0.1, "kinetic": 0.2, "direction": X}}, "kinetic 0.2 is above"),
     ({"against": WALL | {"velocity": X}}, "velocity must lie in the plane"),
 ]
@@ -642,6 +644,17 @@ def test_settings_that_contradict_are_refused(contact: dict[str, Any], text: str
     with pytest.raises(ValidationError) as error:
         Scene.model_validate(block_scene(**contact))
     assert text in str(error.value)
+
+
+def test_friction_of_other_methods_is_refused(tmp_path: Path) -> None:
+    contact = {"body": "a", "interface": "p", "against": FLOOR, "friction": {"static": 0.3, "direction": X}}
+    scene = {
+        "body": {"a": {"position": [0, 0, 1e-3]}},
+        "contact": {"floor": contact | SURFACE},
+        "run": {"duration": 1.0},
+    }
+    with pytest.raises(SceneError, match=r"^contact\.floor\.friction: friction needs method 'constraint' or 'impact'$"):
+        run(tmp_path, {"a": ball()}, scene)
 
 
 def test_impact_with_friction(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.records.modes import GaugeModes
+from gudgeon.modaldb.records.modes import GaugeModes, ModalRecord
 from gudgeon.solver.system.equilibrium import _gaps
 from gudgeon.solver.system.nested import nested, truncated
 from gudgeon.solver.system.system import System
@@ -23,6 +23,7 @@ from tests.solver.systems import (
     driven_pair_scene,
     rod_records,
     rod_scene,
+    with_tangential_rows,
 )
 
 ROUND_OFF = 1e-9
@@ -130,6 +131,29 @@ def test_static_shapes_of_high_frequency_are_left_out_first() -> None:
     ordered, found = truncated(modal, 0.5), truncated(mixed, 0.5)
     assert set(found.angular_frequencies) == set(ordered.angular_frequencies)
     assert close(found.residual_flexibility, ordered.residual_flexibility)
+
+
+def test_tangential_rows_keep_their_static_response() -> None:
+    """Of normal and tangential forces at all points, whether the scene reads the tangential rows or not."""
+    modal = with_tangential_rows(block_records(4)[0], "face")
+
+    def response(record: ModalRecord) -> np.ndarray:
+        face = record.interfaces["face"]
+        assert face.tangential_rows is not None
+        rows = np.vstack([face.rows, face.tangential_rows.reshape(8, -1)]) / record.angular_frequencies
+        assert record.residual_flexibility is not None
+        return record.residual_flexibility + rows @ rows.T
+
+    fewer = truncated(modal, 0.5)
+    tangential = fewer.interfaces["face"].tangential_rows
+    assert tangential is not None
+    assert tangential.shape == (4, 2, 4)
+    assert close(response(fewer), response(modal))
+    face = replace(modal.interfaces["face"], tangents=None, tangential_rows=None)
+    unread = truncated(replace(modal, interfaces={"face": face}), 0.5)
+    assert unread.residual_flexibility is not None
+    assert fewer.residual_flexibility is not None
+    assert close(unread.residual_flexibility[:4, :4], fewer.residual_flexibility[:4, :4])
 
 
 @pytest.mark.parametrize("count", [0, 1])

@@ -1,0 +1,50 @@
+"""Displacement of contact points across their normals, along which friction acts: two rows for each point."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.tangents import tangents
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.surfaces import find_surface
+from gudgeon.pipeline.interfaces.points import ContactPoints, surface_weights
+from gudgeon.pipeline.scenes.interface import Interface
+
+
+@dataclass(frozen=True)
+class TangentialRows:
+    """The tangential rows of c contact points."""
+
+    B: sparse.csr_matrix
+    """Displacement along t1 and t2 of the first point, of the second, and so on, (2c, dofs); of a patch its mean."""
+    tangents: np.ndarray
+    """t1 and t2 of each point, (c, 2, 3)."""
+
+
+def tangential_rows(model: FEModel, interface: Interface, at: ContactPoints, where: str) -> TangentialRows:
+    """Return the tangential rows of an interface; `where` is its key in the scene, for messages.
+
+    A point of a beam is off its axis: it moves with the rotation of its section too.
+
+    Args:
+        at: The points of the interface.
+
+    Raises:
+        InputError: the body has no motion across the normals, as a bar.
+    """
+    surface = find_surface(model.mesh, interface.surface, f"{where}.surface")
+    axis = np.asarray(surface.shape["axis"], float) if surface.shape.get("kind") == "cylinder" else None
+    along = tangents(at.normals, None if axis is None else axis / np.linalg.norm(axis))
+    if interface.kind == "points" or surface.facets.shape[1] == 1:
+        B = model.rows(np.repeat(at.nodes, 2), along.reshape(-1, 3), np.repeat(at.points, 2, axis=0))
+    else:
+        nodes, areas, _ = surface_weights(model.mesh, surface)
+        B = model.weighted(nodes, (areas / areas.sum())[None, :, None] * along[0][:, None])
+    if not np.abs(B.data).max(initial=0.0) > 0:
+        raise InputError(
+            f"{where}.surface: '{interface.surface}' given, a contact has friction there, but the component does not"
+            " move across its normal; a bar moves along its axis only: use a solid, a plane part or a beam"
+        )
+    return TangentialRows(B, along)
