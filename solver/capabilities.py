@@ -25,6 +25,8 @@ class Feature(Enum):
     JOINT = "joints that prescribe motion"
     LOAD = "forces given over time"
     SPRING = "springs between bodies"
+    ELASTIC_SPRING = "springs on interfaces of components"
+    SPRING_TABLE = "springs by a table, and dampers without stiffness"
     SPRING_DAMPING = "dashpots beside springs"
     GRAVITY = "gravity"
 

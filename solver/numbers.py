@@ -15,8 +15,8 @@ RANGES: dict[str, tuple[float, float]] = {
     "Hz": (1e-15, 1e30), "rev/min": (1e-15, 1e15), "rad/s": (1e-24, 1e24), "m": (1e-21, 1e12), "m^2": (1e-36, 1e24),
     "m^4": (1e-72, 1e48), "m/s": (1e-24, 1e12), "m/s^2": (1e-24, 1e24), "kg": (1e-40, 1e40), "kg m^2": (1e-80, 1e60),
     "kg/m^3": (1e-24, 1e24), "N": (1e-40, 1e40), "Pa": (1e-18, 1e24), "N/m": (1e-40, 1e40), "N/m^3": (1e-30, 1e45),
-    "N/m^exponent": (1e-45, 1e60), "N s/m": (1e-45, 1e45),
-    "N m": (1e-60, 1e52),
+    "N/m^exponent": (1e-45, 1e60), "N s/m": (1e-45, 1e45), "N m": (1e-60, 1e52),
+    "N m/rad": (1e-45, 1e45), "N/rad": (1e-45, 1e45), "N m s/rad": (1e-45, 1e45), "N s/rad": (1e-45, 1e45),
 }  # fmt: skip
 """Smallest and largest magnitude of a number of a scene by its unit."""
 MOST = 1_000_000
@@ -69,7 +69,11 @@ Acceleration = Annotated[float, signed("m/s^2"), sizeable("m/s^2")]
 Angle = Annotated[float, signed("deg"), sizeable("deg")]
 AngularVelocity = Annotated[float, signed("rad/s"), sizeable("rad/s")]
 Area = Annotated[float, above_zero("m^2"), sizeable("m^2")]
+BushingDamping = Annotated[float, signed("N s/m"), sizeable("N s/m")]
+BushingStiffness = Annotated[float, signed("N/m"), sizeable("N/m")]
 Coordinate = Annotated[float, signed("m"), sizeable("m")]
+CouplingDamping = Annotated[float, signed("N s/rad"), sizeable("N s/rad")]
+CouplingStiffness = Annotated[float, signed("N/rad"), sizeable("N/rad")]
 DampingConstant = Annotated[float, from_zero("N s/m"), sizeable("N s/m")]
 DecayRate = Annotated[float, from_zero("1/s"), sizeable("1/s")]
 Density = Annotated[float, above_zero("kg/m^3"), sizeable("kg/m^3")]
@@ -100,6 +104,8 @@ Stiffness = Annotated[float, above_zero("N/m"), sizeable("N/m")]
 TimeValue = Annotated[float, signed("s"), sizeable("s")]
 TorqueValue = Annotated[float, signed("N m"), sizeable("N m")]
 TimeFromZero = Annotated[float, from_zero("s"), sizeable("s")]
+TurningDamping = Annotated[float, signed("N m s/rad"), sizeable("N m s/rad")]
+TurningStiffness = Annotated[float, signed("N m/rad"), sizeable("N m/rad")]
 
 
 def _name(value: str) -> str:

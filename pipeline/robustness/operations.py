@@ -21,6 +21,8 @@ from gudgeon.pipeline.robustness.trial import (
 from gudgeon.pipeline.robustness.turning import turned
 from gudgeon.pipeline.robustness.units import Units, rescaled, rescaled_mesh, rescaled_profile
 from gudgeon.pipeline.scenes.change import moved_surface
+from gudgeon.solver.forces.bushing import Bushing
+from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.scene.run import LEAST_WINDOW
 
 SAME_SPACE = 1e-6
@@ -71,7 +73,7 @@ def contact_stiffness(subject: Subject, operation: Any) -> Trial:
             raise DoesNotApply("all bodies and contacts are rigid")
         return _in_units(subject, Units(time=factor**-0.5))
     changes: dict[str, Any] = {"contact": {}}
-    changes["force"] = {name: {"stiffness": spring.stiffness * factor} for name, spring in springs.items()}
+    changes["force"] = {name: _stiffer(spring, factor) for name, spring in springs.items()}
     exponent = 1.0
     for name in yielding:
         law = scene.contact[name].law
@@ -87,6 +89,20 @@ def contact_stiffness(subject: Subject, operation: Any) -> Trial:
     if not elastic:  # The contact of rigid bodies takes longer or shorter by this factor.
         changes["run"] = {"duration": start + (scene.run.duration - start) * factor ** (-1 / (exponent + 1))}
     return Trial(subject.changed(changes), factor=factor)
+
+
+def _stiffer(spring: Spring | Bushing, factor: float) -> dict[str, Any]:
+    """Return the changes of a spring or bushing whose forces are multiplied."""
+    if isinstance(spring, Spring):
+        changes: dict[str, Any] = {"preload": spring.preload * factor}
+        if spring.stiffness is not None:
+            changes["stiffness"] = spring.stiffness * factor
+        if spring.tabled:
+            changes["values"] = tuple((at, tension * factor) for at, tension in spring.values)
+        return changes
+    keys = ("stiffness", "rotational_stiffness", "coupling")
+    given = {key: getattr(spring, key) for key in keys}
+    return {key: (np.array(value) * factor).tolist() for key, value in given.items() if value is not None}
 
 
 def mass(subject: Subject, operation: Any) -> Trial:

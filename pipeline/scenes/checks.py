@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.fit import misfits
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
-from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_pairs
+from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_knots, read_pairs
 from gudgeon.solver.registry import definition, names
 
 if TYPE_CHECKING:
@@ -66,13 +66,21 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
     for name, force in scene.over_time().items():
         if (interface := getattr(force, "interface", None)) is not None:
             wanted.append((f"force.{name}.interface", force.body, interface, (LOADED[force.kind],)))
+    for name, spring in scene.springs().items():
+        able = ("mean", "tie", *(("points", "patch") if spring.kind == "spring" else ()))
+        if spring.interface is not None:
+            wanted.append((f"force.{name}.interface", spring.body, spring.interface, able))
+        if spring.against is not None and spring.against_interface is not None:
+            wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
     for where, body, interface, kinds in wanted:
         component = scene.component.get(scene.component_of(body))
         if component is None:
             continue
         if interface not in component.interface:
             have = ", ".join(component.interface) or "none"
-            lines.append(f"{where}: no interface '{interface}', the component has {have}")
+            near = difflib.get_close_matches(interface, component.interface, 1)
+            hint = f"did you mean '{near[0]}'? " if near else ""
+            lines.append(f"{where}: no interface '{interface}', {hint}the component has {have}")
         elif (got := component.interface[interface].kind) not in kinds:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
@@ -173,6 +181,10 @@ def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
             force = forces[name] = _tabled(force, path, read_pairs(path, "time [s] and amount"))
         if (reason := force.refusal(scene.run.duration)) is not None:
             raise InputError(f"force.{name}.{reason}")
+    for name, force in scene.springs().items():
+        if force.kind == "spring" and force.table is not None:
+            values = read_knots(find_file(force.table, folder, f"force.{name}.table"))
+            forces[name] = force.model_copy(update={"values": values})
     return scene.model_copy(update={"force": forces, "body": bodies})
 
 

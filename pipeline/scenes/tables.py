@@ -1,11 +1,13 @@
 """Tables of pairs, read from CSV: a header, then rows; over the crank angle they are periodic in one or two turns."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.profile import finite, read_rows
+from gudgeon.solver.forces.spring import check_knots
 
 SPANS = (360.0, 720.0)
 CLOSED = 1e-3
@@ -21,16 +23,11 @@ def read_pairs(path: Path, columns: str) -> tuple[tuple[float, float], ...]:
     rows = read_rows(path, "table")
     if len(rows) < 3:
         raise InputError(f"{path}: a table of {columns} needs a header and at least two rows")
-    values: list[tuple[float, float]] = []
-    for number, row in enumerate(rows[1:], 2):
-        if len(row) != 2:
-            raise InputError(f"{path}: row {number} has {len(row)} cells, {columns} are needed")
-        values.append((finite(row[0], path, number), finite(row[1], path, number)))
-        if len(values) > 1 and values[-1][0] <= values[-2][0]:
-            raise InputError(
-                f"{path}: row {number}: {values[-1][0]:g} must be above {values[-2][0]:g} of the row before"
-            )
-    return tuple(values)
+    values = _pairs(rows, path, columns)
+    for number, (before, after) in enumerate(pairwise(values), 3):
+        if after[0] <= before[0]:
+            raise InputError(f"{path}: row {number}: {after[0]:g} must be above {before[0]:g} of the row before")
+    return values
 
 
 def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
@@ -42,12 +39,32 @@ def read_cycle(path: Path) -> tuple[tuple[float, float], ...]:
     rows = read_rows(path, "table")
     if len(rows) < 5:
         raise InputError(f"{path}: a table over the crank angle needs a header and at least four rows")
+    values = _pairs(rows, path, "angle [deg] and value")
+    check_closed(str(path), np.array(values), 2)
+    return values
+
+
+def read_knots(path: Path) -> tuple[tuple[float, float], ...]:
+    """Return the rows of a spring's table: elongation [m] and tension [N].
+
+    Raises:
+        InputError: the file is missing, a value is not a finite number, or see `check_knots`.
+    """
+    values = _pairs(read_rows(path, "table"), path, "elongation [m] and tension [N]")
+    try:
+        check_knots(str(path), np.array(values).reshape(-1, 2), 2)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    return values
+
+
+def _pairs(rows: list[list[str]], path: Path, needed: str) -> tuple[tuple[float, float], ...]:
+    """Return the numbers of the rows below the header."""
     values = []
     for number, row in enumerate(rows[1:], 2):
         if len(row) != 2:
-            raise InputError(f"{path}: row {number} has {len(row)} cells, angle [deg] and value are needed")
+            raise InputError(f"{path}: row {number} has {len(row)} cells, {needed} are needed")
         values.append((finite(row[0], path, number), finite(row[1], path, number)))
-    check_closed(str(path), np.array(values), 2)
     return tuple(values)
 
 

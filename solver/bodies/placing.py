@@ -15,8 +15,10 @@ from gudgeon.modaldb.records.modes import InertiaCouplings, LoadModes, ModalReco
 from gudgeon.modaldb.traction import turned_chart
 from gudgeon.solver.scene.body import Body
 
-MEAN = "N"
-"""Unit of the three forces of a mean of a surface."""
+VECTORS = {"N": 1, "N, N m": 2}
+"""Vectors that the rows of a load are the components of, by its unit: the force of a mean, force and moment of a tie."""
+Turned = tuple[slice, np.ndarray]
+"""Rows of a load, and the matrix that turns them."""
 
 
 def rotation(settings: Body) -> np.ndarray | None:
@@ -51,13 +53,17 @@ def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
     """
     if Q is None:
         return modal
-    means = [slice(*modal.interface_rows[name]) for name, load in modal.loads.items() if load.unit == MEAN]
+    loads = [
+        (slice(*modal.interface_rows[name]), np.kron(np.eye(VECTORS[load.unit]), Q))
+        for name, load in modal.loads.items()
+        if load.unit in VECTORS
+    ]
     R = modal.residual_flexibility
-    if R is not None and means:
+    if R is not None and loads:
         R = R.copy()
-        for rows in means:
-            R[rows] = Q @ R[rows]
-        R = _turned_columns(R, means, Q)
+        for rows, turn in loads:
+            R[rows] = turn @ R[rows]
+        R = _turned_columns(R, loads)
     return replace(
         modal,
         centre=_vectors(modal.centre, Q),
@@ -73,7 +79,7 @@ def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
         },
         loads={name: _turned_load(load, Q) for name, load in modal.loads.items()},
         gauges={
-            name: replace(gauge, residual=_turned_columns(gauge.residual, means, Q))
+            name: replace(gauge, residual=_turned_columns(gauge.residual, loads))
             for name, gauge in modal.gauges.items()
         },
         residual_flexibility=R,
@@ -107,20 +113,21 @@ def turned_tensors(values: np.ndarray, Q: np.ndarray | None) -> np.ndarray:
     return whole[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
 
 
-def _turned_columns(values: np.ndarray, means: list[slice], Q: np.ndarray) -> np.ndarray:
-    """Return values per unit force, (k, C), with the forces of means along the scene's axes."""
-    if not values.size or not means:
+def _turned_columns(values: np.ndarray, loads: list[Turned]) -> np.ndarray:
+    """Return values per unit force, (k, C), with the forces of means and ties along the scene's axes."""
+    if not values.size or not loads:
         return values
     found = values.copy()
-    for rows in means:
-        found[:, rows] = found[:, rows] @ Q.T
+    for rows, turn in loads:
+        found[:, rows] = found[:, rows] @ turn.T
     return found
 
 
 def _turned_load(load: LoadModes, Q: np.ndarray) -> LoadModes:
     rows, resultant = load.rows, _pairs(load.resultant, Q)
-    if load.unit == MEAN:
-        rows, resultant = Q @ rows, Q @ resultant
+    if load.unit in VECTORS:
+        turn = np.kron(np.eye(VECTORS[load.unit]), Q)
+        rows, resultant = turn @ rows, turn @ resultant
     return replace(load, rows=rows, resultant=resultant, point=_vectors(load.point, Q))
 
 

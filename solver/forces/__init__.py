@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.given import GivenForce, GivenPressure, GivenTorque
 from gudgeon.solver.forces.moving import MovingForce
@@ -11,4 +12,4 @@ from gudgeon.solver.forces.spring import Spring
 
 OverTime = GivenForce | GivenTorque | GivenPressure
 """Those whose amount is a table or an expression of time."""
-Force = Annotated[GasPressure | MovingForce | Spring | OverTime, Field(discriminator="kind")]
+Force = Annotated[GasPressure | MovingForce | Spring | Bushing | OverTime, Field(discriminator="kind")]

@@ -1,30 +1,85 @@
-"""A spring between a point of a body and the ground or another body."""
+"""A spring with a dashpot between a point of a body and the ground or another body, along one direction."""
 
 from typing import Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from gudgeon.solver.numbers import Coordinate, DampingConstant, Stiffness, Strict
-from gudgeon.solver.vectors import Direction, Place
+from gudgeon.solver.forces.ends import TwoEnds
+from gudgeon.solver.numbers import Coordinate, DampingConstant, ForceValue, Stiffness
+from gudgeon.solver.vectors import Direction
+
+Knots = tuple[tuple[Coordinate, ForceValue], ...]
 
 
-class Spring(Strict):
-    """Linear spring along one direction, relaxed at the start; it acts on rigid bodies."""
+class Spring(TwoEnds):
+    """Spring along one direction, linear or by a table of its force over its elongation, with a dashpot beside it."""
 
     kind: Literal["spring"]
-    body: str
-    against: str | None = Field(default=None, description="Other body; default: the ground")
-    direction: Direction = Field(description="Direction of any length")
-    at: Place = Field(
-        default=(0.0, 0.0, 0.0),
-        description="Point of the body, in its component's axes and relative to its origin [m]",
+    direction: Direction | None = Field(
+        default=None,
+        description="Direction of any length, from the other end to this one: motion of the body along it elongates the"
+        " spring. Default: the line from one interface to the other, or the normal of a single contact point",
     )
-    stiffness: Stiffness
+    stiffness: Stiffness | None = Field(
+        default=None, description="Stiffness [N/m]; it may be left out where a table or a damping is given"
+    )
     damping: DampingConstant = 0.0
     stretch: Coordinate = Field(default=0.0, description="Elongation at the start [m]")
+    preload: ForceValue = Field(
+        default=0.0, description="Tension at zero elongation [N], added to that of stiffness or table"
+    )
+    table: str | None = Field(
+        default=None,
+        description="CSV: elongation [m], tension [N]; piecewise linear, continued beyond its ends with their slopes",
+    )
+    values: Knots = Field(
+        default=(),
+        description="The same as pairs; read from the table if one is given",
+        json_schema_extra={"unit": ["m", "N"]},
+    )
 
     @model_validator(mode="after")
-    def _two(self) -> "Spring":
-        if self.against == self.body:
-            raise ValueError("a spring needs two bodies, or one and the ground")
+    def _one_law(self) -> "Spring":
+        tabled = self.table is not None or bool(self.values)
+        if tabled and self.stiffness is not None:
+            raise ValueError("stiffness and a table both give the force; give only one of them")
+        if not tabled and self.stiffness is None and self.damping == 0:
+            raise ValueError("give stiffness [N/m], a table or damping [N s/m]")
+        if not tabled and self.stiffness is None and self.preload:
+            raise ValueError("preload needs a stiffness or a table")
+        if self.values:
+            check_knots("values", np.array(self.values), 1)
         return self
+
+    @property
+    def tabled(self) -> bool:
+        """Whether its force is a table."""
+        return self.table is not None or bool(self.values)
+
+    @property
+    def damped(self) -> bool:
+        """Whether it has a dashpot."""
+        return self.damping > 0
+
+    @property
+    def linear(self) -> bool:
+        """Whether its force is a stiffness times its elongation."""
+        return self.stiffness is not None
+
+
+def check_knots(where: str, knots: np.ndarray, first_row: int) -> None:
+    """Raise a ValueError unless elongations [m] of knots, (rows, 2), increase and tensions [N] do not decrease.
+
+    Messages name the file or key `where`, and rows from `first_row` on.
+    """
+    if len(knots) < 2:
+        raise ValueError(f"{where}: {len(knots)} rows given, a table of tension over elongation needs two or more")
+    change = np.diff(knots, axis=0)
+    for column, wrong, text in (
+        (0, change[:, 0] <= 0, "the elongation {:g} m must be above that of the row before"),
+        (1, change[:, 1] < 0, "the tension {:g} N is below that of the row before: it must not decrease"),
+    ):
+        if wrong.any():
+            row = int(wrong.argmax()) + 1
+            raise ValueError(f"{where}: row {row + first_row}: {text.format(knots[row, column])}")

@@ -8,6 +8,7 @@ from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.ports.table import Kind, PortBlock, Ports, Side, gathered
+from gudgeon.solver.system.springs import End
 from gudgeon.solver.system.system import System
 from gudgeon.solver.vectors import unit
 
@@ -102,14 +103,16 @@ def _load_side(body: FlexibleBody, interface: str | None, rigid: np.ndarray, mix
 
 
 def _springs(system: System) -> Iterator[PortBlock]:
-    for number, (name, spring) in enumerate(system.scene.springs().items()):
-        sides = []
-        for owner in (spring.body, spring.against):
-            if owner is not None:
-                body = system.bodies[owner]
-                rigid = system.springs.rows[number : number + 1, body.rigid]
-                sides.append(Side(body, rigid, np.empty((1, 0), np.int64), np.empty((1, 0))))
-        yield PortBlock(f"force.{name}", Kind.SPRING, tuple(sides), np.array([spring.stretch]))
+    springs = system.springs
+    for name, ends in zip(system.scene.springs(), springs.ends, strict=True):
+        sides = [_spring_side(system.bodies[end.body], end) for end in ends]
+        yield PortBlock(f"force.{name}", Kind.SPRING, tuple(sides), springs.stretch[springs.of(name)])
+
+
+def _spring_side(body: FlexibleBody, end: End) -> Side:
+    if end.interface is None:
+        return Side(body, end.rigid, np.empty((len(end.rigid), 0), np.int64), np.empty((len(end.rigid), 0)))
+    return _load_side(body, end.interface, end.rigid, end.mix)
 
 
 def contact_ports(ports: Ports, contact: ContactRows) -> np.ndarray:

@@ -1,5 +1,6 @@
 """The solver's part of a scene: bodies, contacts, joints, forces and the run. SI units."""
 
+import difflib
 import math
 from collections.abc import Iterator, Mapping
 
@@ -7,6 +8,7 @@ from pydantic import Field, model_validator
 
 from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force, OverTime
+from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
@@ -36,7 +38,9 @@ class Scene(Strict):
         named += [(f"force.{n}.against", spring.against) for n, spring in self.springs().items() if spring.against]
         for where, body in named:
             if body not in self.body:
-                raise ValueError(f"{where}: no body '{body}', the scene has {', '.join(self.body)}")
+                near = difflib.get_close_matches(body, self.body, 1)
+                hint = f"did you mean '{near[0]}'? " if near else ""
+                raise ValueError(f"{where}: no body '{body}', {hint}the scene has {', '.join(self.body)}")
         for name, force in self.gas().items():
             if force.joint not in self.joint:
                 have = ", ".join(self.joint) or "none"
@@ -81,9 +85,9 @@ class Scene(Strict):
         """Return the moving forces of the scene by name."""
         return {n: f for n, f in self.force.items() if isinstance(f, MovingForce)}
 
-    def springs(self) -> dict[str, Spring]:
-        """Return the springs of the scene by name."""
-        return {n: f for n, f in self.force.items() if isinstance(f, Spring)}
+    def springs(self) -> dict[str, Spring | Bushing]:
+        """Return the springs and bushings of the scene by name."""
+        return {n: f for n, f in self.force.items() if isinstance(f, Spring | Bushing)}
 
     def carriers(self) -> list[str]:
         """Return the integrators that support all features of the scene, in the order in which `auto` prefers them."""
@@ -188,7 +192,11 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
             yield f"the dashpot of {where}", Feature.DASHPOT
     for name, spring in scene.springs().items():
         yield f"force.{name}", Feature.SPRING
-        if spring.damping > 0:
+        if spring.elastic:
+            yield f"the interface of force.{name}", Feature.ELASTIC_SPRING
+        if not spring.linear:
+            yield f"the force of force.{name}, which is not a stiffness alone,", Feature.SPRING_TABLE
+        if spring.damped:
             yield f"damping of force.{name}", Feature.SPRING_DAMPING
     if any(scene.run.gravity):
         yield "run.gravity", Feature.GRAVITY

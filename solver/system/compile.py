@@ -91,13 +91,15 @@ def assembled(
     position, velocity = np.zeros(size), _start(scene, bodies, size)
     loads = driving.begin(bodies, position, velocity, deformed=scene.run.start == "rest")
     _check_travel(contacts, driving)
+    springs = compile_springs(scene, bodies, contacts, driving, size)
     system = System(
         scene=scene, bodies=bodies, contacts=contacts, sag=sag,
         stiffness=np.concatenate([body.stiffness for body in bodies.values()]),
         damping=np.concatenate([body.damping_rates for body in bodies.values()]),
         rigid=np.concatenate([np.arange(size)[body.rigid] for body in bodies.values()]),
-        driving=driving, springs=compile_springs(scene, bodies, size), loads=loads, position=position,
-        velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), terms=terms, **arrays,
+        driving=driving, springs=springs, loads=loads, position=position,
+        velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), start_pulls=np.zeros(len(springs.stiffness)),
+        terms=terms, **arrays,
         **compile_gauges(bodies, contacts, size),
     )  # fmt: skip
     refuse_motion_across(system)

@@ -6,7 +6,9 @@ With q the elastic coordinates, Λ their squared frequencies and f the loads,
 
 d(λ) = layer λ for a surface layer or a linear law and (λ/K)^(1/n) for a law K dⁿ. It is the minimum over λ ≥ 0 of the
 convex ½ λᵀ C λ + gᵀ λ + Σ ∫ d dλ with C = W Λ⁻¹ Wᵀ + R + layer and g the gaps without contact; each step of Newton's
-method is a linear complementarity problem, solved as nonnegative least squares (Lawson & Hanson 1974).
+method is a linear complementarity problem, solved as nonnegative least squares (Lawson & Hanson 1974). Springs on
+elastic bodies add their forces to f; C and g are then those of the bodies with the springs, whose tables are linear
+between two solutions.
 """
 
 from dataclasses import replace
@@ -18,6 +20,7 @@ from gudgeon.solver.bodies.small_motion import MOVES
 from gudgeon.solver.contact.rows import touching_depth
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
+from gudgeon.solver.system.spring_start import spring_forces, stiffening
 from gudgeon.solver.system.system import System
 
 ROUND_OFF = 1e-5
@@ -43,6 +46,8 @@ def settled(system: System) -> System:
         SceneError: a contact whose bodies move freely along it begins inside its obstacle, or the undeformed one does.
         SolverError: contact forces are not unique.
     """
+    loaded = system
+    system = _with_springs(loaded, np.zeros(len(system.gap)))
     if not len(system.gap):
         return system
     gaps, allowed = _gaps(system), _allowed(system)
@@ -54,20 +59,73 @@ def settled(system: System) -> System:
     _refuse_overlap(system, gaps, moves | inside, allowed)
     if not (gaps < -ROUND_OFF * allowed)[~moves].any():
         return system
-    compliance = _static_compliance(system)
-    held = np.flatnonzero(~moves & (compliance.diagonal() > 0))
-    forces = np.zeros(len(gaps))
-    forces[held] = _forces(system, compliance[np.ix_(held, held)], gaps[held], held)
-    position, elastic = system.position.copy(), system.stiffness > 0
-    position[elastic] += (system.rows.T @ forces)[elastic] / system.stiffness[elastic]
-    found = replace(system, position=position, start_forces=forces)
-    _refuse_overlap(system, _gaps(found) + system.residual @ forces, moves, allowed)
+    found = _pressed(loaded, moves)
+    _refuse_overlap(system, _gaps(found) + system.residual @ found.start_forces, moves, allowed)
     return found
+
+
+def _pressed(loaded: System, moves: np.ndarray) -> System:
+    """Return a system with the contact forces of its equilibrium.
+
+    Args:
+        loaded: Without springs and contact forces.
+        moves: Which gaps free rigid motions change, (c,).
+    """
+    without, layer, forces = _static_compliance(loaded), np.diag(loaded.layer), np.zeros(len(loaded.gap))
+    found = _with_springs(loaded, forces)
+    for _ in range(MOST_STEPS):
+        compliance = without + _through_springs(loaded, found)
+        gaps = _gaps(found) + loaded.residual @ forces - (compliance - layer) @ forces
+        held, before = np.flatnonzero(~moves & (compliance.diagonal() > 0)), forces
+        forces = np.zeros(len(gaps))
+        forces[held] = _forces(loaded, compliance[np.ix_(held, held)], gaps[held], held)
+        found = _with_springs(loaded, forces)
+        if not loaded.springs.knots or np.abs(forces - before).max() <= CONVERGED * np.abs(forces).max():
+            return found
+    raise SceneError(
+        "run.start: the static equilibrium of the springs with the contacts was not found; set it to 'undeformed'"
+    )
+
+
+def _with_springs(loaded: System, forces: np.ndarray) -> System:
+    """Return a system in equilibrium with contact forces (c,) [N] and its springs."""
+    free, compliance = _free_springs(loaded, forces)
+    pulled = spring_forces(loaded.springs, free, compliance)
+    position, elastic = loaded.position.copy(), loaded.stiffness > 0
+    if loaded.scene.run.start == "rest":
+        acting = loaded.rows.T @ forces + loaded.springs.rows.T @ pulled
+        position[elastic] += acting[elastic] / loaded.stiffness[elastic]
+    return replace(loaded, position=position, start_forces=forces, start_pulls=pulled)
+
+
+def _free_springs(loaded: System, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the elongations under contact forces without those of the springs [m], (b,), and A [m/N], (b, b)."""
+    springs, elastic = loaded.springs, loaded.stiffness > 0
+    compliance = springs.residual.copy()
+    if loaded.scene.run.start == "rest":
+        rows = springs.rows[:, elastic]
+        compliance += (rows / loaded.stiffness[elastic]) @ rows.T
+    free = springs.stretch + springs.rows @ loaded.position + springs.to_loads @ loaded.loads
+    return free + _to_contacts(loaded).T @ forces, compliance
+
+
+def _to_contacts(loaded: System) -> np.ndarray:
+    """Return the gaps' change per force on a spring's row by elastic coordinates and R [m/N], (c, b)."""
+    elastic = loaded.stiffness > 0
+    rows = loaded.rows[:, elastic] / loaded.stiffness[elastic]
+    return loaded.springs.to_gap + rows @ loaded.springs.rows[:, elastic].T
+
+
+def _through_springs(loaded: System, found: System) -> np.ndarray:
+    """Return what the springs, as they are in a state, change of the contacts' compliance [m/N], (c, c)."""
+    across, (free, compliance) = _to_contacts(loaded), _free_springs(loaded, found.start_forces)
+    return across @ stiffening(loaded.springs, found.start_pulls, free, compliance) @ across.T
 
 
 def _gaps(system: System) -> np.ndarray:
     """Return the gaps at the start without contact forces [m], (c,)."""
-    return system.gap + system.moved_gaps(system.position) + system.driving.to_gap @ system.loads
+    given = system.driving.to_gap @ system.loads + system.springs.to_gap @ system.start_pulls
+    return system.gap + system.moved_gaps(system.position) + given
 
 
 def _allowed(system: System) -> np.ndarray:

@@ -98,6 +98,15 @@ class Driving:
             yield load, slice(first, last)
             first = last
 
+    def places(self) -> Iterator[tuple[str, str | None, np.ndarray, slice]]:
+        """Yield body and interface of each joint and load, the mix of its rows from the interface's, and its rows."""
+        for number, held in enumerate(self.joints):
+            along, lateral = held.joint.axes
+            mix = np.array([lateral, along])
+            yield held.joint.body, held.joint.interface, mix, slice(2 * number, 2 * number + 2)
+        for load, at in self.given_rows():
+            yield load.body, load.interface, load.mix, at
+
     def crank(self, time: np.ndarray) -> np.ndarray:
         """Return the crank pin of each joint at given times, (t, j, 4)."""
         pins = [held.joint.crank_pin(time) for held in self.joints]

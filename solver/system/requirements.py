@@ -153,9 +153,10 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
         if j.body == body
     ]
     springs = [
-        Term(f"spring {n}", body, True, "acts on rigid motion")
+        Term(f"{s.kind} {n}", body, True, f"acts on {interface or 'rigid motion'}", _spring_fields(interface))
         for n, s in scene.springs().items()
-        if body in (s.body, s.against)
+        for owner, interface in ((s.body, s.interface), (s.against, s.against_interface))
+        if owner == body
     ]
     loads = [
         Term(
@@ -167,8 +168,16 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
         for interface in (getattr(f, "interface", None),)
     ]  # fmt: skip
     yield from joints or [Term("joints", body, False, "no joint names it")]
-    yield from springs or [Term("springs", body, False, "no force of kind 'spring' names it")]
-    yield from loads or [Term("loads", body, False, "no force but a spring names it")]
+    yield from springs or [Term("springs", body, False, "no force of kind 'spring' or 'bushing' names it")]
+    yield from loads or [Term("loads", body, False, "no force but a spring or bushing names it")]
+
+
+def _spring_fields(interface: str | None) -> tuple[str, ...]:
+    """Return the fields that a spring on an interface reads, which is a load or a contact point."""
+    if interface is None:
+        return ()
+    at = f"modes:interfaces/{interface}"
+    return (f"modes:loads/{interface}", f"{at}/rows", f"{at}/normals", f"morph:points/{interface}")
 
 
 def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
@@ -199,6 +208,11 @@ def _residual(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Ter
     reason = "a contact uses method 'residual'" if present else "no contact uses method 'residual'"
     if not present and any(item.body == body for item in [*scene.joint.values(), *scene.given().values()]):
         present, reason = True, "a joint or load acts on it"
+    if not present and any(
+        (item.body == body and item.interface) or (item.against == body and item.against_interface)
+        for item in scene.springs().values()
+    ):
+        present, reason = True, "a spring acts on an interface of it"
     if not stock.elastic:
         present, reason = False, "a rigid body does not deform"
     return Term("residual flexibility", body, present, reason, ("modes:residual_flexibility",))

@@ -1,52 +1,286 @@
-"""Compiled springs: rows, stiffness and damping."""
+"""Compiled springs and bushings: rows, stiffness and damping, tables, residual flexibility at their interfaces."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.bushing import Bushing
+from gudgeon.solver.forces.spring import Spring
+from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system.loads import Driving
 from gudgeon.solver.vectors import unit
+
+ASIDE = 1e-3
+"""Offset of the two ends of a spring across its line over the radius of gyration of its body, from which on the pair of
+forces would turn the bodies noticeably."""
+
+
+class End(NamedTuple):
+    """What b rows of elongation are made of on one body with r rigid coordinates."""
+
+    body: str
+    rigid: np.ndarray
+    """Elongation per rigid coordinate, (b, r)."""
+    interface: str | None
+    """Interface of an elastic body; None of a point of a rigid one."""
+    mix: np.ndarray
+    """Elongation per displacement of the k rows of the interface, (b, k)."""
 
 
 @dataclass(frozen=True)
 class Springs:
-    """Springs between bodies and to the ground, b of them."""
+    """Springs between bodies and to the ground, b rows; a bushing has several."""
 
+    names: list[str]
+    """Name of the force of each row."""
+    motions: np.ndarray
+    """Elongation of each row per translation of the body's end along x, y, z and rotation about them, (b, 6)."""
+    ends: list[tuple[End, ...]]
+    """Of each force."""
     rows: np.ndarray
     """Elongation per coordinate, (b, m)."""
     stiffness: np.ndarray
-    """[N/m], (b,)"""
+    """[N/m]; of a table its largest, (b,)."""
     damping: np.ndarray
     """[N s/m], (b,)"""
     stretch: np.ndarray
     """Elongation at q = 0 [m], (b,)."""
+    knots: dict[int, np.ndarray]
+    """Elongation [m] and tension [N] of the rows with a table, (knots, 2)."""
+    residual: np.ndarray
+    """R among the springs [m/N], (b, b)."""
+    to_gap: np.ndarray
+    """Change of the gaps per force on a spring's row by R [m/N], (c, b)."""
+    to_loads: np.ndarray
+    """Elongation per load by R [m/N], (b, L)."""
+
+    def of(self, name: str) -> slice:
+        """Return the rows of a force."""
+        first = self.names.index(name)
+        return slice(first, first + self.names.count(name))
+
+    def tension(self, elongation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return tension [N] and stiffness [N/m] of all rows at elongations [m], (b,) each."""
+        force, slope = self.stiffness * elongation, self.stiffness.copy()
+        for row, knots in self.knots.items():
+            piece = int(np.clip(np.searchsorted(knots[:, 0], elongation[row], side="right") - 1, 0, len(knots) - 2))
+            slope[row] = np.diff(knots[piece : piece + 2, 1])[0] / np.diff(knots[piece : piece + 2, 0])[0]
+            force[row] = knots[piece, 1] + slope[row] * (elongation[row] - knots[piece, 0])
+        return force, slope
+
+    def energy(self, elongation: np.ndarray) -> float:
+        """Return what all rows store at elongations [J], (b,), from zero elongation on."""
+        linear = np.setdiff1d(np.arange(len(elongation)), list(self.knots))
+        total = 0.5 * float(self.stiffness[linear] @ elongation[linear] ** 2)
+        for row in self.knots:
+            (low, high), knots = sorted((0.0, float(elongation[row]))), self.knots[row][:, 0]
+            at = np.concatenate([[low], knots[(knots > low) & (knots < high)], [high]])
+            tension = [self.tension(np.where(np.arange(len(elongation)) == row, one, 0.0))[0][row] for one in at]
+            total += float(np.trapezoid(tension, at)) * (1.0 if elongation[row] >= 0 else -1.0)
+        return total
+
+    def softened(self) -> np.ndarray:
+        """Return the stiffness of the rows in series with R, (b, b)."""
+        return np.linalg.solve(np.eye(len(self.stiffness)) + self.stiffness[:, None] * self.residual,
+                               np.diag(self.stiffness))  # fmt: skip
 
 
-def compile_springs(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> Springs:
+def compile_springs(
+    scene: Scene, bodies: dict[str, FlexibleBody], contacts: list[ContactRows], driving: Driving, size: int
+) -> Springs:
     """Build the springs of a scene.
 
     Raises:
-        SceneError: a spring acts on an elastic body, or no motion changes its length.
+        SceneError: a spring acts on an elastic body without an interface, an interface does not have its directions, or
+            no motion changes its length.
     """
-    springs = scene.springs()
-    rows = np.zeros((len(springs), size))
-    for number, (name, spring) in enumerate(springs.items()):
-        line = unit(spring.direction)
-        own = scene.body[spring.body]
-        place = np.asarray(own.position) + turned_vectors(own, spring.at)
-        for owner, sign in ((spring.body, 1.0), (spring.against, -1.0)):
-            if owner is None:
-                continue
-            body = bodies[owner]
-            if len(body.modal.angular_frequencies):
-                raise SceneError(f"force.{name}: body '{owner}' is elastic; a spring acts on a rigid body")
-            point = place - np.asarray(scene.body[owner].position)
-            rows[number, body.rigid] += sign * body.rigid_rows(point[None], line[None])[0]
-        if not np.any(rows[number]):
-            raise SceneError(f"force.{name}.direction: the body cannot move along it")
-    values = [(spring.stiffness, spring.damping, spring.stretch) for spring in springs.values()]
-    stiffness, damping, stretch = np.array(values).reshape(-1, 3).T
-    return Springs(rows, stiffness, damping, stretch)
+    names, ends, parts, knots, motions = [], [], [np.zeros((3, 0))], {}, [np.zeros((0, 6))]
+    for name, force in scene.springs().items():
+        both, moved, (stiffness, damping, stretch) = _compiled(scene, name, force, bodies)
+        motions.append(moved)
+        if isinstance(force, Spring) and force.tabled:
+            knots[len(names)] = np.array(force.values, float) + np.array([0.0, force.preload])
+        names += [name] * len(stiffness)
+        ends.append(both)
+        parts.append(np.stack([stiffness, damping, stretch]))
+    rows, first = np.zeros((len(names), size)), 0
+    owners: list[tuple[slice, End]] = []
+    for both in ends:
+        here = slice(first, first + len(both[0].rigid))
+        first = here.stop
+        for end in both:
+            body = bodies[end.body]
+            rows[here, body.rigid] += end.rigid
+            if end.interface is not None:
+                rows[here, body.elastic] += end.mix @ _elastic(body, end.interface)
+                owners.append((here, end))
+    lost = [name for name in scene.springs() if not np.any(rows[[one == name for one in names]])]
+    if lost:
+        key = ".direction" if scene.springs()[lost[0]].kind == "spring" else ""
+        raise SceneError(f"force.{lost[0]}{key}: the body cannot move along it")
+    residual, to_gap, to_loads = _shared(scene, bodies, contacts, driving, owners, len(names))
+    stiffness, damping, stretch = np.concatenate(parts, axis=1)
+    return Springs(
+        names, np.vstack(motions), ends, rows, stiffness=stiffness, damping=damping, stretch=stretch, knots=knots,
+        residual=residual, to_gap=to_gap, to_loads=to_loads,
+    )  # fmt: skip
+
+
+def _shared(
+    scene: Scene,
+    bodies: dict[str, FlexibleBody],
+    contacts: list[ContactRows],
+    driving: Driving,
+    owners: list[tuple[slice, End]],
+    count: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return R among springs, (b, b), of gaps by springs, (c, b), and of springs by loads, (b, L) [m/N]."""
+    residual = np.zeros((count, count))
+    to_gap = np.zeros((sum(len(contact.points) for contact in contacts), count))
+    to_loads = np.zeros((count, len(driving.rows)))
+    for here, end in owners:
+        for there, other in owners:
+            if end.body == other.body and end.interface is not None and other.interface is not None:
+                block = bodies[end.body].residual(end.interface, other.interface)
+                residual[here, there] += end.mix @ block @ other.mix.T
+        for body, interface, mix, there in driving.places():
+            if body == end.body and end.interface is not None and interface is not None:
+                to_loads[here, there] += end.mix @ bodies[body].residual(end.interface, interface) @ mix.T
+        for contact in contacts:
+            if METHODS[scene.contact[contact.name].method].flexible:
+                for body, interface, order, *_ in contact.sides:
+                    if body == end.body and end.interface is not None:
+                        block = bodies[body].residual(interface, end.interface)[order]
+                        # A contact force acts against the outward normal, R's rows along it.
+                        to_gap[contact.rows, here] -= block @ end.mix.T
+    return residual, to_gap, to_loads
+
+
+def _compiled(
+    scene: Scene, name: str, force: Spring | Bushing, bodies: dict[str, FlexibleBody]
+) -> tuple[tuple[End, ...], np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return a force's ends, the motions that it resists, (b, 6), and stiffness, damping and stretch of its rows."""
+    places = [_place(scene, name, force, bodies, number) for number in range(2 if force.against else 1)]
+    if isinstance(force, Bushing):
+        motions, stiffness, damping = force.parts()
+        _refuse_apart(name, places, bodies[force.body], None)
+        values = stiffness, damping, np.zeros(len(stiffness))
+    else:
+        line = _line(scene, name, force, bodies, places)
+        motions = np.concatenate([line, np.zeros(3)])[None]
+        stiffness = force.stiffness or 0.0
+        stretch = force.stretch + (force.preload / stiffness if stiffness else 0.0)
+        if force.tabled:
+            knots = np.array(force.values, float)
+            stiffness = float((np.diff(knots[:, 1]) / np.diff(knots[:, 0])).max())
+        values = np.array([stiffness]), np.array([force.damping]), np.array([stretch])
+    ends = [_end(scene, name, motions, (bodies[force.body], force.interface), places[0])]
+    if force.against is not None:
+        other = (bodies[force.against], force.against_interface)
+        ends.append(_end(scene, name, -motions, other, places[-1]))
+    return tuple(ends), motions, values
+
+
+def _place(
+    scene: Scene, name: str, force: Spring | Bushing, bodies: dict[str, FlexibleBody], number: int
+) -> np.ndarray:
+    """Return where an end of a force is [m], (3,); without an interface the second end is where the first one is."""
+    body, interface = ((force.body, force.interface), (force.against, force.against_interface))[number]
+    if interface is None:
+        if number == 1:
+            return _place(scene, name, force, bodies, 0)
+        return np.asarray(scene.body[force.body].position) + turned_vectors(scene.body[force.body], force.at)
+    modal, key = bodies[body].modal, "against_interface" if number else "interface"
+    if interface in modal.loads:
+        return modal.loads[interface].point + np.asarray(scene.body[body].position)
+    points = bodies[body].morph.points.get(interface)
+    if points is None:
+        have = ", ".join([*modal.loads, *modal.interfaces]) or "none"
+        raise SceneError(
+            f"force.{name}.{key}: body '{body}' has no interface '{interface}' for a spring, it has {have}"
+        )
+    if len(points) != 1:
+        raise SceneError(
+            f"force.{name}.{key}: '{interface}' has {len(points)} contact points, a spring acts on a single one; use an"
+            " interface of kind 'mean'"
+        )
+    return points[0] + np.asarray(scene.body[body].position)
+
+
+def _line(
+    scene: Scene, name: str, force: Spring, bodies: dict[str, FlexibleBody], places: list[np.ndarray]
+) -> np.ndarray:
+    """Return the unit vector along which a spring elongates when its body moves, (3,)."""
+    modal = bodies[force.body].modal
+    if force.direction is not None:
+        line = unit(force.direction)
+        _refuse_apart(name, places, bodies[force.body], line)
+        return line
+    apart = places[0] - places[-1]
+    if np.linalg.norm(apart) > ASIDE * _gyration(bodies[force.body]):
+        return unit(apart)
+    if force.interface in modal.interfaces:
+        return modal.interfaces[force.interface].normals[0]
+    raise SceneError(f"force.{name}.direction: it is needed, since its ends do not give a line")
+
+
+def _refuse_apart(name: str, places: list[np.ndarray], body: FlexibleBody, line: np.ndarray | None) -> None:
+    """Raise a SceneError where the ends of a force are apart, across its line if there is one."""
+    apart = places[0] - places[-1]
+    across = apart if line is None else apart - (apart @ line) * line
+    if np.linalg.norm(across) > ASIDE * _gyration(body):
+        what = "a bushing acts at one point" if line is None else "leave out direction, which is then the line of them"
+        key = "against_interface" if line is None else "direction"
+        beside = "" if line is None else " across the direction"
+        raise SceneError(
+            f"force.{name}.{key}: its ends are {np.linalg.norm(across):.3g} m apart{beside}, so that its forces would"
+            f" turn the bodies; {what}"
+        )
+
+
+def _gyration(body: FlexibleBody) -> float:
+    """Return the largest radius of gyration of a body [m]."""
+    return float(np.sqrt(np.linalg.eigvalsh(body.morph.inertia)[-1] / body.morph.mass))
+
+
+def _end(scene: Scene, name: str, motions: np.ndarray, at: tuple[FlexibleBody, str | None], place: np.ndarray) -> End:
+    """Return one end of a force whose elongations are motions of a place, translations then rotations, (b, 6)."""
+    body, interface = at
+    point = place - np.asarray(scene.body[body.name].position)
+    if interface is None:
+        if len(body.modal.angular_frequencies):
+            raise SceneError(
+                f"force.{name}: body '{body.name}' is elastic; name an interface of its component, of kind 'mean' or of"
+                " a single point"
+            )
+        moment = np.cross(point, motions[:, :3]) + motions[:, 3:]
+        return End(body.name, body.wrench_rows(np.column_stack([motions[:, :3], moment])), None, np.empty((0, 0)))
+    if interface in body.modal.loads:
+        load = body.modal.loads[interface]
+        if len(load.rows) not in (3, 6):
+            raise SceneError(f"force.{name}: '{interface}' is of kind 'pressure'; kind 'mean' or 'tie' is needed")
+        if len(load.rows) == 3 and motions[:, 3:].any():
+            raise SceneError(f"force.{name}: '{interface}' is of kind 'mean', which has no rotations; use kind 'tie'")
+        mix = motions[:, : len(load.rows)]
+        return End(body.name, body.wrench_rows(mix @ load.resultant), interface, mix)
+    normal = body.modal.interfaces[interface].normals[0]
+    along = motions[:, :3] @ normal
+    if motions[:, 3:].any() or (np.abs(motions[:, :3] - along[:, None] * normal) > ASIDE).any():
+        raise SceneError(
+            f"force.{name}.direction: the contact point '{interface}' has its normal {np.round(normal, 6).tolist()}"
+            " alone; use this direction, or an interface of kind 'mean'"
+        )
+    rows = body.rigid_rows(np.repeat(point[None], len(motions), axis=0), along[:, None] * normal)
+    return End(body.name, rows, interface, along[:, None])
+
+
+def _elastic(body: FlexibleBody, interface: str) -> np.ndarray:
+    """Return the rows of an interface over the elastic coordinates, (k, m)."""
+    places = body.modal.loads if interface in body.modal.loads else body.modal.interfaces
+    return places[interface].rows

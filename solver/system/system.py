@@ -75,6 +75,8 @@ class System:
     """Initial coordinates [m kg^½], (m,)."""
     start_forces: np.ndarray
     """Contact forces of the static equilibrium at the start [N], (c,)."""
+    start_pulls: np.ndarray
+    """Forces of the springs' rows along their elongations at the start [N], (b,)."""
     velocity: np.ndarray
     """Initial velocities [m kg^½/s], (m,)."""
     terms: list[Term]
@@ -202,7 +204,7 @@ class System:
         springs = self.springs
         if len(self.gap) == 1 and not len(springs.stiffness) and not self.rigid_contact[0]:
             return _single(self.stiffness, self.rows[0], self.compliance[0, 0] + self.yielding()[0])
-        matrix = np.diag(self.stiffness) + springs.rows.T @ (springs.rows * springs.stiffness[:, None])
+        matrix = np.diag(self.stiffness) + springs.rows.T @ springs.softened() @ springs.rows
         yielding = self.yielding()
         soft = np.flatnonzero(~self.rigid_contact & np.isfinite(yielding))
         if len(soft):

@@ -63,6 +63,10 @@ class Constants(NamedTuple):
     """[m/N], (p,)."""
     law: np.ndarray
     """K, n, χ, c of contact laws; stiffness and damping of springs, (p, 4)."""
+    knots: np.ndarray
+    """Elongation [m] and tension [N] of the tables of all springs, (n, 2)."""
+    table: np.ndarray
+    """First and last + 1 knot of each port; (0, 0) without a table, (p, 2)."""
     friction: np.ndarray
     """Static and kinetic coefficient at the first port of a cone, (p, 2)."""
     belt: np.ndarray

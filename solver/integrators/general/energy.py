@@ -4,6 +4,7 @@ from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
 from gudgeon.solver.integrators.general.arrays import VELOCITY
+from gudgeon.solver.integrators.general.responses import spring_energy
 from gudgeon.solver.integrators.general.rows import moved, push
 from gudgeon.solver.integrators.general.solve import BILATERAL, CONE, LAW, RUBBING_LAW, SPRING, UNILATERAL
 from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
@@ -53,7 +54,7 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
         else:
             _port_energy(constants, state, i)
             if kind == SPRING:
-                springs += 0.5 * constants.law[i, 0] * state.displacement[0, i] ** 2
+                springs += spring_energy(constants.law[i], knots_of(constants, i), state.displacement[0, i])
     for n in range(len(constants.given)):
         i = constants.given[n]
         parts[WORK] += state.mean[i] * (state.displacement[0, i] - state.displacement[1, i])
@@ -82,7 +83,9 @@ def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
         parts[WORK] += mean * step
     elif kind == SPRING:
         if constants.law[i, 1] > 0.0:
-            stored = 0.5 * constants.law[i, 0] * (state.displacement[0, i] ** 2 - state.displacement[1, i] ** 2)
+            law, knots = constants.law[i], knots_of(constants, i)
+            stored = spring_energy(law, knots, state.displacement[0, i])
+            stored -= spring_energy(law, knots, state.displacement[1, i])
             parts[DISSIPATED] += -mean * step - stored
     elif mean == 0.0 and state.unknown[i] == 0.0 and (first != i or kind in (UNILATERAL, CONE)):
         pass
@@ -120,6 +123,12 @@ def _struck(constants, state, i):  # type: ignore[no-untyped-def]
     if first != i or constants.restitution[i] < 1.0:
         state.parts[DISSIPATED] -= mean * constants.dt * middle
     state.parts[WORK] += mean * constants.dt * constants.belt[i]
+
+
+@inner
+def knots_of(constants, i):  # type: ignore[no-untyped-def]
+    """Return the table of a spring, none where it is linear, (n, 2)."""
+    return constants.knots[constants.table[i, 0] : constants.table[i, 1]]
 
 
 @inner

@@ -136,7 +136,8 @@ def _constants(system: System, ports: Ports, dt: float) -> Constants:
         reach=np.abs(residual).max(axis=(0, 2), initial=0.0) if p else np.zeros(0), offset=ports.offset,
         kind=ports.kind, size=size, block=block, level=level, share=share, inertia=inertia.T.copy(),
         columns=matrix.T.copy(), residual=residual, memory=memory, layer=per_port["layer"],
-        law=per_port["law"], friction=per_port["friction"], belt=per_port["belt"],
+        law=per_port["law"], knots=np.vstack([np.empty((0, 2)), *system.springs.knots.values()]),
+        table=per_port["table"].astype(np.int64), friction=per_port["friction"], belt=per_port["belt"],
         restitution=per_port["restitution"], lengths=lengths, contact=per_port["contact"],
         direction=per_port["direction"], joint=joints, given=np.flatnonzero(~responds),
         touching=np.flatnonzero((size > 0) & (per_port["contact"] >= 0)),
@@ -183,14 +184,19 @@ def _per_port(system: System, ports: Ports) -> dict[str, np.ndarray]:
             velocity = np.asarray(getattr(settings.against, "velocity", (0.0, 0.0, 0.0)), float)
             for b in range(1, each):
                 found["belt"][normals + b] = found["direction"][normals + b] @ velocity
-    for number, name in enumerate(system.scene.springs()):
-        springs = system.springs
-        found["law"][ports.of(f"force.{name}"), :2] = springs.stiffness[number], springs.damping[number]
+    springs, first = system.springs, 0
+    for name in system.scene.springs():
+        here, rows = ports.of(f"force.{name}"), springs.of(name)
+        found["law"][here, 0], found["law"][here, 1] = springs.stiffness[rows], springs.damping[rows]
+        if (knots := springs.knots.get(rows.start)) is not None:
+            found["table"][here] = first, first + len(knots)
+            first += len(knots)
     return found | {"contact": contact}
 
 
 _PER_PORT: dict[str, tuple[int, ...]] = {
-    "layer": (), "delay": (), "law": (4,), "friction": (2,), "belt": (), "restitution": (), "direction": (3,),
+    "layer": (), "delay": (), "law": (4,), "table": (2,), "friction": (2,), "belt": (), "restitution": (),
+    "direction": (3,),
 }  # fmt: skip
 
 
@@ -302,16 +308,18 @@ def _state(system: System, ports: Ports, constants: Constants) -> State:
     for item in system.contacts:
         unknown[contact_ports(ports, item)] = system.start_forces[item.rows]
     unknown[constants.loaded] = system.loads
+    for name in system.scene.springs():
+        unknown[ports.of(f"force.{name}")] = system.start_pulls[system.springs.of(name)]
     held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
     response = np.einsum("sij,sj->i", constants.residual, held) if sides else np.zeros(p)
     displacement = ports.offset + ports.rows @ system.position + response
     parts = np.zeros(5)
     stored = 0.5 * float(unknown @ response)
-    springs = ports.kind == Kind.SPRING
+    pulled = [displacement[ports.of(f"force.{name}")] for name in system.scene.springs()]
     parts[:3] = (
         0.5 * float(system.velocity @ system.velocity),
         0.5 * float(system.stiffness @ system.position**2) + stored
-        + 0.5 * float(constants.law[springs, 0] @ displacement[springs] ** 2),
+        + system.springs.energy(np.concatenate([np.empty(0), *pulled])),
         system.start_contact_energy - 0.5 * float(system.start_forces @ system.residual @ system.start_forces),
     )  # fmt: skip
     pin = system.driving.crank(np.zeros(1))[0]

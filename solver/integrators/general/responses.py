@@ -42,6 +42,80 @@ def spring_force(law, before, free, reach, dt, ends):  # type: ignore[no-untyped
 
 
 @inner
+def tension_at(knots, elongation):  # type: ignore[no-untyped-def]
+    """Return the tension [N] of a table of knots, (n, 2), continued with the slopes of its ends."""
+    last = 1
+    while last < len(knots) - 1 and elongation > knots[last, 0]:
+        last += 1
+    slope = (knots[last, 1] - knots[last - 1, 1]) / (knots[last, 0] - knots[last - 1, 0])
+    return knots[last - 1, 1] + slope * (elongation - knots[last - 1, 0])
+
+
+@inner
+def stored_between(knots, one, other):  # type: ignore[no-untyped-def]
+    """Return the integral of a table's tension from one elongation to another [J], without cancellation."""
+    low, high = min(one, other), max(one, other)
+    at, total = low, 0.0
+    for n in range(len(knots)):
+        if low < knots[n, 0] < high:
+            total += 0.5 * (knots[n, 0] - at) * (tension_at(knots, at) + knots[n, 1])
+            at = knots[n, 0]
+    total += 0.5 * (high - at) * (tension_at(knots, at) + tension_at(knots, high))
+    return total if other >= one else -total
+
+
+@inner
+def spring_energy(law, knots, elongation):  # type: ignore[no-untyped-def]
+    """Return what a spring stores [J]: with its stiffness, or with its table where it has knots."""
+    if len(knots) > 0:
+        return stored_between(knots, 0.0, elongation)
+    return 0.5 * law[0] * elongation * elongation
+
+
+@inner
+def _tabled_tension(law, knots, before, after, dt, ends):  # type: ignore[no-untyped-def]
+    if ends or after == before:
+        tension = tension_at(knots, after)
+    else:
+        tension = stored_between(knots, before, after) / (after - before)
+    return tension + law[1] * (after - before) / dt
+
+
+@inner
+def tabled_force(law, knots, depths, reach, dt, ends):  # type: ignore[no-untyped-def]
+    """Return the force [N] of a spring with a table: the mean of the step, or that at its end.
+
+    Args:
+        law: Damping [N s/m] second.
+        depths: Elongation a step ago, and at its end without the force [m], (2,).
+        reach, ends: As in `spring_force`.
+    """
+    before, free = depths
+    first = _tabled_tension(law, knots, before, free, dt, ends)
+    # The tension does not decrease with the elongation: the zero of tension − T(tension) is between 0 and the first.
+    low, high = 0.0, first
+    wrong_low = -_tabled_tension(law, knots, before, free - reach * low, dt, ends)
+    wrong_high = first - _tabled_tension(law, knots, before, free - reach * first, dt, ends)
+    if wrong_low == 0.0 or wrong_high == 0.0:
+        return -low if wrong_low == 0.0 else -high
+    side, size = 0, abs(first)
+    for _turn in range(BISECTIONS):
+        tension = (low * wrong_high - high * wrong_low) / (wrong_high - wrong_low)
+        wrong = tension - _tabled_tension(law, knots, before, free - reach * tension, dt, ends)
+        if abs(wrong) <= 1e-15 * size or abs(high - low) <= 1e-15 * size:
+            return -tension
+        if (wrong > 0.0) == (wrong_high > 0.0):
+            high, wrong_high = tension, wrong
+            wrong_low *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            low, wrong_low = tension, wrong
+            wrong_high *= 0.5 if side == -1 else 1.0
+            side = -1
+    return -0.5 * (low + high)
+
+
+@inner
 def mean_law(law, before, after, approach, dt):  # type: ignore[no-untyped-def]
     """Return the mean force [N] between two depths [m], with the losses of the law."""
     if before <= 0.0 and after <= 0.0:

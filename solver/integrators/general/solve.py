@@ -9,7 +9,7 @@ import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.general.closed import close
-from gudgeon.solver.integrators.general.responses import pressed_law, rubbed, spring_force
+from gudgeon.solver.integrators.general.responses import pressed_law, rubbed, spring_force, tabled_force
 from gudgeon.solver.integrators.outcome import PIVOTS
 
 UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN = range(7)
@@ -145,7 +145,10 @@ def _sweep(constants, state, problem, decided):  # type: ignore[no-untyped-def]
                 normal = max(0.0, old + RELAXATION * (-free / reach - old))
             else:
                 ends, before = constants.share[i] < 1.0, state.displacement[1, i]
-                if kind == SPRING:
+                if kind == SPRING and constants.table[i, 1] > 0:
+                    knots = constants.knots[constants.table[i, 0] : constants.table[i, 1]]
+                    normal = tabled_force(constants.law[i], knots, (before, free), reach, constants.dt, ends)
+                elif kind == SPRING:
                     normal = spring_force(constants.law[i], before, free, reach, constants.dt, ends)
                 else:
                     depths = (-before, -free)
