@@ -65,6 +65,13 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
             wanted.append((f"force.{name}.interface", spring.body, spring.interface, able))
         if spring.against is not None and spring.against_interface is not None:
             wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
+    for name, probe in scene.probe.items():
+        read = ("mean", "tie", "points", "patch")
+        if probe.kind in ("force", "centre"):
+            continue
+        for key, at in (("interface", "body"), ("against_interface", "against")):
+            if (interface := getattr(probe, key, None)) is not None:
+                wanted.append((f"probe.{name}.{key}", getattr(probe, at), interface, read))
     for where, body, interface, kinds in wanted:
         component = scene.component.get(scene.component_of(body))
         if component is None:
@@ -105,6 +112,7 @@ def _owners(scene: "SceneFile") -> dict[str, list[str]]:
         "contact": scene.contact,
         "body": scene.body,
         "force": scene.moving(),
+        "probe": scene.probe,
         "component": scene.component,
     }
     found: dict[str, list[str]] = {}

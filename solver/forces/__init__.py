@@ -5,8 +5,9 @@ from typing import Annotated
 from pydantic import Field
 
 from gudgeon.solver.forces.bushing import Bushing
+from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 
-Force = Annotated[GasPressure | MovingForce | Spring | Bushing, Field(discriminator="kind")]
+Force = Annotated[GasPressure | MovingForce | Spring | Bushing | ExternalForce, Field(discriminator="kind")]

@@ -88,13 +88,13 @@ def _joints(system: System) -> Iterator[PortBlock]:
 def _given(system: System) -> Iterator[PortBlock]:
     for load, at in system.driving.given_rows():
         body, count = system.bodies[load.body], at.stop - at.start
-        side = _load_side(body, load.interface, body.wrench_rows(load.resultant), np.eye(count))
+        side = _load_side(body, load.interface, body.wrench_rows(load.resultant), load.mix)
         yield PortBlock(f"force.{load.name}", Kind.GIVEN, (side,), np.zeros(count))
 
 
-def _load_side(body: FlexibleBody, interface: str, rigid: np.ndarray, mix: np.ndarray) -> Side:
+def _load_side(body: FlexibleBody, interface: str | None, rigid: np.ndarray, mix: np.ndarray) -> Side:
     """Return rows mixed from the rows of a load or of a traction space, (n, k)."""
-    if interface not in body.modal.interface_rows:
+    if interface is None or interface not in body.modal.interface_rows:
         return Side(body, rigid, np.empty((len(mix), 0), np.int64), np.empty((len(mix), 0)))
     first, _ = body.modal.interface_rows[interface]
     if mix.shape[0] == mix.shape[1] and np.array_equal(mix, np.eye(len(mix))):
@@ -113,6 +113,22 @@ def _spring_side(body: FlexibleBody, end: End) -> Side:
     if end.interface is None:
         return Side(body, end.rigid, np.empty((len(end.rigid), 0), np.int64), np.empty((len(end.rigid), 0)))
     return _load_side(body, end.interface, end.rigid, end.mix)
+
+
+def probe_ports(system: System, ports: Ports) -> np.ndarray:
+    """Return what the residual flexibility adds to each value of the probes per force of each port, (P, p)."""
+    probes = system.probes
+    found = np.zeros((len(probes.offset), len(ports.offset)))
+    for name, here, parts in zip(probes.names, probes.places, probes.readings, strict=True):
+        of = getattr(system.scene.probe[name], "of", "")
+        if of.startswith("force."):
+            own = ports.of(of)
+            found[here.start : here.start + own.stop - own.start] = ports.residual.sum(axis=0)[own]
+        for sign, _, one in parts:
+            residual = system.bodies[one.body].modal.residual_flexibility
+            if residual is not None and one.body in ports.weights:
+                found[here] += sign * one.mix @ residual[one.index] @ ports.weights[one.body]
+    return found
 
 
 def contact_ports(ports: Ports, contact: ContactRows) -> np.ndarray:

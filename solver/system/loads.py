@@ -12,10 +12,12 @@ from gudgeon.modaldb.traction import inside, spread
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.joints import Joint
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.vectors import unit
 
 ON_THE_SPACE = 1e-9
 """Distance relative to its size by which the ends of a path may lie outside a traction space."""
@@ -42,11 +44,14 @@ class GivenLoad:
 
     name: str
     body: str
-    interface: str
+    interface: str | None
+    """None of a point of a rigid body."""
     resultant: np.ndarray
     """Force and moment about the component's origin per unit of each, (k, 6)."""
     amounts: Callable[[np.ndarray], np.ndarray]
     """Generalised forces at given times [s], (t,) → (t, k)."""
+    mix: np.ndarray
+    """Of the forces from those of the interface, (k, j)."""
     travels: bool
     """Whether it is a moving force: the body is undeformed at the start."""
 
@@ -83,14 +88,14 @@ class Driving:
             yield load, slice(first, last)
             first = last
 
-    def places(self) -> Iterator[tuple[str, str, np.ndarray, slice]]:
+    def places(self) -> Iterator[tuple[str, str | None, np.ndarray, slice]]:
         """Yield body and interface of each joint and load, the mix of its rows from the interface's, and its rows."""
         for number, held in enumerate(self.joints):
             along, lateral = held.joint.axes
             mix = np.array([lateral, along])
             yield held.joint.body, held.joint.interface, mix, slice(2 * number, 2 * number + 2)
         for load, at in self.given_rows():
-            yield load.body, load.interface, np.eye(at.stop - at.start), at
+            yield load.body, load.interface, load.mix, at
 
     def crank(self, time: np.ndarray) -> np.ndarray:
         """Return the crank pin of each joint at given times, (t, j, 4)."""
@@ -173,18 +178,20 @@ def compile_driving(
     for name, force in scene.given().items():
         body = bodies[force.body]
         make = _travelling if isinstance(force, MovingForce) else _pressing
-        load, elastic = make(scene, name, body)
+        load, elastic = (_external if isinstance(force, ExternalForce) else make)(scene, name, body)
         given.append(load)
         rows.append(_over_all(body, body.wrench_rows(load.resultant), elastic, size))
-        owners.append((force.body, force.interface, np.eye(len(elastic))))
+        owners.append((force.body, force.interface, load.mix))
     stacked = np.vstack([np.empty((0, size)), *rows])
     residual = np.zeros((len(stacked), len(stacked)))
     to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(stacked)))
     ends = np.cumsum([0, *(len(mix) for _, _, mix in owners)])
     places = [slice(int(first), int(last)) for first, last in pairwise(ends)]
     for (body, interface, mix), here in zip(owners, places, strict=True):
+        if interface is None:
+            continue
         for (other, at, weights), there in zip(owners, places, strict=True):
-            if body == other:
+            if body == other and at is not None:
                 residual[here, there] = mix @ bodies[body].residual(interface, at) @ weights.T
         for contact in contacts:
             if body == contact.body and METHODS[scene.contact[contact.name].method].flexible:
@@ -211,7 +218,9 @@ def _pressing(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, n
     def amounts(time: np.ndarray) -> np.ndarray:
         return pressure(joint.angle(time))[:, None]
 
-    return GivenLoad(name, body.name, force.interface, load.resultant, amounts, False), load.rows
+    return GivenLoad(
+        name, body.name, force.interface, load.resultant, amounts=amounts, mix=np.eye(1), travels=False
+    ), load.rows
 
 
 def _travelling(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, np.ndarray]:
@@ -231,7 +240,33 @@ def _travelling(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad,
     def amounts(time: np.ndarray) -> np.ndarray:
         return spread(space, force.places(time), -force.amounts(time))
 
-    return GivenLoad(name, body.name, force.interface, space.resultant, amounts, True), space.rows
+    return GivenLoad(
+        name, body.name, force.interface, space.resultant, amounts=amounts, mix=np.eye(space.size), travels=True
+    ), space.rows
+
+
+def _external(scene: Scene, name: str, body: FlexibleBody) -> tuple[GivenLoad, np.ndarray]:
+    """Return a force that the caller sets, and its rows, (k, m)."""
+    force, where = scene.external()[name], f"force.{name}.interface"
+    axes = np.eye(3) if force.direction is None else unit(force.direction)[None]
+
+    def amounts(time: np.ndarray) -> np.ndarray:
+        return np.zeros((len(time), len(axes)))
+
+    if force.interface is None:
+        if len(body.modal.angular_frequencies):
+            raise SceneError(f"{where}: body '{body.name}' is elastic; name an interface of kind 'mean' or 'tie'")
+        resultant = np.column_stack([axes, np.cross(np.asarray(force.at), axes)])
+        return GivenLoad(
+            name, body.name, None, resultant, amounts=amounts, mix=np.empty((len(axes), 0)), travels=False
+        ), np.empty((len(axes), 0))
+    load = _load(body, force.interface, where)
+    if len(load.rows) not in (3, 6):
+        raise SceneError(f"{where}: '{force.interface}' is no interface of kind 'mean' or 'tie'")
+    mix = np.column_stack([axes, np.zeros((len(axes), len(load.rows) - 3))])
+    return GivenLoad(
+        name, body.name, force.interface, mix @ load.resultant, amounts=amounts, mix=mix, travels=False
+    ), mix @ load.rows
 
 
 def _load(body: FlexibleBody, interface: str, where: str) -> LoadModes:

@@ -38,6 +38,8 @@ class Springs:
 
     names: list[str]
     """Name of the force of each row."""
+    motions: np.ndarray
+    """Elongation of each row per translation of the body's end along x, y, z and rotation about them, (b, 6)."""
     ends: list[tuple[End, ...]]
     """Of each force."""
     rows: np.ndarray
@@ -97,9 +99,10 @@ def compile_springs(
         SceneError: a spring acts on an elastic body without an interface, an interface does not have its directions, or
             no motion changes its length.
     """
-    names, ends, parts, knots = [], [], [np.zeros((3, 0))], {}
+    names, ends, parts, knots, motions = [], [], [np.zeros((3, 0))], {}, [np.zeros((0, 6))]
     for name, force in scene.springs().items():
-        both, (stiffness, damping, stretch) = _compiled(scene, name, force, bodies)
+        both, moved, (stiffness, damping, stretch) = _compiled(scene, name, force, bodies)
+        motions.append(moved)
         if isinstance(force, Spring) and force.tabled:
             knots[len(names)] = np.array(force.values, float) + np.array([0.0, force.preload])
         names += [name] * len(stiffness)
@@ -120,16 +123,33 @@ def compile_springs(
     if lost:
         key = ".direction" if scene.springs()[lost[0]].kind == "spring" else ""
         raise SceneError(f"force.{lost[0]}{key}: the body cannot move along it")
-    residual = np.zeros((len(names), len(names)))
-    to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(names)))
-    to_loads = np.zeros((len(names), len(driving.rows)))
+    residual, to_gap, to_loads = _shared(scene, bodies, contacts, driving, owners, len(names))
+    stiffness, damping, stretch = np.concatenate(parts, axis=1)
+    return Springs(
+        names, np.vstack(motions), ends, rows, stiffness=stiffness, damping=damping, stretch=stretch, knots=knots,
+        residual=residual, to_gap=to_gap, to_loads=to_loads,
+    )  # fmt: skip
+
+
+def _shared(
+    scene: Scene,
+    bodies: dict[str, FlexibleBody],
+    contacts: list[ContactRows],
+    driving: Driving,
+    owners: list[tuple[slice, End]],
+    count: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return R among springs, (b, b), of gaps by springs, (c, b), and of springs by loads, (b, L) [m/N]."""
+    residual = np.zeros((count, count))
+    to_gap = np.zeros((sum(len(contact.points) for contact in contacts), count))
+    to_loads = np.zeros((count, len(driving.rows)))
     for here, end in owners:
         for there, other in owners:
             if end.body == other.body and end.interface is not None and other.interface is not None:
                 block = bodies[end.body].residual(end.interface, other.interface)
                 residual[here, there] += end.mix @ block @ other.mix.T
         for body, interface, mix, there in driving.places():
-            if body == end.body and end.interface is not None:
+            if body == end.body and end.interface is not None and interface is not None:
                 to_loads[here, there] += end.mix @ bodies[body].residual(end.interface, interface) @ mix.T
         for contact in contacts:
             if METHODS[scene.contact[contact.name].method].flexible:
@@ -138,14 +158,13 @@ def compile_springs(
                         block = bodies[body].residual(interface, end.interface)[order]
                         # A contact force acts against the outward normal, R's rows along it.
                         to_gap[contact.rows, here] -= block @ end.mix.T
-    stiffness, damping, stretch = np.concatenate(parts, axis=1)
-    return Springs(names, ends, rows, stiffness, damping, stretch, knots, residual, to_gap, to_loads)
+    return residual, to_gap, to_loads
 
 
 def _compiled(
     scene: Scene, name: str, force: Spring | Bushing, bodies: dict[str, FlexibleBody]
-) -> tuple[tuple[End, ...], tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return the ends of a force, and stiffness, damping and elongation at the start of its rows."""
+) -> tuple[tuple[End, ...], np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return a force's ends, the motions that it resists, (b, 6), and stiffness, damping and stretch of its rows."""
     places = [_place(scene, name, force, bodies, number) for number in range(2 if force.against else 1)]
     if isinstance(force, Bushing):
         motions, stiffness, damping = force.parts()
@@ -164,7 +183,7 @@ def _compiled(
     if force.against is not None:
         other = (bodies[force.against], force.against_interface)
         ends.append(_end(scene, name, -motions, other, places[-1]))
-    return tuple(ends), values
+    return tuple(ends), motions, values
 
 
 def _place(
