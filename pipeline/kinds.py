@@ -17,13 +17,14 @@ from pydantic import TypeAdapter
 from gudgeon import modaldb
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import usable_path
-from gudgeon.pipeline.scenes.reading import override_texts, read_tables, scene_path
+from gudgeon.pipeline.scenes.reading import named, override_texts, read_tables, scene_path
 from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.report.document import Document
     from gudgeon.pipeline.report.effort import Effort
+    from gudgeon.solver.simulation import Steps
 
 DEFAULT_DB = ".gudgeon"
 DEFAULT_OUT = "out"
@@ -140,6 +141,40 @@ def run(
     """
     job = open_job(scene, set=set, db=db, out=out)
     return kind_of(job).run(job, until, progress)
+
+
+def simulation(
+    scene: "str | Path | SceneJob",
+    *,
+    set: Sequence[str] | Mapping[str, Any] = (),
+    db: str | Path = DEFAULT_DB,
+    out: str | Path | None = None,
+    step: float | None = None,
+    restore: bytes | None = None,
+) -> "Steps":
+    """Return a scene of bodies that the caller steps; missing records of its components are computed.
+
+    Args:
+        scene: Folder or TOML file, or a job, whose other arguments are then its own.
+        step: [s]; default: run.step, or the integrator's own.
+        restore: A checkpoint of the same scene with the same step, from which it continues.
+
+    Raises:
+        InputError, StageError, ModalDBError, SolverError: see each.
+    """
+    from gudgeon.pipeline.stages.run import system_of
+    from gudgeon.solver.errors import SolverError
+    from gudgeon.solver.simulation import Steps
+
+    job: Any = open_job(scene, set=set, db=db, out=out) if isinstance(scene, str | Path) else scene
+    if job.kind != "body":
+        raise InputError(f"{job.path}: a scene of kind '{job.kind}' has no steps over time; give a scene of bodies")
+    kind_of(job).run(job, "morph", None)
+    with named(job.path, InputError, SolverError):
+        found = Steps(system_of(job), step)
+    if restore is not None:
+        found.load(restore)
+    return found
 
 
 def plan(

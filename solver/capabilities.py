@@ -22,6 +22,7 @@ class Feature(Enum):
     DASHPOT = "dashpots beside residual flexibility"
     DAMPING = "damping of modes"
     GAUGES = "gauges read at every sample"
+    PROBES = "probes read at every sample"
     JOINT = "joints that prescribe motion"
     LOAD = "forces given over time"
     SPRING = "springs between bodies"
@@ -95,7 +96,7 @@ class Event(Integrator):
     carries = frozenset(
         {
             Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.RIGID_CONTACT, Feature.DASHPOT, Feature.GAUGES,
-            Feature.SPRING, Feature.SPRING_DAMPING, Feature.GRAVITY, Feature.LINE_FRICTION,
+            Feature.PROBES, Feature.SPRING, Feature.SPRING_DAMPING, Feature.GRAVITY, Feature.LINE_FRICTION,
         }
     )  # fmt: skip
     order = math.inf
@@ -107,7 +108,7 @@ class Collocation(Integrator):
     """Four Lobatto points a step: order 6 at the ends of steps. Its drift is 100 times its default accuracy of 1e-8."""
 
     carries = frozenset(
-        {Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES, Feature.SPRING, Feature.GRAVITY}
+        {Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES, Feature.PROBES, Feature.SPRING, Feature.GRAVITY}
     )  # fmt: skip
     order = 6
     promised_drift = 1e-6
@@ -120,8 +121,8 @@ class DiscreteGradient(Integrator):
 
     carries = frozenset(
         {
-            Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES, Feature.SPRING,
-            Feature.GRAVITY,
+            Feature.COMPLIANT_CONTACT, Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.GAUGES,
+            Feature.PROBES, Feature.SPRING, Feature.GRAVITY,
         }
     )  # fmt: skip
     order = 2

@@ -102,6 +102,19 @@ REGISTRY: tuple[Quantity, ...] = (
              "positive: along the force"),
     Quantity("gauge", "von_mises_peak", "Pa", "Largest von Mises stress of a gauge that records a stress tensor, at"
              " samples.", _SIZE, "of the samples"),
+    *(
+        Quantity("probe", f"{kind}_{name}", unit if name != "peak_time" else "s", text.format(kind), sign,
+                 "of the samples")
+        for kind, unit in (
+            ("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s^2"), ("rotation", "rad"),
+            ("distance", "m"), ("force", "N"),
+        )
+        for name, text, sign in (
+            ("peak", "Value of the largest size of the {} of a probe, of a vector its length.", "as of the probe"),
+            ("peak_time", "Time of the largest {} of a probe.", _SIZE),
+            ("end", "The {} of a probe at the end of the run, of a vector its length.", "as of the probe"),
+        )
+    ),
     Quantity("component", "frequencyN", "Hz", "Natural frequency N of a component, in scenes that compare frequencies.",
              _SIZE),
 )  # fmt: skip

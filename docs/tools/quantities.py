@@ -20,7 +20,8 @@ is two steps with a law, else the shortest period that its steps resolve.
 """
 TITLES = {
     "contact": "`CONTACT.`: contacts", "body": "`BODY.`: bodies with rigid motions", "force": "`FORCE.`: moving forces",
-    "gauge": "`BODY.GAUGE.`: gauges of stress tensors", "component": "`COMPONENT.`: components",
+    "gauge": "`BODY.GAUGE.`: gauges of stress tensors", "probe": "`PROBE.`: probes",
+    "component": "`COMPONENT.`: components",
 }  # fmt: skip
 
 

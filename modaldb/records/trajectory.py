@@ -54,6 +54,22 @@ class JointHistory:
 
 
 @dataclass(frozen=True)
+class ProbeHistory:
+    """History of one probe."""
+
+    kind: str
+    """`displacement`, `velocity`, `acceleration`, `rotation`, `distance`, `force` or `centre`."""
+    values: Array = field(metadata=rule("s *", finite=False))
+    """At the end of each sample interval; accelerations and forces of contacts and joints: the mean over it, (s, k)."""
+    unit: str
+    """Of the values; `N, N m` of force and moment."""
+    columns: str
+    """Names of the k columns, separated by a comma and a blank."""
+    snapped: float
+    """Distance of the point that was read from the one asked for [m]."""
+
+
+@dataclass(frozen=True)
 class Trajectory:
     """The results of a simulation: histories, frames and quantities."""
 
@@ -94,6 +110,7 @@ class Trajectory:
     window [s], (b, 9). NaN where unknown, as the last two up to version 6."""
     gauges: dict[str, Array] = field(default_factory=dict, metadata=rule("s or s *", finite=False))
     """`body.gauge` → value at the end of each sample interval, (s, k)."""
+    probes: dict[str, ProbeHistory] = field(default_factory=dict)
     peaks: Json = field(default_factory=dict)
     """Number of each contact's own largest force among `peak_times`; without those that were open throughout."""
     peak_times: Array | None = field(default=None, metadata=rule("p", finite=False))

@@ -21,11 +21,22 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gudgeon.modaldb import open
-    from gudgeon.pipeline.kinds import open_job, plan, report, run, status
+    from gudgeon.pipeline.kinds import open_job, plan, report, run, simulation, status
     from gudgeon.solver.simulate import simulate
     from gudgeon.solver.system.compile import compile_system
 
-__all__ = ["__version__", "compile_system", "open", "open_job", "plan", "report", "run", "simulate", "status"]
+__all__ = [
+    "__version__",
+    "compile_system",
+    "open",
+    "open_job",
+    "plan",
+    "report",
+    "run",
+    "simulate",
+    "simulation",
+    "status",
+]
 
 _HOMES = {
     "compile_system": "gudgeon.solver.system.compile:compile_system",
@@ -35,6 +46,7 @@ _HOMES = {
     "report": "gudgeon.pipeline.kinds:report",
     "run": "gudgeon.pipeline.kinds:run",
     "simulate": "gudgeon.solver.simulate:simulate",
+    "simulation": "gudgeon.pipeline.kinds:simulation",
     "status": "gudgeon.pipeline.kinds:status",
 }
 

@@ -26,6 +26,7 @@ PLOTS: Pictures = {
         "energy": "gudgeon.pipeline.plots.contact.curves:draw_energy",
         "impacts": "gudgeon.pipeline.plots.contact.contact_events:draw_impacts",
         "gauges": "gudgeon.pipeline.plots.contact.gauges:draw_gauges",
+        "probes": "gudgeon.pipeline.plots.contact.probes:draw_probes",
         "pressure": "gudgeon.pipeline.plots.contact.pressure:draw_pressure",
         "waves": "gudgeon.pipeline.plots.deformation.line:draw_waves",
         "sheets": "gudgeon.pipeline.plots.deformation.plane:draw_sheets",
@@ -41,7 +42,7 @@ PLOTS: Pictures = {
 
 DRIVEN: Pictures = {
     "flat": {
-        **{name: PLOTS["flat"][name] for name in ("force", "energy", "gauges", "pressure")},
+        **{name: PLOTS["flat"][name] for name in ("force", "energy", "gauges", "probes", "pressure")},
         "cycle": "gudgeon.pipeline.plots.driven.cycle:draw_cycle",
     },
     "rendered": {
@@ -53,8 +54,9 @@ DRIVEN: Pictures = {
 """Pictures of a scene that a joint drives."""
 
 FILES = (
-    "force.png", "energy.png", "impacts.png", "gauges.png", "pressure.png", "cycle.png", "deformation.png",
-    "stress.png", "modes.png", "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
+    "force.png", "energy.png", "impacts.png", "gauges.png", "probes.png", "pressure.png", "cycle.png",
+    "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png",
+    "wheel.png",
 )  # fmt: skip
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""
 

@@ -55,7 +55,9 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         wide = [gauge for gauge in settings.gauges if gauge in have and have[gauge].surface is not None]
         lines += [f"body.{body}.gauges: '{g}' is a surface, for pictures only; name stations and points" for g in wide]
     sliding = scene.masters()
-    wanted = [(f"contact.{n}.interface", c.body, c.interface, POINTS) for n, c in scene.contact.items()]
+    wanted: list[tuple[str, str, str, tuple[str, ...]]] = [
+        (f"contact.{n}.interface", c.body, c.interface, POINTS) for n, c in scene.contact.items()
+    ]
     wanted += [
         (f"contact.{n}.against.interface", o.body, o.interface, ("traction",) if n in sliding else POINTS)
         for n, o in scene.others().items()
@@ -72,6 +74,13 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
             wanted.append((f"force.{name}.interface", spring.body, spring.interface, able))
         if spring.against is not None and spring.against_interface is not None:
             wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
+    for name, probe in scene.probe.items():
+        read = ("mean", "tie", "points", "patch")
+        if probe.kind in ("force", "centre"):
+            continue
+        for key, at in (("interface", "body"), ("against_interface", "against")):
+            if (interface := getattr(probe, key, None)) is not None:
+                wanted.append((f"probe.{name}.{key}", getattr(probe, at), interface, read))
     for where, body, interface, kinds in wanted:
         component = scene.component.get(scene.component_of(body))
         if component is None:
@@ -112,6 +121,7 @@ def _owners(scene: "SceneFile") -> dict[str, list[str]]:
         "contact": scene.contact,
         "body": scene.body,
         "force": scene.moving(),
+        "probe": scene.probe,
         "component": scene.component,
     }
     found: dict[str, list[str]] = {}

@@ -14,7 +14,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, Trajectory
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import copy_file
+from gudgeon.pipeline.files import copy_file, csv_text, write_text
 from gudgeon.pipeline.reduction.basis_notes import basis_notes
 from gudgeon.pipeline.reduction.impact_notes import impact_notes
 from gudgeon.pipeline.scenes.checks import gravity_notes, law_notes, unit_notes
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 Compilation = subprocess.Popen[bytes] | None
 COMPONENT_STAGES = STAGES[:3]
 """Stages of single components, independent of the scene's dynamics."""
+PROBES = "probes.csv"
+"""Table of what probes read."""
 TRAJECTORY = "trajectory.h5"
 """Copy of the record of a run, beside its summary."""
 DRIFT = 1e-3
@@ -173,8 +175,10 @@ def _finish(job: Job, until: str) -> RunReport:
         copy_file(job.store.path(key), job.out / TRAJECTORY)
         found = job.store.get(key, "trajectory", only=["times"])
         summary = write_summary(job.out, key, expected, found, TRAJECTORY)
+        _write_probes(job, key)
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     own += _energy_notes(job, summary) + _gap_notes(job, summary["quantities"])
+    own += _probe_notes(job)
     if summary["result"] == Result.FINISHED.name:
         own += impact_notes(job.scene, summary, partial(_last_force, job))
     windows = (entry["value"] for name, entry in summary["quantities"].items() if name.endswith(".force_window"))
@@ -188,6 +192,34 @@ def _finish(job: Job, until: str) -> RunReport:
         notes=own + notes, changes=change_estimates(job), parts=_sizes(job),
         reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
     )  # fmt: skip
+
+
+def _write_probes(job: Job, key: str) -> None:
+    """Write the histories of probes as a table; without probes, remove that of an earlier run."""
+    found = job.store.get(key, "trajectory", only=["times", "probes"])
+    if not found.probes:
+        (job.out / PROBES).unlink(missing_ok=True)
+        return
+    heads, columns = ["time [s]"], [found.times[:, None]]
+    for name, probe in found.probes.items():
+        parts = probe.columns.split(", ")
+        units = probe.unit.split(", ") if ", " in probe.unit else [probe.unit, probe.unit]
+        heads += [f"{name} {part} [{units[part.startswith('moment')]}]" for part in parts]
+        columns.append(probe.values)
+    rows = np.hstack(columns)
+    write_text(job.out / PROBES, csv_text([heads, *([repr(float(one)) for one in row] for row in rows)]))
+
+
+def _probe_notes(job: Job) -> list[str]:
+    """Return a note for each probe that reads a point beside the one asked for."""
+    if not job.scene.probe:
+        return []
+    found = job.store.get(job.trajectory().key, "trajectory", only=["times", "probes"]).probes
+    return [
+        f"probe.{name}.at: the nearest point of its interface is read, {probe.snapped:.3g} m away"
+        for name, probe in found.items()
+        if probe.snapped > 0
+    ]
 
 
 def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:

@@ -16,7 +16,7 @@ from gudgeon.modaldb.traction import turned_chart
 from gudgeon.solver.scene.body import Body
 
 VECTORS = {"N": 1, "N, N m": 2}
-"""Vectors that the rows of a load are the components of, by its unit: the force of a mean, force and moment of a tie."""
+"""Vectors whose components the rows of a load are, by its unit: the force of a mean, force and moment of a tie."""
 Turned = tuple[slice, np.ndarray]
 """Rows of a load, and the matrix that turns them."""
 

@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from gudgeon.solver.forces.bushing import Bushing
+from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.given import GivenForce, GivenPressure, GivenTorque
 from gudgeon.solver.forces.moving import MovingForce
@@ -12,4 +13,4 @@ from gudgeon.solver.forces.spring import Spring
 
 OverTime = GivenForce | GivenTorque | GivenPressure
 """Those whose amount is a table or an expression of time."""
-Force = Annotated[GasPressure | MovingForce | Spring | Bushing | OverTime, Field(discriminator="kind")]
+Force = Annotated[GasPressure | MovingForce | Spring | Bushing | ExternalForce | OverTime, Field(discriminator="kind")]

@@ -18,6 +18,9 @@ PLATEAU = 1e-9
 """Relative difference of windowed forces that count as equal: their time is the middle of the first and the last."""
 
 
+NO_PROBES = np.zeros((0, 0))
+
+
 class Samples(NamedTuple):
     """Histories, one row per sample. Shapes: s samples, k contacts, L loads, r rigid coordinates, j joints."""
 
@@ -31,6 +34,8 @@ class Samples(NamedTuple):
     """Rigid coordinates, their rates, length errors of the joints, at the end of the sample, (s, 2 r + j)."""
     gauges: np.ndarray
     """At the end of the sample, (s, G); no columns where the integrator reads none."""
+    probes: np.ndarray = NO_PROBES
+    """What probes read, at the end of the sample, (s, P)."""
     peaks: Peaks = Peaks.empty()
     """State at each contact's largest force of all samples so far; of no contact where nothing is to be kept."""
     paths: Paths = NO_PATHS
@@ -40,7 +45,7 @@ class Samples(NamedTuple):
         """Return a range of the samples, with the peaks of all."""
         return self._replace(
             forces=self.forces[here], energies=self.energies[here], loads=self.loads[here],
-            snapshots=self.snapshots[here], gauges=self.gauges[here],
+            snapshots=self.snapshots[here], gauges=self.gauges[here], probes=self.probes[here],
             paths=self.paths.part(here),
         )  # fmt: skip
 
@@ -49,6 +54,8 @@ class Samples(NamedTuple):
         r = len(system.rigid)
         self.snapshots[here, :r], self.snapshots[here, r : 2 * r] = p[:, system.rigid], v[:, system.rigid]
         self.gauges[here] = p @ system.gauge_rows.T + pressed @ system.gauge_residual.T
+        if len(system.probes.names):
+            self.probes[here] = system.probes.values(p, v) + pressed @ system.probes.pressed.T
         self.paths.fill(here, p, pressed)
 
 

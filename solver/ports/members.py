@@ -115,6 +115,22 @@ def _spring_side(body: FlexibleBody, end: End) -> Side:
     return _load_side(body, end.interface, end.rigid, end.mix)
 
 
+def probe_ports(system: System, ports: Ports) -> np.ndarray:
+    """Return what the residual flexibility adds to each value of the probes per force of each port, (P, p)."""
+    probes = system.probes
+    found = np.zeros((len(probes.offset), len(ports.offset)))
+    for name, here, parts in zip(probes.names, probes.places, probes.readings, strict=True):
+        of = getattr(system.scene.probe[name], "of", "")
+        if of.startswith("force."):
+            own = ports.of(of)
+            found[here.start : here.start + own.stop - own.start] = ports.residual.sum(axis=0)[own]
+        for sign, _, one in parts:
+            residual = system.bodies[one.body].modal.residual_flexibility
+            if residual is not None and one.body in ports.weights:
+                found[here] += sign * one.mix @ residual[one.index] @ ports.weights[one.body]
+    return found
+
+
 def contact_ports(ports: Ports, contact: ContactRows) -> np.ndarray:
     """Return the number of the normal port of each row of a contact, (c,)."""
     here = ports.of(f"contact.{contact.name}")

@@ -15,6 +15,7 @@ from gudgeon.solver.results.gauges import gauge_quantities, recorded_gauges
 from gudgeon.solver.results.momentum import momentum_residual
 from gudgeon.solver.results.nearest import nearest
 from gudgeon.solver.results.paths import empty_paths, recorded_paths
+from gudgeon.solver.results.probes import probe_quantities, recorded_probes
 from gudgeon.solver.results.quantities import deflections, quantities
 from gudgeon.solver.system.system import System
 
@@ -42,7 +43,8 @@ class Histories(NamedTuple):
         peaks = Peaks.empty(len(system.contacts), size, len(system.gap), len(system.functions))
         forces = np.zeros((count, max(1, len(system.contacts)), 3))
         paths = empty_paths(system, count)
-        samples = Samples(forces, np.zeros((count, 5)), loads, snapshots, gauges, peaks=peaks, paths=paths)
+        probes = np.zeros((count, len(system.probes.offset)))
+        samples = Samples(forces, np.zeros((count, 5)), loads, snapshots, gauges, probes, peaks=peaks, paths=paths)
         sizes = size, size, len(system.gap), len(system.functions)
         return cls(samples, *(np.zeros((schedule.frames, size)) for size in sizes))
 
@@ -91,6 +93,8 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         )
         for number, contact in enumerate(system.contacts)
     }
+    joints = _joints(system, times, samples)
+    probes = recorded_probes(system, times, samples.probes, (contacts, joints))
     return Trajectory(
         result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
@@ -103,12 +107,14 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         velocities=found.velocities,
         quantities=quantities(system, end, states)
         | gauge_quantities(system, readings)
+        | probe_quantities(times, probes)
         | deflections(system, frame_times, found.frames)
         | nearest(system, end, frame_times, found.frames, found.velocities),
         energy_drift=ending.drift,
         momentum_residual=momentum_residual(system, end, interval * samples.loads.sum(axis=0), interval * len(times)),
         counts=_counts(system, plan, end) | ({"reason": ending.reason} if ending.reason else {}),
-        joints=_joints(system, times, samples),
+        joints=joints,
+        probes=probes,
         motion=_motion(system, samples.snapshots) if plan.integrator.records_motion else {},
         impacts={c.name: impacts for c, impacts in zip(system.contacts, end.impacts, strict=True)},
         gauges=readings,

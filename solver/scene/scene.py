@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force, OverTime
 from gudgeon.solver.forces.bushing import Bushing
+from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
@@ -17,6 +18,7 @@ from gudgeon.solver.methods import METHODS
 from gudgeon.solver.numbers import Name, Strict
 from gudgeon.solver.scene.body import Body
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
+from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, Probe
 from gudgeon.solver.scene.run import Run
 
 
@@ -27,6 +29,7 @@ class Scene(Strict):
     contact: dict[Name, Contact] = Field(default={})
     joint: dict[Name, Joint] = Field(default={})
     force: dict[Name, Force] = Field(default={})
+    probe: dict[Name, Probe] = Field(default={})
     run: Run
 
     @model_validator(mode="after")
@@ -36,6 +39,13 @@ class Scene(Strict):
         named += [(f"joint.{name}.body", joint.body) for name, joint in self.joint.items()]
         named += [(f"force.{name}.body", force.body) for name, force in self.force.items()]
         named += [(f"force.{n}.against", spring.against) for n, spring in self.springs().items() if spring.against]
+        for name, probe in self.probe.items():
+            if isinstance(probe, ForceProbe):
+                self._check_force(f"probe.{name}.of", probe.of)
+                continue
+            named.append((f"probe.{name}.body", probe.body))
+            if isinstance(probe, DistanceProbe):
+                named.append((f"probe.{name}.against", probe.against))
         for where, body in named:
             if body not in self.body:
                 near = difflib.get_close_matches(body, self.body, 1)
@@ -50,6 +60,15 @@ class Scene(Strict):
                 raise ValueError(f"contact.{name}.against.body: a contact needs two different bodies")
         _ = self.integrator
         return self
+
+    def _check_force(self, where: str, of: str) -> None:
+        """Raise a ValueError unless a probe's `of` is a contact, joint, spring or bushing of the scene."""
+        able = [f"contact.{name}" for name in self.contact] + [f"joint.{name}" for name in self.joint]
+        able += [f"force.{name}" for name in self.springs()]
+        if of not in able:
+            near = difflib.get_close_matches(of, able, 1)
+            hint = f"did you mean '{near[0]}'? " if near else ""
+            raise ValueError(f"{where}: nothing to be read at '{of}', {hint}the scene has {', '.join(able) or 'none'}")
 
     def masters(self) -> dict[str, MasterSurface]:
         """Return the master surface of each contact that has one."""
@@ -69,13 +88,17 @@ class Scene(Strict):
                     found[contact.against.body].append(contact.against.interface)
         return {body: tuple(dict.fromkeys(names)) for body, names in found.items()}
 
-    def given(self) -> dict[str, GasPressure | MovingForce | OverTime]:
-        """Return the forces prescribed over time by name: all but springs."""
-        return {n: f for n, f in self.force.items() if not isinstance(f, Spring)}
+    def given(self) -> dict[str, GasPressure | MovingForce | ExternalForce | OverTime]:
+        """Return the forces prescribed over time by name: all but springs and bushings."""
+        return {n: f for n, f in self.force.items() if not isinstance(f, Spring | Bushing)}
 
     def over_time(self) -> dict[str, OverTime]:
         """Return the forces by name whose amount is a table or an expression of time."""
         return {n: f for n, f in self.force.items() if isinstance(f, OverTime)}
+
+    def external(self) -> dict[str, ExternalForce]:
+        """Return the forces that a caller sets by name."""
+        return {n: f for n, f in self.force.items() if isinstance(f, ExternalForce)}
 
     def gas(self) -> dict[str, GasPressure]:
         """Return the gas pressures of the scene by name."""
@@ -169,6 +192,8 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
             yield f"damping of body.{name}", Feature.DAMPING
         if body.gauges:
             yield f"body.{name}.gauges", Feature.GAUGES
+    for name in scene.probe:
+        yield f"probe.{name}", Feature.PROBES
     for name in scene.joint:
         yield f"joint.{name}", Feature.JOINT
     for name in scene.given():

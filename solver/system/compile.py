@@ -18,6 +18,7 @@ from gudgeon.solver.system.equilibrium import settled
 from gudgeon.solver.system.friction import refuse_motion_across
 from gudgeon.solver.system.gauges import compile_gauges
 from gudgeon.solver.system.loads import Driving, compile_driving
+from gudgeon.solver.system.probes import compile_probes
 from gudgeon.solver.system.requirements import Stock, Term, fields_read, scene_terms
 from gudgeon.solver.system.springs import compile_springs
 from gudgeon.solver.system.system import System
@@ -99,7 +100,7 @@ def assembled(
         rigid=np.concatenate([np.arange(size)[body.rigid] for body in bodies.values()]),
         driving=driving, springs=springs, loads=loads, position=position,
         velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), start_pulls=np.zeros(len(springs.stiffness)),
-        terms=terms, **arrays,
+        terms=terms, probes=compile_probes(scene, bodies, contacts, springs, size), **arrays,
         **compile_gauges(bodies, contacts, size),
     )  # fmt: skip
     refuse_motion_across(system)

@@ -14,6 +14,7 @@ from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import OverTime
+from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.given import GivenForce, GivenPressure, GivenTorque
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.joints import Joint
@@ -193,8 +194,9 @@ def compile_driving(
         owners.append((joint.body, joint.interface, mix))
     for name, force in scene.given().items():
         body = bodies[force.body]
-        make = _over_time if isinstance(force, OverTime) else _pressing
-        load, elastic = (_travelling if isinstance(force, MovingForce) else make)(scene, name, body)
+        made = _travelling if isinstance(force, MovingForce) else _pressing
+        made = _over_time if isinstance(force, OverTime) else made
+        load, elastic = (_external if isinstance(force, ExternalForce) else made)(scene, name, body)
         given.append(load)
         rows.append(_over_all(body, body.wrench_rows(load.resultant), elastic, size))
         owners.append((force.body, load.interface, load.mix))
@@ -302,6 +304,29 @@ def _travelling(scene: Scene, name: str, body: FlexibleBody) -> Made:
 
     mix = np.eye(len(space.rows))
     return GivenLoad(name, body.name, force.interface, mix, space.resultant, amounts, travels=True), space.rows
+
+
+def _external(scene: Scene, name: str, body: FlexibleBody) -> Made:
+    """Return a force that the caller sets, along one direction or three axes."""
+    force, where = scene.external()[name], f"force.{name}.interface"
+    axes = np.eye(3) if force.direction is None else unit(force.direction)[None]
+
+    def amounts(time: np.ndarray) -> np.ndarray:
+        return np.zeros((len(time), len(axes)))
+
+    if force.interface is None:
+        if len(body.modal.angular_frequencies):
+            raise SceneError(f"{where}: body '{body.name}' is elastic; name an interface of kind 'mean' or 'tie'")
+        arm = turned_vectors(scene.body[body.name], force.at)
+        resultant, none = np.column_stack([axes, np.cross(arm, axes)]), np.empty((len(axes), 0))
+        return GivenLoad(name, body.name, None, np.eye(len(axes)), resultant, amounts, travels=False), none
+    load = _load(body, force.interface, where)
+    if len(load.rows) not in (3, 6):
+        raise SceneError(f"{where}: '{force.interface}' is no interface of kind 'mean' or 'tie'")
+    mix = np.column_stack([axes, np.zeros((len(axes), len(load.rows) - 3))])
+    return GivenLoad(
+        name, body.name, force.interface, mix, mix @ load.resultant, amounts, travels=False
+    ), mix @ load.rows
 
 
 def _load(body: FlexibleBody, interface: str, where: str) -> LoadModes:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles import Plane
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
+from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe
 from gudgeon.solver.scene.scene import Scene
 
 PLACES = ("interfaces", "tractions", "loads", "gauges")
@@ -167,13 +168,15 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
         if f.body == body
         for interface in (getattr(f, "interface", None),)
     ]  # fmt: skip
+    for name, interface in interfaces_read(scene, body):
+        yield Term(f"probe {name}", body, True, f"reads {interface}", _spring_fields(interface))
     yield from joints or [Term("joints", body, False, "no joint names it")]
     yield from springs or [Term("springs", body, False, "no force of kind 'spring' or 'bushing' names it")]
     yield from loads or [Term("loads", body, False, "no force but a spring or bushing names it")]
 
 
 def _spring_fields(interface: str | None) -> tuple[str, ...]:
-    """Return the fields that a spring on an interface reads, which is a load or a contact point."""
+    """Return the fields that a spring or probe on an interface reads, which is a load or a contact point."""
     if interface is None:
         return ()
     at = f"modes:interfaces/{interface}"
@@ -208,6 +211,8 @@ def _residual(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Ter
     reason = "a contact uses method 'residual'" if present else "no contact uses method 'residual'"
     if not present and any(item.body == body for item in [*scene.joint.values(), *scene.given().values()]):
         present, reason = True, "a joint or load acts on it"
+    if not present and any(True for _ in interfaces_read(scene, body)):
+        present, reason = True, "a probe reads an interface of it"
     if not present and any(
         (item.body == body and item.interface) or (item.against == body and item.against_interface)
         for item in scene.springs().values()
@@ -248,3 +253,14 @@ def _never(body: str) -> list[Term]:
         Term("surface and volume mesh", body, False, "the modes contain the contact rows",
              ("mesh:nodes", "mesh:cells", "mesh:surfaces", "morph:nodes")),
     ]  # fmt: skip
+
+
+def interfaces_read(scene: Scene, body: str) -> Iterator[tuple[str, str]]:
+    """Yield probe and interface of each interface of a body that a probe reads."""
+    for name, probe in scene.probe.items():
+        if isinstance(probe, ForceProbe):
+            continue
+        if probe.body == body and probe.interface is not None:
+            yield name, probe.interface
+        if isinstance(probe, DistanceProbe) and probe.against == body and probe.against_interface is not None:
+            yield name, probe.against_interface

@@ -192,7 +192,7 @@ def _place(
 ) -> np.ndarray:
     """Return where an end of a force is [m], (3,); without an interface the second end is where the first one is."""
     body, interface = ((force.body, force.interface), (force.against, force.against_interface))[number]
-    if interface is None:
+    if interface is None or body is None:
         if number == 1:
             return _place(scene, name, force, bodies, 0)
         return np.asarray(scene.body[force.body].position) + turned_vectors(scene.body[force.body], force.at)

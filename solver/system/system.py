@@ -11,6 +11,7 @@ from gudgeon.solver.errors import SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.loads import Driving
+from gudgeon.solver.system.probes import Probes
 from gudgeon.solver.system.requirements import Term
 from gudgeon.solver.system.springs import Springs
 from gudgeon.solver.vectors import unit
@@ -62,6 +63,7 @@ class System:
     belt: np.ndarray
     """Velocity of the obstacle along the line [m/s], (c,)."""
     springs: Springs
+    probes: Probes
     gauges: list[str]
     """`body.gauge` of each gauge value."""
     gauge_rows: np.ndarray

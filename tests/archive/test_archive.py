@@ -261,6 +261,13 @@ def check_trajectory_7(record: Any) -> None:
     assert np.array_equal(record.gauges["skirt.crown"], ramp(4, start=8.0))
 
 
+def check_trajectory_9(record: Any) -> None:
+    check_trajectory_7(record)
+    tip = record.probes["tip"]
+    assert np.array_equal(tip.values, ramp(4, 3, start=14.0))
+    assert (tip.kind, tip.unit, tip.columns, tip.snapped) == ("velocity", "m/s", "x, y, z", 0.25)
+
+
 def check_nodal_5(record: Any) -> None:
     check_nodal_2(record)
     assert record.quantities == {f"{front(record.forces)}.start": {"value": 0.25, "unit": "s"}}
@@ -287,6 +294,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v6": {"modes": check_modes_4, "nodal": check_nodal_5, "trajectory": check_trajectory_3},
     "v7": {"modes": check_modes_7, "nodal": check_nodal_5, "trajectory": check_trajectory_7},
     "v8": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_7},
+    "v9": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
 }
 """What those of one version hold, or lack."""
 

@@ -20,7 +20,7 @@ from gudgeon.modaldb.records.modes import (
 )
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
-from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Trajectory
+from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, ProbeHistory, Trajectory
 
 INPUTS = {"stage": "sample", "size": 0.005, "nested": {"on": True, "nothing": None, "list": [1, 2.5, "ω"]}}
 
@@ -209,6 +209,7 @@ def trajectory() -> Trajectory:
         motion={"skirt": ramp(4, 12, start=6.0)},
         impacts={"bore": ramp(2, 9, start=7.0), "back": ramp(0, 9)},
         gauges={"skirt.crown": ramp(4, start=8.0)},
+        probes={"tip": ProbeHistory("velocity", ramp(4, 3, start=14.0), "m/s", "x, y, z", 0.25)},
         peaks={"bore": 0},
         peak_times=ramp(1, start=0.5),
         peak_frames=ramp(1, 9, start=10.0),

@@ -22,7 +22,7 @@ from gudgeon.solver.integrators.general.solve import WINDOW
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.integrators.uncoupled import SLOWEST
-from gudgeon.solver.ports.members import contact_ports, ports_of
+from gudgeon.solver.ports.members import contact_ports, ports_of, probe_ports
 from gudgeon.solver.ports.table import BLOCK, Kind, Ports
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
@@ -41,24 +41,37 @@ class General:
         normals = [contact_ports(self.ports, contact) for contact in system.contacts]
         self._normals = np.concatenate([np.empty(0, np.int64), *normals]).astype(np.int64)
         log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
-        self._arrays = Arrays(constants, state, _problem(constants), log)
+        self.arrays = Arrays(constants, state, _problem(constants), log)
         self._located = Located(log)
+        loaded, contacts = len(constants.loaded), max(1, len(system.contacts))
+        self._bare = Found(
+            forces=np.zeros((1, contacts, 3)), energies=np.zeros((1, 5)), loads=np.zeros((1, loaded)),
+            q=np.zeros((1, len(state.q))), v=np.zeros((1, len(state.q))), ports=np.zeros((1, len(state.unknown))),
+            lengths=np.zeros((1, len(state.pin))),
+        )  # fmt: skip
+        self._no_loads, self._no_crank = np.zeros((1, len(constants.given))), np.zeros((1, 0, 4))
         self._slips: list[list[tuple[float, bool]]] = [[] for _ in system.contacts]
         self._gauges = _gauge_ports(system, self.ports)
+        self._probes = probe_ports(system, self.ports)
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
         """Fill samples of `stride` steps; False where the run cannot continue."""
-        system, state, count = self._system, self._arrays.state, len(out.forces)
+        system, state, count = self._system, self.arrays.state, len(out.forces)
         found = Found(
             forces=out.forces, energies=out.energies, loads=out.loads, q=np.zeros((count, len(state.q))),
             v=np.zeros((count, len(state.q))), ports=np.zeros((count, len(state.unknown))),
             lengths=np.zeros((count, len(state.pin))),
         )  # fmt: skip
         loads, crank = self._drive(first, count * stride)
-        sound = march(self._arrays, loads, crank, first, stride, found)
+        sound = march(self.arrays, loads, crank, first, stride, found)
         self._take_slips()
         pressed = found.ports[:, self._normals]
         out.set_states(slice(None), system, found.q, found.v, pressed)
+        if len(system.probes.names):
+            contacts = pressed @ system.probes.pressed.T
+            out.probes[:] = system.probes.values(found.q, found.v) + np.where(
+                self._probes.any(axis=1), found.ports @ self._probes.T, contacts
+            )
         out.gauges[:] = found.q @ system.gauge_rows.T + found.ports @ self._gauges.T
         out.snapshots[:, 2 * len(system.rigid) :] = found.lengths
         out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed)
@@ -67,9 +80,31 @@ class General:
             return False
         return bool(sound)
 
+    def advance_bare(self, first: int, count: int, applied: np.ndarray) -> bool:
+        """Take steps without histories; False where the run cannot continue.
+
+        Args:
+            applied: Given loads [N], NaN: as the scene gives them, (g,).
+        """
+        loads, crank = self._no_loads, self._no_crank
+        if np.isnan(applied).any() or len(self._system.driving.joints):
+            loads, crank = self._drive(first, count)
+            loads = np.where(np.isnan(applied), loads, applied)
+        elif count > 1 or len(applied):
+            loads = np.tile(applied, (count, 1))
+            crank = self._no_crank if count == 1 else np.zeros((count, 0, 4))
+        sound = march(self.arrays, loads, crank, first, count, self._bare)
+        for part in self._bare:
+            part[...] = 0.0
+        self._take_slips()
+        if not self._located.take():
+            self.failure = Result.IMPACTS
+            return False
+        return bool(sound)
+
     def _take_slips(self) -> None:
         """Take the changes between slip and stick of the last steps."""
-        kept = self._arrays.state.slips
+        kept = self.arrays.state.slips
         for contact, time, begins in kept[1 : int(kept[0, 0]) + 1]:
             self._slips[int(contact)].append((float(time), bool(begins)))
         kept[0, 0] = 0.0
@@ -84,9 +119,9 @@ class General:
         return self._located.impacts()
 
     def outcome(self) -> Outcome:
-        state, ports, system = self._arrays.state, self.ports, self._system
+        state, ports, system = self.arrays.state, self.ports, self._system
         drags = np.zeros((len(self._normals), 3))
-        directions = self._arrays.constants.direction
+        directions = self.arrays.constants.direction
         for row, normal in enumerate(self._normals):
             for b in range(normal + 1, normal + BLOCK.get(Kind(ports.kind[normal]), 1)):
                 drags[row] += state.impulses[b] * directions[b]

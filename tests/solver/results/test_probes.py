@@ -1,0 +1,141 @@
+"""Probes against what is known of the motion."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.simulate import simulate
+from tests.solver.systems import LENGTH, build, build_all, piston_records, rigid_records, rod_records, rod_scene
+
+AT = {"face": ([0.1, 0.0, 0.0], [1.0, 0.0, 0.0])}
+RUN = {"samples": 200, "frames": 50, "checks": False}
+
+
+@pytest.mark.parametrize("integrator", ["event", "implicit", "discrete-gradient"])
+def test_points_of_a_rigid_body_on_a_spring(integrator: str, tmp_path: Path) -> None:
+    """x = v/ω sin ωt, and a steady rotation: every integrator that reads probes records the same."""
+    mass, k, speed, spin = 0.5, 200.0, 0.3, 0.01
+    omega = np.sqrt(k / mass)
+    run = RUN | {"duration": 0.2, "integrator": integrator} | ({} if integrator == "event" else {"step": 1e-4})
+    scene = {
+        "body": {"part": {"velocity": [speed, 0, 0], "angular_velocity": [0, 0, spin]}},
+        "force": {"s": {"kind": "spring", "body": "part", "direction": [1, 0, 0], "stiffness": k}},
+        "probe": {
+            "place": {"kind": "displacement", "body": "part", "at": [0.1, 0, 0]},
+            "rate": {"kind": "velocity", "body": "part", "direction": [2, 0, 0]},
+            "push": {"kind": "acceleration", "body": "part", "direction": [1, 0, 0]},
+            "turn": {"kind": "rotation", "body": "part", "direction": [0, 0, 1]},
+            "pull": {"kind": "force", "of": "force.s"},
+        },
+        "run": run,
+    }
+    found = simulate(build(tmp_path, rigid_records(mass, AT, (1e-3, 1e-3, 1e-3)), scene))
+    t, interval = found.times, found.times[0]
+    read = {name: probe.values for name, probe in found.probes.items()}
+    assert read["place"][:, 0] == pytest.approx(speed / omega * np.sin(omega * t), abs=1e-4 * speed / omega)
+    assert read["place"][:, 1] == pytest.approx(0.1 * spin * t, abs=1e-9)
+    assert read["rate"][:, 0] == pytest.approx(speed * np.cos(omega * t), abs=1e-4 * speed)
+    mean = speed * (np.cos(omega * t) - np.cos(omega * (t - interval))) / interval
+    assert read["push"][:, 0] == pytest.approx(mean, abs=2e-4 * speed * omega)
+    assert read["turn"][:, 0] == pytest.approx(spin * t, rel=1e-9)
+    assert read["pull"] == pytest.approx(k * read["place"][:, :1], rel=1e-9, abs=1e-12)
+    assert [found.probes[name].unit for name in read] == ["m", "m/s", "m/s^2", "rad", "N"]
+    peak = found.quantities["rate.velocity_peak"]["value"]
+    assert abs(peak) == np.abs(read["rate"]).max()
+    assert found.quantities["pull.force_end"] == {"value": float(read["pull"][-1, 0]), "unit": "N"}
+
+
+def test_tip_of_a_rod_in_contact_is_where_its_contact_has_it(tmp_path: Path) -> None:
+    """The displacement of a contact point has the part of the residual flexibility, as the contact's path has it."""
+    probe = {"tip": {"kind": "displacement", "body": "part", "interface": "tip"},
+             "press": {"kind": "force", "of": "contact.wall"}}  # fmt: skip
+    for integrator in ("event", "implicit"):
+        scene = rod_scene() | {"probe": probe}
+        scene["run"] = scene["run"] | RUN | {"integrator": integrator}
+        found = simulate(build(tmp_path, rod_records(20), scene))
+        path = found.contacts["wall"].path
+        assert path is not None
+        assert np.abs(path).max() > 0
+        # The path is along the force on the body, against its outward normal.
+        assert found.probes["tip"].values == pytest.approx(-path, abs=1e-12 * LENGTH)
+        assert np.array_equal(found.probes["press"].values, found.contacts["wall"].force)
+
+
+def test_spring_on_a_mean_interface_moves_it_by_its_residual_flexibility_too(tmp_path: Path) -> None:
+    """The tension over the stiffness is the displacement that the probe reads there."""
+    scene = {
+        "body": {"part": {"velocity": [0.1, 0.0, 0.2]}},
+        "force": {"s": {"kind": "spring", "body": "part", "interface": "pin", "direction": [0, 0, 1],
+                        "stiffness": 3e7}},
+        "probe": {
+            "pin": {"kind": "displacement", "body": "part", "interface": "pin"},
+            "pull": {"kind": "force", "of": "force.s"},
+        },
+        "run": RUN | {"duration": 2e-4, "step": 1e-6},
+    }  # fmt: skip
+    found = simulate(build(tmp_path, piston_records(6), scene))
+    assert found.counts["integrator"] == "implicit"
+    pulled, moved = found.probes["pull"].values[:, 0], found.probes["pin"].values
+    assert moved[:, 2] == pytest.approx(pulled / 3e7, rel=1e-9, abs=1e-9 * np.abs(moved).max())
+
+
+def test_distance_of_two_bodies_and_centre_of_pressure(tmp_path: Path) -> None:
+    floor = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+    corners = (np.array([[x, y, 0.0] for x in (-0.1, 0.3) for y in (-0.2, 0.2)]), [0.0, 0.0, -1.0])
+    records = {"block": rigid_records(2.0, {"base": corners}, (0.1, 0.1, 0.1)), "ball": rigid_records(1.0, AT)}
+    contact = {"body": "block", "interface": "base", "against": floor, "method": "penalty", "surface_stiffness": 1e5}
+    scene = {
+        "body": {"block": {}, "ball": {"position": [0, 0, 1], "velocity": [0.5, 0, 0]}},
+        "contact": {"floor": contact},
+        "force": {"hold": {"kind": "spring", "body": "ball", "direction": [0, 0, 1], "stiffness": 9.81e3,
+                           "preload": -9.81}},
+        "probe": {
+            "apart": {"kind": "distance", "body": "ball", "against": "block"},
+            "centre": {"kind": "centre", "of": "contact.floor"},
+        },
+        "run": RUN | {"duration": 0.05, "gravity": [0, 0, -9.81], "integrator": "implicit", "step": 1e-4},
+    }  # fmt: skip
+    found = simulate(build_all(tmp_path, records, scene))
+    sunk = found.motion["block"][:, 2]
+    wanted = np.hypot(0.5 * found.times, 1 - sunk)
+    assert found.probes["apart"].values[:, 0] == pytest.approx(wanted, rel=1e-9)
+    centre, forces = found.probes["centre"].values, found.contacts["floor"].multipliers
+    frame = len(forces) - 1
+    at = int(np.searchsorted(found.times, found.frame_times[frame] * (1 - 1e-9)))
+    assert forces[frame].sum() > 0
+    assert centre[at] == pytest.approx(forces[frame] @ corners[0] / forces[frame].sum(), abs=1e-12)
+    assert np.isnan(centre).any() == bool((np.linalg.norm(found.contacts["floor"].force, axis=1) == 0).any())
+
+
+@pytest.mark.parametrize(
+    ("probe", "message"),
+    [
+        ({"kind": "displacement", "body": "pard"}, "no body 'pard', did you mean 'part'?"),
+        ({"kind": "force", "of": "contact.wal"}, r"nothing to be read at 'contact.wal', did you mean 'contact.wall'\?"),
+        ({"kind": "centre", "of": "force.s"}, "only a contact has a centre"),
+    ],
+)
+def test_probes_of_what_does_not_exist_are_refused(probe: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
+        Scene.model_validate(rod_scene() | {"probe": {"p": probe}})
+
+
+@pytest.mark.parametrize(
+    ("probe", "message"),
+    [
+        ({"kind": "velocity", "body": "part"}, r"probe\.p\.interface: body 'part' is elastic"),
+        ({"kind": "velocity", "body": "part", "interface": "pim"}, "no interface 'pim' to be read, it has"),
+        ({"kind": "rotation", "body": "part", "interface": "pin"}, "kind 'tie' is needed"),
+        ({"kind": "velocity", "body": "part", "interface": "right"}, "has 3 contact points; give coordinates"),
+        ({"kind": "velocity", "body": "part", "interface": "right", "at": [0, 0, 0], "direction": [0, 0, 1]},
+         "read along its normal"),
+    ],
+)  # fmt: skip
+def test_probes_that_an_interface_cannot_give_are_refused(probe: dict[str, Any], message: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=message):
+        build(tmp_path, piston_records(6), {"body": {"part": {}}, "probe": {"p": probe}, "run": {"duration": 1e-3}})

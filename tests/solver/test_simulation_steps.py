@@ -1,0 +1,114 @@
+"""A system stepped by its caller: the same motion as a run, forces set between steps, checkpoints."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gudgeon.solver.errors import SolverError
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.simulation import Steps
+from tests.solver.systems import build, piston_records, rigid_records, rod_records, rod_scene
+
+BALL = {"pole": ([0.0, 0.0, -0.1], [0.0, 0.0, -1.0])}
+
+
+def bounces(**more: Any) -> dict[str, Any]:
+    """A ball above a floor with restitution, with a force that its caller sets."""
+    floor = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+    return {
+        "body": {"part": {"position": [0, 0, 0.3]}},
+        "contact": {"floor": {"body": "part", "interface": "pole", "against": floor, "method": "impact",
+                              "restitution": 0.5}},
+        "force": {"hand": {"kind": "external", "body": "part", "direction": [0, 0, 1]}},
+        "run": {"duration": 1.0, "gravity": [0, 0, -9.81], "step": 1e-3, "integrator": "implicit", "checks": False},
+    } | more  # fmt: skip
+
+
+def test_single_steps_are_those_of_a_run(tmp_path: Path) -> None:
+    scene = rod_scene()
+    scene["run"] = scene["run"] | {"step": 1e-7, "integrator": "implicit", "checks": False}
+    scene["contact"]["wall"] |= {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e9}}
+    system = build(tmp_path, rod_records(20), scene)
+    assert system.scene.loop == "general"
+    found = simulate(system)
+    steps = Steps(system, found.counts["step"])
+    for _ in range(found.counts["steps"]):
+        steps.step()
+    assert np.array_equal(steps.body("part").elastic, found.frames[-1][system.bodies["part"].elastic])
+    assert steps.time == pytest.approx(6e-4, rel=1e-12)
+    assert list(steps.energies.values()) == found.energies[-1].tolist()
+
+
+def test_force_of_the_caller_holds_a_weight(tmp_path: Path) -> None:
+    system = build(tmp_path, rigid_records(2.0, BALL), bounces())
+    steps = Steps(system)
+    steps.force("hand")[:] = 2.0 * 9.81
+    steps.step(until=0.5)
+    assert steps.steps == 500
+    assert steps.body("part").displacement == pytest.approx(np.zeros(3), abs=1e-12)
+    steps.apply("hand", 2.0 * 9.81 + 3.0)
+    steps.step(100)
+    assert steps.body("part").velocity[2] == pytest.approx(1.5 * 0.1, rel=1e-9)
+    assert steps.contact("floor").displacement[0] == pytest.approx(0.2 + 0.5 * 1.5 * 0.01, rel=1e-9)
+    assert steps.energies["work"] == pytest.approx(steps.energies["kinetic"], rel=1e-9)
+
+
+def test_without_its_caller_an_external_force_is_zero(tmp_path: Path) -> None:
+    found = simulate(build(tmp_path, rigid_records(2.0, BALL), bounces()))
+    alone = {key: value for key, value in bounces().items() if key != "force"}
+    free = simulate(build(tmp_path / "alone", rigid_records(2.0, BALL), alone))
+    assert np.array_equal(found.frames, free.frames)
+
+
+def test_checkpoint_continues_with_the_same_bits(tmp_path: Path) -> None:
+    """Through impacts, with a force that is set, by another object of the same system."""
+    system = build(tmp_path, rigid_records(2.0, BALL), bounces())
+    one = Steps(system)
+    one.apply("hand", 0.7)
+    one.step(230)
+    held = one.checkpoint()
+    one.step(700)
+    other = Steps(system)
+    other.load(held)
+    assert other.time == 230 * other.dt
+    for _ in range(7):
+        other.step(100)
+    for name in one._state._fields:
+        assert np.array_equal(getattr(one._state, name), getattr(other._state, name)), name
+    assert one.body("part").velocity[2] != 0
+    with pytest.raises(SolverError, match="of another scene, release or step"):
+        Steps(system, 5e-4).load(held)
+    with pytest.raises(SolverError, match="checkpoint: it cannot be read"):
+        other.load(held[:100])
+
+
+def test_names_that_do_not_exist_are_refused(tmp_path: Path) -> None:
+    steps = Steps(build(tmp_path, rigid_records(2.0, BALL), bounces()))
+    with pytest.raises(SolverError, match=r"force 'hnd' is unknown, did you mean 'hand'\?"):
+        steps.force("hnd")
+    with pytest.raises(SolverError, match=r"port 'contact.flor' is unknown, did you mean 'contact.floor'\?"):
+        steps.port("contact.flor")
+    with pytest.raises(SolverError, match="body 'ball' is unknown, the scene has part"):
+        steps.body("ball")
+    steps.step(10)
+    with pytest.raises(SolverError, match=r"until 0 s: the time is 0\.01 s already"):
+        steps.step(until=0.0)
+
+
+def test_external_force_acts_on_an_elastic_interface(tmp_path: Path) -> None:
+    """The energy that it brings is all there is: it rises slowly, since R has no mass that a jump would move."""
+    scene = {
+        "body": {"part": {}}, "force": {"push": {"kind": "external", "body": "part", "interface": "pin"}},
+        "run": {"duration": 1e-3, "step": 1e-6},
+    }  # fmt: skip
+    steps = Steps(build(tmp_path, piston_records(6), scene))
+    for share in np.linspace(0.001, 1.0, 1000):
+        steps.apply("push", np.array([0.0, 0.0, 400.0 * share]))
+        steps.step()
+    energies = steps.energies
+    assert energies["work"] > 0
+    assert energies["kinetic"] + energies["strain"] == pytest.approx(energies["work"], rel=1e-5)
+    mass = 0.5
+    assert steps.body("part").velocity[2] == pytest.approx(400.0 / mass * 0.5005e-3, rel=1e-9)
