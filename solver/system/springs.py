@@ -81,8 +81,10 @@ class Springs:
         for row in self.knots:
             (low, high), knots = sorted((0.0, float(elongation[row]))), self.knots[row][:, 0]
             at = np.concatenate([[low], knots[(knots > low) & (knots < high)], [high]])
-            tension = [self.tension(np.where(np.arange(len(elongation)) == row, one, 0.0))[0][row] for one in at]
-            total += float(np.trapezoid(tension, at)) * (1.0 if elongation[row] >= 0 else -1.0)
+            tension = np.array(
+                [self.tension(np.where(np.arange(len(elongation)) == row, one, 0.0))[0][row] for one in at]
+            )
+            total += 0.5 * float(np.diff(at) @ (tension[1:] + tension[:-1])) * (1.0 if elongation[row] >= 0 else -1.0)
         return total
 
     def softened(self) -> np.ndarray:

@@ -99,10 +99,11 @@ def test_friction_on_a_record_without_tangential_rows_names_the_command(method: 
 
 
 def test_friction_reads_tangential_rows(tmp_path: Path) -> None:
-    """Until an integrator carries it on elastic bodies, it is refused after its rows were found."""
     modal, morph = block_records(POINTS)
-    with pytest.raises(SceneError, match=r"^contact\.wall\.friction: friction needs method 'constraint' or 'impact'"):
-        build(tmp_path, (with_tangential_rows(modal, "face"), morph), block_scene(**RUBS))
+    turning = block_scene(friction={"static": 0.3})
+    system = build(tmp_path, (with_tangential_rows(modal, "face"), morph), turning)
+    rows = system.bodies["part"].modal.interfaces["face"].tangential_rows
+    assert rows is not None and rows.shape == (len(POINTS), 2, len(modal.angular_frequencies))
 
 
 def test_without_friction_no_tangential_row_is_read(tmp_path: Path) -> None:
