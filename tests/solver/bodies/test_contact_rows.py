@@ -103,7 +103,8 @@ def test_friction_reads_tangential_rows(tmp_path: Path) -> None:
     turning = block_scene(friction={"static": 0.3})
     system = build(tmp_path, (with_tangential_rows(modal, "face"), morph), turning)
     rows = system.bodies["part"].modal.interfaces["face"].tangential_rows
-    assert rows is not None and rows.shape == (len(POINTS), 2, len(modal.angular_frequencies))
+    assert rows is not None
+    assert rows.shape == (POINTS, 2, len(modal.angular_frequencies))
 
 
 def test_without_friction_no_tangential_row_is_read(tmp_path: Path) -> None:
