@@ -295,12 +295,13 @@ def _tangents(contact: Contact, name: str, body: FlexibleBody, interface: str, p
     if friction is None:
         return np.zeros((len(points), size))
     body.contact_frame(interface)
-    if friction.direction is None or not METHODS[contact.method].rigid:
+    if friction.direction is None:
         return np.zeros((len(points), size))
-    if size > body.rigid_count:
+    if size > body.rigid_count or not METHODS[contact.method].rigid:
+        cause = f"body '{body.name}' is elastic" if size > body.rigid_count else f"its method is '{contact.method}'"
         raise SceneError(
-            f"contact.{name}.friction.direction: body '{body.name}' is elastic, and friction along a line acts on rigid"
-            " bodies; remove the direction, so that friction acts in the plane of contact"
+            f"contact.{name}.friction.direction: {cause}, and friction along a line acts on rigid bodies in rigid"
+            " contact; remove the direction, so that friction acts in the plane of contact"
         )
     return body.rigid_rows(points, np.broadcast_to(unit(friction.direction), points.shape))
 

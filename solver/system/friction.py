@@ -45,8 +45,8 @@ class Line:
         """Return the reason for the end of a run in which the point moved across its line at a speed [m/s]."""
         return (
             f"the point of contact '{self.name}' moved across its line of friction at {speed:.3g} m/s at"
-            f" {time:.6g} s: friction acts along contact.{self.name}.friction.direction only; turn it to the motion, or"
-            " hold the other motion by body.NAME.freedom"
+            f" {time:.6g} s: friction acts along contact.{self.name}.friction.direction only; remove it, so that"
+            " friction acts in the plane of contact, or turn it to the motion"
         )
 
 
@@ -83,7 +83,8 @@ def refuse_motion_across(system: System) -> None:
             if across > DRIVEN * np.linalg.norm(vector):
                 raise SceneError(
                     f"contact.{line.name}.friction.direction: {what} has {across:.3g} {measure} across it, and friction"
-                    " acts along one line only; turn it to the motion, or hold the other motion by body.NAME.freedom"
+                    " acts along one line only; remove it, so that friction acts in the plane of contact, or turn it to"
+                    " the motion"
                 )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from numba.core.registry import CPUDispatcher
 
+from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.kernel_cache import COMPILED, cache_folder, compile_beside, is_compiled, sources_digest
 from gudgeon.solver.simulate import simulate
@@ -23,13 +24,25 @@ from tests.solver.systems import (
     plate_records,
     rod_records,
     rod_scene,
+    with_tangential_rows,
 )
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = ("explicit.kernel", "explicit.one_point", "implicit.kernel", "collocation.kernel", "discrete_gradient.kernel")
+MODULES = (
+    "explicit.kernel", "explicit.one_point", "implicit.kernel", "general.kernel", "general.solve", "collocation.kernel",
+    "discrete_gradient.kernel",
+)  # fmt: skip
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}
 LAYER = {"surface_stiffness": 1e13}
 TOOL = {"kind": "moving", "body": "part", "interface": "top", "force": 10.0, "at": [0.01, 0.0], "speed": 1.0}
+
+
+def rubbing(points: int) -> tuple[ModalRecord, MorphRecord]:
+    """A block whose face has tangential rows."""
+    modal, morph = block_records(points)
+    return with_tangential_rows(modal, "face"), morph
+
+
 SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
     "explicit": (
         ({"part": rod_records(12)}, rod_scene(1e-5)),
@@ -40,10 +53,14 @@ SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
         (driven_pair_records(6), driven_pair_scene(duration=1e-5)),
         ({"part": plate_records()}, {"body": {"part": {}}, "force": {"tool": TOOL}, "run": {"duration": 1e-5}}),
     ),
+    "general": (
+        ({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),
+        ({"part": rubbing(7)}, block_scene(1e-5, friction={"static": 0.3})),
+    ),
     "collocation": (({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),),
     "discrete-gradient": (({"part": rod_records(12)}, rod_scene(1e-5, **LAW)),),
 }
-"""Other numbers of points, modes and bodies than those that were compiled, by integrator."""
+"""Other numbers of points, modes and bodies than those that were compiled, by time loop."""
 
 
 def signatures() -> dict[str, int]:
@@ -62,7 +79,8 @@ def test_a_run_compiles_nothing_more(name: str, tmp_path: Path) -> None:
     warm_up(name)
     before = signatures()
     for number, (records, scene) in enumerate(SCENES[name]):
-        run = scene["run"] | {"integrator": name, "samples": 10, "frames": 2}
+        own = "implicit" if name == "general" else name
+        run = scene["run"] | {"integrator": own, "samples": 10, "frames": 2}
         found = simulate(build_all(tmp_path / str(number), records, scene | {"run": run}))
         assert found.counts["steps"] > 0
     assert signatures() == before
@@ -70,7 +88,7 @@ def test_a_run_compiles_nothing_more(name: str, tmp_path: Path) -> None:
 
 
 def test_every_integrator_but_the_uncompiled_one_is_covered() -> None:
-    assert set(COMPILED) == CASES.keys() == SCENES.keys() == INTEGRATORS.keys() - {"event"}
+    assert set(COMPILED) == CASES.keys() == SCENES.keys() == (INTEGRATORS.keys() | {"general"}) - {"event"}
     assert is_compiled("event")
 
 

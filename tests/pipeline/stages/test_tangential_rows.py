@@ -123,7 +123,7 @@ def test_plan_tells_the_bytes_and_the_solver_is_asked_last(tmp_path: Path) -> No
     assert (rows[term]["bytes"], before[term]["bytes"]) == (FLOAT * (6 * c + 2 * c * m), 0)
     term = ("skirt", "residual flexibility")
     assert (rows[term]["bytes"], before[term]["bytes"]) == (FLOAT * (3 * c) ** 2, FLOAT * c**2)
-    with pytest.raises(SceneError, match=r"scene\.toml: contact\.bore\.friction: friction needs method"):
+    with pytest.raises(SceneError, match=r"scene\.toml: contact\.bore\.friction\.direction: body 'skirt' is elastic"):
         run_job(job, "solve")
 
 

@@ -1,7 +1,4 @@
-"""Scenes with friction on elastic bodies: their parts are made with tangential rows, and their points face each other.
-
-The integrators do not carry this friction, and say so once everything else of the scene was found right.
-"""
+"""Scenes with friction on elastic bodies: their parts have tangential rows, and their points face each other."""
 
 from pathlib import Path
 
@@ -11,8 +8,7 @@ import pytest
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.plan import plan
-from gudgeon.pipeline.stages.run import run_job, system_of
-from gudgeon.solver.errors import SceneError
+from gudgeon.pipeline.stages.run import run_job
 from tests.validation.friction.meshes import write_all
 
 HERE = Path(__file__).parent
@@ -36,7 +32,7 @@ def opened(folder: Path, name: str) -> Job:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_parts_have_tangential_rows_and_only_friction_is_refused(folder: Path, name: str) -> None:
+def test_parts_have_tangential_rows_of_their_interfaces(folder: Path, name: str) -> None:
     job = opened(folder, name)
     run_job(job, "morph")
     for part in SCENES[name]:
@@ -49,6 +45,3 @@ def test_parts_have_tangential_rows_and_only_friction_is_refused(folder: Path, n
         assert (np.abs(place.tangential_rows).max(axis=(0, 2)) > 0).sum() == moving, "a plane part moves in its plane"
     read = {(one["body"], one["term"].partition(" of ")[0]): one for one in plan(job)["terms"]}
     assert all(read[part, "friction"]["bytes"] > 0 for part in SCENES[name])
-    contact = next(iter(job.scene.contact))
-    with pytest.raises(SceneError, match=rf"^contact\.{contact}\.friction: friction needs method 'constraint' or"):
-        system_of(job)
