@@ -41,6 +41,8 @@ MOMENTUM = 1e-10
 """Largest momentum residual: round-off of a thousand steps."""
 APART = 2e-3
 """Largest difference of impulses from those of another integrator, of both errors of step."""
+NOTHING = 1e-9
+"""Impulse relative to the largest one that is round-off, of contact that another one opens as it closes."""
 TRIPLES = 200
 OWN = ("event", "collocation", "explicit")
 """Integrators that a scene is compared with."""
@@ -93,9 +95,10 @@ def test_another_integrator_agrees(names: tuple[str, str], store: Store) -> None
     if other is None:
         pytest.skip("only the implicit integrator carries it")
     ours, theirs = simulate(system), simulate(system_of(store, names, integrator=other, step=None))
-    for name, value in theirs.quantities.items():
-        if name.endswith(".impulse"):
-            assert ours.quantities[name]["value"] == pytest.approx(value["value"], rel=APART)
+    found = {name: value["value"] for name, value in theirs.quantities.items() if name.endswith(".impulse")}
+    for name, value in found.items():
+        if value > NOTHING * max(found.values()):
+            assert ours.quantities[name]["value"] == pytest.approx(value, rel=APART)
 
 
 @pytest.mark.parametrize("names", list(REFUSED), ids=lambda names: "+".join(sorted(names)))

@@ -7,6 +7,8 @@ from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED, VELO
 from gudgeon.solver.integrators.general.rows import displaced, moved
 from gudgeon.solver.integrators.general.solve import LAW, RUBBING_LAW
 
+SETTLED = 1e-6
+"""Change of the velocity that rigid contact asks for, relative to the largest, at which it is found."""
 SCRATCH = 1e-13
 """Share of its margin by which a sleeping point is round-off from waking."""
 
@@ -80,7 +82,7 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
     rows, offset, q, v, kinds, size = constants.rows, constants.offset, state.q, state.v, constants.kind, constants.size
     for a in range(n):
         i = ports[a]
-        gap[i] = offset[i] + moved(rows, i, q)
+        gap[i], state.shift[i] = offset[i] + moved(rows, i, q), 0.0
     if state.listed_known[0] > 0:
         residual, known, listed = constants.residual, state.known, state.listed_known
         for a in range(n):
@@ -100,7 +102,7 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
                 rate = moved(rows, i, v)
                 state.rate[i] = rate
                 wanted = constants.belt[i] if i > first else _rebound(constants, state, i, rate)
-                gap[i] = dt * (rate - wanted)
+                gap[i], state.asked[i] = dt * (rate - wanted), wanted
     for a in range(n):
         i = ports[a]
         if size[i] == 3 and constants.level[i] == POSITION:
@@ -131,6 +133,54 @@ def _rebound(constants, state, i, rate):  # type: ignore[no-untyped-def]
     wanted = (1.0 - share) * (rate - before) - constants.restitution[i] * min(0.0, hit)
     state.sudden[i] = 1.0 if wanted > 0.0 or rate >= 0.0 else min(1.0, max(0.0, hit / rate))
     return max(0.0, wanted)
+
+
+@inner
+def rebounds_change(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Let rigid contact close under the forces found of all other ports, and move these when it does.
+
+    Returns:
+        Whether that changed what rigid contact asks for, or where the others are.
+    """
+    changed, fastest = 0.0, 0.0
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        first = constants.block[i]
+        if constants.level[first] != VELOCITY:
+            continue
+        rate = state.measure[i] / constants.dt + state.asked[i]
+        for b in range(problem.size[0]):
+            j = problem.ports[b]
+            if constants.level[constants.block[j]] == VELOCITY:
+                rate -= constants.columns[j, i] * state.unknown[j] / constants.dt
+        state.rate[i] = rate
+        if i == first:
+            wanted = _rebound(constants, state, i, rate)
+            change = wanted - state.asked[i]
+            changed, fastest = max(changed, abs(change)), max(fastest, abs(rate), abs(wanted))
+            state.gap[i] -= constants.dt * change
+            state.asked[i] = wanted
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        if constants.level[constants.block[i]] == VELOCITY:
+            continue
+        shift = 0.0
+        for b in range(problem.size[0]):
+            j = problem.ports[b]
+            if constants.level[constants.block[j]] == VELOCITY:
+                shift += earlier(constants, state, j) * constants.inertia[i, j] * state.unknown[j]
+        changed = max(changed, abs(shift - state.shift[i]) / constants.dt)
+        state.gap[i] += shift - state.shift[i]
+        state.shift[i] = shift
+    return changed > SETTLED * fastest
+
+
+@inner
+def earlier(constants, state, i):  # type: ignore[no-untyped-def]
+    """Return by which share of the step the impulse of rigid contact acts earlier than over the whole step."""
+    first = constants.block[i]
+    share, sudden = state.closing[first], state.sudden[first]
+    return sudden * (0.5 - share) - (1.0 - sudden) * 0.5 * share if share >= 0.0 else 0.0
 
 
 @inner

@@ -375,7 +375,9 @@ def _state(system: System, ports: Ports, constants: Constants) -> State:
     )  # fmt: skip
 
 
-_ZERO_AT_START = ("last", "mean", "extra", "gap", "measure", "approach", "margin", "sudden", "rate", "impulses")
+_ZERO_AT_START = (
+    "last", "mean", "extra", "gap", "measure", "approach", "margin", "sudden", "rate", "shift", "asked", "impulses",
+)  # fmt: skip
 
 
 def _problem(constants: Constants) -> Problem:

@@ -11,7 +11,14 @@ import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED, VELOCITY
-from gudgeon.solver.integrators.general.candidates import find_candidates, free_measures, overlooked, used_margins
+from gudgeon.solver.integrators.general.candidates import (
+    earlier,
+    find_candidates,
+    free_measures,
+    overlooked,
+    rebounds_change,
+    used_margins,
+)
 from gudgeon.solver.integrators.general.energy import balance
 from gudgeon.solver.integrators.general.responses import rubbed
 from gudgeon.solver.integrators.general.resultants import log_forces
@@ -131,6 +138,8 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
         if problem.size[0] > 0 and not solve(constants, state, problem):
             return False
         unsettled = _set_extra(constants, state, problem)
+        if constants.bounces and problem.size[0] > 0:
+            unsettled = rebounds_change(constants, state, problem) or unsettled
         missed = overlooked(constants, state, problem)
         problem.size[2] = not missed
         if missed:
@@ -231,7 +240,6 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
             acts += 1
             state.acts[acts] = i
     state.acts[0] = acts
-    _strike(constants, state, problem)
     length, q, v, before, force = 0.0, state.q, state.v, state.before[0], state.force
     by_q, by_v = constants.push[0], constants.push[1]
     for k in range(len(q)):
@@ -240,6 +248,8 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
         v[k] += by_v[k] * second[k]
     for k in range(len(force)):
         force[k] += second[k]
+    if constants.bounces:
+        _strike(constants, state, problem)
     for k in range(len(q)):
         length += (q[k] - before[k]) ** 2
     state.travel[0] += np.sqrt(length)
@@ -259,13 +269,15 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
 @inner
 def _strike(constants, state, problem):  # type: ignore[no-untyped-def]
     """Let impulses of rigid contact that closes within the step act when it closes and from then on."""
+    by_v, q, second = constants.push[1], state.q, state.pressed
+    second[:] = 0.0
     for a in range(problem.size[0]):
         i = problem.ports[a]
-        first = constants.block[i]
-        share, sudden = state.closing[first], state.sudden[first]
-        if share >= 0.0 and state.mean[i] != 0.0:
-            earlier = sudden * (0.5 - share) - (1.0 - sudden) * 0.5 * share
-            push(constants.rows, i, earlier * constants.dt**2 * state.mean[i], state.q)
+        amount = earlier(constants, state, i) * state.mean[i]
+        if constants.level[constants.block[i]] == VELOCITY and amount != 0.0:
+            push(constants.rows, i, amount, second)
+    for k in range(len(q)):
+        q[k] += constants.dt * by_v[k] * second[k]
 
 
 @inner
