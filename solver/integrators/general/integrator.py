@@ -120,11 +120,12 @@ class General:
 
     def outcome(self) -> Outcome:
         state, ports, system = self.arrays.state, self.ports, self._system
-        drags = np.zeros((len(self._normals), 3))
-        directions = self.arrays.constants.direction
-        for row, normal in enumerate(self._normals):
-            for b in range(normal + 1, normal + BLOCK.get(Kind(ports.kind[normal]), 1)):
-                drags[row] += state.impulses[b] * directions[b]
+        each = self.arrays.constants.size[self._normals]
+        drags = np.zeros((len(each), 3))
+        for b in (1, 2):
+            (rubbed,) = np.nonzero(each > b)
+            at = self._normals[rubbed] + b
+            drags[rubbed] += state.impulses[at, None] * self.arrays.constants.direction[at]
         springs = [-state.impulses[ports.of(f"force.{name}")] for name in system.scene.springs()]
         return Outcome(
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
