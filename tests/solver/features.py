@@ -5,7 +5,7 @@ elastic, or where two bodies touch.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
-from tests.solver.systems import keys_of, stored
+from tests.solver.systems import keys_of, stored, with_tangential_rows
 
 MASS, HALF, MODES = 2.0, 0.05, 3
 """Of each body [kg], half its edge [m], kept modes of an elastic one."""
@@ -90,6 +90,11 @@ def records(*, elastic: bool) -> tuple[ModalRecord, MorphRecord]:
         "mesh", "macneal" if elastic else "rigid", modes, 0, omega, MASS, centre, inertia, twists, interfaces,
         rows, R, None, None, {}, {"top": space}, loads, gauges,
     )  # fmt: skip
+    for seed, name in enumerate(places if elastic else ()):
+        modal = with_tangential_rows(modal, name, seed)
+    if elastic:  # A gauge has a quasi-static value for each row.
+        gauges["strain"] = replace(gauges["strain"], residual=1e-3 * rng.standard_normal((6, modal.row_count)))
+        modal = replace(modal, gauges=gauges)
     return modal, MorphRecord("mesh", "modes", "none", places, MASS, centre, inertia, twists, None, {})
 
 
@@ -112,6 +117,11 @@ class Draft:
         """Friction, and the obstacle's velocity, of contacts that can have them."""
         return {"friction": {"static": 0.3, "kinetic": 0.2}} if "friction" in self.names else {}
 
+    @property
+    def own_rubs(self) -> Table:
+        """Friction of the contacts of an elastic body."""
+        return {"friction": {"static": 0.3, "kinetic": 0.2}} if "elastic-friction" in self.names else {}
+
     def wall(self, body: str, *, corners: bool = False, **settings: Any) -> None:
         """Add a contact of a body with the wall to its right."""
         name = "corners" if corners else list(PLACES)[self.used]
@@ -127,7 +137,9 @@ class Draft:
         return self.scene["body"][body].get("position", [0.0])[0] + HALF + GAP
 
 
-ELASTIC = frozenset({"gauges", "damping", "residual", "residual-law", "wave-guide"})
+ELASTIC = frozenset(
+    {"gauges", "damping", "residual", "residual-law", "wave-guide", "elastic-friction", "elastic-spring"}
+)
 """Features that need an elastic body."""
 RIGID = frozenset({"spring", "spring-dashpot", "friction"})
 """Features that need a rigid one."""
@@ -193,11 +205,25 @@ def _spring(damping: float) -> Callable[[Draft], None]:
     return add
 
 
+def _on_pin(name: str, **settings: Any) -> Callable[[Draft], None]:
+    def add(draft: Draft) -> None:
+        draft.scene["force"][name] = {"body": "part", "interface": "pin"} | settings
+
+    return add
+
+
+def _probes(draft: Draft) -> None:
+    for kind in ("displacement", "velocity", "acceleration"):
+        draft.scene["probe"][kind] = {"kind": kind, "body": "part", "interface": "pin"}
+
+
 def _contact(name: str) -> Callable[[Draft], None]:
     def add(draft: Draft) -> None:
         rigid = draft.elastic and name not in ELASTIC and draft.rubs
         draft.wall(
-            draft.firm if rigid else "part", **CONTACTS[name], **(draft.rubs if not draft.elastic or rigid else {})
+            draft.firm if rigid else "part",
+            **CONTACTS[name],
+            **(draft.rubs if not draft.elastic or rigid else draft.own_rubs),
         )
 
     return add
@@ -213,18 +239,18 @@ def _corners(draft: Draft) -> None:
     plain = CONTACTS["residual" if draft.elastic else "layer"]
     body = draft.firm if draft.rubs and not (chosen and chosen[0] in ELASTIC) else "part"
     way = CONTACTS[chosen[0]] if chosen else (plain if body == "part" else CONTACTS["layer"])
-    draft.wall(body, corners=True, **way, **(draft.rubs if body == draft.firm else {}))
+    draft.wall(body, corners=True, **way, **(draft.rubs if body == draft.firm else draft.own_rubs))
 
 
 def _guided(draft: Draft) -> None:
-    draft.wall("part", method="residual", dashpot="wave-guide")
+    draft.wall("part", method="residual", dashpot="wave-guide", **draft.own_rubs)
 
 
 def _two_bodies(draft: Draft) -> None:
     draft.scene["contact"]["two"] = {
         "body": "part", "interface": "left-a", "against": {"shape": "body", "body": "mate", "interface": "right-a"},
         "method": "residual",
-    } | ({} if draft.elastic else CONTACTS["layer"] | draft.rubs)  # fmt: skip
+    } | (draft.own_rubs if draft.elastic else CONTACTS["layer"] | draft.rubs)  # fmt: skip
 
 
 def _sliding(draft: Draft) -> None:
@@ -249,9 +275,19 @@ FEATURES: dict[str, Callable[[Draft], None]] = {
     "moving-force": _moving,
     "spring": _spring(0.0),
     "spring-dashpot": _spring(50.0),
+    "elastic-spring": _on_pin(
+        "mount", kind="spring", direction=[1.0, 0.5, 0.0], stiffness=2e6, damping=80.0, preload=20.0
+    ),
+    "table-spring": _on_pin(
+        "stop", kind="spring", direction=[1.0, 0, 0], values=[[-1e-3, -800.0], [0, 0], [5e-5, 40.0], [1e-3, 900.0]]
+    ),
+    "bushing": _on_pin("bush", kind="bushing", stiffness=[1e6, 5e5, 5e5], damping=[30.0, 20.0, 20.0]),
+    "force": _on_pin("push", kind="force", direction=[1.0, 0.2, 0.0], expression="40 * sin(2*pi*3000*t)"),
+    "probes": _probes,
     "gravity": _run(gravity=[9.81, 2.0, 0.0]),
     **{name: _contact(name) for name in CONTACTS},
     "friction": _friction,
+    "elastic-friction": _nothing,
     "belt": _nothing,
     "two-bodies": _two_bodies,
     "sliding": _sliding,
@@ -271,7 +307,7 @@ CONTRADICTIONS: dict[frozenset[str], str] = {
 """Pairs that no scene has, with the reason."""
 UNMOVED = (
     "gauges", "spring", "spring-dashpot", "linear-law", "hertz", "hunt-crossley", "residual-law", "constraint",
-    "impact", "friction", "wave-guide",
+    "impact", "friction", "wave-guide", "elastic-spring", "table-spring", "bushing", "force", "probes", "elastic-friction",
 )  # fmt: skip
 REFUSED: dict[frozenset[str], str] = {
     frozenset({"sliding", name}): "points that slide have rows that move, which the loop over ports does not have"
@@ -290,7 +326,7 @@ def draft_of(names: Iterable[str]) -> Draft:
     second = "two-bodies" in chosen or (elastic and bool(chosen & RIGID))
     draft.scene = {
         "body": {"part": {"velocity": [SPEED, 0.05, 0.03]}},
-        "contact": {}, "joint": {}, "force": {},
+        "contact": {}, "joint": {}, "force": {}, "probe": {},
         "run": {
             "duration": DURATION, "samples": 50, "frames": 5, "step": STEP, "checks": False, "integrator": "implicit",
             "start": "undeformed",
@@ -304,7 +340,9 @@ def draft_of(names: Iterable[str]) -> Draft:
         if name in chosen:
             add(draft)
     if not draft.scene["contact"]:
-        draft.wall("part", **CONTACTS["residual" if elastic else "layer"], **({} if elastic else draft.rubs))
+        draft.wall(
+            "part", **CONTACTS["residual" if elastic else "layer"], **(draft.own_rubs if elastic else draft.rubs)
+        )
     draft.scene["run"] = {key: value for key, value in draft.scene["run"].items() if value is not None}
     return draft
 
