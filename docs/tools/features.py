@@ -15,14 +15,15 @@ HEAD = """# Features of a scene, each with each other
 Written by `python -m docs.tools.features` from the scenes of `tests/solver/features.py`, which
 `tests/contracts/test_pairs.py` runs. A cell names the integrators that carry both features in one scene: {letters}. A
 number stands where there is no such scene, with its reason below. Friction and springs act on rigid bodies, unless the
-name says otherwise: in a scene with an elastic body on a second, rigid one. Two ways of contact stand side by side, as two contacts.
+name says otherwise: in a scene with an elastic body on a second, rigid one. Two ways of contact stand side by side, as
+two contacts.
 
 """
 NAMES = {
     "gauges": "gauges", "damping": "modal damping", "joint": "slider-crank", "gas": "gas pressure",
-    "moving-force": "moving force", "spring": "spring", "spring-dashpot": "spring with dashpot", "gravity": "gravity", "elastic-spring": "spring on an elastic body",
-    "table-spring": "spring by a table", "bushing": "bushing", "force": "force over time", "probes": "probes",
-    "elastic-friction": "friction on an elastic body",
+    "moving-force": "moving force", "spring": "spring", "spring-dashpot": "spring with dashpot", "gravity": "gravity",
+    "elastic-spring": "spring on an elastic body", "table-spring": "spring by a table", "bushing": "bushing",
+    "force": "force over time", "probes": "probes", "elastic-friction": "friction on an elastic body",
     "residual": "residual contact", "layer": "surface layer", "linear-law": "linear law", "hertz": "Hertz",
     "hunt-crossley": "Hunt-Crossley", "residual-law": "residual with law", "constraint": "rigid: constraint",
     "impact": "rigid: restitution", "friction": "friction", "belt": "moving obstacle", "two-bodies": "two bodies",

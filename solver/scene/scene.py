@@ -120,8 +120,9 @@ class Scene(Strict):
 
     @property
     def general(self) -> bool:
-        """Whether the scene has features beyond those of the implicit integrator's loop for driven scenes."""
-        return not _prefers(dict(_demands(self)), "implicit")
+        """Whether the implicit integrator runs it by its loop over ports: sliding pairs, and loads on bodies without
+        contact, have a faster one."""
+        return not _prefers(dict(_demands(self)), "implicit") or bool(self.contact and not self.masters())
 
     @property
     def loop(self) -> str:

@@ -307,7 +307,8 @@ CONTRADICTIONS: dict[frozenset[str], str] = {
 """Pairs that no scene has, with the reason."""
 UNMOVED = (
     "gauges", "spring", "spring-dashpot", "linear-law", "hertz", "hunt-crossley", "residual-law", "constraint",
-    "impact", "friction", "wave-guide", "elastic-spring", "table-spring", "bushing", "force", "probes", "elastic-friction",
+    "impact", "friction", "wave-guide", "elastic-spring", "table-spring", "bushing", "force", "probes",
+    "elastic-friction",
 )  # fmt: skip
 REFUSED: dict[frozenset[str], str] = {
     frozenset({"sliding", name}): "points that slide have rows that move, which the loop over ports does not have"

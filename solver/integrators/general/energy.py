@@ -47,6 +47,7 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
             if constants.block[i] != i:
                 belt = constants.belt[i] * constants.dt
                 parts[DISSIPATED] -= mean[i] * (state.displacement[0, i] - state.displacement[1, i] - belt)
+                parts[DISSIPATED] += state.extra[i] * (state.response[0, i] - state.response[1, i])
                 parts[WORK] += mean[i] * belt
             else:
                 parts[CONTACT] += 0.5 * layer[i] * unknown[i] * unknown[i]
@@ -57,7 +58,9 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
                 springs += spring_energy(constants.law[i], knots_of(constants, i), state.displacement[0, i])
     for n in range(len(constants.given)):
         i = constants.given[n]
-        parts[WORK] += state.mean[i] * (state.displacement[0, i] - state.displacement[1, i])
+        if state.unknown[i] != 0.0 or state.last[i] != 0.0 or state.mean[i] != 0.0:
+            parts[WORK] += state.mean[i] * (state.displacement[0, i] - state.displacement[1, i])
+            parts[WORK] -= state.extra[i] * (state.response[0, i] - state.response[1, i])
     residual = residual_energy(constants, state)
     if constants.damped:
         given = 0.0

@@ -49,7 +49,7 @@ class General:
             q=np.zeros((1, len(state.q))), v=np.zeros((1, len(state.q))), ports=np.zeros((1, len(state.unknown))),
             lengths=np.zeros((1, len(state.pin))),
         )  # fmt: skip
-        self._no_loads, self._no_crank = np.zeros((1, len(constants.given))), np.zeros((1, 0, 4))
+        self._no_loads, self._no_crank = np.zeros((2, 1, len(constants.given))), np.zeros((1, 0, 4))
         self._slips: list[list[tuple[float, bool]]] = [[] for _ in system.contacts]
         self._gauges = _gauge_ports(system, self.ports)
         self._probes = probe_ports(system, self.ports)
@@ -91,7 +91,7 @@ class General:
             loads, crank = self._drive(first, count)
             loads = np.where(np.isnan(applied), loads, applied)
         elif count > 1 or len(applied):
-            loads = np.tile(applied, (count, 1))
+            loads = np.tile(applied, (2, count, 1))
             crank = self._no_crank if count == 1 else np.zeros((count, 0, 4))
         sound = march(self.arrays, loads, crank, first, count, self._bare)
         for part in self._bare:
@@ -110,10 +110,11 @@ class General:
         kept[0, 0] = 0.0
 
     def _drive(self, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the given loads and the driven points of some steps."""
+        """Return the given loads, means and at the end, and the driven points of some steps."""
         driving, dt = self._system.driving, self._dt
         start = dt * np.arange(first, first + count)
-        return driving.loads(start, dt)[:, 2 * len(driving.joints) :], driving.crank(start + dt)
+        means, ends = driving.loads(start, dt), driving.loads(start + dt, 0.0)
+        return np.stack([means, ends])[:, :, 2 * len(driving.joints) :], driving.crank(start + dt)
 
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()
@@ -294,6 +295,7 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndar
     own = flexible.diagonal() + layer > 0
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind == Kind.GIVEN:
+            share[here] = 0.5
             continue
         each = BLOCK.get(item.kind, 1)
         first = np.arange(here.start, here.stop, each)
@@ -359,13 +361,15 @@ def _state(system: System, ports: Ports, constants: Constants) -> State:
         system.start_contact_energy - 0.5 * float(system.start_forces @ system.residual @ system.start_forces),
     )  # fmt: skip
     pin = system.driving.crank(np.zeros(1))[0]
-    acts, numbers = np.zeros(p + 1, np.int64), np.flatnonzero(unknown)
-    acts[0], acts[1 : len(numbers) + 1] = len(numbers), numbers
+    acts, listed = (np.zeros(p + 1, np.int64) for _ in range(2))
+    for numbers, among in ((acts, ports.kind != Kind.GIVEN), (listed, sides > 0)):
+        found = np.flatnonzero((unknown != 0.0) & among)
+        numbers[0], numbers[1 : len(found) + 1] = len(found), found
     zeros = {name: np.zeros(p) for name in _ZERO_AT_START}
     return State(
         q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
         pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), acts=acts,
-        listed=acts * (sides > 0),
+        listed=listed,
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
         response=np.stack([response, response]), anchor=displacement.copy(), sliding=np.zeros(p, np.bool_),
         fastest=np.zeros(1), rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(2),

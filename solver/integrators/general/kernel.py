@@ -36,7 +36,7 @@ def march(arrays, loads, crank, first, stride, out):  # type: ignore[no-untyped-
     """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where ports do not respond.
 
     Args:
-        loads: Given loads in the middle of each step [N], (steps, g).
+        loads: Given loads [N]: means of each step, and at its end, (2, steps, g).
         crank: Driven points at the end of each step, (steps, j, 4).
     """
     constants, state, problem, log = arrays.constants, arrays.state, arrays.problem, arrays.log
@@ -44,7 +44,7 @@ def march(arrays, loads, crank, first, stride, out):  # type: ignore[no-untyped-
         for part in range(stride):
             step = sample * stride + part
             _aim(constants, state, crank[step])
-            _fly(constants, state, loads[step])
+            _fly(constants, state, loads[:, step])
             find_candidates(constants, state, problem)
             free_measures(constants, state, problem, crank[step])
             if not _respond(constants, state, problem, crank[step]):
@@ -110,10 +110,13 @@ def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
         if constants.share[i] < 1.0:
             push(constants.rows, i, 0.5 * last[i], force)
     for n in range(len(constants.given)):
-        i = constants.given[n]
-        state.unknown[i] = loads[n]
-        if loads[n] != 0.0:
-            push(constants.rows, i, loads[n], force)
+        i, mean, end = constants.given[n], loads[0, n], loads[1, n]
+        if mean != 0.0:
+            push(constants.rows, i, mean, force)
+        if last[i] == 0.0 and (mean != 0.0 or end != 0.0):
+            _place_given(constants, state, i)
+        state.unknown[i] = end
+        state.extra[i] = mean - 0.5 * (last[i] + end)
     q0, v0 = state.before[0], state.before[1]
     a, b, c = motion[0], motion[1], constants.push[0]
     for k in range(len(q)):
@@ -129,6 +132,14 @@ def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
             i = constants.given[n]
             state.known[s, i] += memory[2, i] * state.unknown[i]
     list_forces(state.known, state.listed_known)
+
+
+@inner
+def _place_given(constants, state, i):  # type: ignore[no-untyped-def]
+    """Set where a given load that begins was at the start of the step [m]."""
+    response = displaced(constants.residual, i, state.held, state.listed)
+    state.response[1, i] = response
+    state.displacement[1, i] = constants.offset[i] + moved(constants.rows, i, state.before[0]) + response
 
 
 @inner
@@ -302,7 +313,9 @@ def _displace(constants, state, problem):  # type: ignore[no-untyped-def]
         else:
             _displace_fully(constants, state, i)
     for n in range(len(constants.given)):
-        _displace_fully(constants, state, constants.given[n])
+        i = constants.given[n]
+        if unknown[i] != 0.0 or state.last[i] != 0.0 or state.mean[i] != 0.0:
+            _displace_fully(constants, state, i)
     if constants.bounces:
         for n in range(len(constants.touching)):
             i = constants.touching[n]
