@@ -104,8 +104,7 @@ class Ports:
 def elastic_rows(body: FlexibleBody) -> np.ndarray:
     """Return the displacement of all rows of a body's residual flexibility per elastic coordinate, (C, m)."""
     modal = body.modal
-    spans = [*modal.interface_rows.values(), *modal.tangential_spans.values()]
-    rows = np.zeros((max((last for _, last in spans), default=0), len(modal.angular_frequencies)))
+    rows = np.zeros((modal.row_count, len(modal.angular_frequencies)))
     for name, place in {**modal.interfaces, **modal.tractions, **modal.loads}.items():
         if len(place.rows):
             rows[slice(*modal.interface_rows[name])] = place.rows

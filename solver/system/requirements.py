@@ -190,9 +190,11 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     read, reason = bool(settings.gauges), f"body.{body}.gauges names {', '.join(settings.gauges) or 'none'}"
     yield Term("gauges", body, read, reason, tuple(f"modes:gauges/{name}/rows" for name in settings.gauges))
     if read:
-        reason = f"{'contacts press' if pressed else 'no contact presses'} on it"
+        acts = bool(pressed) or _pulled(scene, body)
+        other = f"{'forces act' if acts else 'nothing acts'} on an interface of it"
+        reason = "contacts press on it" if pressed else other
         fields = tuple(f"modes:gauges/{name}/residual" for name in settings.gauges)
-        yield Term("gauges' quasi-static part", body, bool(pressed), reason, fields)
+        yield Term("gauges' quasi-static part", body, acts, reason, fields)
     given = settings.damping is not None
     reason = f"body.{body}.damping {'is' if given else 'is not'} given"
     if given and not stock.elastic:
@@ -206,18 +208,22 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     yield _residual(scene, body, stock, touching)
 
 
+def _pulled(scene: Scene, body: str) -> bool:
+    """Whether a joint, load or spring acts on an interface of a body."""
+    loads = [*scene.joint.values(), *scene.given().values()]
+    return any(item.body == body for item in loads) or any(
+        (item.body == body and item.interface) or (item.against == body and item.against_interface)
+        for item in scene.springs().values()
+    )
+
+
 def _residual(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Term:
     present = any(METHODS[scene.contact[name].method].flexible for name in touching)
     reason = "a contact uses method 'residual'" if present else "no contact uses method 'residual'"
-    if not present and any(item.body == body for item in [*scene.joint.values(), *scene.given().values()]):
-        present, reason = True, "a joint or load acts on it"
+    if not present and _pulled(scene, body):
+        present, reason = True, "a joint, load or spring acts on it"
     if not present and any(True for _ in interfaces_read(scene, body)):
         present, reason = True, "a probe reads an interface of it"
-    if not present and any(
-        (item.body == body and item.interface) or (item.against == body and item.against_interface)
-        for item in scene.springs().values()
-    ):
-        present, reason = True, "a spring acts on an interface of it"
     if not stock.elastic:
         present, reason = False, "a rigid body does not deform"
     return Term("residual flexibility", body, present, reason, ("modes:residual_flexibility",))

@@ -260,7 +260,7 @@ def _sliding(draft: Draft) -> None:
     draft.scene["contact"]["slide"] = {
         "body": "part", "interface": f"right-{name}", "surface_stiffness": 1e12,
         "against": {"shape": "surface", "body": "rail", "interface": "top"},
-    }  # fmt: skip
+    } | draft.own_rubs  # fmt: skip
 
 
 def _nothing(_: Draft) -> None:
@@ -307,8 +307,7 @@ CONTRADICTIONS: dict[frozenset[str], str] = {
 """Pairs that no scene has, with the reason."""
 UNMOVED = (
     "gauges", "spring", "spring-dashpot", "linear-law", "hertz", "hunt-crossley", "residual-law", "constraint",
-    "impact", "friction", "wave-guide", "elastic-spring", "table-spring", "bushing", "force", "probes",
-    "elastic-friction",
+    "impact", "friction", "wave-guide", "elastic-spring", "table-spring", "bushing", "probes", "elastic-friction",
 )  # fmt: skip
 REFUSED: dict[frozenset[str], str] = {
     frozenset({"sliding", name}): "points that slide have rows that move, which the loop over ports does not have"
