@@ -93,11 +93,11 @@ def test_integrator_of_a_run_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("scene", "change", "text"),
     [
-        (block_scene(), {"contact": {"wall": {"body": "prt"}}}, "contact.wall.body: no body 'prt', the scene has part"),
+        (block_scene(), {"contact": {"wall": {"body": "prt"}}}, "contact.wall.body: no body 'prt', did you mean 'part'? the scene has part"),
         (
             pair_scene(),
             {"contact": {"slide": {"against": {"body": "plte"}}}},
-            "contact.slide.against.body: no body 'plte', the scene has part, plate",
+            "contact.slide.against.body: no body 'plte', did you mean 'plate'? the scene has part, plate",
         ),
         (piston_scene(), {"joint": {"rod": {"body": "pston"}}}, "joint.rod.body: no body 'pston', the scene has part"),
         (piston_scene(), {"force": {"gas": {"body": "pston"}}}, "force.gas.body: no body 'pston', the scene has part"),
