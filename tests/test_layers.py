@@ -72,7 +72,7 @@ SOLVER_FROM: dict[str, tuple[str, ...]] = {
     "solver.warm_up": ("pipeline.stages.run",),
     "solver.simulation": ("pipeline.kinds",),
     "solver.simulate": ("pipeline.stages.run", "pipeline.report.timing", "pipeline.robustness.trial"),
-    "solver.ports": (),
+    "solver.ports": ("pipeline.stages.plan",),
     "solver.integrators": (),
     "solver.results": ("pipeline.nodal.quantities", "pipeline.nodal.points"),
     "solver": ("pipeline.report.timing",),

@@ -87,7 +87,7 @@ def status_command(options: argparse.Namespace) -> int:
 
 
 def plan_command(options: argparse.Namespace) -> int:
-    """Print the data that the solver reads and the terms that it omits."""
+    """Print the data that the solver reads, the terms that it omits, and the ports of the scene."""
     kind, job = _opened(options)
     rows = kind.plan(job)
     if options.json:
@@ -98,6 +98,11 @@ def plan_command(options: argparse.Namespace) -> int:
         size = "" if row["bytes"] is None or not row["fields"] else f"{row['bytes']:,} B"
         state = "in " if row["present"] else "out"
         print(f"{state}  {row['body'] + ': ' + row['term']:38} {size:>15}  {row['reason']}")
+    if rows.get("ports"):
+        print("\nports")
+    for row in rows.get("ports", ()):
+        count = "" if row["number"] is None else str(row["number"])
+        print(f"     {row['member']:38} {count:>15}  {row['kind']}, {' and '.join(row['bodies'])}, {row['rows']} rows")
     known, missing = rows["bytes"], "the number of bytes is available after `gudgeon modes`"
     print(f"\n{missing if known is None else f'the solver reads {known:,} bytes'}")
     return 0

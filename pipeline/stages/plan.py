@@ -1,6 +1,7 @@
 """Data that the solver reads of each record, the terms that it omits, and the reason for each."""
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import Any
 
 from gudgeon.modaldb.stores.folder import FolderStore
@@ -12,9 +13,14 @@ PLACES = {
 }  # fmt: skip
 """Group of a modal record that holds an interface, by the kind of the interface."""
 
+NUMBER = 8
+"""Bytes of a number."""
+
 
 def plan(job: Job) -> dict[str, Any]:
-    """Return the terms that the solver reads and omits, with reason, fields and bytes, and the bytes read in all."""
+    """Return the terms that the solver reads and omits, with reason, fields and bytes, the ports of the scene, and the
+    bytes read in all."""
+    from gudgeon.solver.ports.listing import port_rows
     from gudgeon.solver.system.requirements import Stock, scene_terms
 
     rows, read, stocks, components = [], {}, {}, job.components()
@@ -30,7 +36,19 @@ def plan(job: Job) -> dict[str, Any]:
         rows.append(row)
         if term.present:
             read |= {(term.body, path): size for path, size in sizes.items()}
-    return {"scene": job.name, "terms": rows, "bytes": total(read.values())}
+    ports = [row._asdict() for row in port_rows(job.scene, partial(_port_count, job))]
+    return {"scene": job.name, "terms": rows, "ports": ports, "bytes": total(read.values())}
+
+
+def _port_count(job: Job, body: str, interface: str) -> int | None:
+    """Return the number of contact points or functions of an interface; None before their record exists."""
+    steps = job.components()[job.scene.component_of(body)]
+    for stage, path, each in (("morph", f"points/{interface}", 3), ("modes", f"tractions/{interface}/resultant", 6)):
+        if job.store.has(steps[stage].key):
+            size = job.store.sizes(steps[stage].key).get(path)
+            if size is not None:
+                return size // (each * NUMBER)
+    return None
 
 
 def term_row(

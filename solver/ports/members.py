@@ -7,6 +7,7 @@ import numpy as np
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.methods import METHODS
+from gudgeon.solver.ports.listing import contact_kind
 from gudgeon.solver.ports.table import Kind, PortBlock, Ports, Side, gathered
 from gudgeon.solver.system.springs import End
 from gudgeon.solver.system.system import System
@@ -35,10 +36,7 @@ def tangents(normals: np.ndarray, line: np.ndarray | None = None) -> np.ndarray:
 def _contacts(system: System) -> Iterator[PortBlock]:
     for contact in system.contacts:
         settings = system.scene.contact[contact.name]
-        rubs, law = settings.friction is not None, settings.law is not None
-        kind = {(False, False): Kind.UNILATERAL, (True, False): Kind.CONE, (False, True): Kind.LAW}.get(
-            (rubs, law), Kind.RUBBING_LAW
-        )
+        kind = contact_kind(settings)
         directions = contact.directions[:, None, :]
         if settings.friction is not None:
             line = settings.friction.direction

@@ -93,7 +93,11 @@ def test_integrator_of_a_run_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("scene", "change", "text"),
     [
-        (block_scene(), {"contact": {"wall": {"body": "prt"}}}, "contact.wall.body: no body 'prt', did you mean 'part'? the scene has part"),
+        (
+            block_scene(),
+            {"contact": {"wall": {"body": "prt"}}},
+            "contact.wall.body: no body 'prt', did you mean 'part'? the scene has part",
+        ),
         (
             pair_scene(),
             {"contact": {"slide": {"against": {"body": "plte"}}}},

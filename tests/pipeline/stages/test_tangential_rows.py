@@ -123,6 +123,9 @@ def test_plan_tells_the_bytes_and_the_solver_is_asked_last(tmp_path: Path) -> No
     assert (rows[term]["bytes"], before[term]["bytes"]) == (FLOAT * (6 * c + 2 * c * m), 0)
     term = ("skirt", "residual flexibility")
     assert (rows[term]["bytes"], before[term]["bytes"]) == (FLOAT * (3 * c) ** 2, FLOAT * c**2)
+    (port,) = plan(job)["ports"]
+    assert (port["member"], port["kind"], port["number"]) == ("contact.bore", "friction cone", 3 * c)
+    assert plan(plain)["ports"][0] == port | {"kind": "unilateral", "number": c}
     with pytest.raises(SceneError, match=r"scene\.toml: contact\.bore\.friction\.direction: body 'skirt' is elastic"):
         run_job(job, "solve")
 
