@@ -52,6 +52,8 @@ class Integrator:
     """dt·ω_c of the default step."""
     largest: ClassVar[float] = math.inf
     """dt·ω_c of a given step above which the step is divided, since it would miss impacts or gain energy."""
+    sticking: ClassVar[float] = math.inf
+    """As `largest`, with friction over the flexibility of bodies, where ω_c is that of points it holds."""
     stiffest: ClassVar[float] = math.inf
     """ω_c over the highest kept frequency above which the latter determines the step."""
     conserves_energy: ClassVar[bool] = False
@@ -87,6 +89,7 @@ class Implicit(Integrator):
     promised_drift = 2e-3
     step_factor = 4.0
     largest = 40.0
+    sticking = 4.0
     stiffest = 30.0
 
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SolverError
-from gudgeon.solver.integrators.choice import choose
+from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.general.integrator import General
-from gudgeon.solver.integrators.steps import own_step, parts_of
+from gudgeon.solver.integrators.steps import largest_factor, own_step, parts_of
 from gudgeon.solver.ports.table import Kind
 from gudgeon.solver.system.system import System
 
@@ -61,14 +61,14 @@ class Steps:
         if system.scene.masters():
             raise SolverError("contact: points that slide over another body's surface cannot be stepped from Python")
         self.system, integrator = system, INTEGRATORS["implicit"]
-        critical = system.critical_frequency()
+        critical, largest = critical_frequency(system), largest_factor(system, integrator)
         self.dt = step or system.scene.run.step or own_step(system.scene.run, integrator, choose(system)[1] or critical)
         if not self.dt > 0:
             raise SolverError(f"run.step: {self.dt:g} s given; a step above zero is needed")
-        if len(system.gap) and parts_of(self.dt, critical, integrator.largest) > 1:
+        if len(system.gap) and parts_of(self.dt, critical, largest) > 1:
             raise SolverError(
                 f"run.step: {self.dt:g} s exceeds the limit of integrator 'implicit',"
-                f" {integrator.largest / critical:.3g} s; use a smaller step"
+                f" {largest / critical:.3g} s; use a smaller step"
             )
         self._run, self._done = General(system, self.dt), 0
         self._state, self._problem, self._log = self._run.arrays.state, self._run.arrays.problem, self._run.arrays.log

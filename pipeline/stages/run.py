@@ -1,6 +1,7 @@
 """The stages `mesh → modes → morph → solve → plot` of a scene of bodies: what each of them computes and reports."""
 
 import contextlib
+import math
 import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
@@ -272,6 +273,8 @@ def _step_notes(job: Job, counts: dict[str, Any]) -> list[str]:
         return []
     name, critical = counts["integrator"], counts["critical_frequency"]
     factor = INTEGRATORS[name].largest if job.scene.contact else min(INTEGRATORS[name].largest, UNTOUCHED)
+    if math.ceil(job.scene.run.step * critical / factor * (1 - 1e-12)) < parts:
+        factor = INTEGRATORS[name].sticking
     limit = f"{factor:g}/ω_c" + (f" = {factor / critical:.3g} s" if critical > 0 else "")
     effect = f"each step was divided into {parts} substeps"
     if INTEGRATORS[name].own_steps:

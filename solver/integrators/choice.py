@@ -5,12 +5,22 @@ from functools import cache
 import numpy as np
 
 from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.ports.stick import stick_frequency
 from gudgeon.solver.system.system import System
 
 FEW_POINTS = 8
 """Contact points up to which `auto` takes located events where it can."""
 MANY = 5e7
 """Steps times contact points from which `auto` takes implicit contact, whose step stiff surfaces do not shorten."""
+
+
+def critical_frequency(system: System) -> float:
+    """Return ω_c of a system with all contacts closed, and stuck where friction acts over flexibility [rad/s].
+
+    Raises:
+        SolverError: the contact's compliance is singular.
+    """
+    return max(system.critical_frequency(), stick_frequency(system))
 
 
 def choose(system: System) -> tuple[str, float]:
@@ -23,7 +33,7 @@ def choose(system: System) -> tuple[str, float]:
         SolverError: the contact's compliance is singular.
     """
     scene, run, points = system.scene, system.scene.run, len(system.gap)
-    name, critical = scene.integrator, cache(system.critical_frequency)
+    name, critical = scene.integrator, cache(lambda: critical_frequency(system))
     if run.integrator == "auto":
         if name == "implicit" and points <= FEW_POINTS and "event" in scene.carriers() and run.step is None:
             name = "event"

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED, Integrator
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.choice import choose
+from gudgeon.solver.integrators.choice import choose, critical_frequency
+from gudgeon.solver.ports.stick import sticks
 from gudgeon.solver.scene.run import Run
 from gudgeon.solver.system.system import System
 
@@ -96,30 +97,37 @@ def plan_run(system: System, coarser: float = 1.0) -> Plan:
     name, critical = choose(system)
     run, integrator = system.scene.run, INTEGRATORS[name]
     if not integrator.own_steps:
-        return Plan(name, critical, plan_steps(run, integrator, critical / coarser, touches=len(system.gap) > 0))
+        largest = largest_factor(system, integrator)
+        return Plan(name, critical, plan_steps(run, integrator, critical / coarser, largest))
     # A given step that steps over impacts is left to the accuracy.
-    parts = 1 if run.step is None else parts_of(run.step, system.critical_frequency(), integrator.largest)
+    parts = 1 if run.step is None else parts_of(run.step, critical_frequency(system), integrator.largest)
     per_frame = max(1, math.ceil(run.samples / run.frames))
     schedule = Schedule(run.duration / (run.frames * per_frame), parts, 1, per_frame, run.frames)
     return Plan(name, 0.0, schedule, run.step if parts == 1 else None)
 
 
-def plan_steps(run: Run, integrator: type[Integrator], critical: float, *, touches: bool = True) -> Schedule:
+def largest_factor(system: System, integrator: type[Integrator]) -> float:
+    """Return the largest dt·ω_c of a given step that is not divided."""
+    if not len(system.gap):
+        return min(integrator.largest, UNTOUCHED)
+    return min(integrator.largest, integrator.sticking) if sticks(system) else integrator.largest
+
+
+def plan_steps(run: Run, integrator: type[Integrator], critical: float, largest: float | None = None) -> Schedule:
     """Choose the steps of an integrator that has no steps of its own.
 
     Args:
         critical: ω_c [rad/s].
-        touches: Whether there are contact points.
+        largest: dt·ω_c above which a given step is divided; default: the integrator's.
     """
     duration, samples, frames = run.duration, run.samples, run.frames
     _refuse_endless(run, integrator, critical)
     if run.step is None:
-        largest = own_step(run, integrator, critical)
-        per_frame = max(1, min(round(samples / frames), math.ceil(duration / largest / frames)))
-        stride = math.ceil(duration / largest / (frames * per_frame))
+        own = own_step(run, integrator, critical)
+        per_frame = max(1, min(round(samples / frames), math.ceil(duration / own / frames)))
+        stride = math.ceil(duration / own / (frames * per_frame))
         return Schedule(duration / (frames * per_frame * stride), 1, stride, per_frame, frames)
-    most = integrator.largest if touches else min(integrator.largest, UNTOUCHED)
-    substeps = parts_of(run.step, critical, most)
+    substeps = parts_of(run.step, critical, largest or integrator.largest)
     dt = run.step / substeps
     count = math.ceil(duration / dt * (1 - 1e-12))
     stride = max(1, count // samples)

@@ -13,7 +13,7 @@ from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphReco
 from gudgeon.solver.ports.members import ports_of
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.system import System
-from tests.solver.systems import build_all
+from tests.solver.systems import build_all, with_tangential_rows
 
 SHEAR, POISSON, MASS = 8e10, 0.3, 2.0
 STIFFER = 0.3
@@ -104,6 +104,8 @@ def pair(
         speed: Of approach [m/s].
     """
     records = {"a": block(count, modes, 1.0, bulge, 1), "b": block(count, modes, -1.0, 0.0, 2)}
+    if friction:
+        records = {name: (with_tangential_rows(modal, "face"), morph) for name, (modal, morph) in records.items()}
     aside = [0.5 * speed, 0.3 * speed] if friction else [0.0, 0.0]
     damped = {"damping": {"ratio": damping, "frequency": 1e4}} if damping else {}
     rubs = {"friction": {"static": friction}} if friction else {}

@@ -14,6 +14,8 @@ from gudgeon.solver.integrators.impact_log import ImpactLog
 
 SLIPS = 65_536
 """Changes between slip and stick that are kept, of a frame."""
+UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN = range(7)
+"""Values of `ports.table.Kind`, which a compiled function reads as numbers."""
 POSITION, VELOCITY, STABILISED = range(3)
 """Levels: what a port's measure is."""
 
@@ -190,7 +192,7 @@ class State(NamedTuple):
     """Energies as in `Trajectory` [J], (5,)."""
     extreme: np.ndarray
     counts: np.ndarray
-    """As in `Outcome`; entry 3: sweeps, 4: contact solutions that were repeated."""
+    """As in `Outcome`; entry 3: sweeps, 4: contact solutions that were repeated, 5: steps of Newton's method."""
 
 
 class Problem(NamedTuple):

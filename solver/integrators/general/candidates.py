@@ -3,9 +3,8 @@
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED, VELOCITY
+from gudgeon.solver.integrators.general.arrays import LAW, POSITION, RUBBING_LAW, STABILISED, VELOCITY
 from gudgeon.solver.integrators.general.rows import displaced, moved
-from gudgeon.solver.integrators.general.solve import LAW, RUBBING_LAW
 
 SETTLED = 1e-6
 """Change of the velocity that rigid contact asks for, relative to the largest, at which it is found."""

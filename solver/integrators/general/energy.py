@@ -3,10 +3,9 @@
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
-from gudgeon.solver.integrators.general.arrays import VELOCITY
+from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, LAW, RUBBING_LAW, SPRING, UNILATERAL, VELOCITY
 from gudgeon.solver.integrators.general.responses import spring_energy
-from gudgeon.solver.integrators.general.rows import moved, push
-from gudgeon.solver.integrators.general.solve import BILATERAL, CONE, LAW, RUBBING_LAW, SPRING, UNILATERAL
+from gudgeon.solver.integrators.general.rows import displaced, moved, push
 from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
 from gudgeon.solver.laws.force import law_energy
 
@@ -47,7 +46,10 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
             if constants.block[i] != i:
                 belt = constants.belt[i] * constants.dt
                 parts[DISSIPATED] -= mean[i] * (state.displacement[0, i] - state.displacement[1, i] - belt)
-                parts[DISSIPATED] += state.extra[i] * (state.response[0, i] - state.response[1, i])
+                if state.extra[i] != 0.0:
+                    if unknown[i] == 0.0:
+                        state.response[0, i] = displaced(constants.residual, i, state.held, state.listed)
+                    parts[DISSIPATED] += state.extra[i] * (state.response[0, i] - state.response[1, i])
                 parts[WORK] += mean[i] * belt
             else:
                 parts[CONTACT] += 0.5 * layer[i] * unknown[i] * unknown[i]
@@ -66,6 +68,9 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
         given = 0.0
         for i in range(len(state.mean)):
             given += (state.mean[i] - state.extra[i]) * (state.response[0, i] - state.response[1, i])
+        for n in range(len(constants.given)):
+            i = constants.given[n]
+            given -= 0.5 * (unknown[i] - state.last[i]) * (state.response[0, i] - state.response[1, i])
         parts[DISSIPATED] += given - (residual - state.stored[0])
     state.stored[0] = residual
     parts[STRAIN] = 0.5 * strain + residual + springs

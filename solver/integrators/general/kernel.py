@@ -10,7 +10,16 @@ that the path of the coordinates cannot have closed are left out.
 import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
-from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED, VELOCITY
+from gudgeon.solver.integrators.general.arrays import (
+    BILATERAL,
+    CONE,
+    LAW,
+    POSITION,
+    RUBBING_LAW,
+    STABILISED,
+    UNILATERAL,
+    VELOCITY,
+)
 from gudgeon.solver.integrators.general.candidates import (
     earlier,
     find_candidates,
@@ -23,7 +32,7 @@ from gudgeon.solver.integrators.general.energy import balance
 from gudgeon.solver.integrators.general.responses import rubbed
 from gudgeon.solver.integrators.general.resultants import log_forces
 from gudgeon.solver.integrators.general.rows import displaced, list_forces, moved, push
-from gudgeon.solver.integrators.general.solve import BILATERAL, CONE, LAW, RUBBING_LAW, UNILATERAL, add_means, solve
+from gudgeon.solver.integrators.general.solve import add_means, solve
 
 PASSES = 6
 """Largest number of contact solutions in a step, since its means depend on what opens and closes in it."""
@@ -188,6 +197,8 @@ def _set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
                 change = max(change, abs(step))
                 add_means(constants, problem, i + b, step)
                 state.extra[i + b] = wanted
+                if state.last[i + b] == 0.0:
+                    state.response[1, i + b] = displaced(constants.residual, i + b, state.held, state.listed)
     return change > SETTLED * largest
 
 
@@ -223,7 +234,9 @@ def _closed_share(constants, state, problem, i):  # type: ignore[no-untyped-def]
 @inner
 def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
     """Return by how much the compliance of a port gives way in the step under all forces found [m]."""
-    total = displaced(constants.residual, i, state.known, state.listed_known) - state.response[1, i]
+    total = displaced(constants.residual, i, state.known, state.listed_known)
+    # Of a port without a force, `state.response` is not kept from step to step.
+    total -= displaced(constants.residual, i, state.held, state.listed)
     for a in range(problem.size[0]):
         j = problem.ports[a]
         total += (constants.columns[j, i] - constants.share[j] * constants.inertia[j, i]) * state.unknown[j]

@@ -170,3 +170,42 @@ def pressed_law(law, approach, depths, reach, dt, ends):  # type: ignore[no-unty
                 wrong_high *= 0.5
             side = -1
     return 0.5 * (low + high)
+
+
+@inner
+def compliant_force(spring, given, depths, reach, dt, ends):  # type: ignore[no-untyped-def]
+    """Return the force [N] of a spring or of a contact law: the mean of the step, or that at its end.
+
+    Args:
+        spring: Whether it is a spring.
+        given: Its law, the approach speed v⁻ of a contact [m/s], and the table of a spring, (n, 2), n = 0 without one.
+        depths: Displacement a step ago, and at its end without the force [m], (2,).
+        reach: Displacement per unit of the force [m/N].
+        ends: Whether the force is that at the end of the step.
+    """
+    law, approach, knots = given
+    if not spring:
+        return pressed_law(law, approach, (-depths[0], -depths[1]), reach, dt, ends)
+    if len(knots) > 0:
+        return tabled_force(law, knots, depths, reach, dt, ends)
+    return spring_force(law, depths[0], depths[1], reach, dt, ends)
+
+
+@inner
+def held_or_rubbed(block, limit, slides, forces, measures):  # type: ignore[no-untyped-def]
+    """Return the response of the two tangents of a cone.
+
+    Args:
+        block: Their 2 × 2 block.
+        limit: Largest static and kinetic force [N].
+
+    Returns:
+        Both forces [N], and whether they slip.
+    """
+    if limit[0] <= 0.0:
+        return 0.0, 0.0, False
+    p, r, s = block[0], block[3], 0.5 * (block[1] + block[2])
+    # The larger eigenvalue of the 2 × 2 block keeps the projection of its step a contraction.
+    reach = 0.5 * (p + r) + np.sqrt(0.25 * (p - r) ** 2 + s * s)
+    weight = 1.0 / reach if reach > 0.0 else 0.0
+    return rubbed(limit, slides, forces[0] - weight * measures[0], forces[1] - weight * measures[1])

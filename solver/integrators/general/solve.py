@@ -8,22 +8,34 @@ A sweep lets every block of ports respond to the measures y = y₀ + M x as they
 import numpy as np
 
 from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.integrators.general.arrays import (
+    BILATERAL,
+    CONE,
+    RUBBING_LAW,
+    SPRING,
+    UNILATERAL,
+)
 from gudgeon.solver.integrators.general.closed import close
-from gudgeon.solver.integrators.general.responses import pressed_law, rubbed, spring_force, tabled_force
+from gudgeon.solver.integrators.general.newton import natural_residual, newton
+from gudgeon.solver.integrators.general.responses import compliant_force, held_or_rubbed
 from gudgeon.solver.integrators.outcome import PIVOTS
 
-UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN = range(7)
-"""Values of `ports.table.Kind`, which a compiled function reads as numbers."""
 RELAXATION = 0.7
 """Of cones: two trials with the residual flexibility of a part need 40 sweeps with it, 55 at 1."""
 WINDOW = 8
 """Sweeps that are mixed."""
+GAIN = 1e6
+"""Largest force over that of a port's own flexibility: forces that push each other in would grow without end."""
 UNDECIDED = 40
 """Sweeps in which a cone may change between static and kinetic friction; where the force that holds it is between them,
 it would do so without end."""
-MOST_SWEEPS = 600
+MOST_SWEEPS = 150
 TOLERANCE = 1e-11
-"""Largest change of a force in a sweep, relative to the largest force, at which it was the last."""
+"""Residual of a solution, relative to the largest force, at which sweeps end."""
+FIRST_SWEEPS = 6
+"""Before Newton's method, which without them goes to and fro where slip turns round."""
+NEWTON_TOLERANCE = 1e-9
+"""As `TOLERANCE`, of Newton's method: the round-off of its factor."""
 STEADY = 1e-13
 """Ridge of the least squares, relative to their largest diagonal."""
 
@@ -80,41 +92,73 @@ def _gather(constants, problem):  # type: ignore[no-untyped-def]
 
 @inner
 def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Sweep over the candidates until no force changes; False where that takes too long."""
-    n = problem.size[0]
-    x, y, columns = problem.x[:n], problem.y[:n], problem.columns
-    if problem.size[1] != n:
+    """Find the forces by sweeps, else by Newton's method after a few sweeps; False where neither does."""
+    if problem.size[1] != problem.size[0]:
         _gather(constants, problem)
+    bound = _begin(state, problem)
+    if _swept(constants, state, problem, (MOST_SWEEPS, WINDOW), bound):
+        return True
+    _begin(state, problem)
+    if _swept(constants, state, problem, (FIRST_SWEEPS, 0), bound):
+        return True
+    return newton(constants, state, problem, NEWTON_TOLERANCE, bound)
+
+
+@inner
+def _begin(state, problem):  # type: ignore[no-untyped-def]
+    """Set unknowns and measures of the candidates to those of the unknowns at the start.
+
+    Returns:
+        Bound of the forces [N] that a residual is relative to.
+    """
+    n, largest = problem.size[0], 0.0
+    x, y, columns = problem.x[:n], problem.y[:n], problem.columns
     for a in range(n):
         i = problem.ports[a]
         x[a], y[a] = state.unknown[i], problem.free[i]
+        problem.slipped[i] = state.sliding[i]
     for a in range(n):
         if x[a] != 0.0:
             column, amount = columns[a], x[a]
             for c in range(len(y)):
                 y[c] += amount * column[c]
     for a in range(n):
-        problem.slipped[problem.ports[a]] = state.sliding[problem.ports[a]]
-    before, start, weight = 0.0, problem.start[:n], problem.weight[:n]
+        if columns[a, a] > 0.0:
+            largest = max(largest, abs(x[a]), abs(problem.free[problem.ports[a]]) / columns[a, a])
+    return GAIN * largest
+
+
+@inner
+def _swept(constants, state, problem, turns, bound):  # type: ignore[no-untyped-def]
+    """Sweep over the candidates until the residual is within its tolerance; False where that takes too long.
+
+    Args:
+        turns: Largest number of sweeps, and how many are mixed.
+        bound: As `_begin` returns it.
+    """
+    most, window = turns
+    n = problem.size[0]
+    x, start, weight = problem.x[:n], problem.start[:n], problem.weight[:n]
+    before = 0.0
     problem.size[4] = 0
-    for sweep in range(MOST_SWEEPS):
+    for sweep in range(most):
         copy(x, start)
         blocks = _sweep(constants, state, problem, sweep >= UNDECIDED)
-        step, largest, size = 0.0, 0.0, 0.0
+        largest, size = 0.0, 0.0
         for a in range(n):
-            step = max(step, abs(x[a] - start[a]))
             largest = max(largest, abs(x[a]))
         for a in range(n):
             size += (weight[a] * (x[a] - start[a])) ** 2
         state.counts[3] += 1
-        if step <= TOLERANCE * largest:
+        if natural_residual(constants, state, problem) <= (TOLERANCE * min(largest, bound)) ** 2:
             return True
-        if blocks == 1 and constants.size[problem.ports[0]] == 1:
+        if blocks == 1 and constants.size[problem.ports[0]] == 1 and size < np.inf:
             return True
         if sweep > 0 and size > 4.0 * before:
             problem.size[4] = 0
         before = size
-        problem.size[4] = _mix(problem, n, sweep)
+        if window > 0:
+            problem.size[4] = _mix(problem, n, sweep)
     return False
 
 
@@ -145,22 +189,17 @@ def _sweep(constants, state, problem, decided):  # type: ignore[no-untyped-def]
                 normal = max(0.0, old + RELAXATION * (-free / reach - old))
             else:
                 ends, before = constants.share[i] < 1.0, state.displacement[1, i]
-                if kind == SPRING and constants.table[i, 1] > 0:
-                    knots = constants.knots[constants.table[i, 0] : constants.table[i, 1]]
-                    normal = tabled_force(constants.law[i], knots, (before, free), reach, constants.dt, ends)
-                elif kind == SPRING:
-                    normal = spring_force(constants.law[i], before, free, reach, constants.dt, ends)
-                else:
-                    depths = (-before, -free)
-                    normal = pressed_law(constants.law[i], state.approach[i], depths, reach, constants.dt, ends)
-                    if kind == RUBBING_LAW:
-                        normal = max(0.0, old + RELAXATION * (normal - old))
+                knots = constants.knots[constants.table[i, 0] : constants.table[i, 1]]
+                given = (constants.law[i], state.approach[i], knots)
+                normal = compliant_force(kind == SPRING, given, (before, free), reach, constants.dt, ends)
+                if kind == RUBBING_LAW:
+                    normal = max(0.0, old + RELAXATION * (normal - old))
             _change(columns[a], x, y, a, normal)
             if size == 3:
                 limit = (friction[i, 0] * normal, friction[i, 1] * normal)
                 block = (columns[a + 1, a + 1], columns[a + 1, a + 2], columns[a + 2, a + 1], columns[a + 2, a + 2])
                 forces, measures = (x[a + 1], x[a + 2]), (y[a + 1], y[a + 2])
-                first, second, slips = _rubbed(block, limit, slipped[i], forces, measures)
+                first, second, slips = held_or_rubbed(block, limit, slipped[i], forces, measures)
                 slipped[i] = slipped[i] or (decided and slips)
                 _change(columns[a + 1], x, y, a + 1, first)
                 _change(columns[a + 2], x, y, a + 2, second)
@@ -182,26 +221,6 @@ def _change(column, x, y, a, value):  # type: ignore[no-untyped-def]
         for c in range(len(y)):
             y[c] += step * column[c]
         x[a] = value
-
-
-@inner
-def _rubbed(block, limit, slides, forces, measures):  # type: ignore[no-untyped-def]
-    """Return the response of the two tangents of a cone.
-
-    Args:
-        block: Their 2 × 2 block.
-        limit: Largest static and kinetic force [N].
-
-    Returns:
-        Both forces [N], and whether they slip.
-    """
-    if limit[0] <= 0.0:
-        return 0.0, 0.0, False
-    p, r, s = block[0], block[3], 0.5 * (block[1] + block[2])
-    # The larger eigenvalue of the 2 × 2 block keeps the projection of its step a contraction.
-    reach = 0.5 * (p + r) + np.sqrt(0.25 * (p - r) ** 2 + s * s)
-    weight = 1.0 / reach if reach > 0.0 else 0.0
-    return rubbed(limit, slides, forces[0] - weight * measures[0], forces[1] - weight * measures[1])
 
 
 @inner

@@ -1,0 +1,46 @@
+"""Frequency of the points of elastic bodies that friction holds, which limits the step."""
+
+import numpy as np
+from scipy import linalg
+
+from gudgeon.solver.ports.members import ports_of
+from gudgeon.solver.ports.table import Kind
+from gudgeon.solver.system.system import System
+
+DEPENDENT = 1e-12
+"""Share of its diagonal added to the flexibility: that of points that depend on each other is singular."""
+
+
+def sticks(system: System) -> bool:
+    """Return whether friction acts over the flexibility of a body."""
+    flexible = any(body.modal.residual_flexibility is not None for body in system.bodies.values())
+    held = (one.friction is not None and one.friction.direction is None for one in system.scene.contact.values())
+    return flexible and any(held)
+
+
+def stick_frequency(system: System) -> float:
+    """Return ω [rad/s] with all points held along normals and tangents by friction, 0 without such points.
+
+    ω² = λmax(Λ + Wᵀ R⁻¹ W) over the rows of cones and of laws with friction. The flexibility along tangents has no
+    surface layer, so ω is often several times that of normal contact alone. The trapezoidal rule chatters between slip
+    and stick from dt·ω = 5: on a pushed bar its kinetic energy grows tenfold in 30 steps at 6.6, at 4.1 it does not.
+    """
+    if not sticks(system):
+        return 0.0
+    ports = ports_of(system)
+    matrix = ports.residual.sum(axis=0)
+    for number, item in enumerate(system.contacts):
+        here = ports.places[number]
+        each = (here.stop - here.start) // len(item.points)
+        normals = np.arange(here.start, here.stop)[::each]
+        matrix[normals, normals] += system.layer[item.rows]
+    rubs = (ports.kind == Kind.CONE) | (ports.kind == Kind.RUBBING_LAW)
+    held = np.flatnonzero(rubs & (matrix.diagonal() > 1e-9 * matrix.diagonal()[rubs].max(initial=0.0)))
+    if not len(held):
+        return 0.0
+    # A scaled matrix: normals under a soft layer and tangents differ by orders.
+    scale = 1 / np.sqrt(matrix.diagonal()[held])
+    among = matrix[np.ix_(held, held)] * np.outer(scale, scale) + DEPENDENT * np.eye(len(held))
+    rows = ports.rows[held] * scale[:, None]
+    stiff = np.diag(system.stiffness) + rows.T @ linalg.solve(among, rows, assume_a="sym")
+    return float(np.sqrt(max(0.0, linalg.eigvalsh(0.5 * (stiff + stiff.T))[-1])))
