@@ -5,7 +5,7 @@ import numpy as np
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.general.arrays import POSITION, STABILISED, VELOCITY
 from gudgeon.solver.integrators.general.rows import displaced, moved
-from gudgeon.solver.integrators.general.solve import LAW, RUBBING_LAW
+from gudgeon.solver.integrators.general.solve import DRIVEN, LAW, RUBBING_LAW
 
 SCRATCH = 1e-13
 """Share of its margin by which a sleeping point is round-off from waking."""
@@ -92,6 +92,11 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
             gap[i] -= crank[j, axis]
             if constants.level[i] == STABILISED:
                 gap[i] += 0.5 * dt * (moved(rows, i, v) - crank[j, 2 + axis])
+    for d in range(len(constants.drives)):
+        i = constants.drives[d]
+        gap[i] -= state.wanted[d]
+        if constants.level[i] == STABILISED:
+            gap[i] += 0.5 * dt * moved(rows, i, v)
     if constants.bounces:
         for a in range(n):
             i = ports[a]
@@ -103,7 +108,7 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
                 gap[i] = dt * (rate - wanted)
     for a in range(n):
         i = ports[a]
-        if size[i] == 3 and constants.level[i] == POSITION:
+        if size[i] == 3 and constants.level[i] == POSITION and kinds[i] != DRIVEN:
             _touch((constants.belt, dt), (state.displacement[1], gap, state.anchor), state.last[i] == 0.0, i)
         if size[i] > 0 and (kinds[i] == LAW or kinds[i] == RUBBING_LAW):
             rate = (state.displacement[1, i] - gap[i]) / dt

@@ -6,7 +6,7 @@ from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
 from gudgeon.solver.integrators.general.arrays import VELOCITY
 from gudgeon.solver.integrators.general.responses import spring_energy
 from gudgeon.solver.integrators.general.rows import moved, push
-from gudgeon.solver.integrators.general.solve import BILATERAL, CONE, LAW, RUBBING_LAW, SPRING, UNILATERAL
+from gudgeon.solver.integrators.general.solve import BILATERAL, CONE, DRIVEN, LAW, RUBBING_LAW, SPRING, UNILATERAL
 from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
 from gudgeon.solver.laws.force import law_energy
 
@@ -79,7 +79,7 @@ def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
     kind, parts, mean = constants.kind[i], state.parts, state.mean[i]
     first = constants.block[i]
     step = state.displacement[0, i] - state.displacement[1, i]
-    if kind == BILATERAL:
+    if kind in (BILATERAL, DRIVEN):
         parts[WORK] += mean * step
     elif kind == SPRING:
         if constants.law[i, 1] > 0.0:

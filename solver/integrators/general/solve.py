@@ -12,7 +12,7 @@ from gudgeon.solver.integrators.general.closed import close
 from gudgeon.solver.integrators.general.responses import pressed_law, rubbed, spring_force, tabled_force
 from gudgeon.solver.integrators.outcome import PIVOTS
 
-UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN = range(7)
+UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN, DRIVEN = range(8)
 """Values of `ports.table.Kind`, which a compiled function reads as numbers."""
 RELAXATION = 0.7
 """Of cones: two trials with the residual flexibility of a part need 40 sweeps with it, 55 at 1."""
@@ -136,6 +136,8 @@ def _sweep(constants, state, problem, decided):  # type: ignore[no-untyped-def]
         blocks += 1
         if kind == BILATERAL:
             _hold(state.rod[constants.joint[i]], a, x, y, columns)
+        elif kind == DRIVEN:
+            _drive(constants.inverse[i : i + size, :size], a, problem, (x, y))
         elif not _idle(kind, size, a, x, y):
             old, reach = x[a], columns[a, a]
             free = y[a] - reach * old
@@ -219,6 +221,19 @@ def _hold(along, a, x, y, columns):  # type: ignore[no-untyped-def]
         force = (length - size) / give
         _change(columns[a], x, y, a, x[a] + force * along[0])
         _change(columns[a + 1], x, y, a + 1, x[a + 1] + force * along[1])
+
+
+@inner
+def _drive(inverse, a, problem, arrays):  # type: ignore[no-untyped-def]
+    """Bring the ports of a drive, candidates from a on, to where they are given to be."""
+    x, y = arrays
+    for b in range(len(inverse)):
+        for c in range(len(inverse)):
+            x[a + b] -= inverse[b, c] * y[a + c]
+    for b in range(len(inverse)):
+        column, step = problem.columns[a + b], x[a + b] - problem.start[a + b]
+        for c in range(len(y)):
+            y[c] += step * column[c]
 
 
 @inner
