@@ -24,6 +24,7 @@ class Feature(Enum):
     GAUGES = "gauges read at every sample"
     PROBES = "probes read at every sample"
     JOINT = "joints that prescribe motion"
+    MOTION = "motions of bodies given over time"
     LOAD = "forces given over time"
     SPRING = "springs between bodies"
     ELASTIC_SPRING = "springs on interfaces of components"

@@ -3,6 +3,10 @@
 from enum import Enum
 
 
+class RunStopped(Exception):
+    """Raised by a progress callback to stop a run, whose frames so far become its result."""
+
+
 class Result(Enum):
     """How a simulation ended."""
 
@@ -46,6 +50,7 @@ class Result(Enum):
     SLIP_ACROSS = (
         "a contact point moved across its line of friction: friction acts along contact.NAME.friction.direction only"
     )
+    STOPPED = "the run was stopped; its results end with the last frame before"
     RESTITUTION = (
         "an impact would increase the energy: Newton's restitution is not admissible with this friction; reduce"
         " contact.NAME.restitution"

@@ -14,7 +14,7 @@ from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
-from gudgeon.solver.result import Result
+from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
 from gudgeon.solver.system.system import System
@@ -27,7 +27,9 @@ COARSER = 2.0
 """First step of a run whose step is controlled, over the default step: the next one is the default."""
 
 Progress = Callable[[float], None]
-"""Called with the completed share after every frame; an exception that it raises ends the run."""
+"""Called with the completed share after every frame. `RunStopped` ends the run with its frames so far as the result;
+any other exception that it raises ends it without one."""
+ESTIMATING = "the run was stopped while the error of its basis was estimated; its histories are whole"
 
 
 def suggested(system: System) -> float:
@@ -64,7 +66,17 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         found, plan = controlled(system, plan_run(system, COARSER), lambda one: _march(system, one, progress))
     if not Result[found.result].ok:
         return found
-    return with_basis_estimates(system, found, lambda other, interval: _march(other, plan.sampled(interval), progress))
+
+    def compared(other: System, interval: float) -> Trajectory:
+        run = _march(other, plan.sampled(interval), progress)
+        if run.result == Result.STOPPED.name:
+            raise RunStopped
+        return run
+
+    try:
+        return with_basis_estimates(system, found, compared)
+    except RunStopped:
+        return replace(found, result=Result.STOPPED.name, counts=found.counts | {"reason": ESTIMATING})
 
 
 def start(system: System, plan: Plan) -> Marching:
@@ -98,7 +110,11 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
             result, reason = left
             break
         if progress is not None:
-            progress(done / schedule.frames)
+            try:
+                progress(done / schedule.frames)
+            except RunStopped:
+                result = Result.STOPPED
+                break
     end, histories = integrator.outcome(), histories.cut(done, schedule)
     drift = _drift(system, end, histories)
     if result.ok and drift > CREATED_ENERGY:
@@ -111,8 +127,8 @@ def _drift(system: System, end: Outcome, found: Histories) -> float:
     """Return the largest energy error over the energy exchanged at contacts, or by loads where there are none."""
     exchanged = float(end.extreme[EXCHANGED])
     largest = float(np.abs(found.samples.energies[:, :3]).max(initial=0.0))
-    if exchanged > 0:  # A body that stays at rest on an obstacle exchanges round-off of the energy that it has.
-        exchanged = max(exchanged, RESOLVED * largest)
-    if system.driving.given and not system.contacts:
+    if (system.driving.given or system.driving.drives) and not system.contacts:
         exchanged = float(np.abs(found.samples.energies[:, WORK]).max(initial=0.0))
+    if exchanged > 0:  # A body that stays at rest exchanges round-off of the energy that it has.
+        exchanged = max(exchanged, RESOLVED * largest)
     return float(end.extreme[ENERGY_ERROR]) / exchanged if exchanged > 0 else 0.0

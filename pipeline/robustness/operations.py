@@ -186,8 +186,8 @@ def grazing(subject: Subject, operation: Any) -> Trial:
     first, scene, factor = subject.contact(), subject.scene, operation.factor
     if scene.joint:
         raise DoesNotApply("a joint prescribes the speed of its bodies")
-    if scene.over_time():
-        raise DoesNotApply("forces over time do not scale with the speed")
+    if scene.over_time() or scene.motion:
+        raise DoesNotApply("forces and motions over time do not scale with the speed")
     gravity = np.array(scene.run.gravity)
     falls, rigid = bool(gravity.any()), not subject.elastic()
     changes: dict[str, Any] = {"body": {}, "contact": {}, "run": {}}

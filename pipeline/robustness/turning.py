@@ -14,7 +14,7 @@ VECTORS = (
     "lateral", "gravity",
 )  # fmt: skip
 """Keys of vectors in the axes of the scene."""
-PARTS = ("body", "contact", "joint", "force", "run")
+PARTS = ("body", "contact", "joint", "force", "motion", "run")
 """Parts of a scene with vectors; those of components are in their own axes."""
 ANY = Orientation(axis=(0.3, -0.5, 0.8), angle=137.0)
 """A rotation without symmetry."""

@@ -74,6 +74,10 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
             wanted.append((f"force.{name}.interface", spring.body, spring.interface, able))
         if spring.against is not None and spring.against_interface is not None:
             wanted.append((f"force.{name}.against_interface", spring.against, spring.against_interface, able))
+    for name, motion in scene.motion.items():
+        if motion.interface is not None:
+            able = ("tie",) if motion.kind == "rotation" else ("mean", "tie")
+            wanted.append((f"motion.{name}.interface", motion.body, motion.interface, able))
     for name, probe in scene.probe.items():
         read = ("mean", "tie", "points", "patch")
         if probe.kind in ("force", "centre"):
@@ -191,11 +195,18 @@ def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
             force = forces[name] = _tabled(force, path, read_pairs(path, "time [s] and amount"))
         if (reason := force.refusal(scene.run.duration)) is not None:
             raise InputError(f"force.{name}.{reason}")
+    motions: dict[str, Any] = dict(scene.motion)
+    for name, motion in scene.motion.items():
+        if motion.table is not None:
+            path = find_file(motion.table, folder, f"motion.{name}.table")
+            motion = motions[name] = _tabled(motion, path, read_pairs(path, "time [s] and amount"))
+        if (reason := motion.refusal(scene.run.duration)) is not None:
+            raise InputError(f"motion.{name}.{reason}")
     for name, force in scene.springs().items():
         if force.kind == "spring" and force.table is not None:
             values = read_knots(find_file(force.table, folder, f"force.{name}.table"))
             forces[name] = force.model_copy(update={"values": values})
-    return scene.model_copy(update={"force": forces, "body": bodies})
+    return scene.model_copy(update={"force": forces, "body": bodies, "motion": motions})
 
 
 def _tabled(model: Model, path: Path, values: tuple[tuple[float, float], ...]) -> Model:

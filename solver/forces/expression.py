@@ -52,12 +52,10 @@ def _check(node: ast.expr, text: str, level: int = 0) -> None:
     elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS:
         needed = FUNCTIONS[node.func.id][1]
         if len(node.args) != needed or node.keywords:
-            raise ValueError(f"'{_shown(node, text)}': {node.func.id} needs {needed} argument{'s' * (needed > 1)}")
+            raise ValueError(f"'{shown(node, text)}': {node.func.id} needs {needed} argument{'s' * (needed > 1)}")
         below = node.args
     else:
-        raise ValueError(
-            f"'{_shown(node, text)}' at character {node.col_offset + 1} is not allowed; allowed: {ALLOWED}"
-        )
+        raise ValueError(f"'{shown(node, text)}' at character {node.col_offset + 1} is not allowed; allowed: {ALLOWED}")
     if level > DEEPEST:
         raise ValueError(f"'{text[:40]}…' has more than {DEEPEST} levels")
     for one in below:
@@ -89,11 +87,12 @@ def _value(node: ast.expr, t: np.ndarray, text: str, where: str) -> np.ndarray:
         found = FUNCTIONS[node.func.id][0](*(_value(one, t, text, where) for one in node.args))
     bad = np.flatnonzero(~np.isfinite(found))
     if len(bad):
-        raise SceneError(f"{where}: '{_shown(node, text)}' is not a finite number at t = {t[bad[0]]:.6g} s")
+        raise SceneError(f"{where}: '{shown(node, text)}' is not a finite number at t = {t[bad[0]]:.6g} s")
     return found
 
 
-def _shown(node: ast.expr, text: str) -> str:
+def shown(node: ast.expr, text: str) -> str:
+    """Return the part of an expression's text that a node stands for."""
     return ast.get_source_segment(text, node) or text
 
 

@@ -1,4 +1,4 @@
-"""The ports that the members of a scene have on its bodies: contacts, joints, loads, springs."""
+"""The ports that the members of a scene have on its bodies: contacts, joints, loads, drives, springs."""
 
 from collections.abc import Iterator
 
@@ -15,8 +15,8 @@ from gudgeon.solver.vectors import unit
 
 
 def ports_of(system: System) -> Ports:
-    """Return the table of a system's ports: contacts, joints, given loads and springs, in this order."""
-    blocks = [*_contacts(system), *_joints(system), *_given(system), *_springs(system)]
+    """Return the table of a system's ports: contacts, joints, given loads, drives and springs, in this order."""
+    blocks = [*_contacts(system), *_joints(system), *_given(system), *_drives(system), *_springs(system)]
     return gathered(blocks, list(system.bodies.values()), len(system.velocity))
 
 
@@ -90,6 +90,13 @@ def _given(system: System) -> Iterator[PortBlock]:
         yield PortBlock(f"force.{load.name}", Kind.GIVEN, (side,), np.zeros(count))
 
 
+def _drives(system: System) -> Iterator[PortBlock]:
+    for drive in system.driving.drives:
+        body = system.bodies[drive.body]
+        side = _load_side(body, drive.interface, body.wrench_rows(drive.resultant), drive.mix)
+        yield PortBlock(f"motion.{drive.name}", Kind.DRIVEN, (side,), np.zeros(len(drive.mix)))
+
+
 def _load_side(body: FlexibleBody, interface: str | None, rigid: np.ndarray, mix: np.ndarray) -> Side:
     """Return rows mixed from the rows of a load or of a traction space, (n, k)."""
     if interface is None or interface not in body.modal.interface_rows:
@@ -127,6 +134,18 @@ def probe_ports(system: System, ports: Ports) -> np.ndarray:
             if residual is not None and one.body in ports.weights:
                 found[here] += sign * one.mix @ residual[one.index] @ ports.weights[one.body]
     return found
+
+
+def gauge_ports(system: System, ports: Ports) -> np.ndarray:
+    """Return the quasi-static value of each gauge per force of each port, (G, p)."""
+    parts = [np.zeros((0, len(ports.offset)))]
+    for name, body in system.bodies.items():
+        for gauge in body.modal.gauges.values():
+            known = name in ports.weights and gauge.residual.shape[1]
+            parts.append(
+                gauge.residual @ ports.weights[name] if known else np.zeros((len(gauge.rows), len(parts[0].T)))
+            )
+    return np.vstack(parts)
 
 
 def contact_ports(ports: Ports, contact: ContactRows) -> np.ndarray:

@@ -36,10 +36,12 @@ class Kind(IntEnum):
     """Two ports: a point whose distance from a driven point is constant."""
     GIVEN = 6
     """A force prescribed over time."""
+    DRIVEN = 7
+    """A displacement prescribed over time; the ports of one motion respond together."""
 
 
 BLOCK = {Kind.CONE: 3, Kind.RUBBING_LAW: 3, Kind.BILATERAL: 2}
-"""Ports that respond together, where there is more than one."""
+"""Ports that respond together, where there is more than one; of a driven interface all."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,16 @@ class Ports:
     def of(self, name: str) -> slice:
         """Return the ports of a member."""
         return self.places[[block.name for block in self.blocks].index(name)]
+
+    def numbers(self, names: Sequence[str]) -> np.ndarray:
+        """Return the numbers of the ports of some members, one member after the other."""
+        parts = [np.arange(self.of(name).start, self.of(name).stop) for name in names]
+        return np.concatenate([np.empty(0, np.int64), *parts]).astype(np.int64)
+
+
+def block_size(block: PortBlock) -> int:
+    """Return how many ports of a member respond together."""
+    return len(block.offset) if block.kind == Kind.DRIVEN else BLOCK.get(block.kind, 1)
 
 
 def elastic_rows(body: FlexibleBody) -> np.ndarray:

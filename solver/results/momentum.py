@@ -86,7 +86,8 @@ def _driven(system: System, name: str, loads: np.ndarray, duration: float) -> tu
             resultant = body.modal.loads[held.joint.interface].resultant
             force = loads[2 * number] * lateral + loads[2 * number + 1] * along
             wrenches.append(force @ resultant)
-    wrenches += [loads[at] @ load.resultant for load, at in driving.given_rows() if load.body == name]
+    pushes = [*driving.given_rows(), *driving.driven_rows()]
+    wrenches += [loads[at] @ push.resultant for push, at in pushes if push.body == name]
     for wrench in wrenches:
         given += _about(body.morph.centre, wrench)
         size += float(np.linalg.norm(wrench[:3]))

@@ -10,7 +10,8 @@ from gudgeon.solver.scene.probe import DistanceProbe, PointProbe
 from gudgeon.solver.system.probes import UNITS
 from gudgeon.solver.system.system import System
 
-Parts = tuple[Mapping[str, ContactHistory], Mapping[str, JointHistory]]
+Parts = tuple[Mapping[str, ContactHistory], Mapping[str, JointHistory], np.ndarray]
+WRENCH = ("x", "y", "z", "moment x", "moment y", "moment z")
 
 
 def recorded_probes(system: System, times: np.ndarray, values: np.ndarray, parts: Parts) -> dict[str, ProbeHistory]:
@@ -19,7 +20,7 @@ def recorded_probes(system: System, times: np.ndarray, values: np.ndarray, parts
     Args:
         times: Ends of the sample intervals [s], (s,).
         values: What the run recorded for all of them, (s, P).
-        parts: Contacts and joints of the run.
+        parts: Contacts and joints of the run, and the mean of each load row, (s, L).
     """
     probes, found = system.probes, {}
     for number, name in enumerate(probes.names):
@@ -48,6 +49,8 @@ def _force(system: System, of: str, own: np.ndarray, parts: Parts) -> tuple[np.n
         return parts[0][owner].force, ("x", "y", "z"), "N"
     if kind == "joint":
         return parts[1][owner].force, ("x", "y", "z"), "N"
+    if kind == "motion":
+        return _driving_force(system, owner, parts[2])
     springs, count = system.springs, own.shape[1] // 2
     here = springs.of(owner)
     every = np.zeros(len(springs.stiffness))
@@ -57,7 +60,16 @@ def _force(system: System, of: str, own: np.ndarray, parts: Parts) -> tuple[np.n
         tension[row] = springs.tension(every)[0][here] + springs.damping[here] * rate
     if system.scene.force[owner].kind == "spring":
         return tension, ("tension",), "N"
-    return -tension @ springs.motions[here], ("x", "y", "z", "moment x", "moment y", "moment z"), "N, N m"
+    return -tension @ springs.motions[here], WRENCH, "N, N m"
+
+
+def _driving_force(system: System, name: str, loads: np.ndarray) -> tuple[np.ndarray, tuple[str, ...], str]:
+    """Return the force of a drive: on its interface, or along its direction on a rigid body."""
+    drive, here = next(one for one in system.driving.driven_rows() if one[0].name == name)
+    if drive.interface is None:
+        return loads[:, here], ("along",), "N" if drive.motion.kind == "translation" else "N m"
+    found = loads[:, here] @ drive.mix
+    return found, WRENCH[: found.shape[1]], "N" if found.shape[1] == 3 else "N, N m"
 
 
 def probe_quantities(times: np.ndarray, probes: Mapping[str, ProbeHistory]) -> Json:

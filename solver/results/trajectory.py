@@ -94,7 +94,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         for number, contact in enumerate(system.contacts)
     }
     joints = _joints(system, times, samples)
-    probes = recorded_probes(system, times, samples.probes, (contacts, joints))
+    probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads))
     return Trajectory(
         result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},

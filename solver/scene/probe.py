@@ -48,11 +48,11 @@ class ForceProbe(Strict):
     """Force of a contact, joint or spring, or the place where a contact's force acts."""
 
     kind: Literal["force", "centre"] = Field(
-        description="force: resultant on the body of a contact or joint, mean over each sample interval, or the tension"
-        " of a spring, or force and moment of a bushing on its body [N, N m]; centre: centre of pressure of a contact"
-        " in the body's own design position [m], NaN where it is open"
+        description="force: resultant on the body of a contact or joint, or what a motion needs, mean over each sample"
+        " interval; the tension of a spring; force and moment of a bushing on its body [N, N m]; centre: centre of"
+        " pressure of a contact in the body's own design position [m], NaN where it is open"
     )
-    of: str = Field(description="contact.NAME, joint.NAME or force.NAME")
+    of: str = Field(description="contact.NAME, joint.NAME, force.NAME or motion.NAME")
 
     @model_validator(mode="after")
     def _of_a_contact(self) -> "ForceProbe":

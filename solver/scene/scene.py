@@ -18,6 +18,7 @@ from gudgeon.solver.methods import METHODS
 from gudgeon.solver.numbers import Name, Strict
 from gudgeon.solver.scene.body import Body
 from gudgeon.solver.scene.contact import Contact, MasterSurface, OtherBody
+from gudgeon.solver.scene.motion import Motion
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, Probe
 from gudgeon.solver.scene.run import Run
 
@@ -29,6 +30,7 @@ class Scene(Strict):
     contact: dict[Name, Contact] = Field(default={})
     joint: dict[Name, Joint] = Field(default={})
     force: dict[Name, Force] = Field(default={})
+    motion: dict[Name, Motion] = Field(default={}, description="Motions of bodies that are given over time")
     probe: dict[Name, Probe] = Field(default={})
     run: Run
 
@@ -38,6 +40,7 @@ class Scene(Strict):
         named += [(f"contact.{name}.against.body", other.body) for name, other in self.others().items()]
         named += [(f"joint.{name}.body", joint.body) for name, joint in self.joint.items()]
         named += [(f"force.{name}.body", force.body) for name, force in self.force.items()]
+        named += [(f"motion.{name}.body", motion.body) for name, motion in self.motion.items()]
         named += [(f"force.{n}.against", spring.against) for n, spring in self.springs().items() if spring.against]
         for name, probe in self.probe.items():
             if isinstance(probe, ForceProbe):
@@ -62,9 +65,9 @@ class Scene(Strict):
         return self
 
     def _check_force(self, where: str, of: str) -> None:
-        """Raise a ValueError unless a probe's `of` is a contact, joint, spring or bushing of the scene."""
+        """Raise a ValueError unless a probe's `of` is a contact, joint, spring, bushing or motion of the scene."""
         able = [f"contact.{name}" for name in self.contact] + [f"joint.{name}" for name in self.joint]
-        able += [f"force.{name}" for name in self.springs()]
+        able += [f"force.{name}" for name in self.springs()] + [f"motion.{name}" for name in self.motion]
         if of not in able:
             near = difflib.get_close_matches(of, able, 1)
             hint = f"did you mean '{near[0]}'? " if near else ""
@@ -197,6 +200,8 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
         yield f"probe.{name}", Feature.PROBES
     for name in scene.joint:
         yield f"joint.{name}", Feature.JOINT
+    for name in scene.motion:
+        yield f"motion.{name}", Feature.MOTION
     for name in scene.given():
         yield f"force.{name}", Feature.LOAD
     for name in scene.masters():

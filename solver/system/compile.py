@@ -14,9 +14,11 @@ from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
 from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system.drives import begin_velocities
 from gudgeon.solver.system.equilibrium import settled
 from gudgeon.solver.system.friction import refuse_motion_across
 from gudgeon.solver.system.gauges import compile_gauges
+from gudgeon.solver.system.held import begin_driven, held_statics
 from gudgeon.solver.system.loads import Driving, compile_driving
 from gudgeon.solver.system.probes import compile_probes
 from gudgeon.solver.system.requirements import Stock, Term, fields_read, scene_terms
@@ -91,20 +93,25 @@ def assembled(
     driving = compile_driving(scene, bodies, contacts, size)
     position, velocity = np.zeros(size), _start(scene, bodies, size)
     loads = driving.begin(bodies, position, velocity, deformed=scene.run.start == "rest")
+    begin_velocities(scene, bodies, list(driving.driven_rows()), driving.rows, velocity)
+    stiffness = np.concatenate([body.stiffness for body in bodies.values()])
+    rigid = np.concatenate([np.arange(size)[body.rigid] for body in bodies.values()])
+    held = held_statics(driving, stiffness, rigid, deforms=scene.run.start == "rest")
+    begin_driven(driving, held, position, loads)
     _check_travel(contacts, driving)
     springs = compile_springs(scene, bodies, contacts, driving, size)
     system = System(
         scene=scene, bodies=bodies, contacts=contacts, sag=sag,
-        stiffness=np.concatenate([body.stiffness for body in bodies.values()]),
+        stiffness=stiffness,
         damping=np.concatenate([body.damping_rates for body in bodies.values()]),
-        rigid=np.concatenate([np.arange(size)[body.rigid] for body in bodies.values()]),
+        rigid=rigid,
         driving=driving, springs=springs, loads=loads, position=position,
         velocity=velocity, start_forces=np.zeros(len(arrays["gap"])), start_pulls=np.zeros(len(springs.stiffness)),
         terms=terms, probes=compile_probes(scene, bodies, contacts, springs, size), **arrays,
         **compile_gauges(bodies, contacts, size),
     )  # fmt: skip
     refuse_motion_across(system)
-    return settled(system)
+    return settled(system, held)
 
 
 def _check_travel(contacts: list[ContactRows], driving: Driving) -> None:

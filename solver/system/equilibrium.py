@@ -8,7 +8,7 @@ d(λ) = layer λ for a surface layer or a linear law and (λ/K)^(1/n) for a law 
 convex ½ λᵀ C λ + gᵀ λ + Σ ∫ d dλ with C = W Λ⁻¹ Wᵀ + R + layer and g the gaps without contact; each step of Newton's
 method is a linear complementarity problem, solved as nonnegative least squares (Lawson & Hanson 1974). Springs on
 elastic bodies add their forces to f; C and g are then those of the bodies with the springs, whose tables are linear
-between two solutions.
+between two solutions. Drives hold their bodies, see `held`: they take a part of every compliance.
 """
 
 from dataclasses import replace
@@ -20,6 +20,7 @@ from gudgeon.solver.bodies.small_motion import MOVES
 from gudgeon.solver.contact.rows import touching_depth
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
+from gudgeon.solver.system.held import Held
 from gudgeon.solver.system.spring_start import spring_forces, stiffening
 from gudgeon.solver.system.system import System
 
@@ -34,52 +35,53 @@ PIVOTS = 30
 """Largest number of pivots per row: few are needed."""
 
 
-def settled(system: System) -> System:
+def settled(system: System, held: Held) -> System:
     """Return a system in static equilibrium with its contacts: elastic coordinates and contact forces at the start.
 
-    Rigid motions that supports and `freedom` leave stay as the scene gives them.
+    Rigid motions that supports, `freedom` and drives leave stay as the scene gives them.
 
     Args:
         system: Deformed by loads and gravity without contact, unless run.start is 'undeformed'.
+        held: Statics of its drives.
 
     Raises:
         SceneError: a contact whose bodies move freely along it begins inside its obstacle, or the undeformed one does.
         SolverError: contact forces are not unique.
     """
     loaded = system
-    system = _with_springs(loaded, np.zeros(len(system.gap)))
+    system = _with_springs(loaded, held, np.zeros(len(system.gap)))
     if not len(system.gap):
         return system
     gaps, allowed = _gaps(system), _allowed(system)
     if system.scene.run.start == "undeformed":
         _refuse_overlap(system, system.gap, np.full(len(gaps), True), allowed)
         return system
-    moves = _moves(system, gaps < -allowed)
+    moves = _moves(system, held, gaps < -allowed)
     inside = system.gap - system.sag < -allowed
     _refuse_overlap(system, gaps, moves | inside, allowed)
     if not (gaps < -ROUND_OFF * allowed)[~moves].any():
         return system
-    found = _pressed(loaded, moves)
+    found = _pressed(loaded, held, moves)
     _refuse_overlap(system, _gaps(found) + system.residual @ found.start_forces, moves, allowed)
     return found
 
 
-def _pressed(loaded: System, moves: np.ndarray) -> System:
+def _pressed(loaded: System, held: Held, moves: np.ndarray) -> System:
     """Return a system with the contact forces of its equilibrium.
 
     Args:
         loaded: Without springs and contact forces.
         moves: Which gaps free rigid motions change, (c,).
     """
-    without, layer, forces = _static_compliance(loaded), np.diag(loaded.layer), np.zeros(len(loaded.gap))
-    found = _with_springs(loaded, forces)
+    without, layer, forces = _static_compliance(loaded, held), np.diag(loaded.layer), np.zeros(len(loaded.gap))
+    found = _with_springs(loaded, held, forces)
     for _ in range(MOST_STEPS):
-        compliance = without + _through_springs(loaded, found)
+        compliance = without + _through_springs(loaded, held, found)
         gaps = _gaps(found) + loaded.residual @ forces - (compliance - layer) @ forces
-        held, before = np.flatnonzero(~moves & (compliance.diagonal() > 0)), forces
+        firm, before = np.flatnonzero(~moves & (compliance.diagonal() > 0)), forces
         forces = np.zeros(len(gaps))
-        forces[held] = _forces(loaded, compliance[np.ix_(held, held)], gaps[held], held)
-        found = _with_springs(loaded, forces)
+        forces[firm] = _forces(loaded, compliance[np.ix_(firm, firm)], gaps[firm], firm)
+        found = _with_springs(loaded, held, forces)
         if not loaded.springs.knots or np.abs(forces - before).max() <= CONVERGED * np.abs(forces).max():
             return found
     raise SceneError(
@@ -87,38 +89,53 @@ def _pressed(loaded: System, moves: np.ndarray) -> System:
     )
 
 
-def _with_springs(loaded: System, forces: np.ndarray) -> System:
-    """Return a system in equilibrium with contact forces (c,) [N] and its springs."""
-    free, compliance = _free_springs(loaded, forces)
+def _with_springs(loaded: System, held: Held, forces: np.ndarray) -> System:
+    """Return a system in equilibrium with contact forces (c,) [N], its springs and its drives."""
+    free, compliance = _free_springs(loaded, held, forces)
     pulled = spring_forces(loaded.springs, free, compliance)
-    position, elastic = loaded.position.copy(), loaded.stiffness > 0
+    position, elastic, loads = loaded.position.copy(), loaded.stiffness > 0, loaded.loads
+    acting = loaded.rows.T @ forces + loaded.springs.rows.T @ pulled
     if loaded.scene.run.start == "rest":
-        acting = loaded.rows.T @ forces + loaded.springs.rows.T @ pulled
         position[elastic] += acting[elastic] / loaded.stiffness[elastic]
-    return replace(loaded, position=position, start_forces=forces, start_pulls=pulled)
+    if held.any and acting.any():
+        through = loaded.driving.to_gap[:, held.places].T @ forces + loaded.springs.to_loads[:, held.places].T @ pulled
+        moved, d = held.answer(held.rows @ (held.flexibility * acting) + through, acting[held.rigid])
+        position, loads = position + moved, loads.copy()
+        loads[held.places] += d
+    return replace(loaded, position=position, start_forces=forces, start_pulls=pulled, loads=loads)
 
 
-def _free_springs(loaded: System, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _couplings(loaded: System, held: Held) -> tuple[np.ndarray, np.ndarray]:
+    """Return what unit forces of contacts, (·, c), and springs, (·, b), do to drives and what they hold."""
+    springs = held.coupling(loaded.springs.rows, loaded.springs.to_loads[:, held.places].T)
+    return held.coupling(loaded.rows, loaded.driving.to_gap[:, held.places].T), springs
+
+
+def _free_springs(loaded: System, held: Held, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the elongations under contact forces without those of the springs [m], (b,), and A [m/N], (b, b)."""
     springs, elastic = loaded.springs, loaded.stiffness > 0
     compliance = springs.residual.copy()
     if loaded.scene.run.start == "rest":
         rows = springs.rows[:, elastic]
         compliance += (rows / loaded.stiffness[elastic]) @ rows.T
+    if held.any:
+        own = _couplings(loaded, held)[1]
+        compliance += held.change(own, own)
     free = springs.stretch + springs.rows @ loaded.position + springs.to_loads @ loaded.loads
-    return free + _to_contacts(loaded).T @ forces, compliance
+    return free + _to_contacts(loaded, held).T @ forces, compliance
 
 
-def _to_contacts(loaded: System) -> np.ndarray:
-    """Return the gaps' change per force on a spring's row by elastic coordinates and R [m/N], (c, b)."""
+def _to_contacts(loaded: System, held: Held) -> np.ndarray:
+    """Return the gaps' change per force on a spring's row by coordinates and R [m/N], (c, b)."""
     elastic = loaded.stiffness > 0
     rows = loaded.rows[:, elastic] / loaded.stiffness[elastic]
-    return loaded.springs.to_gap + rows @ loaded.springs.rows[:, elastic].T
+    found = loaded.springs.to_gap + rows @ loaded.springs.rows[:, elastic].T
+    return found + held.change(*_couplings(loaded, held)) if held.any else found
 
 
-def _through_springs(loaded: System, found: System) -> np.ndarray:
+def _through_springs(loaded: System, held: Held, found: System) -> np.ndarray:
     """Return what the springs, as they are in a state, change of the contacts' compliance [m/N], (c, c)."""
-    across, (free, compliance) = _to_contacts(loaded), _free_springs(loaded, found.start_forces)
+    across, (free, compliance) = _to_contacts(loaded, held), _free_springs(loaded, held, found.start_forces)
     return across @ stiffening(loaded.springs, found.start_pulls, free, compliance) @ across.T
 
 
@@ -137,7 +154,7 @@ def _allowed(system: System) -> np.ndarray:
     return np.array(allowed)[system.contact_of]
 
 
-def _moves(system: System, inside: np.ndarray) -> np.ndarray:
+def _moves(system: System, held: Held, inside: np.ndarray) -> np.ndarray:
     """Return which gaps free rigid motions change, so that no equilibrium exists, and those of sliding pairs, (c,).
 
     A body that is squeezed between its obstacles does not move out of them.
@@ -145,11 +162,12 @@ def _moves(system: System, inside: np.ndarray) -> np.ndarray:
     Args:
         inside: Points inside their obstacles, (c,).
     """
-    sizes = np.abs(system.rows)
-    moves = sizes[:, system.rigid].max(axis=1, initial=0.0) > MOVES * sizes.max(axis=1)
+    sizes, free = np.abs(system.rows), system.rows[:, system.rigid]
+    free = free - free @ held.projector if held.any else free
+    moves = np.abs(free).max(axis=1, initial=0.0) > MOVES * sizes.max(axis=1)
     pushed = np.flatnonzero(moves & inside)
     # Forces that sum up to one, of these points alone, without resultant on any free motion.
-    each = system.rows[np.ix_(pushed, system.rigid)]
+    each = free[pushed]
     each = np.column_stack([each / (np.abs(each).max(axis=0, initial=0.0) + np.finfo(float).tiny), np.ones(len(each))])
     if len(pushed) and optimize.nnls(each.T, np.eye(each.shape[1])[-1])[1] < MOVES:
         moves[:] = False
@@ -174,11 +192,15 @@ def _refuse_overlap(system: System, gaps: np.ndarray, refused: np.ndarray, allow
         )
 
 
-def _static_compliance(system: System) -> np.ndarray:
-    """Return C = W Λ⁻¹ Wᵀ + R + layer over the elastic coordinates [m/N], (c, c)."""
+def _static_compliance(system: System, held: Held) -> np.ndarray:
+    """Return C = W Λ⁻¹ Wᵀ + R + layer over the elastic coordinates, less what drives take [m/N], (c, c)."""
     elastic = system.stiffness > 0
     rows = system.rows[:, elastic]
-    return (rows / system.stiffness[elastic]) @ rows.T + system.compliance
+    found = (rows / system.stiffness[elastic]) @ rows.T + system.compliance
+    if held.any:
+        own = _couplings(system, held)[0]
+        found += held.change(own, own)
+    return found
 
 
 def _forces(system: System, C: np.ndarray, gaps: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -1,5 +1,5 @@
-"""Joints, given loads and gravity of a scene. Each load row is the displacement conjugate to a generalised force;
-rows 2 j and 2 j + 1 are the displacement of joint j's point, lateral and along."""
+"""Joints, given loads, driven bodies and gravity of a scene. Each load row is the displacement conjugate to a force;
+rows 2 j and 2 j + 1 are the displacement of joint j's point, lateral and along; those of drives come last."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,12 +20,15 @@ from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.joints import Joint
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system.drives import CHECKED, DrivenRows, driven_rows, refuse_contradictions
 from gudgeon.solver.vectors import unit
 
-CHECKED = 1001
-"""Times of a run at which an expression is tried before it starts."""
 ON_THE_SPACE = 1e-9
 """Distance relative to its size by which the ends of a path may lie outside a traction space."""
+
+
+Owner = tuple[str, str | None, np.ndarray]
+"""Body and interface of rows, and their mix from the rows of the interface."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +72,11 @@ class GivenLoad:
 
 @dataclass(frozen=True)
 class Driving:
-    """Joints, given loads and gravity. Shapes: L load rows, m coordinates, c contact rows."""
+    """Joints, given loads, drives and gravity. Shapes: L load rows, D of drives, m coordinates, c contact rows."""
 
     joints: list[HeldPoint]
     given: list[GivenLoad]
+    drives: list[DrivenRows]
     rows: np.ndarray
     """(L, m)"""
     residual: np.ndarray
@@ -85,7 +89,7 @@ class Driving:
     """Generalised force, (m,)."""
 
     def loads(self, start: np.ndarray, dt: float) -> np.ndarray:
-        """Return the given loads in steps dt [s] from `start` [s], (t,); zero for joints, (t, L)."""
+        """Return the given loads in steps dt [s] from `start` [s], (t,); zero for joints and drives, (t, L)."""
         found = np.zeros((len(start), len(self.rows)))
         for load, at in self.given_rows():
             found[:, at] = load.over_steps(start, dt)
@@ -99,13 +103,25 @@ class Driving:
             yield load, slice(first, last)
             first = last
 
+    def driven_rows(self) -> Iterator[tuple[DrivenRows, slice]]:
+        """Yield each drive with its rows."""
+        first = 2 * len(self.joints) + sum(len(load.resultant) for load in self.given)
+        for drive in self.drives:
+            last = first + len(drive.mix)
+            yield drive, slice(first, last)
+            first = last
+
+    def driven(self, times: np.ndarray) -> np.ndarray:
+        """Return where the drives' rows are given to be, and with which rate, at times [s], (t, D, 2)."""
+        return np.concatenate([np.zeros((len(times), 0, 2)), *(drive.places(times) for drive in self.drives)], axis=1)
+
     def places(self) -> Iterator[tuple[str, str | None, np.ndarray, slice]]:
         """Yield body and interface of each joint and load, the mix of its rows from the interface's, and its rows."""
         for number, held in enumerate(self.joints):
             along, lateral = held.joint.axes
             mix = np.array([lateral, along])
             yield held.joint.body, held.joint.interface, mix, slice(2 * number, 2 * number + 2)
-        for load, at in self.given_rows():
+        for load, at in [*self.given_rows(), *self.driven_rows()]:
             yield load.body, load.interface, load.mix, at
 
     def crank(self, time: np.ndarray) -> np.ndarray:
@@ -180,7 +196,7 @@ def compile_driving(
     joints: list[HeldPoint] = []
     given: list[GivenLoad] = []
     rows: list[np.ndarray] = []
-    owners: list[tuple[str, str | None, np.ndarray]] = []
+    owners: list[Owner] = []
     for name, joint in scene.joint.items():
         body = bodies[joint.body]
         load = _load(body, joint.interface, f"joint.{name}.interface")
@@ -200,10 +216,39 @@ def compile_driving(
         given.append(load)
         rows.append(_over_all(body, body.wrench_rows(load.resultant), elastic, size))
         owners.append((force.body, load.interface, load.mix))
+    drives: list[DrivenRows] = []
+    for name, motion in scene.motion.items():
+        body = bodies[motion.body]
+        drive, elastic = driven_rows(scene, name, body)
+        drives.append(drive)
+        rows.append(_over_all(body, body.wrench_rows(drive.resultant), elastic, size))
+        owners.append((motion.body, motion.interface, drive.mix))
     stacked = np.vstack([np.empty((0, size)), *rows])
-    residual = np.zeros((len(stacked), len(stacked)))
-    to_gap = np.zeros((sum(len(contact.points) for contact in contacts), len(stacked)))
+    residual, to_gap = _shared(scene, bodies, contacts, owners)
+    gravity = np.zeros(size)
+    for body in bodies.values():
+        gravity[body.rigid] = body.rigid_velocity(np.asarray(scene.run.gravity), np.zeros(3))
+        if body.modal.participation is not None:
+            gravity[body.elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
+    damping = np.array([bodies[body].stiffness_factor for body, _, mix in owners for _ in mix])
+    found = Driving(
+        joints=joints, given=given, drives=drives, rows=stacked, residual=residual, to_gap=to_gap, damping=damping,
+        gravity=gravity,
+    )  # fmt: skip
+    for body in bodies.values():
+        own = [(item, here) for item, here in found.driven_rows() if item.body == body.name]
+        held = {f"joint.{one.name}": 2 * n + 1 for n, one in enumerate(joints) if one.joint.body == body.name}
+        if own:
+            refuse_contradictions(own, held, body, (found.rows[:, body.coordinates], found.residual))
+    return found
+
+
+def _shared(
+    scene: Scene, bodies: Mapping[str, FlexibleBody], contacts: Sequence[ContactRows], owners: Sequence[Owner]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return R among loads, (L, L), and the change of gaps by them through R, (c, L)."""
     ends = np.cumsum([0, *(len(mix) for _, _, mix in owners)])
+    residual, to_gap = np.zeros((ends[-1], ends[-1])), np.zeros((sum(len(one.points) for one in contacts), ends[-1]))
     places = [slice(int(first), int(last)) for first, last in pairwise(ends)]
     for (body, interface, mix), here in zip(owners, places, strict=True):
         if interface is None:
@@ -215,15 +260,7 @@ def compile_driving(
             for owner, touching, order, *_ in contact.sides:
                 if body == owner and METHODS[scene.contact[contact.name].method].flexible:
                     to_gap[contact.rows, here] = -bodies[body].residual(touching, interface)[order] @ mix.T
-    gravity = np.zeros(size)
-    for body in bodies.values():
-        gravity[body.rigid] = body.rigid_velocity(np.asarray(scene.run.gravity), np.zeros(3))
-        if body.modal.participation is not None:
-            gravity[body.elastic] = np.asarray(scene.run.gravity) @ body.modal.participation
-    damping = np.array([bodies[body].stiffness_factor for body, _, mix in owners for _ in mix])
-    return Driving(
-        joints=joints, given=given, rows=stacked, residual=residual, to_gap=to_gap, damping=damping, gravity=gravity
-    )
+    return residual, to_gap
 
 
 Made = tuple[GivenLoad, np.ndarray]

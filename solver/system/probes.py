@@ -150,16 +150,9 @@ def _force_block(name: str, of: str, contacts: list[ContactRows], springs: Sprin
         pressed[0, contact.rows], pressed[1:, contact.rows] = 1.0, contact.points.T
         rows, rates, offset = np.zeros((4, shape[0])), np.zeros((4, shape[0])), np.zeros(4)
     return Probes(
-        [name],
-        [slice(len(offset))],
-        rows,
-        rates,
-        pressed=pressed,
-        offset=offset,
-        readings=[readings],
-        columns=[AXES],
+        [name], [slice(len(offset))], rows, rates, pressed=pressed, offset=offset, readings=[readings], columns=[AXES],
         snapped=[0.0],
-    )
+    )  # fmt: skip
 
 
 def _reading(

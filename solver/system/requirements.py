@@ -168,6 +168,11 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
         if f.body == body
         for interface in (getattr(f, "interface", None),)
     ]  # fmt: skip
+    for name, motion in scene.motion.items():
+        if motion.body == body:
+            fields = (f"modes:loads/{motion.interface}",) if motion.interface else ()
+            reason = f"{motion.kind} of {motion.interface or 'the rigid body'} is given"
+            yield Term(f"motion {name}", body, True, reason, fields)
     for name, interface in interfaces_read(scene, body):
         yield Term(f"probe {name}", body, True, f"reads {interface}", _spring_fields(interface))
     yield from joints or [Term("joints", body, False, "no joint names it")]
@@ -209,8 +214,8 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
 
 
 def _pulled(scene: Scene, body: str) -> bool:
-    """Whether a joint, load or spring acts on an interface of a body."""
-    loads = [*scene.joint.values(), *scene.given().values()]
+    """Whether a joint, load, motion or spring acts on an interface of a body."""
+    loads = [*scene.joint.values(), *scene.given().values(), *scene.motion.values()]
     return any(item.body == body for item in loads) or any(
         (item.body == body and item.interface) or (item.against == body and item.against_interface)
         for item in scene.springs().values()
@@ -221,7 +226,7 @@ def _residual(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Ter
     present = any(METHODS[scene.contact[name].method].flexible for name in touching)
     reason = "a contact uses method 'residual'" if present else "no contact uses method 'residual'"
     if not present and _pulled(scene, body):
-        present, reason = True, "a joint, load or spring acts on it"
+        present, reason = True, "a joint, load, motion or spring acts on it"
     if not present and any(True for _ in interfaces_read(scene, body)):
         present, reason = True, "a probe reads an interface of it"
     if not stock.elastic:

@@ -248,7 +248,7 @@ def test_a_body_that_a_joint_holds_reads_it_for_the_joint() -> None:
     springs = {side: {"method": "penalty"} for side in ("right", "left")}
     terms = scene_terms(Scene.model_validate(merged(piston_scene(), {"contact": springs})))
     (term,) = (term for term in terms if term.name == "residual flexibility")
-    assert (term.present, term.reason) == (True, "a joint, load or spring acts on it")
+    assert (term.present, term.reason) == (True, "a joint, load, motion or spring acts on it")
 
 
 def test_only_these_fields_are_in_memory(tmp_path: Path) -> None:

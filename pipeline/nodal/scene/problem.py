@@ -46,6 +46,8 @@ def nodal_problem(job: Job) -> NodalProblem | PointProblem:
     for name, force in scene.over_time().items():
         where = f"{job.path}: report.full_fe: force.{name}"
         raise InputError(f"{where}: forces of kind '{force.kind}' are not supported; remove it")
+    for name in scene.motion:
+        raise InputError(f"{job.path}: report.full_fe: driven bodies are not supported; remove motion.{name}")
     for name in scene.moving() if scene.contact or scene.joint else ():
         where = f"{job.path}: report.full_fe: force.{name}"
         raise InputError(f"{where}: moving forces beside contacts or joints are not supported; remove it")

@@ -1,7 +1,7 @@
 """The arrays of the time loop over ports. Shapes: p ports, m coordinates, k contacts, s sides, n candidates.
 
 A port's measure y is its displacement at the end of a step; of rigid contact the distance dt (u̇⁺ + e u̇⁻) that its
-velocities after and before the step give; of a joint u⁺ + ½ dt u̇⁺.
+velocities after and before the step give; of joints and drives u⁺ + ½ dt u̇⁺, of drives less what they give.
 """
 
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from gudgeon.solver.integrators.impact_log import ImpactLog
 
 SLIPS = 65_536
 """Changes between slip and stick that are kept, of a frame."""
-UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN = range(7)
+UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN, DRIVEN = range(8)
 """Values of `ports.table.Kind`, which a compiled function reads as numbers."""
 POSITION, VELOCITY, STABILISED = range(3)
 """Levels: what a port's measure is."""
@@ -82,16 +82,20 @@ class Constants(NamedTuple):
     """Of the force on the contact's first body, (p, 3)."""
     joint: np.ndarray
     """Number of the joint at the first port of a joint, −1 elsewhere, (p,)."""
+    drives: np.ndarray
+    """Ports of driven bodies, (D,)."""
+    inverse: np.ndarray
+    """Unknowns of the ports of a drive per measure of each of them, in its rows, (p, n)."""
     given: np.ndarray
     """Ports of given loads."""
     touching: np.ndarray
     """First port of each block of a contact."""
     always: np.ndarray
-    """First port of each other block that responds: joints, springs."""
+    """First port of each other block that responds: joints, drives, springs."""
     joints: np.ndarray
     """First port of each joint, (j,)."""
     loaded: np.ndarray
-    """Ports of joints and given loads, in the order of `Samples.loads`."""
+    """Ports of joints, given loads and drives, in the order of `Samples.loads`."""
     sides: np.ndarray
     """As in `Ports`, (p, 2)."""
     block: np.ndarray
@@ -156,6 +160,8 @@ class State(NamedTuple):
     """Largest v⁻ so far [m/s], (1,)."""
     rod: np.ndarray
     """Direction of each joint's force in the step, and the length of its measure [m], (j, 3)."""
+    wanted: np.ndarray
+    """Measure of the displacement that each drive gives [m], (D,)."""
     pin: np.ndarray
     """Driven point of each joint at the end of the last step: lateral, along, rates, (j, 4)."""
     closing: np.ndarray
@@ -243,6 +249,17 @@ class Arrays(NamedTuple):
     log: ImpactLog
 
 
+class Given(NamedTuple):
+    """What the scene gives over time, one row per step."""
+
+    loads: np.ndarray
+    """Given loads [N]: means of each step, and at its end, (2, steps, g)."""
+    crank: np.ndarray
+    """Driven points of joints at the end of each step, (steps, j, 4)."""
+    driven: np.ndarray
+    """Measures that the drives give at the end of each step [m], (steps, D)."""
+
+
 class Found(NamedTuple):
     """Histories, one row per sample."""
 
@@ -250,7 +267,7 @@ class Found(NamedTuple):
     """Mean resultant of each contact, friction included [N], (t, k, 3)."""
     energies: np.ndarray
     loads: np.ndarray
-    """Mean force of each port of joints and given loads [N], (t, L)."""
+    """Mean force of each port of joints, given loads and drives [N], (t, L)."""
     q: np.ndarray
     v: np.ndarray
     ports: np.ndarray

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.general.arrays import LAW, POSITION, RUBBING_LAW, STABILISED, VELOCITY
+from gudgeon.solver.integrators.general.arrays import DRIVEN, LAW, POSITION, RUBBING_LAW, STABILISED, VELOCITY
 from gudgeon.solver.integrators.general.rows import displaced, moved
 
 SETTLED = 1e-6
@@ -93,6 +93,11 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
             gap[i] -= crank[j, axis]
             if constants.level[i] == STABILISED:
                 gap[i] += 0.5 * dt * (moved(rows, i, v) - crank[j, 2 + axis])
+    for d in range(len(constants.drives)):
+        i = constants.drives[d]
+        gap[i] -= state.wanted[d]
+        if constants.level[i] == STABILISED:
+            gap[i] += 0.5 * dt * moved(rows, i, v)
     if constants.bounces:
         for a in range(n):
             i = ports[a]
@@ -104,7 +109,7 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
                 gap[i], state.asked[i] = dt * (rate - wanted), wanted
     for a in range(n):
         i = ports[a]
-        if size[i] == 3 and constants.level[i] == POSITION:
+        if size[i] == 3 and constants.level[i] == POSITION and kinds[i] != DRIVEN:
             _touch((constants.belt, dt), (state.displacement[1], gap, state.anchor), state.last[i] == 0.0, i)
         if size[i] > 0 and (kinds[i] == LAW or kinds[i] == RUBBING_LAW):
             rate = (state.displacement[1, i] - gap[i]) / dt

@@ -3,7 +3,16 @@
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
-from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, LAW, RUBBING_LAW, SPRING, UNILATERAL, VELOCITY
+from gudgeon.solver.integrators.general.arrays import (
+    BILATERAL,
+    CONE,
+    DRIVEN,
+    LAW,
+    RUBBING_LAW,
+    SPRING,
+    UNILATERAL,
+    VELOCITY,
+)
 from gudgeon.solver.integrators.general.responses import spring_energy
 from gudgeon.solver.integrators.general.rows import displaced, moved, push
 from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
@@ -68,9 +77,6 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
         given = 0.0
         for i in range(len(state.mean)):
             given += (state.mean[i] - state.extra[i]) * (state.response[0, i] - state.response[1, i])
-        for n in range(len(constants.given)):
-            i = constants.given[n]
-            given -= 0.5 * (unknown[i] - state.last[i]) * (state.response[0, i] - state.response[1, i])
         parts[DISSIPATED] += given - (residual - state.stored[0])
     state.stored[0] = residual
     parts[STRAIN] = 0.5 * strain + residual + springs
@@ -87,7 +93,7 @@ def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
     kind, parts, mean = constants.kind[i], state.parts, state.mean[i]
     first = constants.block[i]
     step = state.displacement[0, i] - state.displacement[1, i]
-    if kind == BILATERAL:
+    if kind in (BILATERAL, DRIVEN):
         parts[WORK] += mean * step
     elif kind == SPRING:
         if constants.law[i, 1] > 0.0:

@@ -13,6 +13,7 @@ from gudgeon.solver.integrators.general.arrays import (
     Arrays,
     Constants,
     Found,
+    Given,
     Problem,
     Rows,
     State,
@@ -22,8 +23,8 @@ from gudgeon.solver.integrators.general.solve import WINDOW
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.integrators.uncoupled import SLOWEST
-from gudgeon.solver.ports.members import contact_ports, ports_of, probe_ports
-from gudgeon.solver.ports.table import BLOCK, Kind, Ports
+from gudgeon.solver.ports.members import contact_ports, gauge_ports, ports_of, probe_ports
+from gudgeon.solver.ports.table import BLOCK, Kind, Ports, block_size
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
@@ -49,9 +50,10 @@ class General:
             q=np.zeros((1, len(state.q))), v=np.zeros((1, len(state.q))), ports=np.zeros((1, len(state.unknown))),
             lengths=np.zeros((1, len(state.pin))),
         )  # fmt: skip
-        self._no_loads, self._no_crank = np.zeros((2, 1, len(constants.given))), np.zeros((1, 0, 4))
+        self._nothing = Given(np.zeros((2, 1, len(constants.given))), np.zeros((1, 0, 4)), np.zeros((1, 0)))
+        self._driven = bool(system.driving.joints or system.driving.drives)
         self._slips: list[list[tuple[float, bool]]] = [[] for _ in system.contacts]
-        self._gauges = _gauge_ports(system, self.ports)
+        self._gauges = gauge_ports(system, self.ports)
         self._probes = probe_ports(system, self.ports)
 
     def advance(self, first: int, stride: int, out: Samples) -> bool:
@@ -62,8 +64,7 @@ class General:
             v=np.zeros((count, len(state.q))), ports=np.zeros((count, len(state.unknown))),
             lengths=np.zeros((count, len(state.pin))),
         )  # fmt: skip
-        loads, crank = self._drive(first, count * stride)
-        sound = march(self.arrays, loads, crank, first, stride, found)
+        sound = march(self.arrays, self._drive(first, count * stride), first, stride, found)
         self._take_slips()
         pressed = found.ports[:, self._normals]
         out.set_states(slice(None), system, found.q, found.v, pressed)
@@ -86,14 +87,13 @@ class General:
         Args:
             applied: Given loads [N], NaN: as the scene gives them, (g,).
         """
-        loads, crank = self._no_loads, self._no_crank
-        if np.isnan(applied).any() or len(self._system.driving.joints):
-            loads, crank = self._drive(first, count)
-            loads = np.where(np.isnan(applied), loads, applied)
+        given = self._nothing
+        if np.isnan(applied).any() or self._driven:
+            given = self._drive(first, count)
+            given = given._replace(loads=np.where(np.isnan(applied), given.loads, applied))
         elif count > 1 or len(applied):
-            loads = np.tile(applied, (2, count, 1))
-            crank = self._no_crank if count == 1 else np.zeros((count, 0, 4))
-        sound = march(self.arrays, loads, crank, first, count, self._bare)
+            given = Given(np.tile(applied, (2, count, 1)), np.zeros((count, 0, 4)), np.zeros((count, 0)))
+        sound = march(self.arrays, given, first, count, self._bare)
         for part in self._bare:
             part[...] = 0.0
         self._take_slips()
@@ -109,12 +109,14 @@ class General:
             self._slips[int(contact)].append((float(time), bool(begins)))
         kept[0, 0] = 0.0
 
-    def _drive(self, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the given loads, means and at the end, and the driven points of some steps."""
-        driving, dt = self._system.driving, self._dt
-        start = dt * np.arange(first, first + count)
-        means, ends = driving.loads(start, dt), driving.loads(start + dt, 0.0)
-        return np.stack([means, ends])[:, :, 2 * len(driving.joints) :], driving.crank(start + dt)
+    def _drive(self, first: int, count: int) -> Given:
+        """Return what the scene gives in some steps."""
+        driving, dt, constants = self._system.driving, self._dt, self.arrays.constants
+        start, j = dt * np.arange(first, first + count), 2 * len(self._system.driving.joints)
+        loads, wanted = np.stack([driving.loads(start, dt), driving.loads(start + dt, 0.0)]), driving.driven(start + dt)
+        ahead = np.where(constants.level[constants.drives] == STABILISED, 0.5 * dt, 0.0)
+        given = loads[:, :, j : j + len(constants.given)]
+        return Given(given, driving.crank(start + dt), wanted[:, :, 0] + ahead * wanted[:, :, 1])
 
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()
@@ -150,10 +152,14 @@ def _constants(system: System, ports: Ports, dt: float) -> Constants:
         joints[here.start], lengths[here.start] = number, held.joint.rod_length
         if not (flexible.diagonal()[here] > 0).all():
             level[here] = STABILISED
+    moved = [f"motion.{drive.name}" for drive in system.driving.drives]
+    for here in map(ports.of, moved):
+        if not (flexible.diagonal()[here] > 0).all():
+            level[here] = STABILISED
     block = np.zeros(p, np.int64)
     size = np.zeros(p, np.int64)
     for item, here in zip(ports.blocks, ports.places, strict=True):
-        each = BLOCK.get(item.kind, 1)
+        each = block_size(item)
         first = np.arange(here.start, here.stop, each)
         size[first] = each
         block[here] = np.repeat(first, each)
@@ -176,7 +182,8 @@ def _constants(system: System, ports: Ports, dt: float) -> Constants:
         law=per_port["law"], knots=np.vstack([np.empty((0, 2)), *system.springs.knots.values()]),
         table=per_port["table"].astype(np.int64), friction=per_port["friction"], belt=per_port["belt"],
         restitution=per_port["restitution"], lengths=lengths, contact=per_port["contact"],
-        direction=per_port["direction"], joint=joints, given=np.flatnonzero(~responds),
+        direction=per_port["direction"], joint=joints, inverse=_inverses(ports, moved, matrix),
+        drives=ports.numbers(moved), given=np.flatnonzero(~responds),
         touching=np.flatnonzero((size > 0) & (per_port["contact"] >= 0)),
         always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
         loaded=_loaded(system, ports), sides=ports.sides, farthest=float(step.push[0].max(initial=0.0)),
@@ -297,11 +304,20 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndar
         if item.kind == Kind.GIVEN:
             share[here] = 0.5
             continue
-        each = BLOCK.get(item.kind, 1)
+        each = block_size(item)
         first = np.arange(here.start, here.stop, each)
         averaged = own[first] & (level[first] == POSITION)
         share[here] = np.where(np.repeat(averaged, each), 0.5, 1.0)
     return share
+
+
+def _inverses(ports: Ports, moved: list[str], matrix: np.ndarray) -> np.ndarray:
+    """Return the inverse of each drive's block of the measures per unknown, in the rows of its ports, (p, n)."""
+    places = [ports.of(name) for name in moved]
+    found = np.zeros((len(matrix), max((here.stop - here.start for here in places), default=0)))
+    for here in places:
+        found[here, : here.stop - here.start] = np.linalg.inv(matrix[here, here])
+    return found
 
 
 def _rows(system: System, ports: Ports) -> Rows:
@@ -320,23 +336,10 @@ def _rows(system: System, ports: Ports) -> Rows:
 
 
 def _loaded(system: System, ports: Ports) -> np.ndarray:
-    """Return the ports of joints and given loads."""
+    """Return the ports of joints, given loads and drives."""
     driving = system.driving
     names = [f"joint.{held.name}" for held in driving.joints] + [f"force.{load.name}" for load in driving.given]
-    parts = [np.arange(ports.of(name).start, ports.of(name).stop) for name in names]
-    return np.concatenate([np.empty(0, np.int64), *parts]).astype(np.int64)
-
-
-def _gauge_ports(system: System, ports: Ports) -> np.ndarray:
-    """Return the quasi-static value of each gauge per force of each port, (G, p)."""
-    parts = [np.zeros((0, len(ports.offset)))]
-    for name, body in system.bodies.items():
-        for gauge in body.modal.gauges.values():
-            known = name in ports.weights and gauge.residual.shape[1]
-            parts.append(
-                gauge.residual @ ports.weights[name] if known else np.zeros((len(gauge.rows), len(parts[0].T)))
-            )
-    return np.vstack(parts)
+    return ports.numbers(names + [f"motion.{drive.name}" for drive in driving.drives])
 
 
 def _state(system: System, ports: Ports, constants: Constants) -> State:
@@ -372,7 +375,8 @@ def _state(system: System, ports: Ports, constants: Constants) -> State:
         listed=listed,
         listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
         response=np.stack([response, response]), anchor=displacement.copy(), sliding=np.zeros(p, np.bool_),
-        fastest=np.zeros(1), rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(2),
+        fastest=np.zeros(1), wanted=np.zeros(len(constants.drives)),
+        rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(2),
         acting=np.zeros(contacts), struck=np.zeros(contacts, np.bool_), peak=np.zeros((contacts, 2)),
         slips=np.zeros((SLIPS + 1 if contacts else 1, 3)), closing=np.full(p, -1.0),
         stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,

@@ -13,6 +13,7 @@ from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.general.arrays import (
     BILATERAL,
     CONE,
+    DRIVEN,
     LAW,
     POSITION,
     RUBBING_LAW,
@@ -41,18 +42,15 @@ SETTLED = 1e-6
 
 
 @entry
-def march(arrays, loads, crank, first, stride, out):  # type: ignore[no-untyped-def]
-    """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where ports do not respond.
-
-    Args:
-        loads: Given loads [N]: means of each step, and at its end, (2, steps, g).
-        crank: Driven points at the end of each step, (steps, j, 4).
-    """
+def march(arrays, given, first, stride, out):  # type: ignore[no-untyped-def]
+    """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where this failed."""
+    loads, crank = given.loads, given.crank
     constants, state, problem, log = arrays.constants, arrays.state, arrays.problem, arrays.log
     for sample in range(len(out.forces)):
         for part in range(stride):
             step = sample * stride + part
             _aim(constants, state, crank[step])
+            copy(given.driven[step], state.wanted)
             _fly(constants, state, loads[:, step])
             find_candidates(constants, state, problem)
             free_measures(constants, state, problem, crank[step])
@@ -317,7 +315,7 @@ def _displace(constants, state, problem):  # type: ignore[no-untyped-def]
     for a in range(problem.size[0]):
         i = problem.ports[a]
         first = constants.block[i]
-        if solved and constants.level[first] == POSITION and constants.kind[i] != BILATERAL:
+        if solved and constants.level[first] == POSITION and constants.kind[i] not in (BILATERAL, DRIVEN):
             displacement[i] = problem.free[i] - layer[i] * unknown[i]
             if i > first and constants.contact[i] >= 0:
                 displacement[i] += state.anchor[i] + constants.belt[i] * step
@@ -359,7 +357,7 @@ def _anchor(constants, state, problem, time):  # type: ignore[no-untyped-def]
         kind = constants.kind[i]
         if (kind in (LAW, RUBBING_LAW)) and state.displacement[0, i] >= 0.0:
             state.approach[i] = 0.0
-        if constants.size[i] != 3:
+        if constants.size[i] != 3 or kind == DRIVEN:
             continue
         slips = True
         if state.unknown[i] > 0.0:

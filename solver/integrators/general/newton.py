@@ -8,7 +8,7 @@ Comput. Methods Appl. Mech. Engrg. 92 (1991) 353-375). F is piecewise smooth; ea
 import numpy as np
 
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, SPRING, UNILATERAL
+from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, DRIVEN, SPRING, UNILATERAL
 from gudgeon.solver.integrators.general.responses import compliant_force, held_or_rubbed
 
 MOST_STEPS = 12
@@ -39,9 +39,9 @@ def natural_residual(constants, state, problem):  # type: ignore[no-untyped-def]
             wrong = x[a] if wanted <= 0.0 else y[a] / columns[a, a]
             total += wrong * wrong
         else:
-            for b in range(a, a + (2 if kinds[i] == BILATERAL else 1)):
+            for b in range(a, a + (sizes[i] if kinds[i] in (BILATERAL, DRIVEN) else 1)):
                 total += (x[b] - start[b]) ** 2
-        if sizes[i] == 3:
+        if sizes[i] == 3 and kinds[i] != DRIVEN:
             limit = (friction[i, 0] * x[a], friction[i, 1] * x[a])
             block = (columns[a + 1, a + 1], columns[a + 1, a + 2], columns[a + 2, a + 1], columns[a + 2, a + 2])
             forces, measures = (x[a + 1], x[a + 2]), (y[a + 1], y[a + 2])
@@ -98,6 +98,9 @@ def _derive(constants, state, problem, matrix, wrong):  # type: ignore[no-untype
             continue
         if kind == BILATERAL:
             _derive_rod(state.rod[constants.joint[i]], problem, a, matrix, wrong)
+            continue
+        if kind == DRIVEN:
+            _derive_drive(constants.inverse[i : i + size, :size], problem, a, matrix, wrong)
             continue
         reach = columns[a, a]
         if kind in (UNILATERAL, CONE):
@@ -177,6 +180,17 @@ def _derive_rod(along, problem, a, matrix, wrong):  # type: ignore[no-untyped-de
     _add_row(columns, n, a + 1, second / reach, matrix[a])
     wrong[a + 1] = x[a + 1] * along[0] - x[a] * along[1]
     matrix[a + 1, a], matrix[a + 1, a + 1] = -along[1], along[0]
+
+
+@inner
+def _derive_drive(inverse, problem, a, matrix, wrong):  # type: ignore[no-untyped-def]
+    """Set F of a drive: its ports are where they are given to be."""
+    n, y = problem.size[0], problem.y
+    for b in range(len(inverse)):
+        wrong[a + b] = 0.0
+        for c in range(len(inverse)):
+            wrong[a + b] += inverse[b, c] * y[a + c]
+            _add_row(problem.columns, n, a + c, inverse[b, c], matrix[a + b])
 
 
 @inner

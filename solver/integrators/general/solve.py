@@ -11,6 +11,7 @@ from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.general.arrays import (
     BILATERAL,
     CONE,
+    DRIVEN,
     RUBBING_LAW,
     SPRING,
     UNILATERAL,
@@ -180,6 +181,8 @@ def _sweep(constants, state, problem, decided):  # type: ignore[no-untyped-def]
         blocks += 1
         if kind == BILATERAL:
             _hold(state.rod[constants.joint[i]], a, x, y, columns)
+        elif kind == DRIVEN:
+            _drive(constants.inverse[i : i + size, :size], a, problem, (x, y))
         elif not _idle(kind, size, a, x, y):
             old, reach = x[a], columns[a, a]
             free = y[a] - reach * old
@@ -238,6 +241,19 @@ def _hold(along, a, x, y, columns):  # type: ignore[no-untyped-def]
         force = (length - size) / give
         _change(columns[a], x, y, a, x[a] + force * along[0])
         _change(columns[a + 1], x, y, a + 1, x[a + 1] + force * along[1])
+
+
+@inner
+def _drive(inverse, a, problem, arrays):  # type: ignore[no-untyped-def]
+    """Bring the ports of a drive, candidates from a on, to where they are given to be."""
+    x, y = arrays
+    for b in range(len(inverse)):
+        for c in range(len(inverse)):
+            x[a + b] -= inverse[b, c] * y[a + c]
+    for b in range(len(inverse)):
+        column, step = problem.columns[a + b], x[a + b] - problem.start[a + b]
+        for c in range(len(y)):
+            y[c] += step * column[c]
 
 
 @inner

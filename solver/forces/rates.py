@@ -1,0 +1,73 @@
+"""Rates of expressions of time: their exact derivatives, by the rules of each operator and function."""
+
+import ast
+from collections.abc import Callable
+
+import numpy as np
+
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.expression import FUNCTIONS, OPERATORS, parsed, shown
+
+Pair = tuple[np.ndarray, np.ndarray]
+"""Values and rates."""
+
+
+def rates_of(text: str, times: np.ndarray, where: str) -> np.ndarray:
+    """Return the rates of an expression at times [s], (t,); at a kink, that of the later side.
+
+    Raises:
+        SceneError: a value or rate is not finite; it names the key `where`, the part of the expression and the time.
+    """
+    with np.errstate(all="ignore"):
+        return _pair(parsed(text), np.asarray(times, float), text.strip(), where)[1]
+
+
+def _pair(node: ast.expr, t: np.ndarray, text: str, where: str) -> Pair:
+    if isinstance(node, ast.Constant):
+        return np.full(len(t), float(node.value)), np.zeros(len(t))  # type: ignore[arg-type]
+    if isinstance(node, ast.Name):
+        return (t, np.ones(len(t))) if node.id == "t" else (np.full(len(t), np.pi), np.zeros(len(t)))
+    if isinstance(node, ast.UnaryOp):
+        value, rate = _pair(node.operand, t, text, where)
+        found = (-value, -rate) if isinstance(node.op, ast.USub) else (value, rate)
+    elif isinstance(node, ast.BinOp):
+        one, other = _pair(node.left, t, text, where), _pair(node.right, t, text, where)
+        found = OPERATORS[type(node.op)](one[0], other[0]), _BINARY[type(node.op)](one, other)
+    else:
+        assert isinstance(node, ast.Call)
+        assert isinstance(node.func, ast.Name)
+        parts = [_pair(one, t, text, where) for one in node.args]
+        found = FUNCTIONS[node.func.id][0](*(value for value, _ in parts)), _CALLS[node.func.id](*parts)
+    for what, values in (("", found[0]), ("the rate of ", found[1])):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            raise SceneError(f"{where}: {what}'{shown(node, text)}' is not a finite number at t = {t[bad[0]]:.6g} s")
+    return found
+
+
+def _power(one: Pair, other: Pair) -> np.ndarray:
+    """Return the rate of u ** v; a constant power needs no logarithm."""
+    (u, du), (v, dv) = one, other
+    by_base = np.where(du == 0, 0.0, np.where(v == 0, 0.0, v * np.power(u, v - 1) * du))
+    return by_base + np.where(dv == 0, 0.0, np.power(u, v) * np.log(u) * dv)
+
+
+_BINARY: dict[type[ast.operator], Callable[[Pair, Pair], np.ndarray]] = {
+    ast.Add: lambda a, b: a[1] + b[1],
+    ast.Sub: lambda a, b: a[1] - b[1],
+    ast.Mult: lambda a, b: a[1] * b[0] + a[0] * b[1],
+    ast.Div: lambda a, b: (a[1] - a[0] / b[0] * b[1]) / b[0],
+    ast.Pow: _power,
+}
+_CALLS: dict[str, Callable[..., np.ndarray]] = {
+    "sin": lambda a: np.cos(a[0]) * a[1],
+    "cos": lambda a: -np.sin(a[0]) * a[1],
+    "tan": lambda a: a[1] / np.cos(a[0]) ** 2,
+    "exp": lambda a: np.exp(a[0]) * a[1],
+    "log": lambda a: a[1] / a[0],
+    "sqrt": lambda a: np.where(a[1] == 0, 0.0, 0.5 * a[1] / np.sqrt(a[0])),
+    "abs": lambda a: np.where(a[0] == 0, np.abs(a[1]), np.sign(a[0]) * a[1]),
+    "min": lambda a, b: np.where(a[0] == b[0], np.minimum(a[1], b[1]), np.where(a[0] < b[0], a[1], b[1])),
+    "max": lambda a, b: np.where(a[0] == b[0], np.maximum(a[1], b[1]), np.where(a[0] > b[0], a[1], b[1])),
+    "step": lambda a: np.zeros(len(a[0])),
+}

@@ -1,0 +1,122 @@
+"""Driven bodies of a scene: motions prescribed over time."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from gudgeon.solver.forces.expression import values_of
+from gudgeon.solver.forces.given import BY_VALUES
+from gudgeon.solver.forces.given import EXPRESSION as GRAMMAR
+from gudgeon.solver.forces.history import History
+from gudgeon.solver.forces.rates import rates_of
+from gudgeon.solver.numbers import Coordinate, Ratio, TimeValue
+from gudgeon.solver.vectors import Direction, Place
+
+JUMP = 1e-6
+"""Change of a motion in no time, relative to its largest, that is a jump."""
+HALVINGS = 60
+
+
+class Drive(History):
+    """A motion over time of a rigid body, or of an interface; a member sets the unit of its amount."""
+
+    interface: str | None = Field(
+        default=None,
+        description="Interface of the body that moves so, of kind 'mean' or 'tie'; needed on elastic bodies",
+    )
+    direction: Direction = Field(description="Direction, or axis, of any length, in the axes of the scene")
+    held: bool = Field(
+        default=False,
+        description="Whether the other motions of the interface are held at zero: two of a 'mean', five of a 'tie'",
+    )
+    interpolation: Literal["cubic", "linear"] = Field(
+        default="cubic",
+        description="Of the rows of a table: a spline with continuous acceleration, or lines, with a jump of velocity"
+        " at each row",
+    )
+
+    @model_validator(mode="after")
+    def _held_interface(self) -> "Drive":
+        if self.held and self.interface is None:
+            raise ValueError("held needs an interface; what else a rigid body does is held by body.NAME.freedom")
+        return self
+
+    def _tabled(self, times: np.ndarray) -> np.ndarray:
+        """Return what the table has at times within it [s], (t, 2)."""
+        from scipy.interpolate import CubicSpline, PPoly
+
+        knots, values = np.array(self.values, float).T
+        if self.interpolation == "cubic":
+            place = CubicSpline(knots, values)
+        else:
+            place = PPoly(np.array([np.diff(values) / np.diff(knots), values[:-1]]), knots)
+        inside = np.clip(times, knots[0], knots[-1])
+        return np.column_stack([place(inside), place.derivative()(inside)])
+
+    def places(self, times: np.ndarray, where: str) -> np.ndarray:
+        """Return motion [m or rad] and its rate at times [s], (t, 2).
+
+        Raises:
+            SceneError: one of them is not finite; it names the motion `where`.
+        """
+        if self.expression is not None:
+            key = f"{where}.expression"
+            return np.column_stack([values_of(self.expression, times, key), rates_of(self.expression, times, key)])
+        return self._tabled(times)
+
+    def jump(self, times: np.ndarray, where: str) -> float | None:
+        """Return a time [s] between given ones, (t,), at which the motion jumps, as by `step`; None without one."""
+        found = self.places(times, where)[:, 0]
+        if self.expression is None or "step" not in self.expression:
+            return None
+        least = JUMP * max(float(np.abs(found).max()), float(np.finfo(float).tiny))
+        for k in np.flatnonzero(np.abs(np.diff(found)) > least):
+            ends, (low, high) = times[k : k + 2].copy(), found[k : k + 2]
+            for _ in range(HALVINGS):
+                middle = 0.5 * ends.sum()
+                value = float(self.places(np.array([middle]), where)[0, 0])
+                later = abs(high - value) > abs(value - low)
+                ends[0 if later else 1] = middle
+                low, high = (value, high) if later else (low, value)
+            if abs(high - low) > least:
+                return float(ends[1])
+        return None
+
+
+class Translation(Drive):
+    """Displacement along a direction, since the body stood where the scene places it."""
+
+    kind: Literal["translation"]
+    at: Place | None = Field(
+        default=None,
+        description="Point of a rigid body that moves so, in its component's axes and relative to its origin [m];"
+        " default: the origin",
+    )
+    values: tuple[tuple[TimeValue, Coordinate], ...] = Field(
+        default=(), description=BY_VALUES, json_schema_extra={"unit": ["s", "m"]}
+    )
+    expression: str | None = Field(
+        default=None, description="Displacement [m]" + GRAMMAR, json_schema_extra={"unit": ["s", "m"]}
+    )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> "Translation":
+        if self.interface is not None and self.at is not None:
+            raise ValueError("give one of: interface, at")
+        return self
+
+
+class Rotation(Drive):
+    """Small rotation about an axis, by the right hand."""
+
+    kind: Literal["rotation"]
+    values: tuple[tuple[TimeValue, Ratio], ...] = Field(
+        default=(), description=BY_VALUES, json_schema_extra={"unit": ["s", "rad"]}
+    )
+    expression: str | None = Field(
+        default=None, description="Rotation [rad]" + GRAMMAR, json_schema_extra={"unit": ["s", "rad"]}
+    )
+
+
+Motion = Annotated[Translation | Rotation, Field(discriminator="kind")]

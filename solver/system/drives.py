@@ -1,0 +1,194 @@
+"""Driven bodies: rows of motions given over time, their contradictions, and their velocities at the start."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.solver.bodies.placing import turned_vectors
+from gudgeon.solver.bodies.small_motion import MOVES, FlexibleBody, named
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.scene.body import ALL_FREE
+from gudgeon.solver.scene.motion import Motion, Rotation
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.vectors import unit
+
+CHECKED = 1001
+"""Times of a run at which an expression is tried before it starts."""
+DEPENDENT = 1e-10
+"""Pivot of the driven rows' compliance, relative to its diagonal, below which a motion is given twice."""
+
+
+@dataclass(frozen=True)
+class DrivenRows:
+    """A motion given over time: the driven row, then those that are held at zero, k in all."""
+
+    name: str
+    motion: Motion
+    mix: np.ndarray
+    """Of the rows of its interface, (k, j)."""
+    resultant: np.ndarray
+    """Force and moment about the component's origin per unit of each row's force, (k, 6)."""
+
+    @property
+    def body(self) -> str:
+        return self.motion.body
+
+    @property
+    def interface(self) -> str | None:
+        return self.motion.interface
+
+    def places(self, times: np.ndarray) -> np.ndarray:
+        """Return displacement and rate of its rows at times [s], (t, k, 2)."""
+        found = np.zeros((len(times), len(self.mix), 2))
+        found[:, 0] = self.motion.places(times, f"motion.{self.name}")
+        return found
+
+
+def driven_rows(scene: Scene, name: str, body: FlexibleBody) -> tuple[DrivenRows, np.ndarray]:
+    """Return the rows of a motion, and their elastic part, (k, m).
+
+    Raises:
+        SceneError: its table ends early, its expression is not finite or jumps, or the body does not have its place.
+    """
+    motion, where, duration = scene.motion[name], f"motion.{name}", scene.run.duration
+    if (reason := motion.refusal(duration)) is not None:
+        raise SceneError(f"{where}.{reason}")
+    if (time := motion.jump(np.linspace(0.0, duration, CHECKED), where)) is not None:
+        raise SceneError(f"{where}.expression: it jumps at t = {time:.6g} s; a body moves continuously")
+    turns, line = isinstance(motion, Rotation), unit(motion.direction)
+    if motion.interface is None:
+        if len(body.modal.angular_frequencies):
+            raise SceneError(
+                f"{where}.interface: body '{body.name}' is elastic; name an interface of kind 'mean' or 'tie'"
+            )
+        at = None if isinstance(motion, Rotation) else motion.at
+        arm = turned_vectors(scene.body[body.name], at or (0.0, 0.0, 0.0))
+        wrench = np.concatenate([np.zeros(3), line] if turns else [line, np.cross(arm, line)])[None]
+        return DrivenRows(name, motion, np.ones((1, 1)), wrench), np.zeros((1, 0))
+    load = named(body.modal.loads, motion.interface, f"{where}.interface: body '{body.name}' has no load surface")
+    if len(load.rows) not in (3, 6) or (turns and len(load.rows) != 6):
+        needed = "'tie'" if turns else "'mean' or 'tie'"
+        raise SceneError(f"{where}.interface: '{motion.interface}' cannot be driven so; kind {needed} is needed")
+    mix = _all_motions(line, turns=turns)[:, : len(load.rows)]
+    R = body.residual(motion.interface, motion.interface)
+    moves = [
+        bool(np.any(_rigid(body, one @ load.resultant)) or np.any(one @ load.rows) or one @ R @ one) for one in mix
+    ]
+    moves[0] = True  # Refused later where it is impossible.
+    mix = mix[
+        [number for number, able in enumerate(moves) if able and (motion.held or number == 0) and mix[number].any()]
+    ]
+    return DrivenRows(name, motion, mix, mix @ load.resultant), mix @ load.rows
+
+
+def _all_motions(line: np.ndarray, *, turns: bool) -> np.ndarray:
+    """Return a motion along or about a unit vector, then the five others at right angles to it, (6, 6)."""
+    across = np.eye(3)[np.abs(line).argmin()]
+    across = unit(across - (across @ line) * line)
+    axes, found = np.array([line, across, np.cross(line, across)]), np.zeros((6, 6))
+    found[:3, 3 * turns : 3 * turns + 3] = axes
+    found[3:, 3 - 3 * turns : 6 - 3 * turns] = np.eye(3)
+    return found
+
+
+def _rigid(body: FlexibleBody, wrench: np.ndarray) -> np.ndarray:
+    """Return which rigid motions a force and moment about the component's origin, (6,), can cause, (r,)."""
+    return np.abs(body.wrench_rows(wrench[None])[0]) > MOVES * (np.abs(_at_origin(body)) @ np.abs(wrench))
+
+
+def refuse_contradictions(
+    driven: Sequence[tuple[DrivenRows, slice]],
+    joints: Mapping[str, int],
+    body: FlexibleBody,
+    arrays: tuple[np.ndarray, np.ndarray],
+) -> None:
+    """Raise a SceneError where a body cannot move as given, or a motion of it is given twice.
+
+    Args:
+        driven: Its motions, with their rows among all loads.
+        joints: Those that hold it by name, with the row that they prescribe.
+        arrays: Rows of all loads over its coordinates, (L, r + m), and R among them [m/N], (L, L).
+    """
+    rows, residual = arrays
+    for item, here in driven:
+        row = here.start
+        moves = _rigid(body, item.resultant[0]).any() or rows[row, body.rigid_count :].any() or residual[row, row] > 0
+        if not moves:
+            raise SceneError(
+                f"motion.{item.name}.direction: body '{body.name}' does not move so by its freedom or supports; its"
+                f" free rigid motions: {', '.join(_free(body)) or 'none'}"
+            )
+    names = list(joints) + [f"motion.{item.name}" for item, here in driven for _ in range(here.start, here.stop)]
+    numbers = [*joints.values(), *(row for _, here in driven for row in range(here.start, here.stop))]
+    own, highest = rows[numbers], float(body.stiffness.max(initial=0.0)) or 1.0
+    left = (own / (body.stiffness + highest)) @ own.T + residual[np.ix_(numbers, numbers)]
+    scale = 1 / np.sqrt(left.diagonal())
+    left *= np.outer(scale, scale)
+    for row, name in enumerate(names):
+        if left[row, row] < DEPENDENT:
+            before = " and ".join(dict.fromkeys(names[:row]))
+            raise SceneError(f"{name}: it gives a motion of body '{body.name}' that {before} gives too; remove one")
+        left = left - np.outer(left[:, row], left[row]) / left[row, row]
+
+
+def _at_origin(body: FlexibleBody) -> np.ndarray:
+    """Return the rigid motions of a body as translation at its component's origin and rotation, (r, 6)."""
+    found = body.twists.copy()
+    found[:, :3] -= np.cross(body.twists[:, 3:], body.morph.centre)
+    return found
+
+
+def _free(body: FlexibleBody) -> list[str]:
+    """Return the names of the rigid motions that a body has, along and about the axes."""
+    sizes = np.abs(body.twists)
+    largest = np.repeat([sizes[:, :3].max(initial=0.0), sizes[:, 3:].max(initial=0.0)], 3)
+    moves = np.any(sizes > MOVES * np.maximum(largest, np.finfo(float).tiny), axis=0).tolist()
+    return [name for name, free in zip(ALL_FREE, moves, strict=True) if free]
+
+
+def begin_velocities(
+    scene: Scene,
+    bodies: Mapping[str, FlexibleBody],
+    drives: Sequence[tuple[DrivenRows, slice]],
+    rows: np.ndarray,
+    velocity: np.ndarray,
+) -> None:
+    """Give driven bodies the velocities with which their motions begin: rigid ones, elastic ones where these lack.
+
+    Args:
+        rows: Of all loads, (L, m).
+        velocity: Changed in place, (m,).
+
+    Raises:
+        SceneError: the velocity given for a body contradicts its motion.
+    """
+    for body in bodies.values():
+        own = [(item, here) for item, here in drives if item.body == body.name]
+        if own:
+            W = np.vstack([rows[here, body.coordinates] for _, here in own])
+            start = np.concatenate([item.places(np.zeros(1))[0, :, 1] for item, _ in own])
+            found, r = velocity[body.coordinates], body.rigid_count
+            _refuse_velocity(scene, body, own, W @ found, start)
+            found[:r] += np.linalg.pinv(W[:, :r]) @ (start - W @ found)
+            found += np.linalg.pinv(W) @ (start - W @ found)
+
+
+def _refuse_velocity(
+    scene: Scene, body: FlexibleBody, own: Sequence[tuple[DrivenRows, slice]], given: np.ndarray, start: np.ndarray
+) -> None:
+    """Raise a SceneError where a velocity of the scene differs from that with which a motion begins."""
+    settings = scene.body[body.name]
+    if not any(settings.velocity) and not any(settings.angular_velocity):
+        return
+    first = 0
+    for item, here in own:
+        speed, size = float(given[first]), float(start[first])
+        if abs(speed - size) > MOVES * max(abs(size), abs(speed)) and speed != 0:
+            turns = isinstance(item.motion, Rotation)
+            key, symbol = ("angular_velocity", "rad/s") if turns else ("velocity", "m/s")
+            raise SceneError(
+                f"body.{body.name}.{key}: {speed:.6g} {symbol} along motion.{item.name}, which begins with"
+                f" {size:.6g} {symbol}; leave it out, the body begins as its motion does"
+            )
+        first += here.stop - here.start

@@ -1,0 +1,107 @@
+"""Statics of bodies that drives hold: what their forces and rigid motions answer to other forces.
+
+With d the forces of the drives, q_r the rigid coordinates, Λ the squared frequencies of the elastic ones and f given
+generalised forces, the drives' rows W are where they are given, x:
+
+    W_e Λ⁻¹ W_eᵀ d + R d + W_r q_r = x − W_e Λ⁻¹ f_e,   W_rᵀ d = −Π f_r,
+
+Π onto the rigid motions that the drives hold; the others stay as they are.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.solver.system.loads import Driving
+
+
+@dataclass(frozen=True)
+class Held:
+    """The drives of a system, D rows, and the inverse of their statics."""
+
+    rows: np.ndarray
+    """Over all coordinates, (D, m)."""
+    places: np.ndarray
+    """Their numbers among the loads, (D,)."""
+    flexibility: np.ndarray
+    """Λ⁻¹ of elastic coordinates, zero of rigid ones and where bodies start undeformed, (m,)."""
+    rigid: np.ndarray
+    """Numbers of the rigid coordinates, (r,)."""
+    projector: np.ndarray
+    """Π, (r, r)."""
+    inverse: np.ndarray
+    """Of the statics, (D + r, D + r)."""
+
+    @property
+    def any(self) -> bool:
+        """Whether there are drives."""
+        return len(self.rows) > 0
+
+    def coupling(self, rows: np.ndarray, through: np.ndarray) -> np.ndarray:
+        """Return what unit forces do to drives and rigid motions, (D + r, n).
+
+        Args:
+            rows: Of the forces over all coordinates, (n, m).
+            through: Displacement of the drives by them through R [m/N], (D, n).
+        """
+        return np.vstack([(self.rows * self.flexibility) @ rows.T + through, self.projector @ rows[:, self.rigid].T])
+
+    def change(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return what drives take from the compliance of forces with these couplings [m/N], (n, k), negative."""
+        return -one.T @ self.inverse @ other
+
+    def answer(self, given: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the change of all coordinates, (m,), and the forces of the drives, (D,).
+
+        Args:
+            given: Displacement of the drives without them, over what they ask for [m], (D,).
+            force: Unbalanced generalised forces of the rigid motions, (r,).
+        """
+        found = -self.inverse @ np.concatenate([given, self.projector @ force])
+        d = found[: len(self.rows)]
+        moved = self.flexibility * (self.rows.T @ d)
+        moved[self.rigid] += self.projector @ found[len(self.rows) :]
+        return moved, d
+
+
+def held_statics(driving: Driving, stiffness: np.ndarray, rigid: np.ndarray, *, deforms: bool) -> Held:
+    """Return the statics of a system's drives.
+
+    Args:
+        stiffness: ω² of all coordinates [rad²/s²], (m,).
+        rigid: Numbers of the rigid ones.
+        deforms: Whether bodies start in equilibrium.
+    """
+    places = np.concatenate([np.empty(0, int), *(np.arange(at.start, at.stop) for _, at in driving.driven_rows())])
+    places = places.astype(int)
+    W, residual = driving.rows[places], driving.residual[np.ix_(places, places)]
+    flexibility = np.zeros(len(stiffness))
+    if deforms:
+        flexibility[stiffness > 0] = 1 / stiffness[stiffness > 0]
+    D, held = len(W), W[:, rigid]
+    # Rows and rigid motions in units of their own size: translations and rotations differ.
+    compliance = (W * flexibility) @ W.T + residual
+    size = np.linalg.norm(held, axis=1)
+    size = np.where(size > 0, size, 1.0)
+    typical = float(np.abs(compliance / np.outer(size, size)).max(initial=0.0)) or 1.0
+    scale = np.concatenate([1 / (size * np.sqrt(typical)), np.full(len(rigid), np.sqrt(typical))])
+    statics = np.zeros((D + len(rigid),) * 2)
+    statics[:D, :D], statics[:D, D:], statics[D:, :D] = compliance, held, held.T
+    inverse = np.linalg.pinv(statics * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
+    directions = held / size[:, None]
+    return Held(W, places, flexibility, rigid, np.linalg.pinv(directions) @ directions, inverse)
+
+
+def begin_driven(driving: Driving, held: Held, position: np.ndarray, loads: np.ndarray) -> None:
+    """Place driven bodies where their motions begin, in equilibrium with the forces that hold them there.
+
+    Args:
+        held: Statics of the drives.
+        position: Of all coordinates, in equilibrium with gravity and given loads, changed in place, (m,).
+        loads: Of all load rows, those of the drives changed in place, (L,).
+    """
+    if held.any:
+        given = held.rows @ position + driving.residual[held.places] @ loads - driving.driven(np.zeros(1))[0, :, 0]
+        moved, d = held.answer(given, (driving.rows.T @ loads + driving.gravity)[held.rigid])
+        position += moved
+        loads[held.places] = d
