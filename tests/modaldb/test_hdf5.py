@@ -265,7 +265,9 @@ def test_newer_schema_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         patch.setattr(hdf5, "SCHEMA_VERSION", SCHEMA_VERSION + 1)
         path = written(tmp_path / "r.h5", "mesh", mesh())
     hdf5.verify_record(path)
-    message = rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, 6, 7, {SCHEMA_VERSION}"
+    message = (
+        rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, 6, 7, 8, {SCHEMA_VERSION}"
+    )
     with pytest.raises(RecordMismatch, match=message):
         hdf5.read_record(path, "mesh")
 

@@ -207,7 +207,10 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ("body.skirt.velocity=[0, 1]", "body.skirt.velocity"),
         ("body.skirt.velocity=[0, 1, nan]", "body.skirt.velocity"),
         ("contact.bore.body=piston", "contact.bore.body: no body 'piston', the scene has skirt"),
-        ("contact.bore.interface=thrst", "contact.bore.interface: no interface 'thrst', the component has thrust"),
+        (
+            "contact.bore.interface=thrst",
+            "contact.bore.interface: no interface 'thrst', did you mean 'thrust'? the component has thrust",
+        ),
         (
             "contact.bore.method=penality",
             "contact.bore.method: 'penality' given; did you mean 'penalty'? input should be 'residual'",

@@ -13,7 +13,16 @@ from gudgeon.solver.integrators.steps import plan_run
 from gudgeon.solver.result import Result
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
-from tests.solver.systems import block_records, block_scene, build, rod_records, rod_scene
+from tests.solver.systems import (
+    block_records,
+    block_scene,
+    build,
+    build_all,
+    pair_scene,
+    plate_records,
+    rod_records,
+    rod_scene,
+)
 
 STEPPING = ["explicit", "implicit", "discrete-gradient"]
 
@@ -108,9 +117,8 @@ def test_differences_that_do_not_decrease_end_the_search_for_a_step_after_seven_
 
 
 def test_an_energy_error_above_five_percent_is_a_failure(tmp_path: Path) -> None:
-    scene = block_scene()
-    scene["run"] |= {"integrator": "implicit", "step": 1.6e-5}
-    found = simulate(build(tmp_path, block_records(5), scene))
+    records = {"part": block_records(4), "plate": plate_records(12)}
+    found = simulate(build_all(tmp_path, records, pair_scene(150.0, step=2e-5)))
     assert found.energy_drift > 0.05
     assert found.result == Result.ENERGY.name
 

@@ -170,11 +170,13 @@ class State(NamedTuple):
     """Share of the impulse of rigid contact that acts when it closes, the rest over the remaining step, (p,)."""
     rate: np.ndarray
     """Velocity of rigid contact at the end of the step without the forces of rigid contact [m/s], (p,)."""
+    foreseen: np.ndarray
+    """Forces of the step without rigid contact [N], (p,)."""
+    average: np.ndarray
+    """By which share of the last step impulses acted earlier than over the whole of it, (1,)."""
     shift: np.ndarray
     """By how much the impulses of rigid contact that closes move other ports more than if they acted over the whole
     step [m], (p,)."""
-    asked: np.ndarray
-    """Velocity that rigid contact asks for at the end of the step [m/s], (p,)."""
     margin: np.ndarray
     """Sum of a gap and the bounds on its change that were used up when it was found [m], (p,)."""
     travel: np.ndarray

@@ -4,10 +4,9 @@ import numpy as np
 
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.general.arrays import DRIVEN, LAW, POSITION, RUBBING_LAW, STABILISED, VELOCITY
+from gudgeon.solver.integrators.general.rebounds import rebound
 from gudgeon.solver.integrators.general.rows import displaced, moved
 
-SETTLED = 1e-6
-"""Change of the velocity that rigid contact asks for, relative to the largest, at which it is found."""
 SCRATCH = 1e-13
 """Share of its margin by which a sleeping point is round-off from waking."""
 
@@ -105,8 +104,8 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
             if constants.level[first] == VELOCITY:
                 rate = moved(rows, i, v)
                 state.rate[i] = rate
-                wanted = constants.belt[i] if i > first else _rebound(constants, state, i, rate)
-                gap[i], state.asked[i] = dt * (rate - wanted), wanted
+                wanted = constants.belt[i] if i > first else rebound(constants, state, i, rate)
+                gap[i] = dt * (rate - wanted)
     for a in range(n):
         i = ports[a]
         if size[i] == 3 and constants.level[i] == POSITION and kinds[i] != DRIVEN:
@@ -116,75 +115,6 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
             if state.displacement[1, i] >= 0.0 and gap[i] < 0.0 and state.approach[i] <= 0.0:
                 state.fastest[0] = max(state.fastest[0], rate)
                 state.approach[i] = max(rate, constants.floor * state.fastest[0])
-
-
-@inner
-def _rebound(constants, state, i, rate):  # type: ignore[no-untyped-def]
-    """Return the velocity [m/s] that rigid contact asks for at the end of the step, and set when it closes in it.
-
-    What closes at the share θ of the step rebounds by e of its velocity there, and then moves on freely; or it stays,
-    where its force would close it again: then only a part of the impulse, `sudden`, acts when it closes.
-    """
-    begin, before = state.displacement[1, i], moved(constants.rows, i, state.before[1])
-    end = constants.offset[i] + moved(constants.rows, i, state.q)
-    state.closing[i] = -1.0
-    if begin > 0.0 > end:
-        bend = 0.5 * constants.dt * (rate - before)
-        slope = end - begin - bend
-        state.closing[i] = 2.0 * begin / (np.sqrt(slope * slope - 4.0 * bend * begin) - slope)
-    share = max(0.0, state.closing[i])
-    hit = before + share * (rate - before)
-    wanted = (1.0 - share) * (rate - before) - constants.restitution[i] * min(0.0, hit)
-    state.sudden[i] = 1.0 if wanted > 0.0 or rate >= 0.0 else min(1.0, max(0.0, hit / rate))
-    return max(0.0, wanted)
-
-
-@inner
-def rebounds_change(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Let rigid contact close under the forces found of all other ports, and move these when it does.
-
-    Returns:
-        Whether that changed what rigid contact asks for, or where the others are.
-    """
-    changed, fastest = 0.0, 0.0
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        first = constants.block[i]
-        if constants.level[first] != VELOCITY:
-            continue
-        rate = state.measure[i] / constants.dt + state.asked[i]
-        for b in range(problem.size[0]):
-            j = problem.ports[b]
-            if constants.level[constants.block[j]] == VELOCITY:
-                rate -= constants.columns[j, i] * state.unknown[j] / constants.dt
-        state.rate[i] = rate
-        if i == first:
-            wanted = _rebound(constants, state, i, rate)
-            change = wanted - state.asked[i]
-            changed, fastest = max(changed, abs(change)), max(fastest, abs(rate), abs(wanted))
-            state.gap[i] -= constants.dt * change
-            state.asked[i] = wanted
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        if constants.level[constants.block[i]] == VELOCITY:
-            continue
-        shift = 0.0
-        for b in range(problem.size[0]):
-            j = problem.ports[b]
-            if constants.level[constants.block[j]] == VELOCITY:
-                shift += earlier(constants, state, j) * constants.inertia[i, j] * state.unknown[j]
-        changed = max(changed, abs(shift - state.shift[i]) / constants.dt)
-        state.gap[i] += shift - state.shift[i]
-        state.shift[i] = shift
-    return changed > SETTLED * fastest
-
-
-@inner
-def earlier(constants, state, i):  # type: ignore[no-untyped-def]
-    """Return by which share of the step the impulse of rigid contact acts earlier than over the whole step."""
-    first = constants.block[i]
-    share, sudden = state.closing[first], state.sudden[first]
-    return sudden * (0.5 - share) - (1.0 - sudden) * 0.5 * share if share >= 0.0 else 0.0
 
 
 @inner

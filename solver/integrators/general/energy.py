@@ -10,6 +10,7 @@ from gudgeon.solver.integrators.general.arrays import (
     LAW,
     RUBBING_LAW,
     SPRING,
+    STABILISED,
     UNILATERAL,
     VELOCITY,
 )
@@ -41,6 +42,26 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
     for k in range(len(q0)):
         lost += (first[k] * q0[k] + second[k] * v0[k] + third[k] * force[k]) * force[k]
     parts[KINETIC], parts[CONTACT] = 0.5 * kinetic, 0.0
+    springs = _ports_energy(constants, state, problem)
+    residual = residual_energy(constants, state)
+    if constants.damped:
+        given = 0.0
+        for i in range(len(state.mean)):
+            given += (state.mean[i] - state.extra[i]) * (state.response[0, i] - state.response[1, i])
+        parts[DISSIPATED] += given - (residual - state.stored[0])
+    state.stored[0] = residual
+    parts[STRAIN] = 0.5 * strain + residual + springs
+    parts[DISSIPATED] += lost
+    parts[WORK] += work
+    error = parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY]
+    extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(error))
+    _exchange(constants, state)
+
+
+@inner
+def _ports_energy(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Add what all ports store, lose and are given in the step [J]; returns what springs store."""
+    parts, extreme = state.parts, state.extreme
     springs = 0.0
     pressed, mean, unknown, layer = state.pressed, state.mean, state.unknown, constants.layer
     pressed[:] = 0.0
@@ -72,19 +93,7 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
         if state.unknown[i] != 0.0 or state.last[i] != 0.0 or state.mean[i] != 0.0:
             parts[WORK] += state.mean[i] * (state.displacement[0, i] - state.displacement[1, i])
             parts[WORK] -= state.extra[i] * (state.response[0, i] - state.response[1, i])
-    residual = residual_energy(constants, state)
-    if constants.damped:
-        given = 0.0
-        for i in range(len(state.mean)):
-            given += (state.mean[i] - state.extra[i]) * (state.response[0, i] - state.response[1, i])
-        parts[DISSIPATED] += given - (residual - state.stored[0])
-    state.stored[0] = residual
-    parts[STRAIN] = 0.5 * strain + residual + springs
-    parts[DISSIPATED] += lost
-    parts[WORK] += work
-    error = parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY]
-    extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(error))
-    _exchange(constants, state)
+    return springs
 
 
 @inner
@@ -95,6 +104,11 @@ def _port_energy(constants, state, i):  # type: ignore[no-untyped-def]
     step = state.displacement[0, i] - state.displacement[1, i]
     if kind in (BILATERAL, DRIVEN):
         parts[WORK] += mean * step
+        if constants.bounces and constants.level[first] == STABILISED:
+            # An impulse acts at the velocity of its time, not at the mean one of the step.
+            gained = moved(constants.rows, i, state.v) - moved(constants.rows, i, state.before[1])
+            sudden = state.unknown[i] - state.foreseen[i]
+            parts[WORK] -= state.average[0] * constants.dt * sudden * gained
     elif kind == SPRING:
         if constants.law[i, 1] > 0.0:
             law, knots = constants.law[i], knots_of(constants, i)

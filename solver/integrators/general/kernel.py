@@ -21,15 +21,9 @@ from gudgeon.solver.integrators.general.arrays import (
     UNILATERAL,
     VELOCITY,
 )
-from gudgeon.solver.integrators.general.candidates import (
-    earlier,
-    find_candidates,
-    free_measures,
-    overlooked,
-    rebounds_change,
-    used_margins,
-)
+from gudgeon.solver.integrators.general.candidates import find_candidates, free_measures, overlooked, used_margins
 from gudgeon.solver.integrators.general.energy import balance
+from gudgeon.solver.integrators.general.rebounds import foresee, keep_open, shifts_change, strike
 from gudgeon.solver.integrators.general.responses import rubbed
 from gudgeon.solver.integrators.general.resultants import log_forces
 from gudgeon.solver.integrators.general.rows import displaced, list_forces, moved, push
@@ -152,18 +146,24 @@ def _place_given(constants, state, i):  # type: ignore[no-untyped-def]
 @inner
 def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
     """Find the forces of all candidates; False where the sweeps do not converge."""
+    fresh = constants.bounces
     for _trial in range(PASSES):
+        if fresh and keep_open(constants, state, problem):
+            if not solve(constants, state, problem):
+                return False
+            foresee(constants, state, problem)
         if problem.size[0] > 0 and not solve(constants, state, problem):
             return False
         unsettled = _set_extra(constants, state, problem)
         if constants.bounces and problem.size[0] > 0:
-            unsettled = rebounds_change(constants, state, problem) or unsettled
+            unsettled = shifts_change(constants, state, problem) or unsettled
         missed = overlooked(constants, state, problem)
         problem.size[2] = not missed
         if missed:
             free_measures(constants, state, problem, crank)
         if not (missed or unsettled):
             return True
+        fresh = missed and constants.bounces
         state.counts[4] += 1
     return True
 
@@ -271,7 +271,7 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
     for k in range(len(force)):
         force[k] += second[k]
     if constants.bounces:
-        _strike(constants, state, problem)
+        strike(constants, state, problem)
     for k in range(len(q)):
         length += (q[k] - before[k]) ** 2
     state.travel[0] += np.sqrt(length)
@@ -286,20 +286,6 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
     _displace(constants, state, problem)
     _anchor(constants, state, problem, time)
     used_margins(constants, state, problem)
-
-
-@inner
-def _strike(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Let impulses of rigid contact that closes within the step act when it closes and from then on."""
-    by_v, q, second = constants.push[1], state.q, state.pressed
-    second[:] = 0.0
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        amount = earlier(constants, state, i) * state.mean[i]
-        if constants.level[constants.block[i]] == VELOCITY and amount != 0.0:
-            push(constants.rows, i, amount, second)
-    for k in range(len(q)):
-        q[k] += constants.dt * by_v[k] * second[k]
 
 
 @inner

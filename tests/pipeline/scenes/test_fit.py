@@ -213,10 +213,13 @@ PARTS = "thrust, anti, pin, crown"
 @pytest.mark.parametrize(
     ("setting", "complaint"),
     [
-        ("contact.thrust.body=pistn", "contact.thrust.body: no body 'pistn', the scene has piston, liner"),
+        (
+            "contact.thrust.body=pistn",
+            "contact.thrust.body: no body 'pistn', did you mean 'piston'? the scene has piston, liner",
+        ),
         (
             "contact.anti.against.body=liners",
-            "contact.anti.against.body: no body 'liners', the scene has piston, liner",
+            "contact.anti.against.body: no body 'liners', did you mean 'liner'? the scene has piston, liner",
         ),
         ("joint.rod.body=rod", "joint.rod.body: no body 'rod', the scene has piston, liner"),
         ("force.gas.body=gas", "force.gas.body: no body 'gas', the scene has piston, liner"),
@@ -224,11 +227,11 @@ PARTS = "thrust, anti, pin, crown"
         ("body.liner.component=tube", "body.liner.component: no component 'tube'; the scene has piston, liner"),
         (
             "contact.thrust.interface=trust",
-            f"contact.thrust.interface: no interface 'trust', the component has {PARTS}",
+            f"contact.thrust.interface: no interface 'trust', did you mean 'thrust'? the component has {PARTS}",
         ),
         (
             "contact.anti.against.interface=ant",
-            "contact.anti.against.interface: no interface 'ant', the component has thrust, anti",
+            "contact.anti.against.interface: no interface 'ant', did you mean 'anti'? the component has thrust, anti",
         ),
         ("joint.rod.interface=bolt", f"joint.rod.interface: no interface 'bolt', the component has {PARTS}"),
         ("force.gas.interface=top", f"force.gas.interface: no interface 'top', the component has {PARTS}"),

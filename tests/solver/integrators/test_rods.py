@@ -115,10 +115,7 @@ def test_balances_of_a_guided_piston(tmp_path: Path, clearance: float) -> None:
     # Only a rod that answers what contact does within the step stays below a tenth of what it would miss.
     assert lengths[2] < 1e-12
     assert np.polyfit(np.log(steps), np.log(lengths), 1)[0] == pytest.approx(3.0, abs=0.2)
-    drifts = [run.energy_drift for run in runs]
-    # At the coarsest step errors of either sign may cancel.
-    assert (np.diff(drifts[1:]) < 0).all()
-    assert drifts[-1] < 2e-5
+    assert max(run.energy_drift for run in runs) < 1e-8
     system, run = systems[-1], runs[-1]
     start = 0.5 * system.velocity @ system.velocity
     gained, work = run.energies[-1, :4].sum() - start, work_of_loads(system, run.motion["part"], run)
@@ -197,9 +194,9 @@ def test_an_elastic_piston_starts_at_the_length_of_its_rod(tmp_path: Path) -> No
     np.testing.assert_allclose(done.loads[:, 1], axial_force(held, done.times), rtol=1e-2)
 
 
-def test_drift_of_an_elastic_piston_falls_with_the_step(tmp_path: Path) -> None:
+def test_an_elastic_piston_keeps_its_energy_at_any_step(tmp_path: Path) -> None:
     drifts = []
     for number, step in enumerate((2e-6, STEP, STEP / 2, STEP / 4)):
         scene = piston_scene(clearance=2e-5, step=step)
         drifts.append(simulate(piston(tmp_path / str(number), scene, mode_count=6)).energy_drift)
-    assert drifts[-1] < drifts[0] / 8
+    assert max(drifts) < 1e-9

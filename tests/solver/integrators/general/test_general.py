@@ -90,8 +90,8 @@ def marched(names: tuple[str, ...], folder: Path, **run: Any) -> tuple[General, 
             np.zeros((1, 2 * r + 1)), np.zeros((1, len(system.gauge_rows))),
         )  # fmt: skip
         assert integrator.advance(step, 1, samples)
-        forces.append(integrator._arrays.state.unknown[here].copy())
-        rods.append(integrator._arrays.state.rod[0, :2].copy())
+        forces.append(integrator.arrays.state.unknown[here].copy())
+        rods.append(integrator.arrays.state.rod[0, :2].copy())
     return integrator, forces, rods
 
 

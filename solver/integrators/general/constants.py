@@ -1,0 +1,221 @@
+"""What does not change in a run of the loop over ports, built from a system."""
+
+import numpy as np
+
+from gudgeon.solver.integrators.flight import flight
+from gudgeon.solver.integrators.general.arrays import (
+    POSITION,
+    STABILISED,
+    VELOCITY,
+    Constants,
+    Rows,
+)
+from gudgeon.solver.integrators.uncoupled import SLOWEST
+from gudgeon.solver.ports.members import contact_ports
+from gudgeon.solver.ports.table import BLOCK, Kind, Ports, block_size
+from gudgeon.solver.system.system import System
+
+
+def constants_of(system: System, ports: Ports, dt: float) -> Constants:
+    step, p = flight(system.stiffness, system.damping, dt), len(ports.offset)
+    per_port = _per_port(system, ports)
+    level, joints = np.full(p, POSITION), np.full(p, -1)
+    level[per_port["restitution"] >= 0] = VELOCITY
+    lengths = np.zeros(p)
+    beta = _delays(system, ports, per_port["delay"])
+    jumps = _jumps(ports, beta, per_port["layer"], dt)
+    residual, memory = _residual(ports, beta, jumps, dt)
+    flexible = np.einsum("sij,sj->ij", residual, memory[:, 2]) if len(residual) else np.zeros((p, p))
+    for number, held in enumerate(system.driving.joints):
+        here = ports.of(f"joint.{held.name}")
+        joints[here.start], lengths[here.start] = number, held.joint.rod_length
+        if not (flexible.diagonal()[here] > 0).all():
+            level[here] = STABILISED
+    moved = [f"motion.{drive.name}" for drive in system.driving.drives]
+    for here in map(ports.of, moved):
+        if not (flexible.diagonal()[here] > 0).all():
+            level[here] = STABILISED
+    block = np.zeros(p, np.int64)
+    size = np.zeros(p, np.int64)
+    for item, here in zip(ports.blocks, ports.places, strict=True):
+        each = block_size(item)
+        first = np.arange(here.start, here.stop, each)
+        size[first] = each
+        block[here] = np.repeat(first, each)
+    rigid = level == VELOCITY
+    inertia, faster = (_by_bodies(system, ports, factor) for factor in (step.push[0], dt * step.push[1]))
+    inertia[level == STABILISED] += 0.5 * faster[level == STABILISED]
+    inertia[rigid] = faster[rigid]
+    flexible[rigid] = 0.0
+    share = np.where(jumps, 1.0, _share(ports, level, per_port["layer"], flexible))
+    matrix = inertia * share + flexible + np.diag(per_port["layer"])
+    responds = ports.kind != Kind.GIVEN
+    scale, among = np.sqrt(np.abs(matrix.diagonal()[responds])), matrix[np.ix_(responds, responds)]
+    symmetric = bool((np.abs(among - among.T) <= 1e-12 * np.outer(scale, scale)).all())
+    return Constants(
+        dt=dt, motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
+        gravity=system.driving.gravity, rows=_rows(system, ports), norm=np.linalg.norm(ports.rows, axis=1),
+        reach=np.abs(residual).max(axis=(0, 2), initial=0.0) if p else np.zeros(0), offset=ports.offset,
+        kind=ports.kind, size=size, block=block, level=level, share=share, inertia=inertia.T.copy(),
+        columns=matrix.T.copy(), residual=residual, memory=memory, layer=per_port["layer"],
+        law=per_port["law"], knots=np.vstack([np.empty((0, 2)), *system.springs.knots.values()]),
+        table=per_port["table"].astype(np.int64), friction=per_port["friction"], belt=per_port["belt"],
+        restitution=per_port["restitution"], lengths=lengths, contact=per_port["contact"],
+        direction=per_port["direction"], joint=joints, inverse=_inverses(ports, moved, matrix),
+        drives=ports.numbers(moved), given=np.flatnonzero(~responds),
+        touching=np.flatnonzero((size > 0) & (per_port["contact"] >= 0)),
+        always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
+        loaded=_loaded(system, ports), sides=ports.sides, farthest=float(step.push[0].max(initial=0.0)),
+        damped=bool(np.any(memory[:, :2])), bounces=bool(rigid.any()), rigid=system.rigid, floor=SLOWEST,
+        plain=bool(symmetric and (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()),
+    )  # fmt: skip
+
+
+def _by_bodies(system: System, ports: Ports, factor: np.ndarray) -> np.ndarray:
+    """Return W diag(factor) Wᵀ, (p, p): ports that share no body do not act on each other through coordinates."""
+    found = np.zeros((len(ports.offset),) * 2)
+    for number, body in enumerate(system.bodies.values()):
+        near, here = np.flatnonzero((ports.sides == number).any(axis=1)), body.coordinates
+        rows = ports.rows[near, here]
+        found[np.ix_(near, near)] += (rows * factor[here]) @ rows.T
+    return found
+
+
+def _per_port(system: System, ports: Ports) -> dict[str, np.ndarray]:
+    """Return what contacts and springs give to each of their ports."""
+    p = len(ports.offset)
+    found = {name: np.zeros((p, *shape)) for name, shape in _PER_PORT.items()}
+    found["restitution"][:], contact = -1.0, np.full(p, -1)
+    for number, item in enumerate(system.contacts):
+        here = ports.of(f"contact.{item.name}")
+        contact[here] = number
+        normals = contact_ports(ports, item)
+        each = (here.stop - here.start) // len(normals)
+        rigid = system.rigid_contact[item.rows]
+        for b in range(each):
+            found["restitution"][normals + b] = np.where(rigid, system.restitution[item.rows], -1.0)
+        found["friction"][normals] = system.friction[item.rows]
+        found["direction"][here] = ports.blocks[number].directions
+        if ports.kind[here.start] in (Kind.LAW, Kind.RUBBING_LAW):
+            found["law"][normals] = system.law[item.rows]
+        else:
+            found["layer"][normals] = system.layer[item.rows]
+            compliance = system.compliance.diagonal()[item.rows]
+            found["delay"][normals] = system.dashpot[item.rows] * compliance
+        if each > 1:
+            settings = system.scene.contact[item.name]
+            velocity = np.asarray(getattr(settings.against, "velocity", (0.0, 0.0, 0.0)), float)
+            for b in range(1, each):
+                found["belt"][normals + b] = found["direction"][normals + b] @ velocity
+    springs, first = system.springs, 0
+    for name in system.scene.springs():
+        here, rows = ports.of(f"force.{name}"), springs.of(name)
+        found["law"][here, 0], found["law"][here, 1] = springs.stiffness[rows], springs.damping[rows]
+        if (knots := springs.knots.get(rows.start)) is not None:
+            found["table"][here] = first, first + len(knots)
+            first += len(knots)
+    return found | {"contact": contact}
+
+
+_PER_PORT: dict[str, tuple[int, ...]] = {
+    "layer": (), "delay": (), "law": (4,), "table": (2,), "friction": (2,), "belt": (), "restitution": (),
+    "direction": (3,),
+}  # fmt: skip
+
+
+def _delays(system: System, ports: Ports, delay: np.ndarray) -> np.ndarray:
+    """Return β of r + β ṙ = f on each side of each port [s], (2, p).
+
+    Args:
+        delay: Of the dashpots beside the compliance of ports [s], (p,).
+    """
+    p, bodies = len(ports.offset), list(system.bodies.values())
+    beta = np.array([[bodies[b].stiffness_factor if b >= 0 else 0.0 for b in pair] for pair in ports.sides])
+    beta = np.maximum(beta.reshape(p, 2).T, delay)
+    beta[1] = np.where(ports.sides[:, 1] >= 0, beta[1], beta[0])
+    return beta
+
+
+def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.ndarray:
+    """Return which contact ports have a force that jumps when they close, since a dashpot alone resists, (p,)."""
+    found = np.zeros(len(layer), np.bool_)
+    for item, here in zip(ports.blocks, ports.places, strict=True):
+        if item.kind in (Kind.UNILATERAL, Kind.CONE):
+            each = BLOCK.get(item.kind, 1)
+            first = np.arange(here.start, here.stop, each)
+            found[here] = np.repeat((beta[:, first].max(axis=0) > 0.5 * dt) & (layer[first] == 0), each)
+    return found
+
+
+def _residual(ports: Ports, beta: np.ndarray, jumps: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return R by sides of ports [m/N], (s, p, p), and the memory of r on them, (s, 3, p); one side if both are alike.
+
+    Args:
+        beta: [s], (2, p).
+        jumps: Ports whose force is constant in a step, (p,).
+    """
+    p = len(ports.offset)
+    if not ports.residual.any():
+        return np.zeros((0, p, p)), np.zeros((0, 3, p))
+    memory = np.stack([_memory(own, dt) for own in beta])
+    for i in np.flatnonzero(jumps):
+        memory[:, 2, i] += memory[:, 1, i]
+        memory[:, 1, i] = 0.0
+    if np.array_equal(beta[0], beta[1]):
+        return ports.residual.sum(axis=0)[None], memory[:1]
+    return ports.residual, memory
+
+
+def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
+    """Return what r + β ṙ = f keeps of r, of f at the start and of f at the end of a step, f linear in it, (3, n)."""
+    ratio = beta / dt
+    with np.errstate(divide="ignore"):
+        kept = np.exp(-1 / ratio)
+    gone = ratio * (1 - kept)
+    return np.array([kept, gone - kept, 1 - gone])
+
+
+def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndarray) -> np.ndarray:
+    """Return κ of each port: ½ where the trapezoidal rule holds, which needs a compliance of its own, (p,)."""
+    share = np.ones(len(level))
+    own = flexible.diagonal() + layer > 0
+    for item, here in zip(ports.blocks, ports.places, strict=True):
+        if item.kind == Kind.GIVEN:
+            share[here] = 0.5
+            continue
+        each = block_size(item)
+        first = np.arange(here.start, here.stop, each)
+        averaged = own[first] & (level[first] == POSITION)
+        share[here] = np.where(np.repeat(averaged, each), 0.5, 1.0)
+    return share
+
+
+def _inverses(ports: Ports, moved: list[str], matrix: np.ndarray) -> np.ndarray:
+    """Return the inverse of each drive's block of the measures per unknown, in the rows of its ports, (p, n)."""
+    places = [ports.of(name) for name in moved]
+    found = np.zeros((len(matrix), max((here.stop - here.start for here in places), default=0)))
+    for here in places:
+        found[here, : here.stop - here.start] = np.linalg.inv(matrix[here, here])
+    return found
+
+
+def _rows(system: System, ports: Ports) -> Rows:
+    """Return W by the bodies of each port."""
+    p, bodies = len(ports.offset), list(system.bodies.values())
+    first, last, at = (np.zeros((p, 2), np.int64) for _ in range(3))
+    values, used = [np.empty(0)], 0
+    for i in range(p):
+        for side, number in enumerate(ports.sides[i]):
+            if number >= 0:
+                here = bodies[number].coordinates
+                first[i, side], last[i, side], at[i, side] = here.start, here.stop, used
+                values.append(ports.rows[i, here])
+                used += here.stop - here.start
+    return Rows(first, last, at, np.concatenate(values))
+
+
+def _loaded(system: System, ports: Ports) -> np.ndarray:
+    """Return the ports of joints, given loads and drives."""
+    driving = system.driving
+    names = [f"joint.{held.name}" for held in driving.joints] + [f"force.{load.name}" for load in driving.given]
+    return ports.numbers(names + [f"motion.{drive.name}" for drive in driving.drives])

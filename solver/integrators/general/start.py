@@ -1,0 +1,76 @@
+"""State and working arrays of the loop over ports at the start of a run."""
+
+import numpy as np
+
+from gudgeon.solver.contact.compliance import fixed
+from gudgeon.solver.contact.lcp import empty_set
+from gudgeon.solver.integrators.general.arrays import (
+    SLIPS,
+    Constants,
+    Problem,
+    State,
+)
+from gudgeon.solver.integrators.general.solve import WINDOW
+from gudgeon.solver.ports.members import contact_ports
+from gudgeon.solver.ports.table import Kind, Ports
+from gudgeon.solver.system.system import System
+
+
+def state_of(system: System, ports: Ports, constants: Constants) -> State:
+    p, m, contacts, joints = len(ports.offset), len(system.velocity), len(system.contacts), len(system.driving.joints)
+    sides = len(constants.residual)
+    unknown = np.zeros(p)
+    for item in system.contacts:
+        unknown[contact_ports(ports, item)] = system.start_forces[item.rows]
+    unknown[constants.loaded] = system.loads
+    for name in system.scene.springs():
+        unknown[ports.of(f"force.{name}")] = system.start_pulls[system.springs.of(name)]
+    held = np.tile(unknown, (sides, 1)) if sides else np.zeros((0, p))
+    response = np.einsum("sij,sj->i", constants.residual, held) if sides else np.zeros(p)
+    displacement = ports.offset + ports.rows @ system.position + response
+    parts = np.zeros(5)
+    stored = 0.5 * float(unknown @ response)
+    pulled = [displacement[ports.of(f"force.{name}")] for name in system.scene.springs()]
+    parts[:3] = (
+        0.5 * float(system.velocity @ system.velocity),
+        0.5 * float(system.stiffness @ system.position**2) + stored
+        + system.springs.energy(np.concatenate([np.empty(0), *pulled])),
+        system.start_contact_energy - 0.5 * float(system.start_forces @ system.residual @ system.start_forces),
+    )  # fmt: skip
+    pin = system.driving.crank(np.zeros(1))[0]
+    acts, listed = (np.zeros(p + 1, np.int64) for _ in range(2))
+    for numbers, among in ((acts, ports.kind != Kind.GIVEN), (listed, sides > 0)):
+        found = np.flatnonzero((unknown != 0.0) & among)
+        numbers[0], numbers[1 : len(found) + 1] = len(found), found
+    zeros = {name: np.zeros(p) for name in _ZERO_AT_START}
+    return State(
+        q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
+        pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), acts=acts,
+        listed=listed,
+        listed_known=np.zeros(p + 1, np.int64), displacement=np.stack([displacement, displacement]),
+        response=np.stack([response, response]), anchor=displacement.copy(), sliding=np.zeros(p, np.bool_),
+        fastest=np.zeros(1), average=np.zeros(1), wanted=np.zeros(len(constants.drives)),
+        rod=np.zeros((joints, 3)), pin=pin.reshape(joints, 4), travel=np.zeros(2),
+        acting=np.zeros(contacts), struck=np.zeros(contacts, np.bool_), peak=np.zeros((contacts, 2)),
+        slips=np.zeros((SLIPS + 1 if contacts else 1, 3)), closing=np.full(p, -1.0),
+        stored=np.array([stored]), work=np.zeros(len(system.rigid) + 1), parts=parts,
+        extreme=np.array([parts.sum(), 0.0, 0.0, 0.0]), counts=np.zeros(6, np.int64), **zeros,
+    )  # fmt: skip
+
+
+_ZERO_AT_START = (
+    "last", "mean", "extra", "gap", "measure", "approach", "margin", "sudden", "rate", "shift", "foreseen", "impulses",
+)  # fmt: skip
+
+
+def problem_of(constants: Constants) -> Problem:
+    p = len(constants.offset)
+    return Problem(
+        awake=np.zeros((2, p), np.bool_), ports=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
+        columns=np.zeros((p, p)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
+        matrix=fixed(constants.columns)._replace(candidate=np.ones(p, np.bool_)), free=np.zeros(p), x=np.zeros(p),
+        y=np.zeros(p), start=np.zeros(p),
+        weight=np.zeros(p), slipped=np.zeros(p, np.bool_),
+        past=np.zeros((3, p)), changes=np.zeros((3, WINDOW, p)), products=np.zeros((WINDOW, WINDOW)),
+        gram=np.zeros((WINDOW, WINDOW + 1)),
+    )  # fmt: skip
