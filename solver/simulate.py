@@ -6,7 +6,7 @@ from importlib import import_module
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, Trajectory
 from gudgeon.solver.accuracy import controlled
 from gudgeon.solver.basis_check import with_basis_estimates
 from gudgeon.solver.capabilities import INTEGRATORS
@@ -14,6 +14,7 @@ from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, own_step, plan_run
+from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
 from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
@@ -56,8 +57,18 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
 
     Raises:
         SolverError: the contact's compliance is singular.
+        SceneError: the contact force of a point is not determined with its friction.
     """
-    run, plan = system.scene.run, plan_run(system)
+    refuse_ambiguous_friction(system)
+    plan = plan_run(system)
+    notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
+    found = _simulated(system, plan, progress)
+    return replace(found, counts=found.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else found
+
+
+def _simulated(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
+    """Integrate a system with the steps of a plan, or with controlled ones."""
+    run = system.scene.run
     if not run.checks:
         return _march(system, plan, progress)
     if plan.integrator.own_steps or run.step is not None:

@@ -15,6 +15,7 @@ from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.steps import largest_factor, own_step, parts_of
 from gudgeon.solver.ports.table import Kind
+from gudgeon.solver.ports.uniqueness import refuse_ambiguous_friction
 from gudgeon.solver.system.system import System
 
 ENERGIES = ("kinetic", "strain", "contact", "dissipated", "work")
@@ -60,6 +61,7 @@ class Steps:
         """
         if system.scene.masters():
             raise SolverError("contact: points that slide over another body's surface cannot be stepped from Python")
+        refuse_ambiguous_friction(system)
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)
         self.dt = step or system.scene.run.step or own_step(system.scene.run, integrator, choose(system)[1] or critical)

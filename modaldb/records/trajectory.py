@@ -11,6 +11,8 @@ BASIS_REASON = "basis_reason"
 """Entry of `Trajectory.counts`: why the run that estimates the error of the modal basis failed, or `ONE_COORDINATE`."""
 ONE_COORDINATE = "one elastic coordinate is kept"
 """Reason why there is no such run: half of the coordinates of a body would be none."""
+FRICTION_NOTES = "friction_notes"
+"""Entry of `Trajectory.counts`: what is to be said of the coefficients of friction, one sentence a line."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Static flexibility of two caps that face each other, from their records alone."""
+"""Scenes of friction on elastic parts, stepped from their files."""
 
 import json
 from dataclasses import dataclass
@@ -7,27 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.run import run_job
-from gudgeon.solver.bodies.small_motion import FlexibleBody
+from gudgeon.pipeline.kinds import open_job, simulation
+from gudgeon.solver.simulation import Steps
 from tests.validation.friction.meshes import Cap, write_pair
 
 HERE = Path(__file__).parent
-
-
-@dataclass(frozen=True)
-class Pair:
-    """c pairs of points of two bodies."""
-
-    points: np.ndarray
-    """Of the upper body [m], (c, 3)."""
-    across: np.ndarray
-    """From the lower to the upper point of each pair [m], (c, 3)."""
-    areas: np.ndarray
-    """[m²], (c,)."""
-    W: np.ndarray
-    """Relative displacement along x, y, z per force on each pair along x, y, z [m/N], (c, 3, c, 3)."""
+SLIPS = 1e-6
+"""Share of the largest friction by which the friction of a point that sticks is below it, at least."""
 
 
 def reference(name: str) -> Any:
@@ -35,31 +21,50 @@ def reference(name: str) -> Any:
     return json.loads((HERE / f"{name}.json").read_text())
 
 
-def made_pair(folder: Path, name: str, cap: Cap, share: float, *, solid: bool) -> Pair:
-    """Make the records of a scene on elements of a share of a, and return their flexibility."""
+@dataclass(frozen=True)
+class Touch:
+    """The forces at c points of a contact."""
+
+    normal: np.ndarray
+    """[N], (c,)."""
+    friction: np.ndarray
+    """[N], (c, 3)."""
+    slide: np.ndarray
+    """Displacement along both tangents [m], (c, 2)."""
+    stuck: np.ndarray
+    """Whether each is closed and sticks, (c,)."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two caps at time zero."""
+
+    steps: Steps
+    points: np.ndarray
+    """Of the upper body [m], (c, 3)."""
+    areas: np.ndarray
+    """[m²], (c,)."""
+
+
+def touch(steps: Steps, contact: str, mu: float) -> Touch:
+    """Return the present forces of a contact with a coefficient of friction."""
+    found, table = steps.port(f"contact.{contact}"), steps._run.ports
+    directions = table.blocks[0].directions
+    assert directions is not None
+    forces, across = found.force.reshape(-1, 3), directions.reshape(-1, 3, 3)[:, 1:]
+    size = np.hypot(forces[:, 1], forces[:, 2])
+    return Touch(
+        forces[:, 0], np.einsum("cd,cdi->ci", forces[:, 1:], across), found.displacement.reshape(-1, 3)[:, 1:],
+        (forces[:, 0] > 0) & (size < (1 - SLIPS) * mu * forces[:, 0]),
+    )  # fmt: skip
+
+
+def made_pair(folder: Path, name: str, cap: Cap, share: float, *, solid: bool, **sets: Any) -> Pair:
+    """Make the records of two caps on elements of a share of a, and start their scene."""
     write_pair(folder, name, cap, share * cap.contact, solid=solid)
     (folder / f"{name}.toml").write_text((HERE / f"{name}.toml").read_text())
-    job = open_job(folder / f"{name}.toml", db=folder / "db", out=folder / "out")
-    run_job(job, "morph")
-    upper, lower = (body(job, side) for side in ("upper", "lower"))
-    above, below = upper.morph.points["contact"], lower.morph.points["contact"]
-    mirrored = below * np.where(np.arange(3) == (2 if solid else 1), -1.0, 1.0)
-    order = np.linalg.norm(above[:, None] - mirrored, axis=2).argmin(axis=1)
-    np.testing.assert_allclose(mirrored[order], above, atol=1e-12)
-    W = flexibility(upper) + flexibility(lower)[order][:, :, order]
-    return Pair(above, above - below[order], upper.modal.interfaces["contact"].areas, W)
-
-
-def body(job: Job, name: str) -> FlexibleBody:
-    """Return a body of a scene by its records."""
-    steps = job.components()[name]
-    modal, morph = (job.store.get(steps[kind].key, kind) for kind in ("modes", "morph"))
-    return FlexibleBody(name, steps["morph"].key, morph, modal, morph.rigid_twists, 0.0, 0)
-
-
-def flexibility(body: FlexibleBody) -> np.ndarray:
-    """Return the static displacement along x, y, z per force on each contact point, by modes and R, (c, 3, c, 3)."""
-    rows, frame = body.contact_rows("contact"), body.contact_frame("contact")
-    count, flat = len(rows), rows.reshape(-1, rows.shape[2])
-    W = flat / body.modal.angular_frequencies**2 @ flat.T + body.contact_residual("contact", "contact")
-    return np.einsum("pki,pkql,qlj->piqj", frame, W.reshape(count, 3, count, 3), frame, optimize=True)
+    changed = {key.replace("__", "."): value for key, value in sets.items()}
+    job = open_job(folder / f"{name}.toml", set=changed, db=folder / "db", out=folder / "out")
+    steps = simulation(job)
+    record = job.store.get(job.components()["upper"]["modes"].key, "modes")
+    return Pair(steps, steps.system.bodies["upper"].morph.points["contact"], record.interfaces["contact"].areas)
