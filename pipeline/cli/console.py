@@ -25,7 +25,8 @@ class Console:
         """Show that `share` of a stage is done, 0 to 1, and the time left; a share that decreases begins anew."""
         type(self).last_stage = stage if share < 1.0 else ""
         now = time.monotonic()
-        if stage != self._shown or share < self._last:
+        # What comes before the first share, such as compiling, says nothing about the rest.
+        if stage != self._shown or share < self._last or self._last == 0.0:
             self._begin, self._first = now, share
             fresh, self._shown = stage != self._shown, stage
             if fresh and not self._bar and not self._quiet and share < 1.0:

@@ -29,7 +29,7 @@ from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
 from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
 from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
-from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
+from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, reference_values, write_summary
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
 from gudgeon.solver.kernel_cache import compile_beside, is_compiled, uncached_note
 from gudgeon.solver.result import Result
@@ -176,7 +176,7 @@ def _keep_stopped(job: Job, found: Trajectory) -> RunReport:
     notes = [f"pictures of an earlier result were removed: {', '.join(removed)}"] if removed else []
     return RunReport(
         job.name, found.result, quantities=summary["quantities"], energy_drift=found.energy_drift,
-        momentum_residual=found.momentum_residual, out=str(job.out), notes=notes, reason=reason,
+        momentum_residual=found.momentum_residual, out=str(job.out), notes=notes, reason=reason, files=_files(job),
     )  # fmt: skip
 
 
@@ -224,7 +224,7 @@ def _finish(job: Job, until: str) -> RunReport:
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
         momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], out=str(job.out),
-        notes=own + notes, changes=change_estimates(job), parts=_sizes(job),
+        notes=own + notes, changes=change_estimates(job), parts=_sizes(job), files=_files(job),
         reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
     )  # fmt: skip
 
@@ -242,6 +242,11 @@ def _write_probes(job: Job, found: Trajectory) -> None:
         columns.append(probe.values)
     rows = np.hstack(columns)
     write_text(job.out / PROBES, csv_text([heads, *([repr(float(one)) for one in row] for row in rows)]))
+
+
+def _files(job: Job) -> tuple[str, ...]:
+    """Return the names of the result files beside the pictures."""
+    return SUMMARY, TRAJECTORY, *((PROBES,) if job.scene.probe else ())
 
 
 def _probe_notes(job: Job) -> list[str]:

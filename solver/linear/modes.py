@@ -59,7 +59,7 @@ def assembled_modes(found: Linearised) -> AssembledModes:
     s, shapes = s[order], shapes[order] @ N.T
     shapes = shapes / np.linalg.norm(shapes, axis=1)[:, None]
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratios = np.where(np.abs(s) > 0, -s.real / np.abs(s), 0.0)
+        ratios = np.where(s.real != 0, -s.real / np.abs(s), 0.0)
     shares = {name: (np.abs(shapes[:, body.coordinates]) ** 2).sum(axis=1) for name, body in system.bodies.items()}
     return AssembledModes(np.abs(s) / (2 * np.pi), ratios, shapes, shares, _effective(found, shapes), real)
 

@@ -134,8 +134,9 @@ def test_progress_has_the_time_left(terminal: bool, monkeypatch: pytest.MonkeyPa
         clock.now = 100.0 + tick
         shown.progress("solve", tick / 200)
     shown.progress("solve", 0.0)  # A finer run begins.
-    clock.now += 20.0
-    shown.progress("solve", 0.1)
+    for share in (0.05, 0.1):
+        clock.now += 10.0
+        shown.progress("solve", share)
     text = capsys.readouterr().err
     if terminal:
         assert "\n" not in text
