@@ -22,6 +22,7 @@ from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 
 if TYPE_CHECKING:
+    from gudgeon.pipeline.linear.analysis import Answer, Asked
     from gudgeon.pipeline.report.document import Document
     from gudgeon.pipeline.report.effort import Effort
     from gudgeon.solver.simulation import Steps
@@ -49,6 +50,8 @@ class Kind:
     document of docs/robustness.md, and its table as text."""
     export: Callable[[Any, str, int], list[Path]]
     """Writes .vtu files and returns their paths."""
+    linear: Callable[[Any, "Asked", Progress], "Answer"]
+    """Writes assembled modes and a frequency response."""
 
 
 def _found(home: str) -> Any:
@@ -66,6 +69,10 @@ def _no_export(job: SceneJob, what: str, every: int) -> list[Path]:
     raise InputError(f"{job.path}: export: {what} of a wheel cannot be exported; its records hold shapes and response")
 
 
+def _no_linear(job: SceneJob, asked: Any, progress: Progress) -> Any:
+    raise InputError(f"{job.path}: linear: a wheel has its own response over frequency; run `gudgeon run`")
+
+
 KINDS: dict[str, Kind] = {
     "body": Kind(
         model="gudgeon.pipeline.scenes.bodies:SceneFile",
@@ -75,6 +82,7 @@ KINDS: dict[str, Kind] = {
         report=_late("gudgeon.pipeline.report.bodies:report_scene"),
         robustness=_late("gudgeon.pipeline.robustness.run:robustness_job"),
         export=_late("gudgeon.pipeline.exporters.export:export"),
+        linear=_late("gudgeon.pipeline.linear.analysis:analyse"),
     ),
     "wheel": Kind(
         model="gudgeon.pipeline.wheel.scene:WheelFile",
@@ -84,6 +92,7 @@ KINDS: dict[str, Kind] = {
         report=_late("gudgeon.pipeline.wheel.report:report_wheel"),
         robustness=_late("gudgeon.pipeline.wheel.robustness:robustness_wheel"),
         export=_no_export,
+        linear=_no_linear,
     ),
 }
 """Kinds by the table that identifies them; the first if a file has none of these tables."""

@@ -9,6 +9,8 @@ from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
 
+STOPPED, INTERRUPTED = "STOPPED", 130
+"""Result of a run that Ctrl-C stopped, and the exit code then."""
 PER_IMPACT = re.compile(r"\.impact\d+\.")
 """Quantities of single impacts: summary.json has all of them; those with a reference are printed."""
 
@@ -27,6 +29,9 @@ def run_command(options: argparse.Namespace) -> int:
         print(json.dumps(report.as_json(), indent=1))
     else:
         _print_run(report)
+    if report.result == STOPPED:
+        print(f"gudgeon: {job.path}: {report.reason}; run the same command again to start anew", file=sys.stderr)
+        return INTERRUPTED
     if report.reason is not None:
         print(f"gudgeon: {job.path}: the run failed: {report.reason}", file=sys.stderr)
         return 1
@@ -126,6 +131,26 @@ def robustness_command(options: argparse.Namespace) -> int:
     document, table = kind.robustness(job, options.cases, options.only, Console(options.json).progress)
     print(json.dumps(document, indent=1) if options.json else table)
     return 0 if document["passed"] else 1
+
+
+def linear_command(options: argparse.Namespace) -> int:
+    """Print the assembled modes and write them, with a response if one is asked for."""
+    from gudgeon.pipeline.linear.analysis import Asked, answer_text
+
+    kind, job = _opened(options)
+    low_high = options.frequencies
+    answer = kind.linear(
+        job,
+        Asked(
+            closed=tuple(options.closed), force=options.force, at=tuple(options.at), quantity=options.quantity,
+            frequencies=None if low_high is None else (*low_high, options.points), loss=options.loss,
+        ),
+        Console(options.json).progress,
+    )  # fmt: skip
+    print(json.dumps(answer.as_json(), indent=1) if options.json else answer_text(answer))
+    for note in answer.notes:
+        print(f"gudgeon: {note}", file=sys.stderr)
+    return 0
 
 
 def export_command(options: argparse.Namespace) -> int:

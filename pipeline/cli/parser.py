@@ -34,6 +34,11 @@ STAGE_HELP = {
 
 
 SAME_MESH = "with --tolerance: accept a setting whose mesh has a larger error"
+LINEAR_HELP = """\
+Assembled modes of the scene at its start (run.start), with joints, driven bodies, springs and contacts that press
+there: linear-modes.csv; with --force also the response over frequency: linear-response.csv and .png. See
+docs/linear.md.
+"""
 REPORT_HELP = """\
 Run the sweep that the scene defines under [report] (models, sweep, full_fe, reference, changes). Without [report], run
 a default sweep over modes, reductions, methods and integrators. Write report.csv, report.json, report.png and
@@ -95,6 +100,8 @@ def build_parser() -> argparse.ArgumentParser:
     add = _command(names, "robustness", text, commands.robustness_command, ROBUSTNESS_HELP).add_argument
     add("--only", type=_names, default=(), metavar="NAME,...", help="run only the named cases or groups")
     add("--cases", type=Path, metavar="FILE", help="TOML file with further cases, described in docs/robustness.md")
+    text = "assembled modes of the scene at its start, and frequency responses between its ports"
+    _linear_options(_command(names, "linear", text, commands.linear_command, LINEAR_HELP))
     text = "write mode shapes or results as .vtu files for ParaView"
     add = _command(names, "export", text, commands.export_command).add_argument
     add("what", choices=("modes", "results"), help="mode shapes, or displacements and contact pressures over time")
@@ -120,6 +127,27 @@ def build_parser() -> argparse.ArgumentParser:
     add("--out", type=Path, default=Path("out"), metavar="PATH", help="folder of all results (default out)")
     _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
     return parser
+
+
+def _linear_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of `gudgeon linear`."""
+    add = command.add_argument
+    text = "port of a unit force, or a motion that moves by a unit: contact.NAME, joint.NAME, force.NAME, motion.NAME"
+    add("--force", metavar="PORT", help=f"{text}; [2] after it for the second of several rows")
+    text = "port or probe.NAME where the response is read; may be repeated (default: the port of --force)"
+    add("--at", action="append", default=[], metavar="PORT", help=text)
+    add("--quantity", default="displacement", metavar="WHAT", help="displacement (default), velocity or acceleration")
+    add("--frequencies", nargs=2, type=float, metavar=("LOW", "HIGH"), help="range of the response [Hz]")
+    add("--points", type=_positive, default=2001, metavar="N", help="number of frequencies (default 2001)")
+    add(
+        "--loss",
+        type=float,
+        default=0.0,
+        metavar="ETA",
+        help="structural loss factor of all elastic bodies (default 0)",
+    )
+    text = "contact of which all points are closed; may be repeated (default: those that press at the start)"
+    add("--closed", action="append", default=[], metavar="contact.NAME", help=text)
 
 
 Action = Callable[[argparse.Namespace], int]

@@ -11,23 +11,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, FRICTION_NOTES, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file, csv_text, write_text
+from gudgeon.pipeline.measuring.stopping import stoppable
 from gudgeon.pipeline.reduction.basis_notes import basis_notes
 from gudgeon.pipeline.reduction.impact_notes import impact_notes
 from gudgeon.pipeline.scenes.checks import gravity_notes, law_notes, unit_notes
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
+from gudgeon.pipeline.stages.folder import held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
 from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
 from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
-from gudgeon.pipeline.stages.summary import read_summary, reference_values, write_summary
+from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, reference_values, write_summary
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
 from gudgeon.solver.kernel_cache import compile_beside, is_compiled, uncached_note
 from gudgeon.solver.result import Result
@@ -56,7 +59,10 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
         job.compared()  # A mistake there must be reported before the solver runs.
     with _compilation(job, until, tell) as compilation:
         tasks = partial(_tasks, job, tell=tell, compilation=compilation)
-        return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
+        try:
+            return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
+        except _Stopped as stopped:
+            return _keep_stopped(job, stopped.args[0])
 
 
 @contextlib.contextmanager
@@ -143,7 +149,36 @@ def _solve(job: Job, tell: Progress, compilation: Compilation) -> Trajectory:
         compilation.wait()
     from gudgeon.solver.simulate import simulate
 
-    return simulate(system_of(job), lambda share: tell("solve", share))
+    with stoppable(lambda share: tell("solve", share)) as progress:
+        found = simulate(system_of(job), progress)
+    if found.result == Result.STOPPED.name:
+        raise _Stopped(found)
+    return found
+
+
+class _Stopped(Exception):
+    """A run was stopped; its argument is the trajectory, which is no product of the scene."""
+
+
+def _keep_stopped(job: Job, found: Trajectory) -> RunReport:
+    """Write what a stopped run has done into the folder of results: nothing in the database, so that it runs anew."""
+    reached = float(found.times[-1]) if len(found.times) else 0.0
+    inputs = job.trajectory().inputs | {"stopped": reached}
+    key = content_key(inputs)
+    with held(job.out):
+        job.store.put(key, "trajectory", found, inputs)
+        copy_file(job.store.path(key), job.out / TRAJECTORY)
+        job.store.path(key).unlink()
+        summary = write_summary(job.out, key, _references(job), found, TRAJECTORY)
+        _write_probes(job, found)
+        removed = remove_pictures(job.out, "")
+    duration = job.scene.run.duration
+    reason = found.counts.get("reason") or f"{Result.STOPPED.value}, at {reached:.6g} s of {duration:.6g} s"
+    notes = [f"pictures of an earlier result were removed: {', '.join(removed)}"] if removed else []
+    return RunReport(
+        job.name, found.result, quantities=summary["quantities"], energy_drift=found.energy_drift,
+        momentum_residual=found.momentum_residual, out=str(job.out), notes=notes, reason=reason, files=_files(job),
+    )  # fmt: skip
 
 
 def system_of(job: Job) -> "System":
@@ -176,7 +211,7 @@ def _finish(job: Job, until: str) -> RunReport:
         copy_file(job.store.path(key), job.out / TRAJECTORY)
         found = job.store.get(key, "trajectory", only=["times"])
         summary = write_summary(job.out, key, expected, found, TRAJECTORY)
-        _write_probes(job, key)
+        _write_probes(job, job.store.get(key, "trajectory", only=["times", "probes"]))
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     own += _energy_notes(job, summary) + _gap_notes(job, summary["quantities"])
     own += _probe_notes(job)
@@ -191,14 +226,13 @@ def _finish(job: Job, until: str) -> RunReport:
     return RunReport(
         job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
         momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], out=str(job.out),
-        notes=own + notes, changes=change_estimates(job), parts=_sizes(job),
+        notes=own + notes, changes=change_estimates(job), parts=_sizes(job), files=_files(job),
         reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
     )  # fmt: skip
 
 
-def _write_probes(job: Job, key: str) -> None:
+def _write_probes(job: Job, found: Trajectory) -> None:
     """Write the histories of probes as a table; without probes, remove that of an earlier run."""
-    found = job.store.get(key, "trajectory", only=["times", "probes"])
     if not found.probes:
         (job.out / PROBES).unlink(missing_ok=True)
         return
@@ -210,6 +244,11 @@ def _write_probes(job: Job, key: str) -> None:
         columns.append(probe.values)
     rows = np.hstack(columns)
     write_text(job.out / PROBES, csv_text([heads, *([repr(float(one)) for one in row] for row in rows)]))
+
+
+def _files(job: Job) -> tuple[str, ...]:
+    """Return the names of the result files beside the pictures."""
+    return SUMMARY, TRAJECTORY, *((PROBES,) if job.scene.probe else ())
 
 
 def _probe_notes(job: Job) -> list[str]:

@@ -9,6 +9,7 @@ from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.ports.listing import contact_kind
 from gudgeon.solver.ports.table import Kind, PortBlock, Ports, Side, gathered
+from gudgeon.solver.system.reactions import MOMENTUM, spring_rows
 from gudgeon.solver.system.springs import End
 from gudgeon.solver.system.system import System
 from gudgeon.solver.vectors import unit
@@ -129,6 +130,11 @@ def probe_ports(system: System, ports: Ports) -> np.ndarray:
         if of.startswith("force."):
             own = ports.of(of)
             found[here.start : here.start + own.stop - own.start] = ports.residual.sum(axis=0)[own]
+        if of.startswith("body."):
+            for number, row in enumerate(spring_rows(of.partition(".")[2], system.springs)):
+                port = ports.of(f"force.{system.springs.names[row]}").start
+                port += row - system.springs.of(system.springs.names[row]).start
+                found[here.start + MOMENTUM + number] = ports.residual.sum(axis=0)[port]
         for sign, _, one in parts:
             residual = system.bodies[one.body].modal.residual_flexibility
             if residual is not None and one.body in ports.weights:

@@ -8,6 +8,7 @@ from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Pro
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.scene.probe import DistanceProbe, PointProbe
 from gudgeon.solver.system.probes import UNITS
+from gudgeon.solver.system.reactions import MOMENTUM, spring_pulls, spring_rows, spring_tensions
 from gudgeon.solver.system.system import System
 
 Parts = tuple[Mapping[str, ContactHistory], Mapping[str, JointHistory], np.ndarray]
@@ -37,18 +38,28 @@ def recorded_probes(system: System, times: np.ndarray, values: np.ndarray, parts
             with np.errstate(invalid="ignore", divide="ignore"):
                 own = np.where(own[:, :1] > 0, own[:, 1:] / own[:, :1], np.nan)
         else:
-            own, columns, unit = _force(system, probe.of, own, parts)
+            start = probes.values(system.position[None], system.velocity[None])[:, probes.places[number]]
+            own, columns, unit = _force(system, probe.of, (start, own, times[:1]), parts)
         found[name] = ProbeHistory(probe.kind, own.copy(), unit, ", ".join(columns), probes.snapped[number])
     return found
 
 
-def _force(system: System, of: str, own: np.ndarray, parts: Parts) -> tuple[np.ndarray, tuple[str, ...], str]:
-    """Return force, names of its columns and unit."""
+def _force(
+    system: System, of: str, read: tuple[np.ndarray, np.ndarray, np.ndarray], parts: Parts
+) -> tuple[np.ndarray, tuple[str, ...], str]:
+    """Return force, names of its columns and unit.
+
+    Args:
+        read: What the probe read at the start, (1, k), and at the ends of the sample intervals, (s, k); the first [s].
+    """
+    own = read[1]
     kind, _, owner = of.partition(".")
     if kind == "contact":
         return parts[0][owner].force, ("x", "y", "z"), "N"
     if kind == "joint":
         return parts[1][owner].force, ("x", "y", "z"), "N"
+    if kind == "body":
+        return _reaction(system, owner, read, parts), ("x", "y", "z"), "N"
     if kind == "motion":
         return _driving_force(system, owner, parts[2])
     springs, count = system.springs, own.shape[1] // 2
@@ -61,6 +72,31 @@ def _force(system: System, of: str, own: np.ndarray, parts: Parts) -> tuple[np.n
     if system.scene.force[owner].kind == "spring":
         return tension, ("tension",), "N"
     return -tension @ springs.motions[here], WRENCH, "N, N m"
+
+
+def _reaction(system: System, name: str, read: tuple[np.ndarray, np.ndarray, np.ndarray], parts: Parts) -> np.ndarray:
+    """Return the mean force by which supports and freedom hold a body [N], (s, 3)."""
+    body, values = system.bodies[name], np.vstack(read[:2])
+    held = np.diff(values[:, :MOMENTUM], axis=0) / read[2] - body.morph.mass * np.asarray(system.scene.run.gravity)
+    for contact in system.contacts:
+        force = parts[0][contact.name].force
+        for owner, *_, sign in contact.sides:
+            if owner == name:
+                held = held - sign * force
+        if contact.master is not None and contact.master.body == name:
+            held = held + force
+    for joint in parts[1].values():
+        if joint.body == name:
+            held = held - joint.force
+    for push, at in [*system.driving.given_rows(), *system.driving.driven_rows()]:
+        if push.body == name:
+            held = held - parts[2][:, at] @ push.resultant[:, :3]
+    tensions = spring_tensions(name, system.springs, values[:, MOMENTUM:])
+    own = spring_rows(name, system.springs)
+    count = len(own)
+    tensions[0] = -system.start_pulls[own] + system.springs.damping[own] * values[0, MOMENTUM + count :]
+    pulls = spring_pulls(name, system.springs, tensions)
+    return held - 0.5 * (pulls[1:] + pulls[:-1])
 
 
 def _driving_force(system: System, name: str, loads: np.ndarray) -> tuple[np.ndarray, tuple[str, ...], str]:

@@ -65,9 +65,10 @@ class Scene(Strict):
         return self
 
     def _check_force(self, where: str, of: str) -> None:
-        """Raise a ValueError unless a probe's `of` is a contact, joint, spring, bushing or motion of the scene."""
+        """Raise a ValueError unless a probe's `of` is a contact, joint, spring, motion or body of the scene."""
         able = [f"contact.{name}" for name in self.contact] + [f"joint.{name}" for name in self.joint]
         able += [f"force.{name}" for name in self.springs()] + [f"motion.{name}" for name in self.motion]
+        able += [f"body.{name}" for name in self.body]
         if of not in able:
             near = difflib.get_close_matches(of, able, 1)
             hint = f"did you mean '{near[0]}'? " if near else ""

@@ -12,6 +12,7 @@ from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.probe import DistanceProbe, ForceProbe, PointProbe
 from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.system.reactions import reaction_rows
 from gudgeon.solver.system.springs import Springs
 from gudgeon.solver.vectors import unit
 
@@ -98,7 +99,7 @@ def _block(
     """Return one probe; shape: numbers of coordinates and contact rows."""
     probe = scene.probe[name]
     if isinstance(probe, ForceProbe):
-        return _force_block(name, probe.of, contacts, springs, shape)
+        return _force_block(name, probe.of, bodies, (contacts, springs), shape)
     readings = [(1.0, _reading(scene, f"probe.{name}", probe, bodies))]
     if isinstance(probe, DistanceProbe):
         other = PointProbe(kind="displacement", body=probe.against, interface=probe.against_interface,
@@ -134,9 +135,16 @@ def _block(
     )  # fmt: skip
 
 
-def _force_block(name: str, of: str, contacts: list[ContactRows], springs: Springs, shape: tuple[int, int]) -> Probes:
-    """Return the values from which a force follows: elongations and their rates, or moments of contact forces."""
+def _force_block(
+    name: str,
+    of: str,
+    bodies: Mapping[str, FlexibleBody],
+    members: tuple[list[ContactRows], Springs],
+    shape: tuple[int, int],
+) -> Probes:
+    """Return the values from which a force follows: elongations and rates, moments of contact forces, or a momentum."""
     kind, _, owner = of.partition(".")
+    contacts, springs = members
     rows = rates = np.zeros((0, shape[0]))
     pressed, offset, readings = np.zeros((0, shape[1])), np.zeros(0), ()
     if kind == "force":
@@ -144,6 +152,9 @@ def _force_block(name: str, of: str, contacts: list[ContactRows], springs: Sprin
         own = springs.rows[here]
         rows, rates = np.vstack([own, 0 * own]), np.vstack([0 * own, own])
         pressed, offset = np.zeros((len(rows), shape[1])), np.append(springs.stretch[here], np.zeros(len(own)))
+    elif kind == "body":
+        rows, rates, offset = reaction_rows(f"probe.{name}.of", bodies[owner], springs, shape[0])
+        pressed = np.zeros((len(rows), shape[1]))
     elif kind == "contact":
         contact = next(one for one in contacts if one.name == owner)
         pressed = np.zeros((4, shape[1]))

@@ -210,6 +210,10 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
         "gravity", body, pulled, f"run.gravity is {'not ' if pulled else ''}zero",
         ("modes:participation",) if stock.elastic and stock.held else (),
     )  # fmt: skip
+    for name, probe in scene.probe.items():
+        if isinstance(probe, ForceProbe) and probe.of == f"body.{body}":
+            fields = ("modes:participation",) if stock.elastic and stock.held else ()
+            yield Term(f"probe {name}", body, True, "reads the force that holds it", fields)
     yield _residual(scene, body, stock, touching)
 
 

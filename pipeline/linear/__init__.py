@@ -1,0 +1,1 @@
+"""Linear analysis of a scene: tables and picture."""

@@ -1,0 +1,196 @@
+"""`gudgeon linear`: assembled modes of a scene and frequency responses between its ports, as tables and a picture."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.folder import claim, held
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job, system_of
+from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.solver.errors import SceneError, SolverError
+
+if TYPE_CHECKING:
+    from gudgeon.solver.linear.modes import AssembledModes
+    from gudgeon.solver.linear.state import Linearised, Place
+
+MODES, RESPONSE, PICTURE = "linear-modes.csv", "linear-response.csv", "linear-response.png"
+MOST_POINTS = 1_000_000
+QUANTITIES = {"displacement": ("m", 0), "velocity": ("m/s", 1), "acceleration": ("m/s^2", 2)}
+"""Unit of each quantity, and the power of iω with which it follows from a displacement."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked for."""
+
+    closed: tuple[str, ...] = ()
+    """`contact.NAME` whose points are all closed."""
+    force: str | None = None
+    """Port where a unit force acts, or a driven one that moves by a unit; None: no response."""
+    at: tuple[str, ...] = ()
+    """Ports and probes where the response is read; default: where the force acts."""
+    quantity: str = "displacement"
+    frequencies: tuple[float, float, int] | None = None
+    """First and last [Hz], and their number, spaced evenly on a logarithmic scale; default: around the modes."""
+    loss: float = 0.0
+    """Structural loss factor of all elastic bodies."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Modes and response of a scene."""
+
+    modes: list[dict[str, Any]]
+    closed: dict[str, int]
+    """Number of closed points of each contact."""
+    files: list[Path]
+    notes: list[str] = field(default_factory=list)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the document that `--json` prints."""
+        return {"modes": self.modes, "closed": self.closed, "files": [str(one) for one in self.files],
+                "notes": self.notes}  # fmt: skip
+
+
+def analyse(job: Job, asked: Asked, progress: Progress) -> Answer:
+    """Write modes and response of a scene of bodies at its start into its folder of results.
+
+    Raises:
+        InputError, SceneError, SolverError: a name, a range or the scene is wrong.
+    """
+    _refuse(asked)
+    run_job(job, "morph", progress)
+    progress("linear", 0.0)
+    from gudgeon.solver.linear.modes import assembled_modes
+    from gudgeon.solver.linear.state import linearised, places
+
+    with named(job.path, InputError, SceneError, SolverError):
+        found = linearised(system_of(job), asked.closed)
+        force = None if asked.force is None else places(found, asked.force, "--force")
+        if force is not None and len(force) > 1:
+            raise SceneError(f"--force '{asked.force}': it has {len(force)} rows; name one, as '{force[0].label}'")
+        if force is not None and force[0].port < 0:
+            raise SceneError(f"--force '{asked.force}': a force acts at a contact, joint, force or motion")
+        read = [one for name in asked.at or (() if force is None else (asked.force or "",))
+                for one in places(found, name, "--at")]  # fmt: skip
+        modes = assembled_modes(found)
+    rows, notes = _mode_rows(modes), _notes(found, modes)
+    files = [job.out / MODES]
+    with held(job.out):
+        claim(job)
+        write_text(files[0], _modes_text(rows))
+        if force is None:
+            for name in (RESPONSE, PICTURE):
+                (job.out / name).unlink(missing_ok=True)
+        else:
+            notes += _write_response(job, asked, found, modes, (force[0], read))
+            files += [job.out / RESPONSE, job.out / PICTURE]
+    progress("linear", 1.0)
+    return Answer(rows, found.closed, files, notes)
+
+
+def _refuse(asked: Asked) -> None:
+    if asked.quantity not in QUANTITIES:
+        raise InputError(f"--quantity '{asked.quantity}': allowed: {', '.join(QUANTITIES)}")
+    if not 0 <= asked.loss < 1:
+        raise InputError(f"--loss {asked.loss:g}: allowed: 0 to below 1")
+    if asked.force is None and asked.at:
+        raise InputError("--at: a response needs --force, where it acts")
+    if asked.frequencies is not None:
+        low, high, count = asked.frequencies
+        if not 0 < low < high < np.inf:
+            raise InputError(f"--frequencies {low:g} {high:g}: two rising frequencies above zero [Hz] are needed")
+        if not 2 <= count <= MOST_POINTS:
+            raise InputError(f"--points {count}: allowed: 2 to {MOST_POINTS}")
+
+
+def _mode_rows(modes: "AssembledModes") -> list[dict[str, Any]]:
+    rows = []
+    for n, (frequency, ratio) in enumerate(zip(modes.frequencies, modes.damping, strict=True)):
+        row: dict[str, Any] = {"number": n + 1, "frequency": float(frequency), "damping": float(ratio)}
+        row["energy"] = {name: float(share[n]) for name, share in modes.shares.items()}
+        row["mass"] = None if modes.masses is None else modes.masses[n].tolist()
+        rows.append(row)
+    return rows
+
+
+def _modes_text(rows: list[dict[str, Any]]) -> str:
+    heads = ["mode", "frequency [Hz]", "damping ratio [1]"]
+    heads += [f"energy of {name} [1]" for name in (rows[0]["energy"] if rows else ())]
+    masses = bool(rows) and rows[0]["mass"] is not None
+    heads += [f"effective mass {axis} [kg]" for axis in "xyz"] if masses else []
+    lines = [
+        [str(row["number"]), *(repr(one) for one in (row["frequency"], row["damping"], *row["energy"].values())),
+         *(repr(one) for one in row["mass"] or ())]
+        for row in rows
+    ]  # fmt: skip
+    return csv_text([heads, *lines])
+
+
+def _notes(found: "Linearised", modes: "AssembledModes") -> list[str]:
+    from gudgeon.solver.linear.response import band
+
+    notes, limit = [], band(found)
+    if np.isfinite(limit):
+        notes.append(
+            f"up to {limit:.4g} Hz, half of the lowest of the bodies' highest kept frequencies, the residual"
+            " flexibility stands for the modes that are left out"
+        )
+    if modes.masses is None:
+        notes.append("effective masses of supported bodies need a run.gravity, with which their record is read")
+    if modes.overdamped:
+        notes.append(f"{modes.overdamped} overdamped motions are no oscillations and are left out")
+    return notes
+
+
+def _write_response(
+    job: Job, asked: Asked, found: "Linearised", modes: "AssembledModes", ends: tuple["Place", list["Place"]]
+) -> list[str]:
+    """Write table and picture of the response; returns notes."""
+    from gudgeon.pipeline.linear.picture import draw
+    from gudgeon.solver.linear.response import band, response
+
+    force, read = ends
+    low, high, count = asked.frequencies or _range(modes, band(found))
+    frequencies = np.geomspace(low, high, count)
+    symbol, power = QUANTITIES[asked.quantity]
+    answers = response(found, force, read, frequencies, loss=asked.loss)
+    answers = answers * (2j * np.pi * frequencies[:, None]) ** power
+    per = "" if force.given else "/N"
+    heads = ["frequency [Hz]"] + [f"{one.label} {part} [{unit}]" for one in read
+                                  for part, unit in (("amplitude", f"{symbol}{per}"), ("phase", "deg"))]  # fmt: skip
+    parts = np.stack([np.abs(answers), np.degrees(np.angle(answers))], axis=2).reshape(len(answers), -1)
+    rows = np.column_stack([frequencies, parts])
+    write_text(job.out / RESPONSE, csv_text([heads, *([repr(float(one)) for one in row] for row in rows)]))
+    what = f"{asked.quantity} per {'motion' if force.given else 'force'} at {force.label} [{symbol}{per}]"
+    draw(job.out / PICTURE, (job.name, what), frequencies, answers, [one.label for one in read], band(found))
+    return [f"--frequencies: beyond {band(found):.4g} Hz the response lacks modes"] if high > band(found) else []
+
+
+def _range(modes: "AssembledModes", limit: float) -> tuple[float, float, int]:
+    """Return a range around the modes below a limit [Hz]."""
+    elastic = modes.frequencies[modes.frequencies > 0]
+    if not len(elastic):
+        return 1.0, 1000.0, 401
+    inside = elastic[elastic <= limit]
+    return 0.2 * float(elastic[0]), 1.5 * float(inside[-1] if len(inside) else elastic[0]), 2001
+
+
+def answer_text(answer: Answer) -> str:
+    """Return the modes as a table for the terminal."""
+    names = list(answer.modes[0]["energy"]) if answer.modes else []
+    lines = [f"{'mode':>4} {'frequency':>14}    {'damping':>9}  " + "  ".join(f"{name:>10}" for name in names)]
+    for row in answer.modes[:30]:
+        shares = "  ".join(f"{row['energy'][name]:10.1%}" for name in names)
+        lines.append(f"{row['number']:4} {row['frequency']:14.6g} Hz {row['damping']:9.3g}  {shares}")
+    if len(answer.modes) > 30:
+        lines.append(f"… {len(answer.modes)} modes in all")
+    closed = [f"{name}: {count} points" for name, count in answer.closed.items() if count]
+    lines.append(f"\nclosed contacts: {', '.join(closed) or 'none'}")
+    return "\n".join([*lines, *(f"written: {one}" for one in answer.files)])

@@ -1,0 +1,42 @@
+"""Stopping a long run by Ctrl-C so that what it has done is kept."""
+
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from gudgeon.solver.result import RunStopped
+
+
+@contextlib.contextmanager
+def stoppable(tell: Callable[[float], None]) -> Iterator[Callable[[float], None]]:
+    """Yield a progress callback that ends a run by `RunStopped` after Ctrl-C, when the present frame is complete.
+
+    Before the first frame there is nothing to keep: until then, and when Ctrl-C comes again, it acts as elsewhere.
+
+    Args:
+        tell: Called with the completed share.
+    """
+    asked, before = threading.Event(), list[Any]()
+
+    def stop(number: int, frame: Any) -> None:
+        if asked.is_set():
+            signal.signal(number, before[0])
+            signal.raise_signal(number)
+        asked.set()
+
+    def progress(share: float) -> None:
+        if not before and threading.current_thread() is threading.main_thread():
+            now = signal.getsignal(signal.SIGINT)
+            if callable(now):  # A signal that is ignored stays so.
+                before.append(signal.signal(signal.SIGINT, stop))
+        if asked.is_set():
+            raise RunStopped
+        tell(share)
+
+    try:
+        yield progress
+    finally:
+        if before:
+            signal.signal(signal.SIGINT, before[0])

@@ -1,0 +1,200 @@
+"""A system linearised at its start: which ports hold, and the compliance of each.
+
+A port that holds has the displacement u = W q + R f = −S(s) f with S = 1/(k + c s) of a spring, the layer of a contact,
+the tangent of a law at its force, and zero of joints, driven bodies and contacts without a layer.
+"""
+
+import difflib
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.ports.members import ports_of, probe_ports
+from gudgeon.solver.ports.table import BLOCK, Kind, Ports
+from gudgeon.solver.scene.probe import PointProbe
+from gudgeon.solver.system.system import System
+
+FREE = (Kind.GIVEN,)
+"""Ports at which nothing responds."""
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """All ports of a system with m coordinates at a state; a of p ports hold."""
+
+    system: System
+    ports: Ports
+    holding: np.ndarray
+    """Numbers of the ports that hold, (a,)."""
+    rows: np.ndarray
+    """W of all ports; of a joint along its rod, (p, m)."""
+    residual: np.ndarray
+    """R [m/N], (2, p, p), as in `Ports`."""
+    stiffness: np.ndarray
+    """k of the holding ports [N/m]; infinite where nothing yields, (a,)."""
+    damping: np.ndarray
+    """c of the holding ports [N s/m], (a,)."""
+    closed: dict[str, int]
+    """Number of closed points of each contact."""
+
+    def compliance(self, s: complex) -> np.ndarray:
+        """Return S(s) of the holding ports [m/N], (a,); of a damper without stiffness at s = 0 infinity."""
+        with np.errstate(divide="ignore"):
+            return 1 / (self.stiffness + self.damping * s)
+
+
+def linearised(system: System, closed: Collection[str] = ()) -> Linearised:
+    """Linearise a system at its start.
+
+    Contacts hold at the points that press in its static equilibrium, those named at all their points. Where there is
+    friction, closed points stick.
+
+    Args:
+        closed: Names `contact.NAME` of contacts whose points are all closed.
+
+    Raises:
+        SceneError: there is no such contact, or a law without stiffness holds at no force.
+    """
+    ports, contacts = ports_of(system), [f"contact.{name}" for name in system.scene.contact]
+    for name in closed:
+        if name not in contacts:
+            raise SceneError(f"--closed '{name}': {known(name, contacts)}")
+    if system.scene.masters():
+        raise SceneError("contact: points that slide over another body's surface have no linear analysis")
+    holding, stiffness, damping, points = list[int](), list[float](), list[float](), dict[str, int]()
+    for contact in system.contacts:
+        here, every = ports.of(f"contact.{contact.name}"), f"contact.{contact.name}" in closed
+        each = BLOCK.get(Kind(ports.kind[here.start]), 1)
+        pressed = system.start_forces[contact.rows]
+        points[contact.name] = 0
+        for number, row in enumerate(range(contact.rows.start, contact.rows.stop)):
+            if not every and not pressed[number] > 0:
+                continue
+            points[contact.name] += 1
+            first = here.start + each * number
+            tangent = _tangent(system, row, float(pressed[number]), contact.name)
+            for b in range(each):
+                holding.append(first + b)
+                stiffness.append(tangent if b == 0 else np.inf)
+                damping.append(float(system.law[row, 3]) if b == 0 and np.isfinite(tangent) else 0.0)
+    rows = ports.rows.copy()
+    residual = ports.residual.copy()
+    for held in system.driving.joints:
+        here = ports.of(f"joint.{held.name}").start
+        pin = system.driving.crank(np.zeros(1))[0, [one.name for one in system.driving.joints].index(held.name)]
+        line = held.anchor + rows[here : here + 2] @ system.position - pin[:2]
+        line /= np.linalg.norm(line)
+        rows[here] = line @ rows[here : here + 2]
+        residual[:, here] = np.einsum("d,sdj->sj", line, residual[:, here : here + 2])
+        residual[:, :, here] = np.einsum("d,sid->si", line, residual[:, :, here : here + 2])
+        holding.append(here)
+        stiffness.append(np.inf)
+        damping.append(0.0)
+    for number in ports.numbers([f"motion.{drive.name}" for drive in system.driving.drives]):
+        holding.append(int(number))
+        stiffness.append(np.inf)
+        damping.append(0.0)
+    springs = system.springs
+    slopes = springs.tension(_elongations(system, ports))[1]
+    for name in system.scene.springs():
+        for port, row in zip(range(ports.of(f"force.{name}").start, ports.of(f"force.{name}").stop),
+                             range(springs.of(name).start, springs.of(name).stop), strict=True):  # fmt: skip
+            if slopes[row] > 0 or springs.damping[row] > 0:
+                holding.append(port)
+                stiffness.append(float(slopes[row]))
+                damping.append(float(springs.damping[row]))
+    return Linearised(
+        system, ports, np.array(holding, np.int64), rows, residual, np.array(stiffness), np.array(damping), points
+    )
+
+
+def _tangent(system: System, row: int, force: float, name: str) -> float:
+    """Return the stiffness of one contact point at a force [N/m]; infinite where only R yields."""
+    K, n = system.law[row, :2]
+    if system.layer[row] > 0:
+        return 1 / float(system.layer[row])
+    if K <= 0:
+        return np.inf
+    if n == 1:
+        return float(K)
+    if not force > 0:
+        raise SceneError(
+            f"contact.{name}.law: its stiffness is zero without a force; load the contact at the start (run.start ="
+            " 'rest'), or leave it open"
+        )
+    return float(n * K ** (1 / n) * force ** (1 - 1 / n))
+
+
+def _elongations(system: System, ports: Ports) -> np.ndarray:
+    """Return the elongations of all springs at the start [m], (b,)."""
+    forces = np.zeros(len(ports.offset))
+    for contact in system.contacts:
+        here = ports.of(f"contact.{contact.name}")
+        each = BLOCK.get(Kind(ports.kind[here.start]), 1)
+        forces[here.start : here.stop : each] = system.start_forces[contact.rows]
+    names = [f"joint.{one.name}" for one in system.driving.joints] + [
+        f"force.{one.name}" for one in system.driving.given
+    ]
+    forces[ports.numbers(names + [f"motion.{one.name}" for one in system.driving.drives])] = system.loads
+    springs = ports.numbers([f"force.{name}" for name in system.scene.springs()])
+    forces[springs] = system.start_pulls
+    moved = ports.offset + ports.rows @ system.position + ports.residual.sum(axis=0) @ forces
+    return moved[springs]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a force acts or a displacement is read."""
+
+    label: str
+    row: np.ndarray
+    """Over the coordinates, (m,)."""
+    residual: np.ndarray
+    """Displacement there by a force on either side of each port [m/N], (2, p)."""
+    port: int
+    """Its number among the ports; −1 of a probe."""
+    given: bool = False
+    """Whether its displacement is given, so that a response is that per displacement."""
+
+
+def places(found: Linearised, name: str, key: str) -> list[Place]:
+    """Return the places of `contact.NAME`, `joint.NAME`, `force.NAME`, `motion.NAME` or `probe.NAME`, one a row.
+
+    `NAME[2]` is the second row of several.
+
+    Raises:
+        SceneError: there is none, beginning with the option `key`.
+    """
+    base, _, number = name.partition("[")
+    system, ports = found.system, found.ports
+    read = {f"probe.{n}": n for n, one in system.scene.probe.items()
+            if isinstance(one, PointProbe) and one.kind in ("displacement", "rotation")}  # fmt: skip
+    able = [block.name for block in ports.blocks] + list(read)
+    if base not in able:
+        raise SceneError(f"{key} '{name}': {known(base, able)}")
+    if base in read:
+        here, through = system.probes.places[system.probes.names.index(read[base])], probe_ports(system, ports)
+        own = [Place(f"{base}[{b + 1}]", system.probes.rows[i], np.stack([through[i], 0 * through[i]]), -1)
+               for b, i in enumerate(range(here.start, here.stop))]  # fmt: skip
+    else:
+        here = ports.of(base)
+        last = here.start + 1 if base.startswith("joint.") else here.stop
+        own = [Place(f"{base}[{b + 1}]", found.rows[i], found.residual[:, i], i, base.startswith("motion."))
+               for b, i in enumerate(range(here.start, last))]  # fmt: skip
+    if len(own) == 1:
+        own = [Place(base, own[0].row, own[0].residual, own[0].port, own[0].given)]
+    if not number:
+        return own
+    text = number.removesuffix("]")
+    if not text.isdigit() or not 1 <= int(text) <= len(own):
+        raise SceneError(f"{key} '{name}': {base} has rows 1 to {len(own)}")
+    return [own[int(text) - 1]]
+
+
+def known(name: str, able: Sequence[str]) -> str:
+    """Return what is wrong with a name that is none of those that are able."""
+    near = difflib.get_close_matches(name, able, 1)
+    hint = f"did you mean '{near[0]}'? " if near else ""
+    return f"there is none in the scene, {hint}it has {', '.join(able) or 'none'}"

@@ -1,0 +1,131 @@
+"""`gudgeon linear` on a real scene: a beam held at a tie beside the same beam clamped by supports."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gudgeon.pipeline.cli import main
+
+SCENE = """
+[component.free]
+geometry = { kind = "box", lx = 0.02, ly = 0.02, lz = 0.3 }
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh = { size = 0.025 }
+interface.root = { surface = "bottom", kind = "tie", tie = "rbe2" }
+interface.tip = { surface = "top", kind = "mean" }
+modes = { normal_count = 12 }
+
+[component.clamped]
+geometry = { kind = "box", lx = 0.02, ly = 0.02, lz = 0.3 }
+material = { E = 210e9, nu = 0.3, rho = 7850.0 }
+mesh = { size = 0.025 }
+supports = ["bottom"]
+interface.tip = { surface = "top", kind = "mean" }
+modes = { normal_count = 12 }
+
+[body.free]
+[body.clamped]
+position = [0.1, 0.0, 0.0]
+
+[motion.base]
+kind = "translation"
+body = "free"
+interface = "root"
+direction = [1.0, 0.0, 0.0]
+held = true
+expression = "0"
+
+[force.one]
+kind = "external"
+body = "free"
+interface = "tip"
+direction = [1.0, 0.0, 0.0]
+
+[force.two]
+kind = "external"
+body = "clamped"
+interface = "tip"
+direction = [1.0, 0.0, 0.0]
+
+[run]
+duration = 0.01
+gravity = [0.0, 0.0, -9.81]
+"""
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("beams")
+    (found / "scene.toml").write_text(SCENE)
+    return found
+
+
+def command(folder: Path, *options: str) -> list[str]:
+    return ["linear", str(folder), "--db", str(folder / "db"), "--out", str(folder / "out"), *options]
+
+
+def table(path: Path) -> tuple[list[str], np.ndarray]:
+    heads, *rows = csv.reader(path.read_text().splitlines())
+    return heads, np.array(rows, float)
+
+
+def test_tie_that_is_held_is_a_clamp(folder: Path, capsys: Capture) -> None:
+    """Frequencies of the first bending modes, their shares and effective masses, of both."""
+    assert main(command(folder, "--json")) == 0
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    modes = {name: [one for one in found["modes"] if one["energy"][name] > 0.99] for name in ("free", "clamped")}
+    for one, other in zip(modes["free"][:6], modes["clamped"][:6], strict=True):
+        assert one["frequency"] == pytest.approx(other["frequency"], rel=2e-3)
+        assert one["damping"] == 0.0
+    mass = 7850 * 0.02**2 * 0.3
+    for name in modes:  # Bending of a cantilever: 61.3 % and 18.8 % of its mass in each of two planes.
+        masses = np.array([one["mass"] for one in modes[name][:4]])
+        assert masses[:2, :2].sum(axis=0) == pytest.approx(0.613 * mass, rel=0.01)
+        assert masses[2:, :2].sum(axis=0) == pytest.approx(0.188 * mass, rel=0.03)
+    heads, rows = table(folder / "out" / "linear-modes.csv")
+    assert heads[:3] == ["mode", "frequency [Hz]", "damping ratio [1]"]
+    assert rows[:, 1] == pytest.approx([one["frequency"] for one in found["modes"]])
+    assert not (folder / "out" / "linear-response.csv").exists()
+
+
+def test_response_of_both_is_one(folder: Path) -> None:
+    answers = []
+    for name in ("one", "two"):
+        options = ("--force", f"force.{name}", "--loss", "0.02", "--frequencies", "20", "3000", "--points", "300")
+        assert main(command(folder, *options, "--quantity", "velocity")) == 0
+        heads, rows = table(folder / "out" / "linear-response.csv")
+        assert heads == ["frequency [Hz]", f"force.{name} amplitude [m/s/N]", f"force.{name} phase [deg]"]
+        answers.append(rows)
+        assert (folder / "out" / "linear-response.png").stat().st_size > 10_000
+    assert answers[0][:, 0] == pytest.approx(np.geomspace(20, 3000, 300))
+    both = [one[:, 1] * np.exp(1j * np.radians(one[:, 2])) for one in answers]
+    assert np.abs(both[0] - both[1]).max() < 0.02 * np.abs(both[1]).max()
+    w = 2 * np.pi * answers[0][0, 0]
+    static = 0.3**3 / (3 * 210e9 * 0.02**4 / 12)
+    assert answers[0][0, 1] == pytest.approx(static * w, rel=0.03)
+
+
+WRONG = {
+    "--force force.on": "--force 'force.on': there is none in the scene, did you mean 'force.one'? it has",
+    "--force force.one --at probe.tip": "--at 'probe.tip': there is none in the scene",
+    "--force motion.base": "--force 'motion.base': it has 6 rows; name one, as 'motion.base[1]'",
+    "--at force.one": "--at: a response needs --force",
+    "--force force.one --frequencies 100 10": "--frequencies 100 10: two rising frequencies above zero",
+    "--force force.one --points 1 --frequencies 1 2": "--points 1: allowed: 2 to",
+    "--force force.one --quantity speed": "--quantity 'speed': allowed: displacement, velocity, acceleration",
+    "--force force.one --loss 1.5": "--loss 1.5: allowed: 0 to below 1",
+    "--closed contact.floor": "--closed 'contact.floor': there is none in the scene, it has none",
+}
+
+
+@pytest.mark.parametrize("options", WRONG)
+def test_wrong_options_have_one_line(options: str, folder: Path, capsys: Capture) -> None:
+    assert main(command(folder, *options.split())) == 2
+    line = [one for one in capsys.readouterr().err.splitlines() if "…" not in one]
+    assert len(line) == 1
+    assert line[0].startswith(f"gudgeon: {WRONG[options]}")
