@@ -5,8 +5,9 @@ every array of every tuple argument and take longest, so only functions that the
 none has the latter. Arrays are copied by `copy`: `a[:] = b` compiles the text of an error message, seconds of it.
 A variable that begins as a literal number and is an argument within a loop compiles the function called twice, for the
 literal and for its type: it is kept in an array, or comes from a range.
-A function increments and decrements the reference count of every array of its tuples, 1 µs for all of a loop's: no
-function of these is called for each port. `kernel_cache` says where machine code is kept.
+A function that counts references does so for every array of its tuples, 1 µs for all of a loop's: no function of the
+loops counts any, and so none makes an array but those that are `allocating`; work arrays stand in the tuples.
+`kernel_cache` says where machine code is kept.
 """
 
 from collections.abc import Callable
@@ -35,13 +36,15 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return decorate
 
 
-entry = compiled(fastmath=FAST, no_cfunc_wrapper=True)
+entry = compiled(fastmath=FAST, no_cfunc_wrapper=True, _nrt=False)
 """For functions that the interpreter calls."""
-inner = compiled(fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+allocating = compiled(fastmath=FAST, no_cfunc_wrapper=True)
+"""For functions that the interpreter calls and that make arrays."""
+inner = compiled(fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
 """For functions that only compiled ones call."""
-embedded = compiled(fastmath=FAST, inline="always")
+embedded = compiled(fastmath=FAST, inline="always", _nrt=False)
 """For a function of many tuples that is called once: it becomes part of its caller, which need not hand them over."""
-ordered = compiled(fastmath=FAST | {"nnan", "nsz"}, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+ordered = compiled(fastmath=FAST | {"nnan", "nsz"}, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
 """For the largest of many values, which vector units find only where NaN need not be told; balances tell it."""
 
 

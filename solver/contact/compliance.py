@@ -38,10 +38,15 @@ class Compliance(NamedTuple):
     """Spline values across of each row, (c, 4)."""
     along: np.ndarray
     """Spline values along of each row at this era, (4, c)."""
+    known: np.ndarray
+    """Whether rows of this era have the columns of each contact, (k,)."""
     window: np.ndarray
     """First and last + 1 function along that any row touches at this era, (k, 2)."""
     scratch: np.ndarray
     """(F,)"""
+    touched: np.ndarray
+    weights: np.ndarray
+    """Functions that a row touches, and their weights, (16,)."""
 
 
 class Listed(NamedTuple):
@@ -59,8 +64,8 @@ def fixed(matrix: np.ndarray) -> Compliance:
     return Compliance(
         values=matrix, base=matrix, stamp=np.zeros(c, np.int64), era=np.zeros(1, np.int64), master=np.zeros((0, 0)),
         block=np.array([[0, c]]), candidate=np.ones(1, np.bool_), space=np.zeros((1, 3), np.int64),
-        corner=np.full(c, -1), across=np.zeros((c, 4)), along=np.zeros((4, c)), window=np.zeros((1, 2), np.int64),
-        scratch=np.zeros(0),
+        corner=np.full(c, -1), across=np.zeros((c, 4)), along=np.zeros((4, c)), known=np.ones(1, np.bool_),
+        window=np.zeros((1, 2), np.int64), scratch=np.zeros(0), touched=np.zeros(16, np.int64), weights=np.zeros(16),
     )  # fmt: skip
 
 
@@ -105,27 +110,45 @@ def window(matrix, k):  # type: ignore[no-untyped-def]
 
 @inner
 def prepare(matrix, i):  # type: ignore[no-untyped-def]
-    """Compute row i of the matrix if it is not valid in this era."""
-    if matrix.stamp[i] == matrix.era[0]:
+    """Compute row i of the matrix, in the columns of contacts that are known, if it is not valid in this era."""
+    if matrix.stamp[i] != matrix.era[0]:
+        matrix.stamp[i] = matrix.era[0]
+        for k in range(len(matrix.space)):
+            if matrix.known[k]:
+                _prepare_part(matrix, i, k)
+
+
+@inner
+def know(matrix, k, rows, count):  # type: ignore[no-untyped-def]
+    """Compute the columns of contact k too, of the rows listed and of those to come in this era."""
+    if matrix.known[k] or len(matrix.master) == 0:
         return
-    row, base, space, corner = matrix.values[i], matrix.base[i], matrix.space, matrix.corner
-    copy(base, row)
-    matrix.stamp[i] = matrix.era[0]
+    matrix.known[k] = True
+    matrix.era[0] += 1
+    for n in range(count):
+        matrix.stamp[rows[n]] = matrix.era[0]
+        _prepare_part(matrix, rows[n], k)
+
+
+@inner
+def _prepare_part(matrix, i, k):  # type: ignore[no-untyped-def]
+    """Compute row i of the matrix in the columns of contact k."""
+    space, corner, along, across = matrix.space, matrix.corner, matrix.along, matrix.across
+    first, last = matrix.block[k, 0], matrix.block[k, 1]
+    copy(matrix.base[i, first:last], matrix.values[i, first:last])
     if corner[i] < 0:
         return
-    response, along, across = matrix.scratch, matrix.along, matrix.across
-    response[:] = 0.0
-    numbers, weights, own = np.empty(16, np.int64), np.empty(16), 0
+    response, numbers, weights, own = matrix.scratch, matrix.touched, matrix.weights, 0
     while matrix.block[own, 1] <= i:
         own += 1
     for b in range(4):
         for a in range(4):
             numbers[4 * b + a] = corner[i] + b * space[own, 1] + a
             weights[4 * b + a] = along[b, i] * across[i, a]
-    for k in range(len(space)):
-        first, last = window(matrix, k)
-        combine(matrix.master, Listed(numbers, weights, 16), 1.0, first, last, response)
-        gather(matrix, k, corner, along, response, row)
+    first, last = window(matrix, k)
+    response[first:last] = 0.0
+    combine(matrix.master, Listed(numbers, weights, 16), 1.0, first, last, response)
+    gather(matrix, k, corner, along, response, matrix.values[i])
 
 
 @inner

@@ -1,9 +1,10 @@
-"""The linear complementarity problem of frictionless contact: 0 ≤ λ ⊥ g + C λ ≥ 0, C symmetric positive definite.
+"""The linear complementarity problem of frictionless contact: 0 ≤ λ ⊥ g + C (λ − μ) ≥ 0, C symmetric positive definite.
 
 Block principal pivoting (Júdice & Pires 1994) with Murty's single pivot against cycles, warm-started from the
 last active set. The active block's Cholesky factor is kept and changed row by row, so an unchanged set costs two
 triangular solves. R couples points with either sign: a force at one point can close its neighbour, so every candidate
-is checked at every solve, except those of contacts that are proved to stay open.
+is checked at every solve, except those of contacts that are proved to stay open. Gaps may be given at forces μ that are
+expected, zero but on closed rows: where the matrix is of an earlier era, only the change from them meets it.
 """
 
 from typing import NamedTuple
@@ -27,12 +28,21 @@ class ActiveSet(NamedTuple):
     size: np.ndarray
     """Number of closed rows, (1,)."""
     factor: np.ndarray
-    """Lower Cholesky factor of C[rows, rows], (c, c)."""
+    """Lower Cholesky factor of C[rows, rows], row after row, (c (c + 1) / 2,)."""
+    amounts: np.ndarray
+    """λ of the closed rows [N], (c,)."""
+    expected: np.ndarray
+    """μ [N], (c,)."""
+    closed: np.ndarray
+    """Whether each row is closed, and whether its gap is computed, (2, c)."""
 
 
 def empty_set(c: int) -> ActiveSet:
     """Return the active set of c rows that are all open."""
-    return ActiveSet(np.zeros(c, np.int64), np.zeros(1, np.int64), np.zeros((c, c)))
+    return ActiveSet(
+        rows=np.zeros(c, np.int64), size=np.zeros(1, np.int64), factor=np.zeros(c * (c + 1) // 2), amounts=np.zeros(c),
+        expected=np.zeros(c), closed=np.zeros((2, c), np.bool_),
+    )  # fmt: skip
 
 
 @entry
@@ -41,10 +51,10 @@ def solve_lcp(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[
 
     Args:
         matrix: The Compliance C [m/N], (c, c).
-        g: Free gaps [m], (c,).
+        g: Gaps under the forces μ [m], (c,); changed with μ where a row with one opens.
         active: The ActiveSet to start from; changed in place.
         multipliers: λ [N] on exit, (c,).
-        gaps: g + C λ [m] on exit, (c,).
+        gaps: g + C (λ − μ) [m] on exit, (c,).
         tolerance: Allowed violation of a gap [m].
 
     Returns:
@@ -76,7 +86,8 @@ def _fits(matrix, active, multipliers, gaps, tolerance):  # type: ignore[no-unty
 def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-untyped-def]
     """Change the active set until gaps and multipliers fit; returns the number of changes, −1 where C is singular."""
     c, C = len(g), matrix.values
-    is_active, is_candidate = np.zeros(c, np.bool_), np.zeros(c, np.bool_)
+    is_active, is_candidate = active.closed[0], active.closed[1]
+    active.closed[:] = False
     for a in range(active.size[0]):
         is_active[active.rows[a]] = True
     for k in range(len(matrix.block)):
@@ -104,6 +115,7 @@ def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-
                     remove(active, i)
                     is_active[i] = False
                     pivots += 1
+                    drop_expected(matrix, g, active, i)
             elif is_candidate[i] and gaps[i] < -tolerance:
                 if not append(matrix, active, i):
                     return -1
@@ -113,21 +125,37 @@ def _pivot(matrix, g, active, multipliers, gaps, tolerance):  # type: ignore[no-
 
 
 @inner
+def drop_expected(matrix, g, active, row):  # type: ignore[no-untyped-def]
+    """Take what is expected of a row that opened off the gaps [m]."""
+    amount = active.expected[row]
+    if amount != 0.0:
+        active.expected[row] = 0.0
+        for k in range(len(matrix.block)):
+            if matrix.candidate[k]:
+                source, target = matrix.values[row], g[matrix.block[k, 0] : matrix.block[k, 1]]
+                source = source[matrix.block[k, 0] : matrix.block[k, 1]]
+                for i in range(len(target)):
+                    target[i] -= amount * source[i]
+
+
+@inner
 def _evaluate(matrix, g, active, multipliers, gaps):  # type: ignore[no-untyped-def]
-    """Set λ on the active set from L Lᵀ λ = −g, then all gaps of candidate contacts."""
+    """Set λ on the active set from L Lᵀ (λ − μ) = −g, then all gaps of candidate contacts."""
     rows, count, L = active.rows, active.size[0], active.factor
     multipliers[:] = 0.0
-    y = np.empty(count)
+    y = active.amounts
     for a in range(count):
-        total = -g[rows[a]]
+        total, row = -g[rows[a]], L[a * (a + 1) // 2 : (a + 1) * (a + 2) // 2]
         for b in range(a):
-            total -= L[a, b] * y[b]
-        y[a] = total / L[a, a]
+            total -= row[b] * y[b]
+        y[a] = total / row[a]
     for a in range(count - 1, -1, -1):
-        y[a] /= L[a, a]
+        row = L[a * (a + 1) // 2 : (a + 1) * (a + 2) // 2]
+        y[a] /= row[a]
+        amount = y[a]
         for b in range(a):
-            y[b] -= L[a, b] * y[a]
-        multipliers[rows[a]] = y[a]
+            y[b] -= row[b] * amount
+        multipliers[rows[a]] = active.expected[rows[a]] + y[a]
     for k in range(len(matrix.block)):
         if matrix.candidate[k]:
             first, last = matrix.block[k, 0], matrix.block[k, 1]
@@ -140,16 +168,16 @@ def append(matrix, active, row):  # type: ignore[no-untyped-def]
     """Add a row to the active set and to its Cholesky factor; returns False where it depends on the others."""
     prepare(matrix, row)
     C, rows, count, L = matrix.values, active.rows, active.size[0], active.factor
-    pivot = C[row, row]
+    pivot, own = C[row, row], L[count * (count + 1) // 2 : (count + 1) * (count + 2) // 2]
     for a in range(count):
-        total = C[row, rows[a]]
+        total, other = C[row, rows[a]], L[a * (a + 1) // 2 : (a + 1) * (a + 2) // 2]
         for b in range(a):
-            total -= L[a, b] * L[count, b]
-        L[count, a] = total / L[a, a]
-        pivot -= L[count, a] ** 2
+            total -= other[b] * own[b]
+        own[a] = total / other[a]
+        pivot -= own[a] ** 2
     if pivot <= SINGULAR * C[row, row]:
         return False
-    L[count, count] = np.sqrt(pivot)
+    own[count] = np.sqrt(pivot)
     rows[count] = row
     active.size[0] = count + 1
     return True
@@ -157,21 +185,27 @@ def append(matrix, active, row):  # type: ignore[no-untyped-def]
 
 @inner
 def remove(active, row):  # type: ignore[no-untyped-def]
-    """Take a row out of the active set and update its factor by Givens rotations."""
-    rows, count, L, place = active.rows, active.size[0], active.factor, 0
+    """Take a row out of the active set; the later rows' part of the factor takes up its column by Givens rotations."""
+    rows, count, L, column, place = active.rows, active.size[0], active.factor, active.amounts, 0
     while rows[place] != row:
         place += 1
-    for a in range(place, count - 1):
-        rows[a] = rows[a + 1]
-        for b in range(a + 2):
-            L[a, b] = L[a + 1, b]
+    for a in range(place + 1, count):
+        here, there = a * (a + 1) // 2, a * (a - 1) // 2
+        column[a - 1] = L[here + place]
+        rows[a - 1] = rows[a]
+        for b in range(place):
+            L[there + b] = L[here + b]
+        for b in range(place, a):
+            L[there + b] = L[here + b + 1]
     count -= 1
     for a in range(place, count):
-        r = np.hypot(L[a, a], L[a, a + 1])
-        cos, sin = L[a, a] / r, L[a, a + 1] / r
-        for b in range(a, count):
-            left, right = L[b, a], L[b, a + 1]
-            L[b, a] = cos * left + sin * right
-            L[b, a + 1] = cos * right - sin * left
-        L[a, a + 1] = 0.0
+        own = a * (a + 1) // 2 + a
+        r = np.hypot(L[own], column[a])
+        cos, sin = L[own] / r, column[a] / r
+        L[own] = r
+        for b in range(a + 1, count):
+            at = b * (b + 1) // 2 + a
+            left, right = L[at], column[b]
+            L[at] = cos * left + sin * right
+            column[b] = cos * right - sin * left
     active.size[0] = count

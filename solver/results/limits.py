@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ASIDE, ContactRows
@@ -39,6 +40,8 @@ class Aside(NamedTuple):
     number: int
     rows: np.ndarray
     """Relative displacement along two directions in which the surfaces curve or pair, then the normal, (3, c, r)."""
+    reach: np.ndarray
+    """Largest displacement of any point along both directions, (r, 2)."""
     limit: float
     """[m]"""
     cause: str
@@ -64,6 +67,7 @@ class Limits:
         self._system = system
         self._contacts = list(_offsets(system))
         self._lines = list(lines(system))
+        self._sizes = [_gyration(body) for body in system.bodies.values()]
         self._before = system.position[system.rigid]
         self._fastest = {line.name: float(np.linalg.norm(line.relative(system.velocity))) for line in self._lines}
 
@@ -97,14 +101,16 @@ class Limits:
 
     def _deformed(self, times: np.ndarray, squares: np.ndarray) -> Iterator[tuple[float, Exit]]:
         limit = self._system.scene.run.limits.angle
-        for (name, body), own in zip(self._system.bodies.items(), squares.T, strict=True):
-            size, deflections = _gyration(body), np.sqrt(own / body.morph.mass)
+        for (name, body), own, size in zip(self._system.bodies.items(), squares.T, self._sizes, strict=True):
+            deflections = np.sqrt(own / body.morph.mass)
             if (at := _first(deflections > limit * size)) is not None:
                 sentence = _deformed_too_far(name, deflections[at], times[at], (size, limit))
                 yield times[at], Exit(Result.ROTATION, sentence)
 
     def _moved_aside(self, times: np.ndarray, places: np.ndarray, forces: np.ndarray) -> Iterator[tuple[float, Exit]]:
         for one in self._contacts:
+            if not (((np.abs(places) @ one.reach) ** 2).sum(axis=1) > one.limit**2).any():
+                continue  # No point can have moved so far.
             rows = np.swapaxes(one.rows, 1, 2)
             offsets = np.sqrt(((places @ rows[:2]) ** 2).sum(axis=0)).max(axis=1)
             moved = np.sqrt(((np.abs(places) @ np.abs(rows)) ** 2).sum(axis=0)).max(axis=1)
@@ -165,9 +171,9 @@ def _offsets(system: System) -> Iterator[Aside]:
             # The points of the design lie over the same places of the other body's design.
             here, there = (np.asarray(system.scene.body[name].position) for name in (contact.body, over.body))
             rows = rows - _displacements(system, over.body, contact.points + here - there, directions)
-        spacing, cause = _spacing(system, contact)
-        limit, cause = (spacing, cause) if given is None else (given, "run.limits.offset")
-        yield Aside(contact.name, number, rows, limit, cause, other is not None)
+        limit, cause = _spacing(system, contact) if given is None else (given, "run.limits.offset")
+        reach = np.abs(rows[:2]).max(axis=1).T
+        yield Aside(contact.name, number, rows, reach, limit, cause=cause, touching=other is not None)
 
 
 def _lateral(system: System, contact: ContactRows) -> np.ndarray:
@@ -201,9 +207,8 @@ def _spacing(system: System, contact: ContactRows) -> tuple[float, str]:
     """Return the offset [m] that leaves the range by default, and what it is."""
     points = contact.points
     if len(points) > 1:
-        apart = np.linalg.norm(points[:, None] - points, axis=2)
-        np.fill_diagonal(apart, np.inf)
-        return float(np.median(apart.min(axis=1))), "the distance of neighbouring contact points"
+        apart = cKDTree(points).query(points, k=2)[0][:, 1]
+        return float(np.median(apart)), "the distance of neighbouring contact points"
     sides = [(name, at) for name, _, _, at, _ in contact.sides]
     reach = max(float(np.linalg.norm(at - system.bodies[name].morph.centre, axis=1).max()) for name, at in sides)
     return ASIDE * reach, f"{ASIDE:g} of the distance from the contact point to the centre of mass"

@@ -118,7 +118,7 @@ def _rebound(system: System, end: Outcome, contact: ContactRows, along: np.ndarr
     if len(system.contacts) > 1 or any(scene.run.gravity) or scene.force or scene.joint:
         return values
     rubbed = np.zeros(len(system.velocity))
-    if len(end.drags):
+    if end.drags.any():
         for name, _, _, points, sign in contact.sides:
             body = system.bodies[name]
             rubbed[body.rigid] += sign * body.rigid_rows(points, end.drags[contact.rows]).sum(axis=0)

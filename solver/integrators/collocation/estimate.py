@@ -49,7 +49,10 @@ def unbalanced(laws, reference, h, values, depth, rate):  # type: ignore[no-unty
     worst = 0.0
     for i in range(len(values)):
         stiffness, exponent = laws[i, 0], laws[i, 1]
-        if values[i].max() == 0.0 or stiffness <= 0.0:
+        largest = 0.0
+        for j in range(4):
+            largest = max(largest, values[i, j])
+        if largest == 0.0 or stiffness <= 0.0:
             continue
         wrong = law_energy(laws[i], depth[i, 0]) - law_energy(laws[i], depth[i, 3])
         for j in range(4):

@@ -8,7 +8,7 @@ what depends on h is tabulated once.
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.compiled import allocating, copy, inner
 from gudgeon.solver.integrators.balance import LOST, update_balance
 from gudgeon.solver.integrators.collocation.arrays import (
     FASTEST,
@@ -31,7 +31,7 @@ EPS = float(np.finfo(float).eps)
 GOING, FULL, OVER, MISSING, FAILED = 0, 1, 2, 3, 4
 
 
-@entry
+@allocating
 def march(tables, constants, motion, track, end):  # type: ignore[no-untyped-def]
     """Advance until contact is over, `end` [s] is passed, the track is full or a level's table is missing.
 

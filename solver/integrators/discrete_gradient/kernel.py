@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.solver.compiled import copy, entry, inner
+from gudgeon.solver.compiled import allocating, copy, inner
 from gudgeon.solver.integrators.balance import LOST, update_balance
 from gudgeon.solver.integrators.impact_log import GOING, ROW, ImpactLog, changes, log_step, note_change, pressed
 from gudgeon.solver.laws.force import law_energy, law_force
@@ -86,7 +86,7 @@ class Samples(NamedTuple):
     """At the ends of the samples, (samples, n)."""
 
 
-@entry
+@allocating
 def march(step, state, first, stride, out):  # type: ignore[no-untyped-def]
     """Advance `len(out.forces)` samples of `stride` steps from step number `first`; False where no force is found."""
     c, n = step.rows.shape

@@ -79,6 +79,7 @@ def _state(system: System, dt: float) -> kernel.State:
     c, energy = len(system.gap), 0.5 * float(v0 @ v0)
     return kernel.State(
         q=half[1] * v0, v=half[3] * v0, active=empty_set(c), multipliers=np.zeros(c), gaps=np.zeros(c),
+        free=np.empty(c), jump=np.zeros(len(v0)),
         impulses=np.zeros(c), work=np.zeros(len(system.rigid) + 1), energy=np.array([energy, 0.0, 0.0, 0.0]),
         counts=np.zeros(4, np.int64), extreme=np.array([energy, 0.0, 0.0, 0.0]),
         log=impact_log(system.first_rows, dt, system.window),

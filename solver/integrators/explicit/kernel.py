@@ -84,6 +84,10 @@ class State(NamedTuple):
     """λ [N] of the last impulse, (c,)."""
     gaps: np.ndarray
     """g + C λ [m] of the last impulse, (c,)."""
+    free: np.ndarray
+    """Gaps without the forces of an impulse [m], (c,)."""
+    jump: np.ndarray
+    """Change of q̇ by an impulse, (m,)."""
     impulses: np.ndarray
     """Σ λ dt of each row [N s], (c,)."""
     work: np.ndarray
@@ -109,12 +113,11 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
     Returns:
         False where the contact rows are linearly dependent.
     """
-    dt, m, c = constants.dt, len(state.q), len(constants.gap)
-    q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, np.empty(0)
+    dt, c = constants.dt, len(constants.gap)
+    q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, state.multipliers[:0]
     gap0, rows, columns, coupled = constants.gap, constants.rows, constants.columns, constants.coupled
     multipliers, log = state.multipliers, state.log
-    jump = np.zeros(m)
-    gap = np.empty(c)
+    jump, gap = state.jump, state.free
     number = first
     clear = 0
     for sample in range(len(forces)):

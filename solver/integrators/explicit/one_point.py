@@ -4,8 +4,6 @@ The impulse of a step, the motion to the next and the gap and its rate there are
 loop to round-off, several times as fast.
 """
 
-import numpy as np
-
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.explicit.kernel import (
     CONTACT,
@@ -33,7 +31,7 @@ def march_one(constants, state, first, stride, out):  # type: ignore[no-untyped-
     spring, dashpot = 1.0 / constants.compliance[0, 0], constants.dashpot[0]
     mobility = _dot(row, row)
     gap, rate = constants.gap[0] + _dot(row, q), _dot(row, v)
-    number, clear, forces, energies, nothing = first, 0, out.forces, out.energies, np.empty(0)
+    number, clear, forces, energies, nothing = first, 0, out.forces, out.energies, state.multipliers[:0]
     for sample in range(len(forces)):
         pressed = 0.0
         for step in range(stride):

@@ -22,7 +22,8 @@ def close(problem):  # type: ignore[no-untyped-def]
     matrix = Compliance(
         values=whole.values, base=whole.base, stamp=whole.stamp, era=whole.era, master=whole.master,
         block=problem.runs[: problem.size[3]], candidate=whole.candidate[: problem.size[3]], space=whole.space,
-        corner=whole.corner, across=whole.across, along=whole.along, window=whole.window, scratch=whole.scratch,
+        corner=whole.corner, across=whole.across, along=whole.along, known=whole.known,
+        window=whole.window, scratch=whole.scratch, touched=whole.touched, weights=whole.weights,
     )  # fmt: skip
     pivots = solve_lcp(matrix, problem.free, active, problem.x, problem.y, GAP_TOLERANCE * scale)
     if pivots < 0:

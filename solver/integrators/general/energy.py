@@ -1,6 +1,6 @@
 """The energy balance of the loop over ports."""
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import embedded, inner
 from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
 from gudgeon.solver.integrators.general.arrays import (
@@ -153,7 +153,7 @@ def _struck(constants, state, i):  # type: ignore[no-untyped-def]
     state.parts[WORK] += mean * constants.dt * constants.belt[i]
 
 
-@inner
+@embedded
 def knots_of(constants, i):  # type: ignore[no-untyped-def]
     """Return the table of a spring, none where it is linear, (n, 2)."""
     return constants.knots[constants.table[i, 0] : constants.table[i, 1]]

@@ -74,11 +74,13 @@ class Points(NamedTuple):
     end_residual_force: np.ndarray
     end_total_displacement: np.ndarray
     """Both at the end of the step, (c,)."""
+    followed: np.ndarray
+    """Whether the displacements of each contact's rows are up to date, (k,)."""
     free: np.ndarray
     shifted: np.ndarray
     gaps: np.ndarray
-    """g⁺ without masters and contact forces of the end, with what a pass adds, and as found [m], (c,); of candidate
-    contacts."""
+    """g⁺ without masters and contact forces of the end, under those that are expected where bodies slide, and as found
+    [m], (c,); of candidate contacts."""
     active: ActiveSet
     directions: np.ndarray
     """Of each row's force on its body, (c, 3)."""
@@ -123,6 +125,8 @@ class Masters(NamedTuple):
     corner: np.ndarray
     along: np.ndarray
     """Weights at the end and the start of the step, as in `Compliance`, (2, c) and (2, 4, c)."""
+    near: np.ndarray
+    """Corners at the end of the step, negative where the gap is a bound, too, (c,)."""
     weights_at: np.ndarray
     """Sliding distance at which these weights are [m], (2, k)."""
     sigma: np.ndarray
@@ -191,6 +195,8 @@ class Loads(NamedTuple):
     """Correction of each rod's force, and the same before contact changed [N], (j,)."""
     slopes: np.ndarray
     """−∂correction/∂λ⁺, (j, c)."""
+    arm: np.ndarray
+    """From the crank pin to P of one rod [m], and its rate, (2, 2)."""
 
 
 class Energy(NamedTuple):

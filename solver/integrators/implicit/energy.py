@@ -10,34 +10,65 @@ KINETIC, STRAIN, CONTACT, DISSIPATED, WORK = range(5)
 
 
 @inner
-def relax(points, loads, energy, dt):  # type: ignore[no-untyped-def]
+def relax(points, matrix, loads, bounds, energy, dt):  # type: ignore[no-untyped-def]
     """Bring residual forces [N] and displacements [m] of the points to the end of the step.
 
-    The energy [J] that their damping took and the impulses of the rows [N s] grow by the step's.
+    The energy [J] that their damping took and the impulses of the rows [N s] grow by the step's. Displacements of a
+    contact that is no candidate and without residual forces are followed no longer.
     """
-    now, last, response, memory = points.multipliers, points.last, points.response, points.memory
-    by_contact, force, end_force = points.residual_displacement, points.residual_force, points.end_residual_force
-    before, total, lost = points.total_displacement, points.end_total_displacement, 0.0
-    response[:] = 0.0
-    listed = Listed(points.pressed[1], points.amounts[1], points.counts[1])
-    combine(points.residual, listed, 1.0, 0, len(now), response)
-    for i in range(len(by_contact)):
-        by_contact[i] += memory[2, i] * response[i]
-    copy(by_contact, total)
-    for number in range(len(loads.residual_force)):
-        row, amount = loads.to_gap[number], loads.residual_force[number]
-        for i in range(len(total)):
-            total[i] += row[i] * amount
-    for i in range(len(end_force)):
-        end_force[i] = memory[0, i] * force[i] + memory[1, i] * last[i] + memory[2, i] * now[i]
-    for i in range(len(end_force)):
-        lost += 0.5 * (last[i] + now[i] - force[i] - end_force[i]) * (total[i] - before[i])
-    copy(end_force, force)
-    copy(total, before)
+    lost = 0.0
+    for k in range(len(matrix.block)):
+        if matrix.candidate[k] or bounds.held[0, k] > 0.0:
+            lost += _relax(points, loads, matrix.block[k, 0], matrix.block[k, 1])
+        else:
+            points.followed[k] = False
     for moment in range(2):
         for n in range(points.counts[moment]):
             points.impulses[points.pressed[moment, n]] += 0.5 * dt * points.amounts[moment, n]
     energy.parts[DISSIPATED] += lost
+
+
+@inner
+def _relax(points, loads, first, last):  # type: ignore[no-untyped-def]
+    """Relax the rows of one contact; returns the energy that their damping took [J]."""
+    now, then = points.multipliers[first:last], points.last[first:last]
+    by_contact, response = points.residual_displacement[first:last], points.response[first:last]
+    force, end_force = points.residual_force[first:last], points.end_residual_force[first:last]
+    before, total = points.total_displacement[first:last], points.end_total_displacement[first:last]
+    kept, start, end = points.memory[0, first:last], points.memory[1, first:last], points.memory[2, first:last]
+    response[:] = 0.0
+    listed = Listed(points.pressed[1], points.amounts[1], points.counts[1])
+    combine(points.residual, listed, 1.0, first, last, points.response)
+    for i in range(len(by_contact)):
+        by_contact[i] += end[i] * response[i]
+    copy(by_contact, total)
+    given = Listed(loads.numbers, loads.residual_force, len(loads.residual_force))
+    combine(loads.to_gap, given, 1.0, first, last, points.end_total_displacement)
+    for i in range(len(end_force)):
+        end_force[i] = kept[i] * force[i] + start[i] * then[i] + end[i] * now[i]
+    lost = 0.0
+    for i in range(len(end_force)):
+        lost += 0.5 * (then[i] + now[i] - force[i] - end_force[i]) * (total[i] - before[i])
+    copy(end_force, force)
+    copy(total, before)
+    return lost
+
+
+@inner
+def follow_residual(points, loads, first, last):  # type: ignore[no-untyped-def]
+    """Set the residual displacements [m] of rows at the start of the step, and without the forces of its end."""
+    free, before = points.residual_displacement, points.total_displacement
+    force, now = points.residual_force, points.last
+    free[first:last] = 0.0
+    before[first:last] = 0.0
+    for j in range(len(force)):
+        if force[j] != 0.0 or now[j] != 0.0:
+            row, flown = points.residual[j], points.memory[0, j] * force[j] + points.memory[1, j] * now[j]
+            for i in range(first, last):
+                before[i] += row[i] * force[j]
+                free[i] += row[i] * flown
+    given = Listed(loads.numbers, loads.last_residual_force, len(loads.last_residual_force))
+    combine(loads.to_gap, given, 1.0, first, last, before)
 
 
 @inner

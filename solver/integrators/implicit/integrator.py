@@ -70,7 +70,7 @@ class Implicit(capabilities.Implicit):
 
     def outcome(self) -> Outcome:
         points, masters, energy = self.points, self.masters, self.energy
-        held = np.flatnonzero(masters.residual_force)
+        held = slice(*_span(masters.residual_force[None]))
         outward = -(masters.residual_force[held] @ masters.residual[held] + masters.functions @ self.modes.q)
         return Outcome(
             q=self.modes.q, v=self.modes.v, multipliers=points.multipliers, impulses=points.impulses,
@@ -124,7 +124,7 @@ def _points(system: System, dt: float) -> Points:
         rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), coordinates=np.arange(*_span(rows)),
         gap=system.gap, layer=system.layer,
         residual=system.residual, memory=_memory(beta, dt), contact=system.contact_of, active=empty_set(c),
-        directions=system.directions,
+        directions=system.directions, followed=np.ones(len(system.contacts), np.bool_),
         pressed=pressed, amounts=amounts, counts=np.array([0, len(closed)], np.int64),
         **zeros,
     )  # fmt: skip
@@ -157,7 +157,8 @@ def _masters(system: System, dt: float, modes: Modes) -> Masters:
         functions=functions, columns=np.ascontiguousarray(functions.T), span=_span(functions),
         coordinates=np.arange(*_span(functions)),
         residual=system.function_residual, memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
-        start=start, filled=np.zeros((k, 2), np.int64), corner=np.full((2, c), -1), along=np.zeros((2, 4, c)),
+        start=start, filled=np.zeros((k, 2), np.int64), corner=np.full((2, c), -1), near=np.full(c, -1),
+        along=np.zeros((2, 4, c)),
         weights_at=np.full((2, k), np.nan), sigma=sigma, slid=np.zeros(k), drag=np.zeros(k), drag_impulse=np.zeros(k),
         function_forces=np.zeros((3, count)), force=np.zeros(m), numbers=np.zeros(count, np.int64),
         size=np.zeros(1, np.int64), refresh=np.array([REFRESH]), **zeros,
@@ -195,7 +196,7 @@ def _loads(system: System, dt: float, modes: Modes, points: Points) -> Loads:
         displacement=driving.rows @ modes.q + held, amount=np.zeros(count), rod=rod,
         pin=start, direction=np.zeros((joints, 2)), correction=np.zeros(joints),
         correction_before=np.zeros(joints),
-        slopes=np.zeros((joints, c)),
+        slopes=np.zeros((joints, c)), arm=np.zeros((2, 2)),
     )  # fmt: skip
 
 
@@ -217,7 +218,8 @@ def _matrix(system: System, modes: Modes, points: Points, masters: Masters) -> C
         era=np.zeros(1, np.int64), master=master,
         block=np.array([[one.rows.start, one.rows.stop] for one in system.contacts], np.int64).reshape(k, 2),
         candidate=np.ones(k, np.bool_), space=space, corner=np.full(c, -1), across=across, along=np.zeros((4, c)),
-        window=np.zeros((k, 2), np.int64), scratch=np.zeros(count),
+        known=np.zeros(k, np.bool_), window=np.zeros((k, 2), np.int64), scratch=np.zeros(count),
+        touched=np.zeros(16, np.int64), weights=np.zeros(16),
     )  # fmt: skip
 
 

@@ -16,17 +16,25 @@ violation back within one step. The trapezoidal rule keeps the energy of contact
 import numpy as np
 
 from gudgeon.solver.compiled import copy, embedded, entry, inner, ordered
-from gudgeon.solver.contact.compliance import Listed, combine
+from gudgeon.solver.contact.compliance import Listed, combine, know
 from gudgeon.solver.contact.lcp import solve_lcp
 from gudgeon.solver.integrators.impact_log import GOING, ROW, changes, log_step, note_change
-from gudgeon.solver.integrators.implicit.energy import balance, exchange, load_work, relax, relax_masters
+from gudgeon.solver.integrators.implicit.energy import (
+    balance,
+    exchange,
+    follow_residual,
+    load_work,
+    relax,
+    relax_masters,
+)
 from gudgeon.solver.integrators.implicit.open_contacts import may_touch, next_step, sum_multipliers
 from gudgeon.solver.integrators.implicit.rods import direction, follow_contact_forces, force_without_contact
 from gudgeon.solver.integrators.implicit.sliding import (
     FAR,
-    correct_stale_matrix,
     displace_masters,
     drag_along,
+    is_bound,
+    press_as_expected,
     press_masters,
     rebuild_matrix,
     start_masters,
@@ -73,7 +81,7 @@ def march(arrays, drive, out, first, stride):  # type: ignore[no-untyped-def]
             next_step(bounds)
             for j in range(len(loads.pin)):
                 copy(drive.crank[step, j], loads.pin[j])
-            relax(points, loads, energy, dt)
+            relax(points, matrix, loads, bounds, energy, dt)
             held = load_work(modes, points, loads, energy)
             balance(modes, points, masters, matrix, energy, held)
             exchange(modes, points, energy)
@@ -127,8 +135,9 @@ def _fly(modes, points, loads, masters, dt):  # type: ignore[no-untyped-def]
     for k in range(len(v)):
         v[k] = motion[2, k] * q0[k] + motion[3, k] * v0[k] + push[1, k] * force[k]
     displacement, response, memory = points.residual_displacement, points.response, points.memory
+    first, second = memory[0], memory[1]
     for i in range(len(displacement)):
-        displacement[i] = memory[0, i] * displacement[i] + memory[1, i] * response[i]
+        displacement[i] = first[i] * displacement[i] + second[i] * response[i]
 
 
 @embedded
@@ -141,6 +150,9 @@ def _free_gaps_of_candidates(arrays, slides):  # type: ignore[no-untyped-def]
     stale = slides and update_sliding_distance(modes, masters, matrix)
     for k in range(len(candidate)):
         candidate[k] = bounds.pressed[0, k] > 0.0 or may_touch(modes, points, matrix, loads, bounds, k)
+    for a in range(points.active.size[0]):
+        candidate[points.contact[points.active.rows[a]]] = True
+    for k in range(len(candidate)):
         if candidate[k] and slides:
             update_weights(masters, matrix, k)
     if stale:
@@ -150,6 +162,7 @@ def _free_gaps_of_candidates(arrays, slides):  # type: ignore[no-untyped-def]
         start_masters(masters)
     for k in range(len(candidate)):
         if candidate[k]:
+            know(matrix, k, points.active.rows, points.active.size[0])
             _free_gaps(modes, points, masters, matrix, loads, k)
 
 
@@ -157,6 +170,9 @@ def _free_gaps_of_candidates(arrays, slides):  # type: ignore[no-untyped-def]
 def _free_gaps(modes, points, masters, matrix, loads, k):  # type: ignore[no-untyped-def]
     """Set the gaps [m] of contact k at the end of the step, without masters and without the forces of its end."""
     first, last = matrix.block[k, 0], matrix.block[k, 1]
+    if not points.followed[k]:
+        follow_residual(points, loads, first, last)
+        points.followed[k] = True
     own, q = points.coordinates, modes.q[points.span[0] : points.span[1]]
     free, gap, displacement = points.free[first:last], points.gap[first:last], points.residual_displacement[first:last]
     for i in range(len(free)):
@@ -180,12 +196,15 @@ def _solve_contact(arrays, slides):  # type: ignore[no-untyped-def]
     counts, iterate, guess = energy.counts, slides or len(loads.lengths) > 0, 0
     while True:
         for trial in range(PASSES):
-            _shift(points, matrix, loads)
-            if slides:
-                expected = Listed(points.pressed[guess], points.amounts[guess], points.counts[guess])
-                correct_stale_matrix(points, masters, matrix, expected)
-            if not _solve_lcp(points, matrix, counts):
-                return False
+            for exact in range(2):
+                _shift(points, matrix, loads)
+                if slides:
+                    expected = Listed(points.pressed[guess], points.amounts[guess], points.counts[guess])
+                    press_as_expected(points, masters, matrix, expected, exact == 1)
+                if not _solve_lcp(points, matrix, counts):
+                    return False
+                if not (slides and is_bound(points, masters)):
+                    break
             counts[4] += trial > 0
             guess = 1
             if not follow_contact_forces(points, loads, iterate):
@@ -199,6 +218,7 @@ def _solve_contact(arrays, slides):  # type: ignore[no-untyped-def]
                 counts[5] += 1
                 if slides:
                     update_weights(masters, matrix, k)
+                know(matrix, k, points.active.rows, points.active.size[0])
                 _free_gaps(modes, points, masters, matrix, loads, k)
         if not overlooked:
             return True
@@ -313,7 +333,10 @@ def _note_changes(arrays, time):  # type: ignore[no-untyped-def]
         i = log.steps[k, ROW]
         if acts:
             rate = _rate(points, masters, arrays.matrix, i, modes.before[1])
-            note_change(log, k, True, time, points.shifted[i], rate)
+            gap = points.gaps[i]
+            for n in range(points.counts[1]):
+                gap -= arrays.matrix.values[i, points.pressed[1, n]] * points.amounts[1, n]
+            note_change(log, k, True, time, gap, rate)
         else:
             rate = _rate(points, masters, arrays.matrix, i, modes.v)
             note_change(log, k, False, time, points.gaps[i], rate)

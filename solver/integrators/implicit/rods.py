@@ -34,7 +34,7 @@ def force_without_contact(modes, points, loads, crank, dt):  # type: ignore[no-u
     q, v, last, force, memory = modes.q, modes.v, points.last, points.residual_force, points.memory
     slopes = loads.slopes
     for j in range(len(loads.lengths)):
-        arm, speed = np.empty(2), np.empty(2)
+        arm, speed = loads.arm[0], loads.arm[1]
         for axis in range(2):
             number = 2 * j + axis
             row, place, rate = loads.rows[number], loads.anchor[j, axis], 0.0

@@ -4,7 +4,8 @@ import numpy as np
 
 from gudgeon.solver.compiled import copy, inner
 from gudgeon.solver.contact.compliance import Listed, combine, gather, pack, scatter, window
-from gudgeon.solver.contact.lcp import append
+from gudgeon.solver.contact.lcp import append, drop_expected
+from gudgeon.solver.integrators.implicit.open_contacts import least
 
 MARGIN = 1
 """Functions along, on either side of the window, whose displacement is computed too."""
@@ -81,6 +82,7 @@ def rebuild_matrix(masters, matrix, active):  # type: ignore[no-untyped-def]
     """Build the contact matrix [m/N] with the weights of the end of the step, and factorise its active rows."""
     corner, space, block, filled = masters.corner[0], matrix.space, matrix.block, masters.filled
     matrix.era[0] += 1
+    copy(matrix.candidate, matrix.known)
     for k in range(len(space)):
         update_weights(masters, matrix, k)
         low, high = space[k, 2], 0
@@ -101,10 +103,10 @@ def rebuild_matrix(masters, matrix, active):  # type: ignore[no-untyped-def]
     for b in range(4):
         copy(masters.along[0, b], matrix.along[b])
     copy(masters.sigma[0], masters.sigma[2])
-    rows = active.rows[: active.size[0]].copy()
+    size = active.size[0]
     active.size[0] = 0
-    for row in rows:
-        append(matrix, active, row)
+    for a in range(size):
+        append(matrix, active, active.rows[a])
 
 
 @inner
@@ -163,13 +165,19 @@ def displace_masters(masters, matrix):  # type: ignore[no-untyped-def]
 
 
 @inner
-def correct_stale_matrix(points, masters, matrix, expected):  # type: ignore[no-untyped-def]
-    """Add the masters' displacement to the gaps [m], and correct for the age of the matrix.
+def press_as_expected(points, masters, matrix, expected, exact):  # type: ignore[no-untyped-def]
+    """Set the gaps [m] to those under the expected forces, whatever the age of the matrix.
+
+    Where the space's largest displacement leaves a point clearly open, its gap is the bound by it: see `is_bound`.
 
     Args:
         expected: Multipliers of the end of the step as they are expected [N], `Listed`.
+        exact: Whether no gap may be a bound.
     """
-    onto, work, shifted = masters.function_forces[2], masters.work, points.shifted
+    onto, work, shifted, active = masters.function_forces[2], masters.work, points.shifted, points.active
+    active.expected[:] = 0.0
+    for n in range(expected.size):
+        active.expected[expected.numbers[n]] = expected.amounts[n]
     corner, along = masters.corner, masters.along
     onto[:] = 0.0
     low, high = scatter(matrix, corner[0], along[0], expected, 1.0, onto)
@@ -180,10 +188,46 @@ def correct_stale_matrix(points, masters, matrix, expected):  # type: ignore[no-
             first, last = window(matrix, k)
             copy(masters.inward[first:last], work[first:last])
             combine(matrix.master, found, 1.0, first, last, work)
-            gather(matrix, k, corner[0], along[0], work, shifted)
+            deepest = 0.0 if exact else min(0.0, least(work[first:last]))
             first, last = matrix.block[k, 0], matrix.block[k, 1]
-            combine(matrix.values, expected, -1.0, first, last, shifted)
+            _bound(corner[0, first:last], shifted[first:last], masters.near[first:last], deepest)
+            gather(matrix, k, masters.near, along[0], work, shifted)
             combine(matrix.base, expected, 1.0, first, last, shifted)
+    _drop_open(matrix, shifted, active, expected)
+
+
+@inner
+def _bound(corner, gaps, near, deepest):  # type: ignore[no-untyped-def]
+    """Set the corners of points, none where twice the deepest displacement of the space [m] does not close a gap.
+
+    Weights are positive and add up to one at most, so that a gap closes by the deepest displacement at most.
+    """
+    for i in range(len(gaps)):
+        near[i] = corner[i] if deepest == 0.0 or gaps[i] <= -2.0 * deepest else -1
+    for i in range(len(gaps)):
+        gaps[i] += deepest if near[i] != corner[i] else 0.0
+
+
+@inner
+def is_bound(points, masters):  # type: ignore[no-untyped-def]
+    """Whether a row is closed whose gap is a bound, so that exact gaps are needed."""
+    for a in range(points.active.size[0]):
+        row = points.active.rows[a]
+        if masters.near[row] != masters.corner[0, row]:
+            return True
+    return False
+
+
+@inner
+def _drop_open(matrix, shifted, active, expected):  # type: ignore[no-untyped-def]
+    """Take off the gaps [m] what is expected of rows that a new matrix has left open."""
+    closed = active.closed[0]
+    closed[:] = False
+    for a in range(active.size[0]):
+        closed[active.rows[a]] = True
+    for n in range(expected.size):
+        if not closed[expected.numbers[n]]:
+            drop_expected(matrix, shifted, active, expected.numbers[n])
 
 
 @inner

@@ -28,7 +28,8 @@ class Moving:
         block = np.column_stack([ends - POINTS, ends])
         self.matrix = Compliance(
             np.full((c, c), np.nan), base, np.full(c, -1), np.zeros(1, np.int64), master, block, np.ones(3, np.bool_),
-            self.space, np.full(c, -1), np.zeros((c, 4)), np.zeros((4, c)), np.zeros((3, 2), np.int64), np.zeros(F),
+            self.space, np.full(c, -1), np.zeros((c, 4)), np.zeros((4, c)), np.ones(3, np.bool_),
+            np.zeros((3, 2), np.int64), np.zeros(F), np.zeros(16, np.int64), np.zeros(16),
         )  # fmt: skip
         self.move()
 
