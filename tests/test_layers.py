@@ -52,7 +52,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("solver",),
     ("pipeline.plots",),
     ("pipeline.stages",),
-    ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters"),
+    ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters", "pipeline.drafts"),
     ("pipeline.report",),
     ("pipeline.wheel",),
     ("pipeline.kinds", "pipeline.doctor"),
