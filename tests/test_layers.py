@@ -53,7 +53,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("solver",),
     ("pipeline.plots",),
     ("pipeline.stages",),
-    ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters", "pipeline.linear"),
+    ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters", "pipeline.linear", "pipeline.drafts"),
     ("pipeline.report",),
     ("pipeline.wheel",),
     ("pipeline.kinds", "pipeline.doctor"),

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.cli import commands, database
+from gudgeon.pipeline.cli import commands, database, drafts
 
 EXAMPLES = """\
 examples:
@@ -15,6 +15,8 @@ examples:
   gudgeon status data/skirt                   list which stages are fresh or stale, with the reason
   gudgeon plan data/rod-wall                  list the data that the solver reads and the terms that it omits
   gudgeon report data/skirt                   compare the error and the run time of every model of the scene
+  gudgeon faces bracket.step                  list and draw the numbered faces of a CAD part
+  gudgeon new bracket.step                    write a scene of a CAD part that is thrown at a plane
   gudgeon doctor                              check this machine and list the commands that correct it
 
 A scene is a folder with scene.toml, or a TOML file; `gudgeon schema` describes its keys. Meshes, modes and results are
@@ -54,6 +56,15 @@ Run the scene under extreme parameters (contact stiffness, masses, steps, restit
 and others) and check each result against a rule, such as the energy balance or the same result in other units. Write
 robustness.json, robustness.csv and robustness.png. Exit code 0: no case is wrong and at least 85 % of the applicable
 cases are right.
+"""
+FACES_HELP = """\
+Print kind, area, centre and normal, radius or angle of every outer face of a STEP, IGES or BREP file or a script of
+gmsh, whether the face is a true plane, cylinder, cone or sphere, and by how much it is not. Below, for each face a rule
+that a scene can use under [component.NAME.geometry.surfaces]. The picture shows the part from two sides.
+"""
+NEW_HELP = """\
+Write FOLDER/scene.toml with comments, and a copy of the file beside it. The scene runs as it is: a steel part whose
+largest outer flat face, or lowest face, strikes a rigid plane at 1 m/s. Every number in it is for you to change.
 """
 VERIFY_HELP = """\
 Read every record of a database in full: its checksum, its key, and whether it has what a record of its kind must have.
@@ -106,6 +117,7 @@ def build_parser() -> argparse.ArgumentParser:
     add = _command(names, "export", text, commands.export_command).add_argument
     add("what", choices=("modes", "results"), help="mode shapes, or displacements and contact pressures over time")
     add("--every", type=_positive, default=1, metavar="N", help="write every Nth frame (default 1: all)")
+    _add_cad(names)
     text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"
     add = _plain(names, "doctor", text, commands.doctor_command).add_argument
     add("--db", default=".gudgeon", metavar="PATH", help="database folder to check (default .gudgeon)")
@@ -160,6 +172,27 @@ def _plain(names: Any, name: str, text: str, action: Action | None, description:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     command.set_defaults(action=action)
+    return command
+
+
+def _add_cad(names: Any) -> None:
+    text = "list the faces of a CAD part and draw them with their numbers"
+    add = _cad(names, "faces", text, drafts.faces_command, FACES_HELP).add_argument
+    add("--picture", type=Path, metavar="PATH", help="PNG to write (default ./FILE-faces.png without its ending)")
+    add("--json", action="store_true", help="print one JSON document on stdout")
+    text = "write a scene in which a CAD part is thrown at a plane"
+    add = _cad(names, "new", text, drafts.new_command, NEW_HELP).add_argument
+    add("--folder", metavar="PATH", type=Path, help="new folder, must not exist (default ./FILE without its ending)")
+
+
+def _cad(names: Any, name: str, text: str, action: Action, description: str) -> argparse.ArgumentParser:
+    """Add a command on a CAD file."""
+    command = _plain(names, name, text, action, description)
+    add = command.add_argument
+    add("file", metavar="FILE", help="STEP, IGES or BREP file, or script of gmsh (.geo)")
+    add("--unit", metavar="M", help="metres per unit of length, such as 0.001; needed for BREP and .geo")
+    text = "number or name of a solid to take; may be repeated (default all, glued)"
+    add("--solid", action="append", default=[], metavar="S", help=text)
     return command
 
 

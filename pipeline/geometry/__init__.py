@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from gudgeon.pipeline.geometry.cad.part import CadPart
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
 from gudgeon.pipeline.geometry.plane_file import PlaneFile
 from gudgeon.pipeline.geometry.shapes.bar import Bar
@@ -30,6 +31,7 @@ Geometry = Annotated[
     | Beam
     | Rigid
     | BladedSector
+    | CadPart
     | MeshFile
     | PlaneFile,
     Field(discriminator="kind"),

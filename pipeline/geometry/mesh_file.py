@@ -87,7 +87,7 @@ class MeshFile(Strict):
         mesh = read_mesh(self.path)
         points = scaled_points(mesh, self.unit, self.path)
         nodes, cells, number = compacted(points, _ordered(points, _tetrahedra(mesh, self.path), self.path))
-        skin, faces = _skin(cells, self.path)
+        skin, faces = boundary_facets(cells, self.path)
         members = named_facets(mesh, number, faces, dimension=2)
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
         members |= {name: self._on_shape(name, shape, nodes[faces[:, :3]], members) for name, shape in shapes.items()}
@@ -182,8 +182,12 @@ def _ordered(points: np.ndarray, cells: np.ndarray, path: str) -> np.ndarray:
     return cells[np.sort(first)]
 
 
-def _skin(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return cell and face number (f, 2) of each boundary facet and its nodes (f, 3) or (f, 6), outward."""
+def boundary_facets(cells: np.ndarray, path: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return cell and face number (f, 2) of each boundary facet and its nodes (f, 3) or (f, 6), outward.
+
+    Raises:
+        InputError: a face belongs to more than two tetrahedra; `path` is their file.
+    """
     sides = FACES if cells.shape[1] == 10 else FACES[:, :3]
     shared = side_counts(cells, sides)
     if shared.max() > 2:

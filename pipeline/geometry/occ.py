@@ -87,7 +87,7 @@ class Solid(Strict):
             model.occ.synchronize()
             volume, area = (sum(model.occ.getMass(d, tag) for _, tag in model.getEntities(d)) for d in (3, 2))
             refuse_large("solid", self.expected(volume, area, size), size)
-            _generate(model.mesh, size, repair=not self.tie(model))
+            generate(model.mesh, size, repair=not self.tie(model))
             outer = [tag for _, tag in model.getEntities(2) if len(model.getAdjacencies(2, tag)[0]) == 1]
             return _collect(model.mesh, outer, self.surface_shapes())
 
@@ -145,10 +145,13 @@ def revolve(occ: Any, section: Sequence[tuple[float, float]]) -> list[tuple[int,
     return occ.fuse(*(turned_solid(occ, polygon_face(occ, corners), turn) for turn in (np.pi, -np.pi)))[0]
 
 
-def _generate(mesh: Any, size: float, repair: bool) -> None:
+def generate(mesh: Any, size: float, repair: bool) -> None:
     """Make curved elements, and let gmsh repair those that are inverted by it; refuse those that remain.
 
     Flat elements are refused before gmsh curves the mesh: it cannot repair them and may abort the process.
+
+    Raises:
+        InputError: elements are flat or turn inside out.
     """
 
     def count_below(limit: float, measure: str, element_type: int) -> int:

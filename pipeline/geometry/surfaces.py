@@ -1,4 +1,4 @@
-"""Named surfaces and their true shapes: points, planes, cylinders and spheres."""
+"""Named surfaces and their true shapes: points, planes, cylinders, cones and spheres."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,6 +9,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.traction import cross_axes
 from gudgeon.pipeline.errors import InputError
 
+Triple = Sequence[float] | np.ndarray
 SurfaceRule = dict[str, Any]
 """The true shape of a named surface, as `modaldb.records.mesh.Surface.shape`."""
 
@@ -31,17 +32,22 @@ def point_surface(node: int, normal: np.ndarray, area: float, origin: np.ndarray
     return Surface(np.array([[node]]), shape)
 
 
-def cylinder(radius: float, axis: Sequence[float] = (0, 0, 1), origin: Sequence[float] = (0, 0, 0)) -> SurfaceRule:
+def cylinder(radius: float, axis: Triple = (0, 0, 1), origin: Triple = (0, 0, 0)) -> SurfaceRule:
     """Return the shape of a circular cylinder of `radius` [m] about `axis` through `origin` [m]."""
     return {"kind": "cylinder", "radius": radius, "axis": list(map(float, axis)), "origin": list(map(float, origin))}
 
 
-def sphere(radius: float) -> SurfaceRule:
-    """Return the shape of a sphere of `radius` [m] about the origin."""
-    return {"kind": "sphere", "radius": radius, "origin": [0.0, 0.0, 0.0]}
+def sphere(radius: float, origin: Triple = (0, 0, 0)) -> SurfaceRule:
+    """Return the shape of a sphere of `radius` about `origin` [m]."""
+    return {"kind": "sphere", "radius": radius, "origin": list(map(float, origin))}
 
 
-def plane(normal: Sequence[float], origin: Sequence[float]) -> SurfaceRule:
+def cone(angle: float, axis: Triple, origin: Triple) -> SurfaceRule:
+    """Return the shape of a circular cone: `angle` [rad] between surface and axis, which points from the apex on."""
+    return {"kind": "cone", "angle": float(angle), "axis": list(map(float, axis)), "origin": list(map(float, origin))}
+
+
+def plane(normal: Triple, origin: Triple) -> SurfaceRule:
     """Return the shape of the plane through `origin` [m] with the outward unit `normal`."""
     return {"kind": "plane", "normal": list(map(float, normal)), "origin": list(map(float, origin))}
 
@@ -85,6 +91,8 @@ def distance(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
     """Return the distance of points (k, 3) from a true shape [m], (k,)."""
     if shape["kind"] == "plane":
         return np.abs((points - np.asarray(shape["origin"])) @ np.asarray(shape["normal"]))
+    if shape["kind"] == "cone":
+        return np.linalg.norm(points - _on_cone(points, shape)[0], axis=1)
     sphere = shape["kind"] == "sphere"
     radius = np.linalg.norm(points - shape["origin"], axis=1) if sphere else cylindrical(points, shape)[0]
     return np.abs(radius - shape["radius"])
@@ -103,9 +111,20 @@ def true_surface(points: np.ndarray, outward: np.ndarray, shape: SurfaceRule) ->
     elif shape["kind"] == "sphere":
         normals = (points - origin) / np.linalg.norm(points - origin, axis=1, keepdims=True)
         moved = origin + shape["radius"] * normals
+    elif shape["kind"] == "cone":
+        moved, normals = _on_cone(points, shape)
     else:
         normals = radial_directions(points, shape)
         inside = shape["radius"] - cylindrical(points, shape)[0]
         moved = points if shape.get("profiled") else points + normals * inside[:, None]
     side = np.sign(np.einsum("ki,ki->k", normals, outward))
     return moved, normals * side[:, None]
+
+
+def _on_cone(points: np.ndarray, shape: SurfaceRule) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nearest points of a cone, beyond its apex the apex, and its normals there, (k, 3) each."""
+    axis, apex, angle = np.asarray(shape["axis"], float), np.asarray(shape["origin"], float), shape["angle"]
+    radial = radial_directions(points, shape)
+    line = np.cos(angle) * axis + np.sin(angle) * radial
+    along = np.maximum(((points - apex) * line).sum(axis=1), 0.0)
+    return apex + along[:, None] * line, np.cos(angle) * radial - np.sin(angle) * axis

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import uuid
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -60,7 +60,7 @@ FILES = (
 )  # fmt: skip
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""
 
-CHILD = "gudgeon.pipeline.plots.child"
+CHILD, FACES = "gudgeon.pipeline.plots.child", "gudgeon.pipeline.plots.faces"
 ALONE: Mapping[str, str] = MappingProxyType({})
 
 
@@ -125,7 +125,7 @@ def _draw_group(group: str, job: Path, drawn: list[str], notes: list[str]) -> No
     for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
         if hidden and (code >= 0 or not any(name in os.environ for name in hidden)):
             break
-        code, stdout, stderr = _run_child(job, hidden)
+        code, stdout, stderr = _run_child([CHILD, str(job)], hidden)
         for line in stdout.splitlines():
             event, _, value = line.partition(" ")
             if event == "note":
@@ -133,20 +133,34 @@ def _draw_group(group: str, job: Path, drawn: list[str], notes: list[str]) -> No
             elif event == "drawn" and value not in drawn:
                 drawn.append(value)
     if code < 0 and group == "rendered":
-        name = next((one.name for one in signal.Signals if one == -code), f"signal {-code}")
-        notes.append(
-            f"pictures with 3-D rendering were not drawn: rendering crashed ({name});"
-            " install libgl1 libegl1 libegl-mesa0 or libosmesa6; `gudgeon doctor` lists which"
-        )
+        notes.append(f"pictures with 3-D rendering were not drawn: {_crash(code)}")
     elif code:
         lines = stderr.strip().splitlines() or [f"exit code {code}"]
         notes.append(f"pictures ({group}) were not drawn: {lines[-1]}")
 
 
-def _run_child(job: Path, hidden: Collection[str]) -> tuple[int, str, str]:
+def render_faces(data: Path, picture: Path) -> str | None:
+    """Draw the faces of a part in a child process, see `plots.faces`; return why not if that failed."""
+    code, stderr = 0, ""
+    for hidden in ((), ("DISPLAY", "WAYLAND_DISPLAY")):
+        code, _, stderr = _run_child([FACES, str(data), str(picture)], hidden)
+        if code >= 0:
+            break
+    lines = stderr.strip().splitlines() or [f"exit code {code}"]
+    return None if code == 0 else _crash(code) if code < 0 else lines[-1]
+
+
+def _crash(code: int) -> str:
+    name = next((one.name for one in signal.Signals if one == -code), f"signal {-code}")
+    return (
+        f"rendering crashed ({name}); install libgl1 libegl1 libegl-mesa0 or libosmesa6; `gudgeon doctor` lists which"
+    )
+
+
+def _run_child(arguments: Sequence[str], hidden: Collection[str]) -> tuple[int, str, str]:
     """Return the child's exit code (−n: killed by signal n), stdout and stderr; it never outlives this call."""
     environment = {name: value for name, value in os.environ.items() if name not in hidden} | {"MPLBACKEND": "Agg"}
-    command = [sys.executable, "-P", "-m", CHILD, str(job)]
+    command = [sys.executable, "-P", "-m", *arguments]
     # Never written: its end tells the child that this process is gone, however it was ended.
     alive, end = os.pipe()
     try:

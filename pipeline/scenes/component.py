@@ -80,6 +80,11 @@ class Component(Strict):
         """Whether the mesh is read from a file."""
         return self.geometry.kind in ("file", "plane-file")
 
+    @property
+    def path(self) -> str | None:
+        """Name of the geometry's file, of a mesh or of CAD; None for shapes."""
+        return getattr(self.geometry, "path", None)
+
     @field_validator("material")
     @classmethod
     def _deforms(cls, value: Material | None, info: ValidationInfo) -> Material | None:

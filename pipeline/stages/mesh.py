@@ -14,20 +14,22 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
     """Mesh a component, or read its mesh file; relative paths start at the scene's folder.
 
     Raises:
-        InputError: the size is missing, or the mesh file is not readable.
+        InputError: the size is missing, or the file is not readable.
         StageError: gmsh failed.
     """
     geometry = component.geometry
-    if geometry.kind == "file" or geometry.kind == "plane-file":
-        path = find_file(geometry.path, folder, f"component.{name}.geometry.path")
-        return geometry.model_copy(update={"path": str(path)}).build(None)
-    if geometry.kind == "rigid":
+    if component.path is not None:
+        path = find_file(component.path, folder, f"component.{name}.geometry.path")
+        geometry = geometry.model_copy(update={"path": str(path)})
+    if geometry.kind == "file" or geometry.kind == "plane-file" or geometry.kind == "rigid":
         return geometry.build(None)
     if component.mesh.size is None:
         raise InputError(f"component.{name}.mesh.size: is missing; give an edge length [m]")
     try:
         return geometry.build(component.mesh.size)
     except InputError as error:
+        if not str(error).startswith("mesh."):
+            raise
         raise InputError(f"component.{name}.{error}") from error
     except StageError as error:
         raise StageError(f"component.{name}.geometry: {error}") from error

@@ -127,8 +127,8 @@ def _supports(component: Component) -> list[Any]:
 
 def _geometry(component: Component, folder: Path, name: str) -> dict[str, Any]:
     described = component.geometry.model_dump(mode="json")
-    if component.geometry.kind == "file" or component.geometry.kind == "plane-file":
-        described["path"] = file_digest(find_file(component.geometry.path, folder, f"component.{name}.geometry.path"))
+    if component.path is not None:
+        described["path"] = file_digest(find_file(component.path, folder, f"component.{name}.geometry.path"))
     return described
 
 

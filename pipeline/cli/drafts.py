@@ -1,0 +1,50 @@
+"""The commands on CAD files: `gudgeon faces` and `gudgeon new`."""
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+
+from gudgeon.pipeline.errors import InputError
+
+
+def faces_command(options: argparse.Namespace) -> int:
+    """List and draw the faces of a part."""
+    from gudgeon.pipeline.drafts.faces import look_at
+
+    picture = options.picture or Path(f"{Path(options.file).stem}-faces.png")
+    look = look_at(options.file, _unit(options.unit), _solids(options.solid), picture)
+    print(json.dumps(look.as_json(), indent=1) if options.json else look.as_text())
+    if look.picture is not None and not options.json:
+        print(f"\npicture: {look.picture}")
+    for note in look.notes:
+        print(f"gudgeon: {note}", file=sys.stderr)
+    return 0
+
+
+def new_command(options: argparse.Namespace) -> int:
+    """Write a scene of a part."""
+    from gudgeon.pipeline.drafts.scene import write_draft
+
+    folder, notes = write_draft(options.file, _unit(options.unit), _solids(options.solid), options.folder)
+    for note in notes:
+        print(f"gudgeon: {note}", file=sys.stderr)
+    print(f"{folder / 'scene.toml'}: try `gudgeon run {folder}`")
+    return 0
+
+
+def _unit(text: str | None) -> float | None:
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 1e-9 <= value <= 1e4:
+        raise InputError(f"--unit {text}: expected the metres per unit of length, 1e-9 to 1e4; 0.001 for mm")
+    return value
+
+
+def _solids(texts: list[str]) -> list[str | int]:
+    return [int(text) if text.isdecimal() else text for text in texts]

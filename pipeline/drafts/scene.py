@@ -1,0 +1,191 @@
+"""A first scene of a CAD part: it is thrown at a rigid plane, on its largest face that can lie on one."""
+
+import json
+import math
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gudgeon.pipeline.drafts.faces import Look, look_at, surface_name
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cad.faces import Face
+
+ELEMENTS = 3000
+"""About as many a draft's mesh has."""
+SUPPORTS = 1e-6
+"""How far the part may lie beyond a face on which it can stand, by its extent."""
+SPEED = 1.0
+"""Of the throw [m/s]."""
+GAP = 1e-5
+"""Distance from the plane at the start [m]."""
+PASSAGES = 20
+"""Duration, in passages of a longitudinal wave along the part."""
+WAVE = math.sqrt(210e9 / 7850.0)
+"""Its speed [m/s] in the draft's steel."""
+EQUAL = 50
+"""Faces whose areas differ by less than 1/50 are equal."""
+MOST_SURFACES = 12
+COLUMN = 52
+"""Of comments."""
+
+TEXT = """\
+# {title} is thrown at a rigid plane at {speed:g} m/s. SI units. Every number is for you to change.
+# {file}: {kind}, {size} mm, {mass:.4g} kg in steel.
+
+[component.{name}]
+material = {{ E = 210e9, nu = 0.3, rho = 7850.0 }}  # steel: Pa, 1, kg/m^3
+mesh = {{ size = {mesh} }}  # edge length of the elements [m]
+modes = {{ normal_count = 80 }}  # elastic modes; R adds what is left out of them
+
+[component.{name}.geometry]
+kind = "cad"
+path = {path}
+{unit}{solids}# around = 14  # elements around a full circle of curved faces
+# sizes = {{ {first} = {fine} }}  # finer elements on one surface [m]
+
+[component.{name}.geometry.surfaces]  # the largest faces; `gudgeon faces {file}` lists and draws all
+{surfaces}
+
+# What touches the plane. Other kinds: "patch" (one mean row), "traction" (bodies slide over it), "mean", "tie".
+[component.{name}.interface.impact]
+surface = "{impact}"
+{more}
+[body.{name}]
+velocity = {velocity}  # [m/s]
+
+[contact.plane]
+body = "{name}"
+interface = "impact"
+against = {{ shape = "plane", point = {point}, normal = {normal} }}
+surface_stiffness = 1e13  # of the rough faces [N/m^3]: smooth ones are stiffer
+
+[run]
+duration = {duration:.2g}  # [s]
+"""
+
+
+@dataclass(frozen=True)
+class Impact:
+    """The face that meets the plane."""
+
+    face: Face
+    direction: np.ndarray
+    """Of the throw, unit vector (3,)."""
+    reach: float
+    """Largest coordinate of the part along it [m]."""
+
+
+def write_draft(
+    file: str, unit: float | None, solids: Sequence[str | int], folder: Path | None
+) -> tuple[Path, list[str]]:
+    """Write a folder with a scene of a CAD part and a copy of its file; return the folder and notes.
+
+    Raises:
+        InputError: the file is no part, or the folder exists or cannot be written.
+        StageError: gmsh failed.
+    """
+    folder = folder or Path(Path(file).stem)
+    if folder.exists():
+        raise InputError(f"new: {folder} exists; name another folder, as in `--folder {folder}-2`")
+    look = look_at(file, unit, solids, None)
+    text = draft(look, unit, solids)
+    try:
+        folder.mkdir(parents=True)
+        shutil.copyfile(file, folder / Path(file).name)
+        (folder / "scene.toml").write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"new: {error.filename or folder}: {error.strerror or error}") from error
+    return folder, look.notes
+
+
+def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
+    """Return the text of a scene of a part."""
+    file = Path(look.path).name
+    name = _name(Path(look.path).stem)
+    impact = impact_of(look)
+    extents = look.extents
+    size = mesh_size(look)
+    chosen = _surfaces(look, impact.face)
+    foot = impact.direction * (impact.reach + GAP)
+    first = surface_name(impact.face)
+    fine = f"{size / 2:.2g}"
+    text = TEXT.format(
+        title=file, file=file, kind=look.kind, name=name, speed=SPEED, mesh=f"{size:.2g}", fine=fine, first=first,
+        size=" × ".join(f"{1e3 * length:.4g}" for length in extents), mass=7850.0 * volume_of(look),
+        path=json.dumps(file), unit="" if unit is None else f"unit = {unit:g}\n", impact=first,
+        solids=f"solids = {json.dumps(list(solids))}\n" if solids else "",
+        surfaces="\n".join(f"{surface_name(face)} = {look.rules[face.number]}" for face in chosen),
+        more=_more(name, chosen), velocity=_list(SPEED * impact.direction), point=_list(foot),
+        normal=_list(-impact.direction), duration=PASSAGES * float(np.linalg.norm(extents)) / WAVE,
+    )  # fmt: skip
+    return "\n".join(_aligned(line) for line in text.split("\n"))
+
+
+def impact_of(look: Look) -> Impact:
+    """Return the largest flat face on which the part can stand; without one, the face of its lowest point."""
+    extent = look.faces[0].extent
+    flat = [face for face in look.faces if face.kind == "plane"]
+    # Downward of equal ones.
+    for face in sorted(flat, key=lambda face: (-round(EQUAL * math.log(face.area)), face.shape["normal"][2])):
+        normal = np.array(face.shape["normal"])
+        reach = float(np.array(face.shape["origin"]) @ normal)
+        if float((look.points @ normal).max()) <= reach + SUPPORTS * extent:
+            return Impact(face, normal, reach)
+    lowest = int(look.points[:, 2].argmin())
+    owners = look.owner[(look.triangles == lowest).any(axis=1)]
+    face = max((look.faces[int(one)] for one in owners), key=lambda face: face.area)
+    return Impact(face, np.array([0.0, 0.0, -1.0]), -float(look.points[lowest, 2]))
+
+
+def mesh_size(look: Look) -> float:
+    """Return the edge length [m] that gives about `ELEMENTS` elements; thin walls are one element thick."""
+    area = sum(face.area for face in look.faces)
+    return max((5.0 * volume_of(look) / ELEMENTS) ** (1 / 3), (4.0 * area / ELEMENTS) ** 0.5)
+
+
+def volume_of(look: Look) -> float:
+    """Return the volume of a part [m^3], by its flat triangles where gmsh's own kernel has none."""
+    if math.isfinite(look.volume):
+        return look.volume
+    a, b, c = np.moveaxis(look.points[look.triangles], 1, 0)
+    return abs(float(np.einsum("ti,ti->", a, np.cross(b, c)))) / 6
+
+
+def _surfaces(look: Look, impact: Face) -> list[Face]:
+    """Return the face of the impact and the largest others, one of each rule."""
+    found: dict[str, Face] = {look.rules[impact.number]: impact}
+    for face in sorted(look.faces, key=lambda face: -face.area):
+        if len(found) < MOST_SURFACES:
+            found.setdefault(look.rules[face.number], face)
+    return list(found.values())
+
+
+def _more(name: str, faces: Sequence[Face]) -> str:
+    """Return further interfaces as comments: a bore for joints and forces, stress on the skin."""
+    lines = []
+    bore = next((face for face in faces if face.kind == "cylinder" and face.hollow), None)
+    if bore is not None:
+        lines += [f"# [component.{name}.interface.pin]  # for joints, springs and forces: a bore that moves rigidly",
+                  f'# surface = "{surface_name(bore)}"', '# kind = "tie"', '# tie = "rbe2"', ""]  # fmt: skip
+    lines += [f"# [component.{name}.gauge]  # stress.png: stress on the whole boundary",
+              '# skin = { surface = "skin" }', ""]  # fmt: skip
+    return "\n" + "\n".join(lines)
+
+
+def _aligned(line: str) -> str:
+    """Return a line of a scene with its comment, which follows two spaces, at the column of all comments."""
+    code, apart, comment = line.rpartition("  # ")
+    return f"{code:{COLUMN}}  # {comment}" if apart else line
+
+
+def _name(stem: str) -> str:
+    """Return a name of a component and a body that TOML needs no quotes for."""
+    name = "".join(one if one.isascii() and (one.isalnum() or one in "-_") else "-" for one in stem).strip("-")
+    return name or "part"
+
+
+def _list(vector: np.ndarray) -> str:
+    return "[{}]".format(", ".join(f"{0.0 if abs(value) < 1e-12 else value:.9g}" for value in vector))

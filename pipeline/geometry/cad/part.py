@@ -1,0 +1,177 @@
+"""A part from a CAD file, meshed with curved tet10: size by curvature and by named surface."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cad.faces import Face, distances, faces_of
+from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_volume
+from gudgeon.pipeline.geometry.cad.selection import FaceRule, faces_by_name
+from gudgeon.pipeline.geometry.cad.units import model_scale
+from gudgeon.pipeline.geometry.cells import GMSH_ORDER
+from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
+from gudgeon.pipeline.geometry.mesh_file import boundary_facets
+from gudgeon.pipeline.geometry.occ import GMSH_TETRA10, GMSH_TRIANGLE6, generate, meshing, nodes_and_cells
+from gudgeon.pipeline.geometry.soundness import refuse_pieces
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule
+from gudgeon.solver.numbers import Length, Name, Strict
+
+TURN = 14
+"""Default number of elements around a full circle."""
+LEAST_TURN, MOST_TURN = 6, 200
+FINEST = 1 / 20
+"""Least element size by curvature, over the size of the mesh: blends of small radius do not fill the memory."""
+SKIN = "skin"
+"""The whole boundary."""
+OPTIONS: dict[str, float] = {
+    "Algorithm": 6, "Algorithm3D": 1, "ElementOrder": 1, "MeshSizeExtendFromBoundary": 1, "MeshSizeFactor": 1,
+    "RecombineAll": 0, "SecondOrderIncomplete": 0, "SecondOrderLinear": 0, "SubdivisionAlgorithm": 0,
+}  # fmt: skip
+"""gmsh's defaults that a script may change."""
+
+
+class CadPart(Strict):
+    """Solids of a STEP, IGES or BREP file, or of a script of gmsh (.geo)."""
+
+    kind: Literal["cad"]
+    path: str
+    unit: Length | None = Field(
+        default=None, description="Metres per unit of length of the file; default: as the file states, needed if none"
+    )
+    solids: tuple[int | str, ...] = Field(
+        default=(), description="Numbers or names of the solids that the component takes; default: all, glued"
+    )
+    surfaces: dict[Name, FaceRule] = Field(
+        default={},
+        description="Faces by name; without it each face is a surface `face1`, `face2`, … as `gudgeon faces` shows",
+    )
+    around: int = Field(
+        default=TURN, ge=LEAST_TURN, le=MOST_TURN, description="Elements around a full circle of a curved face"
+    )
+    sizes: dict[Name, Length] = Field(
+        default={}, description="Edge length of the elements on named surfaces [m], where it is below mesh.size"
+    )
+
+    @field_validator("solids")
+    @classmethod
+    def _once(cls, value: tuple[int | str, ...]) -> tuple[int | str, ...]:
+        twice = {one for one in value if value.count(one) > 1}
+        if twice:
+            raise ValueError(f"{', '.join(map(repr, twice))} given twice")
+        return value
+
+    def build(self, size: float) -> MeshRecord:
+        """Mesh the part with elements of edge length `size` [m].
+
+        Raises:
+            InputError: the file has no such part, a surface matches no face or several, or the size does not fit.
+            StageError: gmsh failed.
+        """
+        with opened(self) as part:
+            gmsh, scale = part.gmsh, part.scale
+            named = faces_by_name(self.surfaces, part.faces, part.away, self.path)
+            unknown = [name for name in self.sizes if name not in named]
+            if unknown:
+                have = ", ".join(self.surfaces) or "face1, face2, …"
+                raise InputError(f"{self.path}: sizes.{unknown[0]}: no surface of this name; surfaces are {have}")
+            volume, area = part.volume(), sum(face.area for face in part.faces)
+            refuse_large("solid", max(5.0 * volume / size**3, 4.0 * area / size**2), size)
+            fine = [(length / scale, [one.number for one in named[name][0]]) for name, length in self.sizes.items()]
+            _set_sizes(gmsh, size / scale, self.around, fine)
+            generate(gmsh.model.mesh, size, repair=True)
+            record = _collected(gmsh, named, scale, self.path)
+        refuse_pieces(record, self.path)
+        return record
+
+
+class OpenPart(NamedTuple):
+    """A part in gmsh's model."""
+
+    gmsh: Any
+    solids: list[int]
+    faces: list[Face]
+    scale: float
+    """Metres per unit of the model."""
+
+    def exact_volume(self) -> float:
+        """Return the volume [m^3]; NaN of gmsh's own kernel."""
+        return sum(solid_volume(self.gmsh, tag) for tag in self.solids) * self.scale**3
+
+    def volume(self) -> float:
+        """Return the volume [m^3]; of gmsh's own kernel by samples of the faces, within a factor of two."""
+        exact = self.exact_volume()
+        return exact if math.isfinite(exact) else sum(face.share for face in self.faces)
+
+    def away(self, faces: Sequence[Face], point: np.ndarray) -> np.ndarray:
+        """Return the distances of faces from a point [m], (k,)."""
+        return distances(self.gmsh, faces, point, self.scale)
+
+
+@contextmanager
+def opened(part: CadPart) -> Iterator[OpenPart]:
+    """Give a part in gmsh's model, and close gmsh at the end.
+
+    Raises:
+        InputError: the file is no part, see `read_solids`.
+        StageError: gmsh failed.
+    """
+    if not Path(part.path).is_file():
+        raise InputError(f"{part.path}: no such file")
+    scale = model_scale(part.path, part.unit)
+    with meshing(1.0, {}) as gmsh:
+        solids = read_solids(gmsh, part.path, part.solids)
+        yield OpenPart(gmsh, solids, faces_of(gmsh, part.path, solids, scale), scale)
+
+
+def _set_sizes(gmsh: Any, size: float, around: int, fine: Sequence[tuple[float, list[int]]]) -> None:
+    """Set what gmsh makes elements by, over what a script may have set.
+
+    Args:
+        size: Edge length, in the model's unit, as all lengths here.
+        fine: Edge lengths on faces, with their numbers.
+    """
+    least = min([FINEST * size, *(length for length, _ in fine)])
+    for name, value in {**OPTIONS, "MeshSizeMin": least, "MeshSizeMax": size, "MeshSizeFromCurvature": around}.items():
+        gmsh.option.setNumber(f"Mesh.{name}", value)
+    gmsh.model.mesh.clear()
+    fields = gmsh.model.mesh.field
+    numbers = []
+    for length, faces in fine:
+        number = fields.add("Constant")
+        fields.setNumbers(number, "SurfacesList", faces)
+        fields.setNumber(number, "VIn", min(length, size))
+        fields.setNumber(number, "VOut", size)
+        numbers.append(number)
+    if numbers:
+        smallest = fields.add("Min")
+        fields.setNumbers(smallest, "FieldsList", numbers)
+        fields.setAsBackgroundMesh(smallest)
+
+
+def _collected(gmsh: Any, named: Mapping[str, tuple[list[Face], SurfaceRule]], scale: float, path: str) -> MeshRecord:
+    """Return gmsh's mesh with named surfaces, whose facets are turned outward."""
+    nodes, cells, number = nodes_and_cells(gmsh.model.mesh, GMSH_TETRA10, GMSH_ORDER)
+    skin = boundary_facets(cells, path)[1]
+    corners = np.sort(skin[:, :3], axis=1)
+    surfaces = {}
+    for name, (faces, shape) in named.items():
+        rows = [gmsh.model.mesh.getElementsByType(GMSH_TRIANGLE6, face.number)[1] for face in faces]
+        triangles = number[np.concatenate(rows).astype(int).reshape(-1, 6)]
+        surfaces[name] = Surface(skin[_places(corners, np.sort(triangles[:, :3], axis=1))], shape)
+    surfaces[SKIN] = surfaces.get(SKIN, Surface(skin))
+    return MeshRecord(nodes * scale, cells, "tetra10", surfaces)
+
+
+def _places(rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Return the places of wanted rows (w, 3) among different rows (k, 3), (w,)."""
+    code = np.unique(np.concatenate([rows, wanted]), axis=0, return_inverse=True)[1].ravel()
+    place = np.empty(code.max() + 1, int)
+    place[code[: len(rows)]] = np.arange(len(rows))
+    return place[code[len(rows) :]]
