@@ -50,7 +50,7 @@ def assembled_modes(found: Linearised) -> AssembledModes:
         P = Phi[:, ~quiet]
         count = P.shape[1]
         state = np.block([[np.zeros((count, count)), np.eye(count)], [-P.T @ K @ P, -P.T @ C @ P]])
-        values, vectors = linalg.eig(state)
+        values, vectors = np.linalg.eig(state)
         oscillates = values.imag > STILL * np.abs(values)
         real = int(np.count_nonzero(np.abs(values.imag) <= STILL * np.abs(values)))
         s = np.concatenate([np.zeros(int(quiet.sum()), complex), values[oscillates]])

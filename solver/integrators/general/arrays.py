@@ -238,6 +238,10 @@ class Problem(NamedTuple):
     """Of the changes of the residual with each other, (w, w)."""
     gram: np.ndarray
     """(w, w + 1)"""
+    derivative: np.ndarray
+    """Of Newton's method, (p, p)."""
+    correction: np.ndarray
+    """Its step [N], (p,)."""
     slipped: np.ndarray
     """Whether a cone slips, a step ago or in the step, at its first port, (p,)."""
 

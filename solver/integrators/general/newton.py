@@ -59,7 +59,7 @@ def newton(constants, state, problem, tolerance, bound):  # type: ignore[no-unty
     """
     n = problem.size[0]
     x, y, columns, start = problem.x[:n], problem.y[:n], problem.columns, problem.start[:n]
-    matrix, step = np.empty((n, n)), np.empty(n)
+    matrix, step = problem.derivative[:n, :n], problem.correction[:n]
     for _turn in range(MOST_STEPS):
         state.counts[NEWTON] += 1
         _derive(constants, state, problem, matrix, step)

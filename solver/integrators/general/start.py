@@ -71,6 +71,7 @@ def problem_of(constants: Constants) -> Problem:
         matrix=fixed(constants.columns)._replace(candidate=np.ones(p, np.bool_)), free=np.zeros(p), x=np.zeros(p),
         y=np.zeros(p), start=np.zeros(p),
         weight=np.zeros(p), slipped=np.zeros(p, np.bool_),
+        derivative=np.zeros((p, p)), correction=np.zeros(p),
         past=np.zeros((3, p)), changes=np.zeros((3, WINDOW, p)), products=np.zeros((WINDOW, WINDOW)),
         gram=np.zeros((WINDOW, WINDOW + 1)),
     )  # fmt: skip
