@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 Model = TypeVar("Model", bound=BaseModel)
 POINTS = ("points", "patch")
 """Kinds of interface for contacts."""
-LOADED = {"force": "mean", "pressure": "pressure"}
-"""Kind of interface of each kind of force over time that has one."""
 UNRESOLVED = ("bar", "beam", "rigid")
 """Geometries that do not resolve local compliance."""
 
@@ -66,8 +64,8 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
     for name, force in scene.over_time().items():
-        if (interface := getattr(force, "interface", None)) is not None:
-            wanted.append((f"force.{name}.interface", force.body, interface, (LOADED[force.kind],)))
+        if (interface := getattr(force, "interface", None)) is not None and force.surface is not None:
+            wanted.append((f"force.{name}.interface", force.body, interface, (force.surface,)))
     for name, spring in scene.springs().items():
         able = ("mean", "tie", *(("points", "patch") if spring.kind == "spring" else ()))
         if spring.interface is not None:

@@ -1,12 +1,14 @@
 """Forces, torques and pressures whose amount is given over time."""
 
-from typing import Literal
+from collections.abc import Callable
+from typing import ClassVar, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from gudgeon.solver.forces.history import History
+from gudgeon.solver.forces.history import History, Point
 from gudgeon.solver.numbers import ForceValue, Pressure, TimeValue, TorqueValue
-from gudgeon.solver.vectors import Direction, Place
+from gudgeon.solver.vectors import Direction, Place, unit
 
 BY_VALUES = "The same as pairs; read from the table if one is given"
 EXPRESSION = (
@@ -39,10 +41,21 @@ class GivenForce(History):
             raise ValueError("give one of: interface, at")
         return self
 
+    def mix(self) -> np.ndarray:
+        """Return the direction, (1, 3)."""
+        return unit(self.direction)[None]
+
+    def wrench(self, turned: Callable[[Point], np.ndarray]) -> np.ndarray:
+        """Return the direction and its moment, (6,)."""
+        assert self.at is not None
+        line = unit(self.direction)
+        return np.concatenate([line, np.cross(turned(self.at), line)])
+
 
 class GivenTorque(History):
     """Torque on a rigid body."""
 
+    surface: ClassVar[str | None] = None
     kind: Literal["torque"]
     direction: Direction = Field(description="Axis of any length, in the axes of the scene, by the right hand")
     values: tuple[tuple[TimeValue, TorqueValue], ...] = Field(
@@ -52,10 +65,15 @@ class GivenTorque(History):
         default=None, description="Torque [N m]" + EXPRESSION, json_schema_extra={"unit": ["s", "N m"]}
     )
 
+    def wrench(self, turned: Callable[[Point], np.ndarray]) -> np.ndarray:
+        """Return no force, and the axis, (6,)."""
+        return np.concatenate([np.zeros(3), unit(self.direction)])
+
 
 class GivenPressure(History):
     """Uniform pressure on a surface, positive inwards."""
 
+    surface: ClassVar[str | None] = "pressure"
     kind: Literal["pressure"]
     interface: str = Field(description="Interface of kind 'pressure'")
     values: tuple[tuple[TimeValue, Pressure], ...] = Field(

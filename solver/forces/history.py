@@ -1,6 +1,7 @@
 """What forces over time share: their amount, by a table or an expression of time."""
 
-from typing import Self
+from collections.abc import Callable
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -8,13 +9,16 @@ from pydantic import Field, field_validator, model_validator
 from gudgeon.solver.forces.expression import parsed, values_of
 from gudgeon.solver.numbers import Strict
 
+Point = tuple[float, float, float]
 GAUSS = np.polynomial.legendre.leggauss(4)
 """Places and weights of the mean of an expression over a step, of order 8."""
 
 
 class History(Strict):
-    """Amount over time; a member sets the unit of `values` and `expression`."""
+    """Amount over time; a member sets the unit of `values` and `expression`, and where and along what it acts."""
 
+    surface: ClassVar[str | None] = "mean"
+    """Kind of the interface on which it acts; None: on rigid bodies alone."""
     body: str
     table: str | None = Field(default=None, description="CSV: time [s], amount; linear between the rows")
     values: tuple[tuple[float, float], ...] = ()
@@ -36,6 +40,18 @@ class History(Strict):
         if self.values and (len(times) < 2 or (np.diff(times) <= 0).any()):
             raise ValueError("values: at least two rows of rising times are needed")
         return self
+
+    def mix(self) -> np.ndarray:
+        """Return a unit of it over the forces of its interface, (1, k)."""
+        return np.ones((1, 1))
+
+    def wrench(self, turned: Callable[[Point], np.ndarray]) -> np.ndarray:
+        """Return force and moment of a unit of it about the component's origin of a rigid body, (6,).
+
+        Args:
+            turned: Turns a vector of the component into the axes of the scene.
+        """
+        raise NotImplementedError
 
     def refusal(self, duration: float) -> str | None:
         """Return why the amount does not reach over a run's duration [s], after the name of the force; else None."""

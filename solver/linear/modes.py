@@ -51,15 +51,15 @@ def assembled_modes(found: Linearised) -> AssembledModes:
         count = P.shape[1]
         state = np.block([[np.zeros((count, count)), np.eye(count)], [-P.T @ K @ P, -P.T @ C @ P]])
         values, vectors = np.linalg.eig(state)
-        oscillates = values.imag > STILL * np.abs(values)
-        real = int(np.count_nonzero(np.abs(values.imag) <= STILL * np.abs(values)))
+        oscillates = np.imag(values) > STILL * np.abs(values)
+        real = int(np.count_nonzero(np.abs(np.imag(values)) <= STILL * np.abs(values)))
         s = np.concatenate([np.zeros(int(quiet.sum()), complex), values[oscillates]])
         shapes = np.vstack([Phi[:, quiet].T.astype(complex), (P @ vectors[:count, oscillates]).T])
     order = np.argsort(np.abs(s), kind="stable")
     s, shapes = s[order], shapes[order] @ N.T
     shapes = shapes / np.linalg.norm(shapes, axis=1)[:, None]
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratios = np.where(s.real != 0, -s.real / np.abs(s), 0.0)
+        ratios = np.where(np.real(s) != 0, -np.real(s) / np.abs(s), 0.0)
     shares = {name: (np.abs(shapes[:, body.coordinates]) ** 2).sum(axis=1) for name, body in system.bodies.items()}
     return AssembledModes(np.abs(s) / (2 * np.pi), ratios, shapes, shares, _effective(found, shapes), real)
 

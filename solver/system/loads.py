@@ -3,6 +3,7 @@ rows 2 j and 2 j + 1 are the displacement of joint j's point, lateral and along;
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +16,6 @@ from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import OverTime
 from gudgeon.solver.forces.external import ExternalForce
-from gudgeon.solver.forces.given import GivenForce, GivenPressure, GivenTorque
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.joints import Joint
 from gudgeon.solver.methods import METHODS
@@ -276,16 +276,17 @@ def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
     interface = getattr(force, "interface", None)
     if interface is None:
         if len(body.modal.angular_frequencies):
-            cause = "a torque acts on rigid bodies" if isinstance(force, GivenTorque) else "name an interface of it"
-            key = "body" if isinstance(force, GivenTorque) else "at"
+            cause = "name an interface of it" if force.surface else f"a {force.kind} acts on rigid bodies"
+            key = "at" if force.surface else "body"
             raise SceneError(f"{where}.{key}: body '{body.name}' is elastic; {cause}")
-        resultant, elastic, mix = _on_rigid(scene, force, body), np.zeros((1, 0)), np.ones((1, 1))
+        resultant = force.wrench(partial(turned_vectors, scene.body[body.name]))[None]
+        elastic, mix = np.zeros((1, 0)), np.ones((1, 1))
     else:
         load = _load(body, interface, f"{where}.interface")
-        kind, count = ("pressure", 1) if isinstance(force, GivenPressure) else ("mean", 3)
+        kind, count = force.surface, 1 if force.surface == "pressure" else 3
         if len(load.rows) != count:
             raise SceneError(f"{where}.interface: '{interface}' is no interface of kind '{kind}'")
-        mix = np.ones((1, 1)) if isinstance(force, GivenPressure) else unit(force.direction)[None]
+        mix = force.mix()
         resultant, elastic = mix @ load.resultant, mix @ load.rows
 
     def amounts(time: np.ndarray) -> np.ndarray:
@@ -295,16 +296,6 @@ def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
         return force.means(start, dt, where)[:, None]
 
     return GivenLoad(name, body.name, interface, mix, resultant, amounts, travels=False, means=means), elastic
-
-
-def _on_rigid(scene: Scene, force: OverTime, body: FlexibleBody) -> np.ndarray:
-    """Return force and moment about the component's origin of a unit force or torque on a rigid body, (1, 6)."""
-    if isinstance(force, GivenTorque):
-        return np.concatenate([np.zeros(3), unit(force.direction)])[None]
-    assert isinstance(force, GivenForce)
-    assert force.at is not None
-    line, arm = unit(force.direction), turned_vectors(scene.body[body.name], force.at)
-    return np.concatenate([line, np.cross(arm, line)])[None]
 
 
 def _pressing(scene: Scene, name: str, body: FlexibleBody) -> Made:
