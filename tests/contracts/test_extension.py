@@ -142,7 +142,7 @@ def scenes() -> dict[str, dict]:
             "body": {"part": {"position": [0, 0, 0.1], "velocity": [0, 0, -SPEED]}},
             "contact": {"floor": {"body": "part", "interface": "pole", "against": floor, "method": "penalty",
                                   "law": {"kind": "cubic", "stiffness": STIFFNESS}}},
-            "run": given | {"duration": 1.5e-3, "step": 2e-6, "samples": 50},
+            "run": given | {"duration": 4e-3, "step": 5e-6, "samples": 50},
         },
         "force": {
             "body": {"part": {}},
