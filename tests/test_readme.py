@@ -1,10 +1,13 @@
 """The scenes in the documents run as they stand there, and give the numbers that stand below them."""
 
 import re
+import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import gudgeon
 from gudgeon.pipeline.kinds import run
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -55,3 +58,18 @@ def test_the_scene_of_a_document_gives_its_numbers(name: str, tmp_path: Path) ->
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_scenes_of_the_examples_are_those_that_are_copied(name: str) -> None:
     assert SCENES[name][0] == (ROOT / "data" / name / "scene.toml").read_text(encoding="utf-8")
+
+
+def test_the_lines_that_step_a_scene_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of `docs/python.md`: a force between steps brings the ball to 0.5 m above its start and holds it there."""
+    (text,) = [text for language, text in blocks("docs/python.md") if "gudgeon.simulation(" in text]
+    assert (ROOT / "data" / "held-ball" / "scene.toml").is_file()
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(ROOT / "data" / "held-ball", tmp_path / "data" / "held-ball")
+    names: dict[str, Any] = {"gudgeon": gudgeon}
+    exec(text, names)
+    sim = names["sim"]
+    assert sim.time == pytest.approx(2.0, abs=sim.dt)
+    sag = 0.5 * 9.81 / 40.0
+    assert sim.body("ball").displacement[2] == pytest.approx(0.5 - sag, abs=0.02)
+    assert sim.contact("floor").force[0] == 0.0

@@ -272,6 +272,8 @@ class Located:
         """Take the impacts that ended; False where more have ended than the log holds."""
         log = self._log
         count = int(log.counts[ENDED])
+        if not count:
+            return True
         log.counts[ENDED] = 0
         for k, *impact in log.ended[:count]:
             self._taken[int(k)].append(np.array(impact))

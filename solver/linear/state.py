@@ -10,14 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.ports.members import ports_of, probe_ports
-from gudgeon.solver.ports.table import BLOCK, Kind, Ports
+from gudgeon.solver.ports.members import contact_ports, ports_of, probe_ports
+from gudgeon.solver.ports.table import Ports
 from gudgeon.solver.scene.probe import PointProbe
 from gudgeon.solver.system.system import System
-
-FREE = (Kind.GIVEN,)
-"""Ports at which nothing responds."""
 
 
 @dataclass(frozen=True)
@@ -63,51 +61,49 @@ def linearised(system: System, closed: Collection[str] = ()) -> Linearised:
             raise SceneError(f"--closed '{name}': {known(name, contacts)}")
     if system.scene.masters():
         raise SceneError("contact: points that slide over another body's surface have no linear analysis")
-    holding, stiffness, damping, points = list[int](), list[float](), list[float](), dict[str, int]()
+    found, points = list[Holding](), dict[str, int]()
     for contact in system.contacts:
-        here, every = ports.of(f"contact.{contact.name}"), f"contact.{contact.name}" in closed
-        each = BLOCK.get(Kind(ports.kind[here.start]), 1)
-        pressed = system.start_forces[contact.rows]
-        points[contact.name] = 0
-        for number, row in enumerate(range(contact.rows.start, contact.rows.stop)):
-            if not every and not pressed[number] > 0:
-                continue
-            points[contact.name] += 1
-            first = here.start + each * number
-            tangent = _tangent(system, row, float(pressed[number]), contact.name)
-            for b in range(each):
-                holding.append(first + b)
-                stiffness.append(tangent if b == 0 else np.inf)
-                damping.append(float(system.law[row, 3]) if b == 0 and np.isfinite(tangent) else 0.0)
-    rows = ports.rows.copy()
-    residual = ports.residual.copy()
-    for held in system.driving.joints:
+        own = _closed(system, ports, contact, every=f"contact.{contact.name}" in closed)
+        points[contact.name] = len({port for port, *_ in own} & set(contact_ports(ports, contact).tolist()))
+        found += own
+    rows, residual = ports.rows.copy(), ports.residual.copy()
+    for held, pin in zip(system.driving.joints, system.driving.crank(np.zeros(1))[0], strict=True):
         here = ports.of(f"joint.{held.name}").start
-        pin = system.driving.crank(np.zeros(1))[0, [one.name for one in system.driving.joints].index(held.name)]
         line = held.anchor + rows[here : here + 2] @ system.position - pin[:2]
         line /= np.linalg.norm(line)
         rows[here] = line @ rows[here : here + 2]
         residual[:, here] = np.einsum("d,sdj->sj", line, residual[:, here : here + 2])
         residual[:, :, here] = np.einsum("d,sid->si", line, residual[:, :, here : here + 2])
-        holding.append(here)
-        stiffness.append(np.inf)
-        damping.append(0.0)
-    for number in ports.numbers([f"motion.{drive.name}" for drive in system.driving.drives]):
-        holding.append(int(number))
-        stiffness.append(np.inf)
-        damping.append(0.0)
-    springs = system.springs
-    slopes = springs.tension(_elongations(system, ports))[1]
-    for name in system.scene.springs():
-        for port, row in zip(range(ports.of(f"force.{name}").start, ports.of(f"force.{name}").stop),
-                             range(springs.of(name).start, springs.of(name).stop), strict=True):  # fmt: skip
-            if slopes[row] > 0 or springs.damping[row] > 0:
-                holding.append(port)
-                stiffness.append(float(slopes[row]))
-                damping.append(float(springs.damping[row]))
+        found.append((here, np.inf, 0.0))
+    found += [(int(one), np.inf, 0.0) for one in ports.numbers([f"motion.{d.name}" for d in system.driving.drives])]
+    springs = ports.numbers([f"force.{name}" for name in system.scene.springs()])
+    slopes = system.springs.tension(_elongations(system, ports))[1]
+    for port, slope, damper in zip(springs, slopes, system.springs.damping, strict=True):
+        if slope > 0 or damper > 0:
+            found.append((int(port), float(slope), float(damper)))
+    numbers, stiffness, damping = (np.array(part) for part in zip(*found, strict=True)) if found else np.zeros((3, 0))
     return Linearised(
-        system, ports, np.array(holding, np.int64), rows, residual, np.array(stiffness), np.array(damping), points
-    )
+        system, ports, numbers.astype(np.int64), rows=rows, residual=residual, stiffness=stiffness, damping=damping,
+        closed=points,
+    )  # fmt: skip
+
+
+Holding = tuple[int, float, float]
+"""Number of a port, its stiffness [N/m] and its damping [N s/m]."""
+
+
+def _closed(system: System, ports: Ports, contact: ContactRows, *, every: bool) -> list[Holding]:
+    """Return the ports of the closed points of a contact: those that press, or every one."""
+    found, normals = list[Holding](), contact_ports(ports, contact)
+    last = ports.of(f"contact.{contact.name}").stop
+    each = (last - int(normals[0])) // len(normals)
+    for normal, row in zip(normals, range(contact.rows.start, contact.rows.stop), strict=True):
+        force = float(system.start_forces[row])
+        if every or force > 0:
+            tangent = _tangent(system, row, force, contact.name)
+            damper = float(system.law[row, 3]) if np.isfinite(tangent) else 0.0
+            found += [(int(normal), tangent, damper)] + [(int(normal) + b, np.inf, 0.0) for b in range(1, each)]
+    return found
 
 
 def _tangent(system: System, row: int, force: float, name: str) -> float:
@@ -129,19 +125,14 @@ def _tangent(system: System, row: int, force: float, name: str) -> float:
 
 def _elongations(system: System, ports: Ports) -> np.ndarray:
     """Return the elongations of all springs at the start [m], (b,)."""
-    forces = np.zeros(len(ports.offset))
+    forces, driving = np.zeros(len(ports.offset)), system.driving
     for contact in system.contacts:
-        here = ports.of(f"contact.{contact.name}")
-        each = BLOCK.get(Kind(ports.kind[here.start]), 1)
-        forces[here.start : here.stop : each] = system.start_forces[contact.rows]
-    names = [f"joint.{one.name}" for one in system.driving.joints] + [
-        f"force.{one.name}" for one in system.driving.given
-    ]
-    forces[ports.numbers(names + [f"motion.{one.name}" for one in system.driving.drives])] = system.loads
+        forces[contact_ports(ports, contact)] = system.start_forces[contact.rows]
+    names = [f"joint.{one.name}" for one in driving.joints] + [f"force.{one.name}" for one in driving.given]
+    forces[ports.numbers(names + [f"motion.{one.name}" for one in driving.drives])] = system.loads
     springs = ports.numbers([f"force.{name}" for name in system.scene.springs()])
     forces[springs] = system.start_pulls
-    moved = ports.offset + ports.rows @ system.position + ports.residual.sum(axis=0) @ forces
-    return moved[springs]
+    return (ports.offset + ports.rows @ system.position + ports.residual.sum(axis=0) @ forces)[springs]
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """A system stepped by its caller: the same motion as a run, forces set between steps, checkpoints."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,19 @@ import pytest
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.simulation import Steps
-from tests.solver.systems import build, piston_records, rigid_records, rod_records, rod_scene
+from gudgeon.solver.system.system import System
+from tests.solver.systems import (
+    block_records,
+    block_scene,
+    build,
+    build_all,
+    piston_records,
+    piston_scene,
+    rigid_records,
+    rod_records,
+    rod_scene,
+    with_tangential_rows,
+)
 
 BALL = {"pole": ([0.0, 0.0, -0.1], [0.0, 0.0, -1.0])}
 
@@ -112,3 +125,61 @@ def test_external_force_acts_on_an_elastic_interface(tmp_path: Path) -> None:
     assert energies["kinetic"] + energies["strain"] == pytest.approx(energies["work"], rel=1e-5)
     mass = 0.5
     assert steps.body("part").velocity[2] == pytest.approx(400.0 / mass * 0.5005e-3, rel=1e-9)
+
+
+def rubbing(folder: Path) -> System:
+    """An elastic block that rubs on a wall at 40 points."""
+    scene = block_scene(friction={"static": 0.4, "kinetic": 0.3}, surface_stiffness=1e13)
+    modal, morph = block_records(40)
+    scene["body"]["part"]["velocity"] = [1.0, 0.3, 0.1]
+    scene["run"] |= {"step": 5e-7, "integrator": "implicit", "checks": False}
+    return build(folder, (with_tangential_rows(modal, "face"), morph), scene)
+
+
+def cranked(folder: Path) -> System:
+    """An elastic piston on a crank, with friction on one of its walls and springs at its pin."""
+    scene = piston_scene(clearance=1e-5, step=2e-6, duration=2e-3, integrator="implicit", checks=False)
+    scene["force"] |= {
+        "line": {"kind": "spring", "body": "part", "interface": "pin", "direction": [1, 0, 0], "damping": 30.0,
+                 "values": [[-1e-3, -10.0], [0.0, 0.0], [1e-3, 900.0]]},
+        "bush": {"kind": "bushing", "body": "part", "interface": "pin", "stiffness": [1e5, 2e5, 1e3],
+                 "damping": [5.0, 5.0, 5.0]},
+    }  # fmt: skip
+    scene["contact"]["right"] |= {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e10}}
+    del scene["contact"]["right"]["surface_stiffness"]
+    return build(folder, piston_records(6), scene)
+
+
+def driven(folder: Path) -> System:
+    """A ball on a shaker, with restitution and friction."""
+    up = {"top": ([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]), "bottom": ([0.0, 0.0, 0.0], [0.0, 0.0, -1.0])}
+    pair = {"shape": "body", "body": "table", "interface": "top"}
+    return build_all(folder, {"table": rigid_records(2.0, up), "ball": rigid_records(0.1, up)}, {
+        "body": {"table": {"freedom": ["z", "x"]}, "ball": {"velocity": [0.05, 0, 0], "position": [0, 0, 1e-4]}},
+        "contact": {"touch": {"body": "ball", "interface": "bottom", "against": pair, "method": "impact",
+                              "restitution": 0.4, "friction": {"static": 0.2, "kinetic": 0.1}}},
+        "motion": {"up": {"kind": "translation", "body": "table", "direction": [0, 0, 1],
+                          "expression": "1e-3*sin(150*t)"},
+                   "aside": {"kind": "translation", "body": "table", "direction": [1, 0, 0],
+                             "values": [[0, 0], [0.1, 1e-4], [0.2, 0], [3.0, 0]]}},
+        "run": {"duration": 1.0, "gravity": [0, 0, -9.81], "step": 1e-4, "integrator": "implicit", "checks": False},
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize("made", [rubbing, cranked, driven])
+def test_checkpoint_of_every_kind_of_port_continues_with_the_same_bits(
+    made: Callable[[Path], System], tmp_path: Path
+) -> None:
+    """Friction on an elastic body, joints, tables and bushings with dashpots, laws, drives; in new objects."""
+    system = made(tmp_path)
+    one = Steps(system)
+    one.step(60)
+    held = one.checkpoint()
+    for _ in range(5):
+        one.step(50)
+    other = Steps(made(tmp_path / "again"))
+    other.load(held)
+    other.step(250)
+    for name in one._state._fields:
+        assert np.array_equal(getattr(one._state, name), getattr(other._state, name)), name
+    assert one._state.impulses.any()

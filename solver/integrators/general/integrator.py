@@ -77,14 +77,13 @@ class General:
             applied: Given loads [N], NaN: as the scene gives them, (g,).
         """
         given = self._nothing
-        if np.isnan(applied).any() or self._driven:
+        if self._driven or (len(applied) and np.isnan(applied).any()):
             given = self._drive(first, count)
             given = given._replace(loads=np.where(np.isnan(applied), given.loads, applied))
         elif count > 1 or len(applied):
             given = Given(np.tile(applied, (2, count, 1)), np.zeros((count, 0, 4)), np.zeros((count, 0)))
+        # What it sums up of forces and loads is not read.
         sound = march(self.arrays, given, first, count, self._bare)
-        for part in self._bare:
-            part[...] = 0.0
         self._take_slips()
         if not self._located.take():
             self.failure = Result.IMPACTS
@@ -94,6 +93,8 @@ class General:
     def _take_slips(self) -> None:
         """Take the changes between slip and stick of the last steps."""
         kept = self.arrays.state.slips
+        if not kept[0, 0]:
+            return
         for contact, time, begins in kept[1 : int(kept[0, 0]) + 1]:
             self._slips[int(contact)].append((float(time), bool(begins)))
         kept[0, 0] = 0.0
