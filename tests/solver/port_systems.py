@@ -172,7 +172,7 @@ def bar(modes: int) -> tuple[ModalRecord, MorphRecord]:
     return modal, MorphRecord("mesh", "modes", "none", points, BARS_MASS, centre, inertia, twist, None, {})
 
 
-def chain(folder: Path, bars: int, modes: int = 40) -> System:
+def chain(folder: Path, bars: int, modes: int = 40, *, integrator: str = "implicit") -> System:
     """Return bars in a row that touch; each is slower than the one behind it, so that all contacts close."""
     names = [f"bar{number}" for number in range(bars)]
     scene = {
@@ -187,6 +187,6 @@ def chain(folder: Path, bars: int, modes: int = 40) -> System:
             }
             for i in range(bars - 1)
         },
-        "run": {"duration": 1e-3, "integrator": "implicit"},
+        "run": {"duration": 1e-3, "integrator": integrator},
     }  # fmt: skip
     return build_all(folder, {"bar": bar(modes)}, scene)

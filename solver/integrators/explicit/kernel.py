@@ -52,6 +52,10 @@ class Constants(NamedTuple):
     """ω² [rad²/s²], zero for rigid coordinates, (m,)."""
     rows: np.ndarray
     """∂g/∂q, (c, m)."""
+    span: np.ndarray
+    """First and last + 1 coordinate on which each row depends, (c, 2)."""
+    narrow: bool
+    """Whether rows depend on few of the coordinates, so that columns are not used."""
     columns: np.ndarray
     """The same by coordinate, (m, c)."""
     reach: np.ndarray
@@ -115,8 +119,7 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
     """
     dt, c = constants.dt, len(constants.gap)
     q, v, forces, energies, nothing = state.q, state.v, out.forces, out.energies, state.multipliers[:0]
-    gap0, rows, columns, coupled = constants.gap, constants.rows, constants.columns, constants.coupled
-    multipliers, log = state.multipliers, state.log
+    coupled, multipliers, log = constants.coupled, state.multipliers, state.log
     jump, gap = state.jump, state.free
     number = first
     clear = 0
@@ -126,7 +129,7 @@ def march(constants, state, first, stride, out):  # type: ignore[no-untyped-def]
             lowest, scale = np.inf, 0.0
             clear -= 1
             if clear < 0:
-                _free_gaps(gap0, rows, columns, q, gap)
+                _free_gaps(constants, q, gap)
                 for i in range(c):
                     lowest = min(lowest, gap[i])
                     scale = max(scale, abs(gap[i]))
@@ -184,11 +187,8 @@ def _note_changes(constants, state, gap, time):  # type: ignore[no-untyped-def]
     for k in range(len(log.force)):
         acts = pressed(log, k)
         if changes(log, k, acts):
-            i, rate = log.steps[k, ROW], 0.0
-            row = constants.rows[i]
-            for n in range(len(v)):
-                rate += row[n] * v[n]
-            note_change(log, k, acts, time, gap[i], rate)
+            i = log.steps[k, ROW]
+            note_change(log, k, acts, time, gap[i], _along(constants, i, v))
 
 
 @inner
@@ -202,21 +202,28 @@ def fly(flight, q, v):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _free_gaps(gap0, rows, columns, q, gap):  # type: ignore[no-untyped-def]
-    """Set the gaps g = g₀ + rows q [m], summed along the longer of the two sides of `rows`."""
-    c, m = len(gap), len(q)
-    if c < WIDE:
+def _free_gaps(constants, q, gap):  # type: ignore[no-untyped-def]
+    """Set the gaps g = g₀ + rows q [m], row by row where they are few or short, else column by column."""
+    gap0, columns, c = constants.gap, constants.columns, len(gap)
+    if c < WIDE or constants.narrow:
         for i in range(c):
-            total = 0.0
-            for k in range(m):
-                total += rows[i, k] * q[k]
-            gap[i] = gap0[i] + total
+            gap[i] = gap0[i] + _along(constants, i, q)
         return
     copy(gap0, gap)
-    for k in range(m):
+    for k in range(len(q)):
         amount = q[k]
         for i in range(c):
             gap[i] += columns[k, i] * amount
+
+
+@inner
+def _along(constants, i, q):  # type: ignore[no-untyped-def]
+    """Return the product of a row with coordinates or their rates."""
+    first, last = constants.span[i, 0], constants.span[i, 1]
+    row, part, total = constants.rows[i, first:last], q[first:last], 0.0
+    for k in range(len(part)):
+        total += row[k] * part[k]
+    return total
 
 
 @inner
@@ -250,7 +257,7 @@ def _coupled_forces(constants, state, gap, tolerance):  # type: ignore[no-untype
 @inner
 def _springs(constants, state, gap):  # type: ignore[no-untyped-def]
     """Find the multipliers [N] of points that do not couple: λ = ⟨−g/C − d ġ⟩, ġ in the middle of the impulse."""
-    dt, rows, compliance, dashpot = constants.dt, constants.rows, constants.compliance, constants.dashpot
+    dt, compliance, dashpot = constants.dt, constants.compliance, constants.dashpot
     multipliers, gaps, v = state.multipliers, state.gaps, state.v
     stored, lost, closed = 0.0, 0.0, 0
     for i in range(len(gap)):
@@ -259,10 +266,7 @@ def _springs(constants, state, gap):  # type: ignore[no-untyped-def]
             closed += 1
             force = elastic = -gap[i] / compliance[i, i]
             if dashpot[i] > 0.0:
-                mobility, rate = 0.0, 0.0
-                for k in range(len(v)):
-                    mobility += rows[i, k] * rows[i, k]
-                    rate += rows[i, k] * v[k]
+                mobility, rate = _along(constants, i, constants.rows[i]), _along(constants, i, v)
                 force, taken = damped_force(elastic, dashpot[i], rate, mobility, dt)
                 lost += taken
             multipliers[i] = force
@@ -288,7 +292,6 @@ def damped_force(elastic, dashpot, rate, mobility, dt):  # type: ignore[no-untyp
 @inner
 def _push(constants, state, jump):  # type: ignore[no-untyped-def]
     """Apply the multipliers [N] to the velocities, with energies and work in the middle of the impulse [J]."""
-    # Each access to an array of a tuple counts a reference; with local names the loops are five times as fast.
     dt, m, rows, stiffness, rigid = constants.dt, len(state.q), constants.rows, constants.stiffness, constants.rigid
     q, v, work, energy, extreme = state.q, state.v, state.work, state.energy, state.extreme
     multipliers, impulses, gaps = state.multipliers, state.impulses, state.gaps
@@ -298,8 +301,10 @@ def _push(constants, state, jump):  # type: ignore[no-untyped-def]
         impulse = dt * multipliers[i]
         if impulse != 0.0:
             impulses[i] += impulse
-            for k in range(m):
-                jump[k] += rows[i, k] * impulse
+            first, last = constants.span[i, 0], constants.span[i, 1]
+            row, part = rows[i, first:last], jump[first:last]
+            for k in range(len(part)):
+                part[k] += row[k] * impulse
         deepest = max(deepest, -gaps[i])
     extreme[DEEPEST] = deepest
     for number in range(len(rigid)):

@@ -1,0 +1,68 @@
+"""CPU time of the solve stage of every scene beside another clone's, in processes of their own that take turns.
+
+`python -m tests.benchmarks.solves CLONE [SCENE…]` prints a table. Each process compiles its system once, runs it twice
+and tells the shorter time; the clone has an environment of its own, and both keep databases below their `out`.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+ROUNDS = 3
+LONG = 20.0
+"""Seconds of one run from which it is not repeated within a process."""
+WORK = """
+import sys, time, json
+from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.stages.run import system_of
+from gudgeon.solver.simulate import simulate
+scene, folder = sys.argv[1:]
+places = {"db": folder + "/db", "out": folder + "/" + scene.replace("/", "-")}
+run(scene, **places, until="morph")
+system, found = system_of(open_job(scene, **places)), []
+while len(found) < 2 and sum(found) < LONG:
+    begin = time.process_time()
+    done = simulate(system)
+    found.append(time.process_time() - begin)
+print(json.dumps([min(found), done.counts["integrator"], done.counts["steps"]]))
+"""
+
+
+def solve(clone: Path, scene: str) -> tuple[float, str, int] | None:
+    """Return CPU seconds, integrator and steps of a scene's run in a clone; None where it has none."""
+    environment = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    command = [str(clone / ".venv/bin/python"), "-c", WORK.replace("LONG", str(LONG)), scene, str(clone / "out/solves")]
+    done = subprocess.run(command, cwd=clone, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        return None
+    seconds, integrator, steps = json.loads(done.stdout.splitlines()[-1])
+    return seconds, integrator, steps
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.solves", description=__doc__)
+    parser.add_argument("clone", type=Path, help="another clone, with an environment")
+    parser.add_argument("scenes", nargs="*", help="scene files; all below data where none is named")
+    asked = parser.parse_args()
+    scenes = asked.scenes or [str(path.relative_to(ROOT)) for path in sorted(ROOT.glob("data/*/*.toml"))]
+    print("| scene | integrator, steps | other [s] | here [s] | ratio |\n|---|---|---:|---:|---:|", flush=True)
+    for scene in scenes:
+        turns = [(solve(asked.clone, scene), solve(ROOT, scene)) for _ in range(ROUNDS)]
+        rows = [(other, here) for other, here in turns if other and here]
+        if not rows:
+            print(f"{scene}: no run", file=sys.stderr)
+            continue
+        other, here = (statistics.median(row[side][0] for row in rows) for side in range(2))
+        (_, before, old), (_, after, new) = rows[0]
+        text = f"{after}, {new}" + ("" if (before, old) == (after, new) else f" (other: {before}, {old})")
+        print(f"| {scene[5:]} | {text} | {other:.3g} | {here:.3g} | {here / other:.2f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
