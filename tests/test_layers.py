@@ -85,7 +85,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "numba": ("solver/compiled.py",),
     "gmsh": ("pipeline/geometry/*",),
     "skfem": ("pipeline/fem/*", "pipeline/interfaces/*"),
-    "meshio": ("pipeline/geometry/mesh_file.py", "pipeline/exporters/*"),
+    "meshio": ("pipeline/geometry/mesh_file.py", "pipeline/geometry/decks/*", "pipeline/exporters/*"),
     "pyvista": ("pipeline/plots/*", "pipeline/wheel/pictures/*"),
     "PIL": ("pipeline/plots/*", "pipeline/wheel/pictures/*"),
     "matplotlib": ("pipeline/plots/*", "pipeline/*/picture.py", "pipeline/wheel/pictures/*"),

@@ -1,12 +1,12 @@
 """Solids from mesh files: any format of meshio, as tet10 with named, outward surfaces.
 
 Surfaces get their names from gmsh's physical groups of dimension 2, from sets of triangles or nodes, from integer
-cell or point arrays (non-zero = member), or from their true shape only.
+cell or point arrays (non-zero = member), or from their true shape only. A true plane, cylinder, cone or sphere is
+recognised without being declared.
 """
 
 import contextlib
 import io
-import re
 import warnings
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -15,9 +15,15 @@ import numpy as np
 from pydantic import Field
 
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.geometry.cells import EDGES, FACES, GMSH_ORDER, MIRRORED_TETRA, compacted, side_counts
+from gudgeon.pipeline.geometry.decks.abaqus import read_abaqus
+from gudgeon.pipeline.geometry.decks.ansys import read_ansys
+from gudgeon.pipeline.geometry.decks.by_gmsh import ENDINGS as GMSH_ENDINGS
+from gudgeon.pipeline.geometry.decks.by_gmsh import FIRST as GMSH_FIRST
+from gudgeon.pipeline.geometry.decks.by_gmsh import read_by_gmsh
 from gudgeon.pipeline.geometry.numbers import Point, UnitVector
+from gudgeon.pipeline.geometry.shape_fit import fit_shape
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, distance, true_surface
 from gudgeon.solver.numbers import RANGES, Length, Name, Strict
@@ -36,16 +42,7 @@ MID_REACH = 0.35
 SOLIDS = ("tetra", "tetra10")
 FACETS = {1: ("line", "line3"), 2: ("triangle", "triangle6")}
 """Types of the cells that can name a boundary, by their dimension."""
-READABLE = "allowed: .msh (saved without Mesh.SaveAll), .inp, .vtu or another format of meshio"
-MOST_MEMBERS = 10_000_000
-"""Members of all sets of a deck that a line of it stands for."""
-ABAQUS_TYPES = [
-    (re.compile(r"D?C3D(4|10)[A-Z]*"), r"C3D\1"),
-    (re.compile(r"(C3D\d+[A-Z]*)"), r"\1"),
-    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|R3D|STRI|S)3[A-Z]*"), "S3"),
-    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|S)6[A-Z]*|STRI65"), "STRI65"),
-]
-"""Solids and triangles of a deck by the name in meshio; other elements (springs, beams) are omitted."""
+READABLE = "allowed: .msh (saved without Mesh.SaveAll), .inp, .vtu, .unv, .med, .bdf, .cdb or another format of meshio"
 
 
 class CylinderShape(Strict):
@@ -92,12 +89,13 @@ class MeshFile(Strict):
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
         members |= {name: self._on_shape(name, shape, nodes[faces[:, :3]], members) for name, shape in shapes.items()}
         straight = cells.shape[1] == 4
+        fitted = {name: _fitted(nodes, faces[members[name]]) for name in sorted(members.keys() - shapes.keys())}
         if straight:
             nodes, cells = _with_mid_nodes(nodes, cells)
         facets = {name: cells[skin[chosen, :1], FACES[skin[chosen, 1]]] for name, chosen in members.items()}
         if straight:
             _lift(nodes, facets, shapes)
-        surfaces = {name: Surface(facets[name], shapes.get(name, {})) for name in facets}
+        surfaces = {name: Surface(facets[name], (fitted | shapes)[name]) for name in facets}
         record = MeshRecord(nodes, cells, "tetra10", surfaces)
         refuse_pieces(record, self.path)
         return record
@@ -127,6 +125,19 @@ class MeshFile(Strict):
                 f" names {have}; {hint}"
             )
         return found
+
+
+def _fitted(nodes: np.ndarray, facets: np.ndarray) -> SurfaceRule:
+    """Return the true shape on which all nodes of facets (f, 3) or (f, 6) lie, empty if there is none.
+
+    The nodes stay: those between the corners of a straight mesh lie on chords.
+    """
+    if not len(facets):
+        return {}
+    a, b, c = np.moveaxis(nodes[facets[:, :3]], 1, 0)
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return fit_shape(nodes[facets].reshape(-1, 3), np.repeat(normals, facets.shape[1], axis=0)).shape
 
 
 def _lift(nodes: np.ndarray, facets: dict[str, np.ndarray], shapes: dict[str, SurfaceRule]) -> None:
@@ -254,8 +265,6 @@ def read_mesh(path: str) -> Any:
     Raises:
         InputError: the file is missing, damaged, or no mesh.
     """
-    import meshio
-
     if not Path(path).is_file():
         raise InputError(f"{path}: no such file; {READABLE}")
     printed = io.StringIO()
@@ -263,7 +272,7 @@ def read_mesh(path: str) -> Any:
         _refuse_cut_off(path)
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            mesh = _read_abaqus(path) if path.lower().endswith(".inp") else meshio.read(path)
+            mesh = _read_any(path)
         points = np.asarray(mesh.points, float)
         sound = points.ndim == 2 and points.shape[1] == 3 and np.isfinite(points).all()
         for block in mesh.cells:
@@ -277,6 +286,31 @@ def read_mesh(path: str) -> Any:
     if not sound:
         raise InputError(f"{path}: damaged, not every node of its cells has three finite coordinates; {READABLE}")
     return mesh
+
+
+def _read_any(path: str) -> Any:
+    """Read a mesh by meshio, or by gmsh where meshio cannot or drops the names; raises anything."""
+    import meshio
+
+    ending = Path(path).suffix.lower()
+    if ending == ".cdb":
+        return meshio.Mesh(**read_ansys(path)._asdict())
+    if ending in GMSH_FIRST:
+        return meshio.Mesh(**read_by_gmsh(path)._asdict())
+    try:
+        return read_abaqus(path) if ending == ".inp" else meshio.read(path)
+    except InputError:
+        raise
+    except (Exception, SystemExit):
+        if ending not in GMSH_ENDINGS:
+            raise
+        try:
+            mesh = read_by_gmsh(path)
+        except StageError:
+            mesh = None
+        if mesh is None or not mesh.cells:
+            raise
+        return meshio.Mesh(**mesh._asdict())
 
 
 def scaled_points(mesh: Any, unit: float, path: str) -> np.ndarray:
@@ -301,77 +335,3 @@ def _refuse_cut_off(path: str) -> None:
             last = file.read().rstrip().rpartition(b"\n")[2]
         if head == b"$" and not last.startswith(b"$End"):
             raise InputError(f"{path}: cut off, its last line is not the end of a section ($End…)")
-
-
-def _read_abaqus(path: str) -> Any:
-    """Read an Abaqus or CalculiX deck by meshio, rearranged to nodes, elements, sets.
-
-    meshio keeps only the last *NODE block and the last part of a set, and assigns sets to the wrong elements where an
-    *ELEMENT has no name (its issue 1530). So parts are joined, each *ELEMENT block gets a set, and its name afterwards.
-    """
-    import meshio
-
-    deck: dict[str, list[str]] = {"*NODE": []}
-    blocks: list[str] = []
-    rows: list[str] | None = None
-    header, parts, generate, members = "", 0, False, 0
-    for line in Path(path).read_text(errors="replace").splitlines():
-        if line.startswith("**") or not line.strip():
-            continue
-        if line.startswith("*"):
-            keyword, header = _abaqus_header(line, blocks)
-            parts += keyword == "PART"
-            if keyword == "INCLUDE" or parts > 1:
-                raise InputError(f"{path}: has *INCLUDE or a second *PART; allowed: one mesh, wholly in this file")
-            rows = deck.setdefault(header, []) if header else None
-            generate = "GENERATE" in line.upper().replace(" ", "").split(",")
-        elif rows is not None and generate:
-            first, last, *step = (int(number) for number in line.split(",") if number.strip())
-            numbers = range(first, last + 1, *step)
-            members = _counted(members, max(0, (numbers.stop - numbers.start) // numbers.step), path)
-            rows.append(",".join(map(str, numbers)))
-        elif rows is not None and not line.strip()[0].isdigit():  # sets of sets
-            kind = header.partition("=")[0]
-            for part in (deck.get(f"{kind}={name.strip()}", []) for name in line.split(",")):
-                if part is rows:
-                    raise InputError(f"{path}: a set names itself: {header}")
-                members = _counted(members, sum(row.count(",") + 1 for row in part), path)
-                rows += part
-        elif rows is not None:
-            rows.append(line)
-    rank = {"*NODE": 0, "*ELEMENT": 1, "*NSET": 2, "*ELSET": 3}
-    headers = sorted(deck, key=lambda header: rank[header.partition(",")[0]])
-    text = "".join(f"{line}\n" for header in headers for line in [header, *deck[header]])
-    mesh = meshio.read(io.StringIO(text), file_format="abaqus")
-    for k, name in enumerate(blocks):
-        del mesh.cell_sets[f":{k}"]
-        if name:
-            sets = mesh.cell_sets.get(name) or [np.empty(0, int) for _ in blocks]
-            sets[k] = np.arange(len(mesh.cells[k].data))
-            mesh.cell_sets[name] = sets
-    return mesh
-
-
-def _counted(members: int, more: int, path: str) -> int:
-    """Return the members of all sets that are written out, with `more` of them; a file must not name too many."""
-    if members + more > MOST_MEMBERS:
-        raise InputError(
-            f"{path}: its sets have more than {MOST_MEMBERS:,} members, as GENERATE or sets of sets name them"
-        )
-    return members + more
-
-
-def _abaqus_header(line: str, blocks: list[str]) -> tuple[str, str]:
-    """Return a keyword and the line that replaces it, empty if it is omitted; add element blocks' names to `blocks`."""
-    keyword = line.partition(",")[0].strip("* \t").upper()
-    options = {key.upper(): value.strip() for key, value in re.findall(r",\s*(\w+)\s*=([^,]+)", line)}
-    if keyword == "NODE":
-        return keyword, "*NODE"
-    if keyword in ("NSET", "ELSET"):
-        return keyword, f"*{keyword}, {keyword}={options.get(keyword, '')}"
-    if keyword == "ELEMENT":
-        for pattern, known in ABAQUS_TYPES:
-            if found := pattern.fullmatch(options.get("TYPE", "").upper()):
-                blocks.append(options.get("ELSET", ""))
-                return keyword, f"*ELEMENT, TYPE={found.expand(known)}, ELSET=:{len(blocks) - 1}"
-    return keyword, ""

@@ -21,6 +21,8 @@ FLATTEST = 1e3
 """Largest radius over the extent of the points."""
 ALONG = 0.9
 """Least cosine between the normals that were given and those of the shape."""
+AXIS_TIE = 1e-6
+"""Components of an axis that are equal: the first of them counts."""
 MOST_POINTS = 400
 """Points of a fit; of more, evenly chosen ones."""
 STEPS, STEP_SIZE, CONVERGED = 30, 1e-6, 1e-14
@@ -165,11 +167,25 @@ def signed_distance(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
 
 
 def _placed(shape: SurfaceRule, middle: np.ndarray, size: float) -> SurfaceRule:
-    """Return a shape in units of `size` about `middle` in the units of the points."""
-    placed = shape | {"origin": (middle + size * np.asarray(shape["origin"])).tolist()}
+    """Return a shape in units of `size` about `middle` in the units of the points.
+
+    Heights along a cylinder and coordinates in a plane then begin at the points' origin: its foot on axis and plane is
+    their origin. The largest component of a cylinder's axis is positive.
+    """
+    origin = middle + size * np.asarray(shape["origin"])
+    placed = dict(shape)
     if "radius" in shape:
         placed["radius"] = float(size * shape["radius"])
-    return placed
+    if shape["kind"] == "plane":
+        normal = np.asarray(shape["normal"])
+        origin = normal * (normal @ origin)
+        placed["normal"] = (normal + 0.0).tolist()  # without negative zeros
+    elif shape["kind"] == "cylinder":
+        axis = np.asarray(shape["axis"])
+        axis = axis * np.sign(axis[int(np.argmax(np.abs(axis) > np.abs(axis).max() - AXIS_TIE))])
+        origin = origin - axis * (axis @ origin)
+        placed["axis"] = (axis + 0.0).tolist()
+    return placed | {"origin": (origin + 0.0).tolist()}
 
 
 def same_surface(one: SurfaceRule, other: SurfaceRule, size: float, relative: float = ON_SHAPE) -> bool:

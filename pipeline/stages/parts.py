@@ -1,5 +1,6 @@
-"""Size and inertia of the meshed parts of a scene, from which a mistaken unit is seen at once."""
+"""Size and inertia of the meshed parts of a scene, from which a mistaken unit is seen at once, and their elements."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -7,8 +8,12 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.pipeline.geometry.cells import EDGES
+from gudgeon.pipeline.geometry.surfaces import distance
 from gudgeon.pipeline.scenes.component import Component
 
+NUMBERED, SKIN = re.compile(r"face\d+"), "skin"
+"""Names of surfaces that every CAD part has."""
 USUAL_EXTENTS = (1e-6, 100.0)
 """Largest extents of parts [m] outside which a note is given: those of machines given in mm are mostly above."""
 UNSTATED = 10.0
@@ -32,6 +37,7 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
         properties = mass_properties(mesh, material.rho)
     else:
         properties = build_model(mesh, material, (), f"component.{name}", component.geometry).properties
+    solid = mesh.cell_type == "tetra10" and material is not None
     return {
         "nodes": len(mesh.nodes),
         "cells": len(mesh.cells),
@@ -40,7 +46,49 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
         "mass": properties.mass,
         "centre": properties.centre.tolist(),
         "principal_inertia": np.linalg.eigvalsh(properties.inertia).tolist(),
+        "quality": element_quality(mesh) if solid else None,
+        "surfaces": surface_rows(mesh) if solid and component.path is not None else {},
     }
+
+
+def element_quality(mesh: MeshRecord) -> dict[str, float]:
+    """Return figures of tet10 elements, 1 for a regular straight one: least mean ratio, its 1 % quantile, Jacobian.
+
+    The mean ratio is 12 (3 V)^(2/3) / Σ l² of the corners (Liu and Joe, BIT 34 (1994) 268); the Jacobian is the least
+    over the largest one at an element's nodes, which says how much it is curved.
+    """
+    from gudgeon.pipeline.fem.elements.solid import nodal_jacobians
+
+    corners = mesh.nodes[mesh.cells[:, :4]]
+    sides = np.diff(corners[:, EDGES[3]], axis=2)
+    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+    ratios = 12 * np.cbrt(3 * np.maximum(volumes, 0.0)) ** 2 / (sides**2).sum(axis=(1, 2, 3))
+    jacobians = nodal_jacobians(mesh)
+    return {
+        "least": float(ratios.min()),
+        "low": float(np.quantile(ratios, 0.01)),
+        "jacobian": float((jacobians.min(axis=1) / jacobians.max(axis=1)).min()),
+    }
+
+
+def surface_rows(mesh: MeshRecord) -> dict[str, dict[str, Any]]:
+    """Return kind, radius [m] and largest distance of the nodes [m] from the true shape of each named surface.
+
+    Faces of CAD that have only a number are left out.
+    """
+    rows = {}
+    for name, surface in mesh.surfaces.items():
+        if NUMBERED.fullmatch(name) or name == SKIN:
+            continue
+        known = "kind" in surface.shape
+        off = distance(mesh.nodes[np.unique(surface.facets)], surface.shape) if known else np.zeros(1)
+        rows[name] = {
+            "facets": len(surface.facets),
+            "kind": surface.shape.get("kind"),
+            "radius": surface.shape.get("radius"),
+            "off": float(off.max(initial=0.0)) if known else None,
+        }
+    return rows
 
 
 def extent_notes(store: FolderStore, parts: Mapping[str, Component], keys: Mapping[str, str]) -> list[str]:
@@ -113,7 +161,20 @@ def part_text(parts: Mapping[str, Mapping[str, Any]]) -> str:
             f"centre              {_numbers(row['centre'])} m",
             f"principal inertia   {_numbers(row['principal_inertia'])} kg m^2",
         ]
+        if (quality := row["quality"]) is not None:
+            lines.append(
+                f"element quality     least {quality['least']:.2g}, 1 % below {quality['low']:.2g}, least Jacobian"
+                f" {quality['jacobian']:.2g} of an element's largest; 1 is a regular, straight element"
+            )
+        lines += [f"surface             {surface}: {_surface_text(one)}" for surface, one in row["surfaces"].items()]
     return "\n".join(lines)
+
+
+def _surface_text(row: Mapping[str, Any]) -> str:
+    if row["kind"] is None:
+        return f"no plane, cylinder, cone or sphere, {row['facets']} facets"
+    radius = "" if row["radius"] is None else f" of radius {row['radius']:.6g} m"
+    return f"{row['kind']}{radius}, nodes up to {row['off']:.1g} m off it, {row['facets']} facets"
 
 
 def _numbers(values: list[float]) -> str:

@@ -96,3 +96,14 @@ def test_points_beyond_the_apex_go_to_the_apex() -> None:
     np.testing.assert_allclose(moved, [[0, 0, 0], [0, 2, 2]], atol=1e-15)
     np.testing.assert_allclose(turned[1], [0, np.sqrt(0.5), -np.sqrt(0.5)], atol=1e-15)
     assert distance(points, shape)[0] == pytest.approx(np.hypot(1e-3, 1.0))
+
+
+def test_heights_and_coordinates_begin_at_the_origin() -> None:
+    points, normals = samples("cylinder")
+    for sign in (1.0, -1.0):
+        shape, _ = fit_shape(sign * points, sign * normals)
+        assert shape["axis"] == pytest.approx(AXIS, abs=1e-9)
+        assert np.dot(shape["origin"], AXIS) == pytest.approx(0.0, abs=1e-12)
+    points, normals = samples("plane")
+    shape, _ = fit_shape(points, normals)
+    assert shape["origin"] == pytest.approx(AXIS * (AXIS @ PLACE), abs=1e-12)

@@ -7,11 +7,13 @@ import meshio
 import numpy as np
 import pytest
 
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.stages.mesh import build_mesh
-from gudgeon.pipeline.stages.parts import part_row
+from gudgeon.pipeline.stages.parts import element_quality, part_row
 from tests.pipeline.small import write_scene
 
 STEEL = {"E": 210e9, "nu": 0.3, "rho": 7850.0}
@@ -46,11 +48,24 @@ def test_mesh_prints_them_as_text_and_as_json(tmp_path: Path, capsys: pytest.Cap
     lines = capsys.readouterr().out.splitlines()
     assert "component.skirt" in lines
     names = [line.split("  ")[0] for line in lines[lines.index("component.skirt") + 1 :]]
-    assert names == ["nodes, cells", "extents", "volume", "mass", "centre", "principal inertia"]
+    expected = ["nodes, cells", "extents", "volume", "mass", "centre", "principal inertia", "element quality"]
+    assert names == expected
     assert main([*command, "--json"]) == 0
     part = json.loads(capsys.readouterr().out)["parts"]["skirt"]
     assert part["mass"] == pytest.approx(2700 * part["volume"])
     assert part["extents"][2] == pytest.approx(0.04)
+
+
+def test_quality_of_a_regular_and_of_a_flat_tetrahedron() -> None:
+    corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]])[[0, 2, 1, 3]]
+    for height, ratio in ((1.0, 1.0), (0.1, None)):
+        lower = corners * [1.0, 1.0, height]
+        nodes = np.concatenate([lower, lower[EDGES[3]].mean(axis=1)])
+        found = element_quality(MeshRecord(nodes, np.arange(10)[None], "tetra10", {}))
+        sides = 2 * 4.0 * 2 + 4 * (4.0 + 4.0 * height**2)  # four slanted edges, two level ones
+        volume = 8 / 3 * height
+        assert found["least"] == pytest.approx(ratio or 12 * (3 * volume) ** (2 / 3) / sides, rel=1e-12)
+        assert found["jacobian"] == pytest.approx(1.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(
