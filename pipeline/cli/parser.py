@@ -128,6 +128,13 @@ def build_parser() -> argparse.ArgumentParser:
     add = _plain(what, "copy", "copy the folder of a scene", commands.example_copy_command).add_argument
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")
     add("folder", metavar="FOLDER", type=Path, nargs="?", help="new folder, must not exist (default ./NAME)")
+    _add_db(names)
+    _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
+    return parser
+
+
+def _add_db(names: Any) -> None:
+    """Add the commands of `gudgeon db`."""
     text = "examine or tidy a database"
     what = _plain(names, "db", text, None).add_subparsers(metavar="verify|gc", required=True)
     text = "read every record of a database and list those that cannot be used"
@@ -137,8 +144,6 @@ def build_parser() -> argparse.ArgumentParser:
     add = _database(what, "gc", text, database.gc_command, GC_HELP).add_argument
     add("--delete", action="store_true", help="remove what is listed")
     add("--out", type=Path, default=Path("out"), metavar="PATH", help="folder of all results (default out)")
-    _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
-    return parser
 
 
 def _linear_options(command: argparse.ArgumentParser) -> None:
