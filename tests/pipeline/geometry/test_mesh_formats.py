@@ -76,7 +76,7 @@ def write_cdb(path: Path, mesh: MeshRecord, eight: bool) -> Path:
     """Write an archive as CDWRITE does: SOLID187 of ten nodes, or SOLID185 with repeated corners."""
     lines = [
         "/COM,ANSYS RELEASE 19.2",
-        "/PREP7",
+        f"ET,1,{185 if eight else 187}",
         f"NBLOCK,6,SOLID,{len(mesh.nodes)},{len(mesh.nodes)}",
         "(3i9,6e21.13e3)",
     ]
