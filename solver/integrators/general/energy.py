@@ -1,6 +1,6 @@
 """The energy balance of the loop over ports."""
 
-from gudgeon.solver.compiled import inner
+from gudgeon.solver.compiled import embedded, inner
 from gudgeon.solver.integrators.balance import note_exchange
 from gudgeon.solver.integrators.discrete_gradient.kernel import quotient
 from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, LAW, RUBBING_LAW, SPRING, UNILATERAL, VELOCITY
@@ -58,20 +58,10 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
             _port_energy(constants, state, i)
             if kind == SPRING:
                 springs += spring_energy(constants.law[i], knots_of(constants, i), state.displacement[0, i])
-    for n in range(len(constants.given)):
-        i = constants.given[n]
-        parts[WORK] += state.mean[i] * (state.displacement[0, i] - state.displacement[1, i])
-        # The compliance follows a load as it changes, from the mean of one step to that of the next.
-        parts[WORK] -= 0.5 * (unknown[i] - state.last[i]) * (state.response[0, i] - state.response[1, i])
+    _load(constants, state)
     residual = residual_energy(constants, state)
     if constants.damped:
-        given = 0.0
-        for i in range(len(state.mean)):
-            given += (state.mean[i] - state.extra[i]) * (state.response[0, i] - state.response[1, i])
-        for n in range(len(constants.given)):
-            i = constants.given[n]
-            given -= 0.5 * (unknown[i] - state.last[i]) * (state.response[0, i] - state.response[1, i])
-        parts[DISSIPATED] += given - (residual - state.stored[0])
+        parts[DISSIPATED] += _given_to_residual(constants, state) - (residual - state.stored[0])
     state.stored[0] = residual
     parts[STRAIN] = 0.5 * strain + residual + springs
     parts[DISSIPATED] += lost
@@ -79,6 +69,29 @@ def balance(constants, state, problem):  # type: ignore[no-untyped-def]
     error = parts[KINETIC] + parts[STRAIN] + parts[CONTACT] + parts[DISSIPATED] - parts[WORK] - extreme[START_ENERGY]
     extreme[ENERGY_ERROR] = max(extreme[ENERGY_ERROR], abs(error))
     _exchange(constants, state)
+
+
+@embedded
+def _load(constants, state):  # type: ignore[no-untyped-def]
+    """Add the work of given loads in the step [J]."""
+    for n in range(len(constants.given)):
+        i = constants.given[n]
+        state.parts[WORK] += state.mean[i] * (state.displacement[0, i] - state.displacement[1, i])
+        # The compliance follows a load as it changes, from the mean of one step to that of the next.
+        change = state.unknown[i] - state.last[i]
+        state.parts[WORK] -= 0.5 * change * (state.response[0, i] - state.response[1, i])
+
+
+@embedded
+def _given_to_residual(constants, state):  # type: ignore[no-untyped-def]
+    """Return the work of all ports on the residual flexibility in the step [J]."""
+    total = 0.0
+    for i in range(len(state.mean)):
+        total += (state.mean[i] - state.extra[i]) * (state.response[0, i] - state.response[1, i])
+    for n in range(len(constants.given)):
+        i = constants.given[n]
+        total -= 0.5 * (state.unknown[i] - state.last[i]) * (state.response[0, i] - state.response[1, i])
+    return total
 
 
 @inner
