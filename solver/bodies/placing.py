@@ -70,7 +70,12 @@ def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
         inertia=_tensor(modal.inertia, Q),
         rigid_twists=_pairs(modal.rigid_twists, Q),
         interfaces={
-            name: replace(item, points=_vectors(item.points, Q), normals=_vectors(item.normals, Q))
+            name: replace(
+                item,
+                points=_vectors(item.points, Q),
+                normals=_vectors(item.normals, Q),
+                tangents=_vectors(item.tangents, Q),
+            )
             for name, item in modal.interfaces.items()
         },
         tractions={
