@@ -26,7 +26,7 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.folder import held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.make import Task, make_stage, run_stages
+from gudgeon.pipeline.stages.make import Task, keep, make_stage, run_stages
 from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
 from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
@@ -165,8 +165,9 @@ def _keep_stopped(job: Job, found: Trajectory) -> RunReport:
     reached = float(found.times[-1]) if len(found.times) else 0.0
     inputs = job.trajectory().inputs | {"stopped": reached}
     key = content_key(inputs)
+    product = replace(job.trajectory(), key=key, inputs=inputs)
     with held(job.out):
-        job.store.put(key, "trajectory", found, inputs)
+        keep(job.store, product, found)
         copy_file(job.store.path(key), job.out / TRAJECTORY)
         job.store.path(key).unlink()
         summary = write_summary(job.out, key, _references(job), found, TRAJECTORY)

@@ -49,7 +49,6 @@ SCENES: dict[str, tuple[tuple[dict[str, Any], dict[str, Any]], ...]] = {
         ({"part": block_records(20)}, block_scene(1e-5, **LAYER)),
     ),
     "implicit": (
-        ({"part": block_records(20)}, block_scene(1e-5, **LAYER)),
         (driven_pair_records(6), driven_pair_scene(duration=1e-5)),
         ({"part": plate_records()}, {"body": {"part": {}}, "force": {"tool": TOOL}, "run": {"duration": 1e-5}}),
     ),

@@ -129,10 +129,11 @@ def test_a_step_that_is_too_large_is_divided_and_noted(
 ) -> None:
     changes = {"run.step": step, "run.integrator": integrator}
     found = run(SCENE, set=changes, db=folder / "db", out=folder / integrator, until="solve")
-    assert found.notes == [
+    note = (
         f"run.step: {step:g} s exceeds the limit of integrator '{integrator}', {limit}; each step was divided into"
         f" {parts} substeps"
-    ]
+    )
+    assert note in found.notes
 
 
 def test_a_stated_accuracy_chooses_the_step(folder: Path) -> None:

@@ -13,7 +13,7 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.faces import Face, distances, faces_of
 from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_volume
-from gudgeon.pipeline.geometry.cad.selection import FaceRule, faces_by_name
+from gudgeon.pipeline.geometry.cad.selection import FaceRule, Number, faces_by_name
 from gudgeon.pipeline.geometry.cad.units import model_scale
 from gudgeon.pipeline.geometry.cells import GMSH_ORDER
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
@@ -45,7 +45,7 @@ class CadPart(Strict):
     unit: Length | None = Field(
         default=None, description="Metres per unit of length of the file; default: as the file states, needed if none"
     )
-    solids: tuple[int | str, ...] = Field(
+    solids: tuple[Number | str, ...] = Field(
         default=(), description="Numbers or names of the solids that the component takes; default: all, glued"
     )
     surfaces: dict[Name, FaceRule] = Field(

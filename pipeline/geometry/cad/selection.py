@@ -1,6 +1,7 @@
 """Which faces of a part a scene means: by number, name or colour in the file, kind and size, or nearest point."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -10,7 +11,10 @@ from gudgeon.pipeline.geometry.cad.faces import Face
 from gudgeon.pipeline.geometry.numbers import Point, UnitVector
 from gudgeon.pipeline.geometry.shape_fit import same_surface
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule
-from gudgeon.solver.numbers import Angle, Length, Strict
+from gudgeon.solver.numbers import MOST, Angle, Length, Strict
+
+Number = Annotated[int, Field(ge=1, le=MOST)]
+"""Of a face or a solid."""
 
 SAME_SIZE = 1e-3
 """Relative difference of radii that are the same: drawings state three digits."""
@@ -28,7 +32,7 @@ Away = Callable[[Sequence[Face], np.ndarray], np.ndarray]
 class FaceRule(Strict):
     """A description that faces meet in every given key."""
 
-    face: tuple[int, ...] | int | None = Field(default=None, description="Numbers of faces, from `gudgeon faces`")
+    face: tuple[Number, ...] | Number | None = Field(default=None, description="Numbers of faces, from `gudgeon faces`")
     name: str | None = Field(default=None, description="Name of the faces in the CAD file")
     colour: str | None = Field(default=None, description="Colour of the faces in the CAD file, as '#rrggbb'")
     plane_normal: UnitVector | None = Field(default=None, description="Flat, with this outward normal")
