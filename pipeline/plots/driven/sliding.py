@@ -8,6 +8,7 @@ from matplotlib.patches import Patch
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.located import Touch, rigid_course
+from gudgeon.solver.methods import METHODS
 from gudgeon.solver.vectors import unit
 
 STICKS = 1e-7
@@ -17,16 +18,32 @@ MARKS = 14
 
 
 def slides(drawing: Drawing, touch: Touch) -> bool:
-    """Return whether a contact has friction, and lasting impacts give most of its impulse."""
+    """Return whether a rigid contact has friction, and lasting impacts give most of its impulse."""
     settings = drawing.scene["contact"][touch.name]
     lasting = touch.impacts[~touch.brief, 2].sum()
-    return settings.get("friction") is not None and 2 * lasting > touch.impacts[:, 2].sum()
+    rubs = settings.get("friction") is not None and METHODS[settings["method"]].rigid
+    return rubs and 2 * lasting > touch.impacts[:, 2].sum()
+
+
+def _line(touch: Touch, direction: tuple[float, ...] | None) -> np.ndarray:
+    """Return the direction of friction, (3,): that of the scene, or the main one of the force across the normal."""
+    if direction is not None:
+        return unit(direction)
+    force = touch.contact.force
+    across = force - np.outer(force @ touch.direction, touch.direction)
+    main = (
+        np.linalg.svd(across, full_matrices=False)[2][0]
+        if across.any()
+        else np.eye(3)[np.abs(touch.direction).argmin()]
+    )
+    line = unit(main - (main @ touch.direction) * touch.direction)
+    return line * (1.0 if line[np.abs(line).argmax()] > 0 else -1.0)
 
 
 def sliding_figure(drawing: Drawing, touch: Touch) -> Figure:
     """Draw position, speed and force along the direction of friction."""
     trajectory, settings = touch.trajectory, drawing.scene["contact"][touch.name]
-    line = unit(settings["friction"]["direction"])
+    line = _line(touch, settings["friction"].get("direction"))
     belt = float(line @ np.asarray(settings["against"].get("velocity", (0.0, 0.0, 0.0))))
     place, speed = rigid_course(drawing, touch.side, line)
     if touch.other is not None:

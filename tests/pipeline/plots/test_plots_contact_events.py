@@ -215,3 +215,20 @@ def test_window_is_drawn_only_where_it_smooths_something() -> None:
 def test_texts_keep_their_distance() -> None:
     assert spaced(np.array([0.0, 1.0, 10.0, 20.0]), (0.0, 100.0)) == [0, 2, 3]
     assert len(spaced(np.arange(0.0, 100.0, 6.0), (0.0, 100.0))) == WRITTEN
+
+
+def test_a_block_slides_in_the_main_direction_of_its_friction(tmp_path: Path) -> None:
+    """Friction in the plane of contact has no direction in the scene."""
+    more = """
+    [body.block]
+    velocity = [0.3, 0.2, 0.0]
+    freedom = ["x", "y", "z"]
+    [contact.floor]
+    """
+    text = RIGID.format(body="block") + more + FLOOR.format(body="block", more="")
+    text += 'method = "impact"\nrestitution = 0.0\nfriction = { static = 0.1 }\n[run]\nduration = 0.6\ngravity = [0, 0, -9.81]\n'
+    (tmp_path / "scene.toml").write_text(text)
+    job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
+    report = run_job(job, "plot")
+    assert not [note for note in report.notes if "not drawn" in note]
+    assert_picture(tmp_path / "out" / "impacts.png")
