@@ -226,7 +226,8 @@ def test_a_block_slides_in_the_main_direction_of_its_friction(tmp_path: Path) ->
     [contact.floor]
     """
     text = RIGID.format(body="block") + more + FLOOR.format(body="block", more="")
-    text += 'method = "impact"\nrestitution = 0.0\nfriction = { static = 0.1 }\n[run]\nduration = 0.6\ngravity = [0, 0, -9.81]\n'
+    text += 'method = "impact"\nrestitution = 0.0\nfriction = { static = 0.1 }\n'
+    text += "[run]\nduration = 0.6\ngravity = [0, 0, -9.81]\n"
     (tmp_path / "scene.toml").write_text(text)
     job = open_job(tmp_path, db=tmp_path / "db", out=tmp_path / "out")
     report = run_job(job, "plot")
