@@ -5,6 +5,7 @@ import math
 import os
 import re
 import sys
+import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,7 @@ def read_solids(gmsh: Any, path: str, wanted: Sequence[str | int]) -> list[int]:
     try:
         with quiet_stdout():
             if kind == "gmsh script":
+                _forget(gmsh)
                 gmsh.open(path)
                 gmsh.model.occ.synchronize()
             else:
@@ -67,6 +69,14 @@ def read_solids(gmsh: Any, path: str, wanted: Sequence[str | int]) -> list[int]:
     if len(kept) > 1 and gmsh.model.occ.getEntities(3):
         kept = _glued(gmsh, path, kept)
     return kept
+
+
+def _forget(gmsh: Any) -> None:
+    """Read an empty script: gmsh's parser keeps what it did not understand of an earlier file, and begins with it."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.suppress(Exception):
+        empty = Path(folder, "empty.geo")
+        empty.write_text("\n")
+        gmsh.merge(str(empty))
 
 
 @contextlib.contextmanager
