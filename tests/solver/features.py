@@ -212,6 +212,13 @@ def _on_pin(name: str, **settings: Any) -> Callable[[Draft], None]:
     return add
 
 
+def _motion(draft: Draft) -> None:
+    draft.scene["motion"]["shake"] = {
+        "kind": "translation", "body": "part", "interface": "pin", "direction": [0.0, 1.0, 0.0],
+        "expression": "0.05*t + 1e-6*(1-cos(2*pi*2000*t))",
+    }  # fmt: skip
+
+
 def _probes(draft: Draft) -> None:
     for kind in ("displacement", "velocity", "acceleration"):
         draft.scene["probe"][kind] = {"kind": kind, "body": "part", "interface": "pin"}
@@ -283,6 +290,7 @@ FEATURES: dict[str, Callable[[Draft], None]] = {
     ),
     "bushing": _on_pin("bush", kind="bushing", stiffness=[1e6, 5e5, 5e5], damping=[30.0, 20.0, 20.0]),
     "force": _on_pin("push", kind="force", direction=[1.0, 0.2, 0.0], expression="40 * sin(2*pi*3000*t)"),
+    "motion": _motion,
     "probes": _probes,
     "gravity": _run(gravity=[9.81, 2.0, 0.0]),
     **{name: _contact(name) for name in CONTACTS},
@@ -303,11 +311,14 @@ FEATURES: dict[str, Callable[[Draft], None]] = {
 CONTRADICTIONS: dict[frozenset[str], str] = {
     frozenset({"start-rest", "start-undeformed"}): "a run has one start",
     frozenset({"given-step", "automatic-step"}): "a run has one step",
+    frozenset({"joint", "motion"}): "joint and drive would hold the same point of the body",
+    frozenset({"gas", "motion"}): "joint and drive would hold the same point of the body",
 }
 """Pairs that no scene has, with the reason."""
 UNMOVED = (
     "gauges", "spring", "spring-dashpot", "linear-law", "hertz", "hunt-crossley", "residual-law", "constraint",
-    "impact", "friction", "wave-guide", "elastic-spring", "table-spring", "bushing", "probes", "elastic-friction",
+    "impact", "friction", "wave-guide", "elastic-spring", "table-spring", "bushing", "motion", "probes",
+    "elastic-friction",
 )  # fmt: skip
 REFUSED: dict[frozenset[str], str] = {
     frozenset({"sliding", name}): "points that slide have rows that move, which the loop over ports does not have"
@@ -326,7 +337,7 @@ def draft_of(names: Iterable[str]) -> Draft:
     second = "two-bodies" in chosen or (elastic and bool(chosen & RIGID))
     draft.scene = {
         "body": {"part": {"velocity": [SPEED, 0.05, 0.03]}},
-        "contact": {}, "joint": {}, "force": {}, "probe": {},
+        "contact": {}, "joint": {}, "force": {}, "probe": {}, "motion": {},
         "run": {
             "duration": DURATION, "samples": 50, "frames": 5, "step": STEP, "checks": False, "integrator": "implicit",
             "start": "undeformed",
