@@ -28,8 +28,8 @@ class Result(Enum):
         " closely as one, or increase run.frames"
     )
     NOT_CONVERGED = (
-        "the iteration for the contact force of a step did not converge; reduce run.step where it is set, or change the"
-        " stiffness or the exponent of the contact law"
+        "the iteration for the contact force of a step did not converge; reduce run.step where it is set, change the"
+        " stiffness or the exponent of the contact law, or look for a joint or a motion that pushes into rigid contact"
     )
     INACCURATE = (
         "impulses, forces or the energy balance change by more than run.accuracy with the step, at every step tried;"

@@ -123,6 +123,28 @@ def meshing(size: float, options: Mapping[str, float]) -> Iterator[Any]:
             gmsh.finalize()
 
 
+def read_file(gmsh: Any, path: str) -> None:
+    """Read a file into gmsh's present model.
+
+    gmsh's errors are collected rather than thrown: thrown within its parser of scripts, they leave the rest of the file
+    there, before the next file.
+
+    Raises:
+        ValueError: gmsh's first error.
+    """
+    before = gmsh.option.getNumber("General.AbortOnError")
+    gmsh.option.setNumber("General.AbortOnError", 0)
+    gmsh.logger.start()
+    try:
+        gmsh.merge(path)
+        found = [line for line in gmsh.logger.get() if line.startswith("Error")]
+    finally:
+        gmsh.logger.stop()
+        gmsh.option.setNumber("General.AbortOnError", before)
+    if found:
+        raise ValueError(found[0].partition(":")[2].strip())
+
+
 def polygon_face(occ: Any, corners: Sequence[tuple[float, float, float]]) -> tuple[int, int]:
     """Draw a plane polygon of corners [m] and return it, as gmsh's (dimension, tag)."""
     points = [occ.addPoint(*corner) for corner in corners]

@@ -214,7 +214,9 @@ def _finish(job: Job, until: str) -> RunReport:
         summary = write_summary(job.out, key, expected, found, TRAJECTORY)
         _write_probes(job, job.store.get(key, "trajectory", only=["times", "probes"]))
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
-    own += _energy_notes(job, summary) + _gap_notes(job, summary["quantities"])
+    own += _energy_notes(job, summary)
+    if summary["result"] != Result.NOT_CONVERGED.name:
+        own += _gap_notes(job, summary["quantities"])
     own += _probe_notes(job)
     own += str(summary["counts"].get(FRICTION_NOTES, "")).splitlines()
     if summary["result"] == Result.FINISHED.name:

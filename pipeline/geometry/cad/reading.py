@@ -5,13 +5,13 @@ import math
 import os
 import re
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.units import kind_of_file
+from gudgeon.pipeline.geometry.occ import read_file
 
 SEWN = (1e-6, 1e-5, 1e-4)
 """Gaps between faces that are closed where a file has faces and no solid, by its extent."""
@@ -45,8 +45,7 @@ def read_solids(gmsh: Any, path: str, wanted: Sequence[str | int]) -> list[int]:
     try:
         with quiet_stdout():
             if kind == "gmsh script":
-                _forget(gmsh)
-                gmsh.open(path)
+                read_file(gmsh, path)
                 gmsh.model.occ.synchronize()
             else:
                 gmsh.model.occ.importShapes(path, False)
@@ -69,14 +68,6 @@ def read_solids(gmsh: Any, path: str, wanted: Sequence[str | int]) -> list[int]:
     if len(kept) > 1 and gmsh.model.occ.getEntities(3):
         kept = _glued(gmsh, path, kept)
     return kept
-
-
-def _forget(gmsh: Any) -> None:
-    """Read an empty script: gmsh's parser keeps what it did not understand of an earlier file, and begins with it."""
-    with tempfile.TemporaryDirectory() as folder, contextlib.suppress(Exception):
-        empty = Path(folder, "empty.geo")
-        empty.write_text("\n")
-        gmsh.merge(str(empty))
 
 
 @contextlib.contextmanager

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gudgeon.pipeline.geometry.cad.reading import quiet_stdout
-from gudgeon.pipeline.geometry.occ import meshing
+from gudgeon.pipeline.geometry.occ import meshing, read_file
 
 FIRST = (".unv", ".med")
 """Endings that gmsh reads before meshio, which drops their names."""
@@ -35,7 +35,7 @@ def read_by_gmsh(path: str) -> FileMesh:
     """
     with meshing(1.0, {}) as gmsh:
         with quiet_stdout():
-            gmsh.merge(path)
+            read_file(gmsh, path)
         mesh, model = gmsh.model.mesh, gmsh.model
         tags, positions, _ = mesh.getNodes()
         if not len(tags):

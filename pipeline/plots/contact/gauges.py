@@ -7,14 +7,11 @@ from matplotlib.figure import Figure
 from gudgeon.pipeline.interfaces.stress_recovery import COMPONENTS, von_mises
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.contact_events import shade
-from gudgeon.pipeline.plots.contact.located import touches
+from gudgeon.pipeline.plots.contact.located import Touch
+from gudgeon.pipeline.plots.contact.panels import COLOURS, MOST, panels_over_time
 
-COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.GREY, "#8a5fb0", "#b08a2e")
 NOTHING = 1e-9
 """Share of the largest component below which others are not drawn."""
-PANEL, MOST = 420, 6
-"""Height of a further panel [px], and largest number of panels."""
 
 
 def draw_gauges(drawing: Drawing) -> None:
@@ -25,20 +22,13 @@ def draw_gauges(drawing: Drawing) -> None:
 
 
 def _figure(drawing: Drawing, gauges: dict[str, np.ndarray]) -> Figure:
-    times, found = drawing.trajectory.times, touches(drawing)
-    end = float(times[-1])
-    abscissa, (shown, _) = style.over_time(times, (0.0, end)), style.time_unit(end)
-    height = style.HEIGHT if len(gauges) < 3 else 340 + PANEL * len(gauges)
-    subtitle = drawing.scene_name + ("  ·  impacts are shaded" if found else "")
-    figure = style.new_figure("Gauges" if len(gauges) > 1 else "Gauge", subtitle, height=height)
-    panels = style.rows(figure, [1.0] * len(gauges), 0.3)
-    for axes, (name, values) in zip(panels, gauges.items(), strict=True):
-        _gauge_axes(axes, abscissa.values, values, name, _unit(drawing, name))
-        for touch in found:
-            if name.partition(".")[0] in (touch.side.body, touch.other.body if touch.other else None):
-                shade(axes, touch, shown)
-    abscissa.finish(panels)
-    return figure
+    def panel(axes: Axes, times: np.ndarray, name: str) -> None:
+        _gauge_axes(axes, times, gauges[name], name, _unit(drawing, name))
+
+    def concerns(name: str, touch: Touch) -> bool:
+        return name.partition(".")[0] in (touch.side.body, touch.other.body if touch.other else None)
+
+    return panels_over_time(drawing, "Gauge", list(gauges), panel, concerns)
 
 
 def _gauge_axes(axes: Axes, times: np.ndarray, values: np.ndarray, name: str, unit: str) -> None:

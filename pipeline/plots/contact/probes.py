@@ -7,12 +7,8 @@ from matplotlib.figure import Figure
 from gudgeon.modaldb.records.trajectory import ProbeHistory
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.contact_events import shade
-from gudgeon.pipeline.plots.contact.located import touches
+from gudgeon.pipeline.plots.contact.panels import COLOURS, MOST, panels_over_time
 
-COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.GREY, "#8a5fb0", "#b08a2e")
-PANEL, MOST = 420, 6
-"""Height of a further panel [px], and largest number of panels."""
 SHOWN = 3
 """Columns that are drawn: of force and moment the force."""
 
@@ -25,19 +21,10 @@ def draw_probes(drawing: Drawing) -> None:
 
 
 def _figure(drawing: Drawing, probes: dict[str, ProbeHistory]) -> Figure:
-    times, found = drawing.trajectory.times, touches(drawing)
-    end = float(times[-1])
-    abscissa, (shown, _) = style.over_time(times, (0.0, end)), style.time_unit(end)
-    height = style.HEIGHT if len(probes) < 3 else 340 + PANEL * len(probes)
-    subtitle = drawing.scene_name + ("  ·  impacts are shaded" if found else "")
-    figure = style.new_figure("Probes" if len(probes) > 1 else "Probe", subtitle, height=height)
-    panels = style.rows(figure, [1.0] * len(probes), 0.3)
-    for axes, (name, probe) in zip(panels, probes.items(), strict=True):
-        _axes(axes, abscissa.values, name, probe)
-        for touch in found:
-            shade(axes, touch, shown)
-    abscissa.finish(panels)
-    return figure
+    def panel(axes: Axes, times: np.ndarray, name: str) -> None:
+        _axes(axes, times, name, probes[name])
+
+    return panels_over_time(drawing, "Probe", list(probes), panel, lambda name, touch: True)
 
 
 def _axes(axes: Axes, times: np.ndarray, name: str, probe: ProbeHistory) -> None:

@@ -22,6 +22,7 @@ from gudgeon.solver.integrators.collocation.arrays import (
     Trial,
 )
 from gudgeon.solver.integrators.collocation.estimate import MONOMIALS, POINTS, WEIGHTS, cubic, missed, unbalanced
+from gudgeon.solver.integrators.elimination import eliminate
 from gudgeon.solver.laws.force import law_energy, law_force
 
 RATES = np.array([[sum(m * MONOMIALS[j, m] * x ** (m - 1) for m in range(1, 4)) for j in range(4)] for x in POINTS])
@@ -165,7 +166,7 @@ def _solve(table, constants, motion, trial):  # type: ignore[no-untyped-def]
                 deep, fast = _pressed(table, constants, values, i, j)
                 depth[i, j + 1], rate[i, j + 1] = deep - loose[i, j], fast - loose_rate[i, j]
         _linearise(table, constants, motion, trial)
-        if not _eliminate(matrix, wrong):
+        if not eliminate(matrix, wrong):
             return False
         largest, step = 0.0, 0.0
         for i in range(c):
@@ -250,35 +251,6 @@ def _linearise(table, constants, motion, trial):  # type: ignore[no-untyped-def]
             for k in range(1, 4):
                 matrix[row, 3 * i + k - 1] += by_rate * series * RATES[j + 1, k] / h
             matrix[row, row] += 1.0 + by_depth * series
-
-
-@inner
-def _eliminate(matrix, right):  # type: ignore[no-untyped-def]
-    """Solve in place by Gaussian elimination with pivots; False where the matrix is singular."""
-    size = len(right)
-    for k in range(size):
-        best = k
-        for i in range(k + 1, size):
-            if abs(matrix[i, k]) > abs(matrix[best, k]):
-                best = i
-        if not abs(matrix[best, k]) > 0.0:
-            return False
-        if best != k:
-            for j in range(k, size):
-                matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
-            right[k], right[best] = right[best], right[k]
-        for i in range(k + 1, size):
-            factor = matrix[i, k] / matrix[k, k]
-            if factor != 0.0:
-                for j in range(k + 1, size):
-                    matrix[i, j] -= factor * matrix[k, j]
-                right[i] -= factor * right[k]
-    for k in range(size - 1, -1, -1):
-        total = right[k]
-        for j in range(k + 1, size):
-            total -= matrix[k, j] * right[j]
-        right[k] = total / matrix[k, k]
-    return True
 
 
 @inner

@@ -8,6 +8,7 @@ Comput. Methods Appl. Mech. Engrg. 92 (1991) 353-375). F is piecewise smooth; ea
 import numpy as np
 
 from gudgeon.solver.compiled import inner
+from gudgeon.solver.integrators.elimination import eliminate
 from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, DRIVEN, SPRING, UNILATERAL
 from gudgeon.solver.integrators.general.responses import compliant_force, held_or_rubbed
 
@@ -65,7 +66,7 @@ def newton(constants, state, problem, tolerance, bound):  # type: ignore[no-unty
         _derive(constants, state, problem, matrix, step)
         for a in range(n):
             matrix[a, a] += RIDGE * abs(matrix[a, a])
-        if not _eliminate(matrix, step):
+        if not eliminate(matrix, step):
             return False
         largest = 0.0
         for a in range(n):
@@ -191,33 +192,3 @@ def _derive_drive(inverse, problem, a, matrix, wrong):  # type: ignore[no-untype
         for c in range(len(inverse)):
             wrong[a + b] += inverse[b, c] * y[a + c]
             _add_row(problem.columns, n, a + c, inverse[b, c], matrix[a + b])
-
-
-@inner
-def _eliminate(matrix, vector):  # type: ignore[no-untyped-def]
-    """Solve A x = b in place by Gauss's elimination with row pivots; x replaces b. False where A is singular."""
-    n = len(vector)
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(matrix[i, k]) > abs(matrix[best, k]):
-                best = i
-        if not abs(matrix[best, k]) > 0.0:
-            return False
-        if best != k:
-            for j in range(n):
-                matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
-            vector[k], vector[best] = vector[best], vector[k]
-        pivot = matrix[k, k:]
-        for i in range(k + 1, n):
-            if matrix[i, k] != 0.0:
-                factor, row = matrix[i, k] / matrix[k, k], matrix[i, k:]
-                for j in range(len(row)):
-                    row[j] -= factor * pivot[j]
-                vector[i] -= factor * vector[k]
-    for k in range(n - 1, -1, -1):
-        total = vector[k]
-        for j in range(k + 1, n):
-            total -= matrix[k, j] * vector[j]
-        vector[k] = total / matrix[k, k]
-    return True

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.errors import InputError, PipelineError
 from gudgeon.pipeline.fem.elements.solid import mass_properties
 from gudgeon.pipeline.geometry.cad.part import opened
 from gudgeon.pipeline.geometry.cad.units import stated_unit
+from gudgeon.pipeline.geometry.decks.by_gmsh import read_by_gmsh
 from gudgeon.pipeline.geometry.surfaces import distance
 from gudgeon.pipeline.interfaces.points import surface_weights
 from tests.pipeline.geometry.cad_files import ASSEMBLY, COLOURS, COMPONENT, bracket, part, write_cad
@@ -189,6 +190,18 @@ def test_a_script_of_gmsh(tmp_path: Path) -> None:
     own = part(built_in, unit=0.01, surfaces={"top": {"plane_normal": [0, 0, 1]}}).build(0.02)
     assert mass_properties(own, 1.0).mass == pytest.approx(24e-6, rel=1e-12)
     assert area(own, "top") == pytest.approx(6e-4, rel=1e-12)
+
+
+def test_a_script_after_files_that_were_not_understood(tmp_path: Path) -> None:
+    """gmsh's parser would begin with what it left of an earlier file."""
+    bad, good = tmp_path / "bad.unv", tmp_path / "part.geo"
+    good.write_text('SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 2, 3, 4};\n')
+    for text in ("this is @@ not ## a \n file of any kind\n" * 50, 'Volume("bl = {1};\n', "For i In {1:3}\n x=i;\n"):
+        bad.write_text(text)
+        with pytest.raises(PipelineError):
+            read_by_gmsh(str(bad))
+        mesh = part(good, unit=0.01, surfaces={"top": {"plane_normal": [0, 0, 1]}}).build(0.02)
+        assert mass_properties(mesh, 1.0).mass == pytest.approx(24e-6, rel=1e-12)
 
 
 @pytest.mark.parametrize(

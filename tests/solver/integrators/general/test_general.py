@@ -45,6 +45,7 @@ def test_the_table_has_what_the_system_has(names: tuple[str, str], tmp_path: Pat
     np.testing.assert_allclose(residual[np.ix_(normals, normals)], system.residual, rtol=0, atol=1e-12 * scale)
     driven = system.driving
     held = [*(f"joint.{one.name}" for one in driven.joints), *(f"force.{one.name}" for one in driven.given)]
+    held += [f"motion.{one.name}" for one in driven.drives]
     loaded = np.concatenate([np.empty(0, int), *(np.r_[ports.of(name)] for name in held)]).astype(int)
     np.testing.assert_allclose(ports.rows[loaded], system.driving.rows, atol=1e-12)
     here = np.ix_(loaded, loaded)
