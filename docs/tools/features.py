@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.scene.scene import Scene
-from tests.solver.features import CONTRADICTIONS, FEATURES, REFUSED, draft_of
+from tests.solver.features import CONTRADICTIONS, FEATURES, draft_of
 
 PAGE = Path(__file__).resolve().parents[1] / "features.md"
 LETTERS = {"event": "E", "explicit": "X", "collocation": "C", "discrete-gradient": "D", "implicit": "I"}
@@ -36,7 +36,7 @@ NAMES = {
 
 def page() -> str:
     """Return the text of the page."""
-    reasons = list(dict.fromkeys((CONTRADICTIONS | REFUSED).values()))
+    reasons = list(dict.fromkeys(CONTRADICTIONS.values()))
     letters = ", ".join(f"{letter} `{name}`" for name, letter in LETTERS.items())
     numbers = {name: number for number, name in enumerate(FEATURES, start=1)}
     head = f"| | {' | '.join(map(str, numbers.values()))} |\n|---|{'---|' * len(numbers)}\n"
@@ -52,7 +52,7 @@ def page() -> str:
 
 def _cell(pair: frozenset[str], reasons: list[str]) -> str:
     """Return the integrators that carry two features, or the number of the reason why there is no such scene."""
-    if (reason := (CONTRADICTIONS | REFUSED).get(pair)) is not None:
+    if (reason := CONTRADICTIONS.get(pair)) is not None:
         return f"({reasons.index(reason) + 1})"
     scene = draft_of(pair).scene
     scene["run"].update(integrator="auto")

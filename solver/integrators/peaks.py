@@ -34,7 +34,13 @@ class Peaks(NamedTuple):
         return cls(np.zeros(contacts), np.zeros(contacts, np.int64), *state)
 
     def keep_highest(
-        self, before: int, forces: np.ndarray, q: np.ndarray, v: np.ndarray, multipliers: np.ndarray
+        self,
+        before: int,
+        forces: np.ndarray,
+        q: np.ndarray,
+        v: np.ndarray,
+        multipliers: np.ndarray,
+        functions: np.ndarray | None = None,
     ) -> None:
         """Keep the highest of some samples where it exceeds what is kept.
 
@@ -43,6 +49,7 @@ class Peaks(NamedTuple):
             forces: Mean resultants [N], (s, k, 3).
             q, v: At the ends of the samples, (s, m).
             multipliers: (s, c)
+            functions: (s, F)
         """
         if not len(forces):
             return
@@ -52,6 +59,8 @@ class Peaks(NamedTuple):
             if sizes[at] > self.force[number]:
                 self.force[number], self.sample[number] = sizes[at], before + at + 1
                 self.q[number], self.v[number], self.multipliers[number] = q[at], v[at], multipliers[at]
+                if functions is not None:
+                    self.functions[number] = functions[at]
 
 
 @inner

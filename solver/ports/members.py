@@ -1,6 +1,7 @@
 """The ports that the members of a scene have on its bodies: contacts, joints, loads, drives, springs."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,8 +17,9 @@ from gudgeon.solver.vectors import unit
 
 
 def ports_of(system: System) -> Ports:
-    """Return the table of a system's ports: contacts, joints, given loads, drives and springs, in this order."""
+    """Return the table of a system's ports: contacts, joints, loads, drives, springs, and surfaces slid over."""
     blocks = [*_contacts(system), *_joints(system), *_given(system), *_drives(system), *_springs(system)]
+    blocks += _surfaces(system)
     return gathered(blocks, list(system.bodies.values()), len(system.velocity))
 
 
@@ -51,7 +53,28 @@ def _contacts(system: System) -> Iterator[PortBlock]:
             _contact_side(system.bodies[name], interface, order, sign * directions, flexible=flexible)
             for name, interface, order, _, sign in contact.sides
         )
+        if contact.master is not None:
+            sides += (_nothing_of(system.bodies[contact.master.body], len(offset)),)
         yield PortBlock(f"contact.{contact.name}", kind, sides, offset.ravel(), directions.reshape(-1, 3))
+
+
+def _nothing_of(body: FlexibleBody, count: int) -> Side:
+    """Return a side without rows: the body is moved through other ports."""
+    return Side(body, np.zeros((count, body.rigid_count)), np.empty((count, 0), np.int64), np.empty((count, 0)))
+
+
+def _surfaces(system: System) -> Iterator[PortBlock]:
+    """Yield the functions of traction spaces over which points slide; their displacement is inward."""
+    for contact in system.contacts:
+        if (over := contact.master) is None:
+            continue
+        body, count = system.bodies[over.body], len(over.order)
+        flexible = METHODS[system.scene.contact[contact.name].method].flexible
+        side = Side(body, -body.wrench_rows(over.resultant), np.empty((count, 0), np.int64), np.empty((count, 0)))
+        if over.interface in body.modal.interface_rows:
+            first, _ = body.modal.interface_rows[over.interface]
+            side = replace(side, index=(first + over.order)[:, None], weight=-np.ones((count, 1)), flexible=flexible)
+        yield PortBlock(f"surface.{contact.name}", Kind.SURFACE, (side,), np.zeros(count))
 
 
 def _contact_side(

@@ -38,6 +38,8 @@ class Kind(IntEnum):
     """A force prescribed over time."""
     DRIVEN = 7
     """A displacement prescribed over time; the ports of one motion respond together."""
+    SURFACE = 8
+    """A function of a traction space over which points slide: it takes their forces and has no response of its own."""
 
 
 BLOCK = {Kind.CONE: 3, Kind.RUBBING_LAW: 3, Kind.BILATERAL: 2}
@@ -69,7 +71,7 @@ class PortBlock:
     """The n ports of one member of the scene."""
 
     name: str
-    """`contact.NAME`, `joint.NAME` or `force.NAME`."""
+    """`contact.NAME`, `joint.NAME`, `force.NAME`, `motion.NAME`, or `surface.NAME`: what a contact slides over."""
     kind: Kind
     sides: tuple[Side, ...]
     offset: np.ndarray

@@ -47,8 +47,8 @@ def _least(times: np.ndarray, gaps: np.ndarray, rates: np.ndarray) -> tuple[floa
     spans = np.diff(times)[:, None]
     first, last, begin, end = gaps[:-1], gaps[1:], rates[:-1] * spans, rates[1:] * spans
     # g(x) = first + begin x + square x² + cube x³ with x from 0 to 1; its minimum is where g' = 0 and g'' > 0.
-    square, cube = 3 * (last - first) - 2 * begin - end, 2 * (first - last) + begin + end
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore"):  # A point beside its surface has no gap: infinite.
+        square, cube = 3 * (last - first) - 2 * begin - end, 2 * (first - last) + begin + end
         under = np.sqrt(square**2 - 3 * cube * begin)
         x = -begin / (square + under)
         lowest = np.where((x > 0) & (x < 1), first + x * (begin + x * (square + x * cube)), np.inf)

@@ -110,6 +110,9 @@ class Contact(Strict):
             (self.friction is not None and isinstance(self.against, MasterSurface),
              "friction and against.shape 'surface' cannot be combined: points that slide over another body's surface"
              " have no tangential rows there"),
+            (method.rigid and isinstance(self.against, MasterSurface),
+             f"method '{self.method}' and against.shape 'surface' cannot be combined: points slide over a surface by"
+             " its flexibility or a surface stiffness"),
         ):  # fmt: skip
             if wrong:
                 raise ValueError(message)

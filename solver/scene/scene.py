@@ -184,10 +184,7 @@ def _prefers(demands: Mapping[str, Feature], name: str) -> bool:
 def _lacking(demands: Mapping[str, Feature], name: str) -> list[str]:
     """Return the elements of a scene that need a feature which an integrator does not support."""
     own = INTEGRATORS[name]
-    allowed = own.carries
-    if own.preferred is not None and Feature.SLIDING_PAIR in demands.values():
-        allowed = own.preferred  # The loop over ports has rows that do not move.
-    return [what for what, feature in demands.items() if feature not in allowed]
+    return [what for what, feature in demands.items() if feature not in own.carries]
 
 
 def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:

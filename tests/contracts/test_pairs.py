@@ -4,12 +4,11 @@ from collections.abc import Iterable
 from itertools import combinations
 
 import pytest
-from pydantic import ValidationError
 
 from docs.tools.features import PAGE, page
 from gudgeon.modaldb.stores.folder import Store
 from gudgeon.solver.simulate import simulate
-from tests.solver.features import CONTRADICTIONS, FEATURES, REFUSED, fits, pairs, store_of, system_of, triples
+from tests.solver.features import CONTRADICTIONS, FEATURES, fits, pairs, store_of, system_of, triples
 
 UNLIKE: tuple[set[str], ...] = (
     {"wave-guide", "residual"},
@@ -79,16 +78,9 @@ def test_another_integrator_agrees(names: tuple[str, str], store: Store) -> None
             assert ours.quantities[name]["value"] == pytest.approx(value, rel=APART)
 
 
-@pytest.mark.parametrize("names", list(REFUSED), ids=lambda names: "+".join(sorted(names)))
-def test_what_is_refused_has_one_line(names: frozenset[str], store: Store) -> None:
-    with pytest.raises(ValidationError, match=r"'implicit' does not support|have no tangential rows there") as error:
-        system_of(store, names)
-    assert error.value.error_count() == 1
-
-
 def test_pairs_are_all_but_those_with_a_reason() -> None:
     left = [frozenset(pair) for pair in combinations(FEATURES, 2) if not fits(pair)]
-    assert set(left) == set(CONTRADICTIONS) | set(REFUSED)
+    assert set(left) == set(CONTRADICTIONS)
     assert all(set(pair) <= set(FEATURES) for pair in left)
 
 

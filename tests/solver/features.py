@@ -267,7 +267,7 @@ def _sliding(draft: Draft) -> None:
     draft.scene["contact"]["slide"] = {
         "body": "part", "interface": f"right-{name}", "surface_stiffness": 1e12,
         "against": {"shape": "surface", "body": "rail", "interface": "top"},
-    } | draft.own_rubs  # fmt: skip
+    }  # fmt: skip
 
 
 def _nothing(_: Draft) -> None:
@@ -315,16 +315,6 @@ CONTRADICTIONS: dict[frozenset[str], str] = {
     frozenset({"gas", "motion"}): "joint and drive would hold the same point of the body",
 }
 """Pairs that no scene has, with the reason."""
-UNMOVED = (
-    "gauges", "spring", "spring-dashpot", "linear-law", "hertz", "hunt-crossley", "residual-law", "constraint",
-    "impact", "friction", "wave-guide", "elastic-spring", "table-spring", "bushing", "motion", "probes",
-    "elastic-friction",
-)  # fmt: skip
-REFUSED: dict[frozenset[str], str] = {
-    frozenset({"sliding", name}): "points that slide have rows that move, which the loop over ports does not have"
-    for name in UNMOVED
-}
-"""Pairs that the solver refuses so far, with the reason."""
 
 
 def draft_of(names: Iterable[str]) -> Draft:
@@ -380,7 +370,7 @@ def store_of(folder: Path) -> Store:
 
 def fits(names: Iterable[str]) -> bool:
     """Whether a scene has these features, and the solver carries it."""
-    return not any(pair <= set(names) for pair in CONTRADICTIONS | REFUSED)
+    return not any(pair <= set(names) for pair in CONTRADICTIONS)
 
 
 def pairs() -> list[tuple[str, str]]:

@@ -29,7 +29,8 @@ from tests.solver.systems import (
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = (
-    "explicit.kernel", "explicit.one_point", "implicit.kernel", "general.kernel", "general.solve", "collocation.kernel",
+    "explicit.kernel", "explicit.one_point", "implicit.kernel", "general.kernel", "general.solution.solve",
+    "collocation.kernel",
     "discrete_gradient.kernel",
 )  # fmt: skip
 LAW = {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e8}}

@@ -14,7 +14,7 @@ from gudgeon.solver.integrators.impact_log import ImpactLog
 
 SLIPS = 65_536
 """Changes between slip and stick that are kept, of a frame."""
-UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN, DRIVEN = range(8)
+UNILATERAL, CONE, LAW, RUBBING_LAW, SPRING, BILATERAL, GIVEN, DRIVEN, SURFACE = range(9)
 """Values of `ports.table.Kind`, which a compiled function reads as numbers."""
 POSITION, VELOCITY, STABILISED = range(3)
 """Levels: what a port's measure is."""
@@ -110,12 +110,59 @@ class Constants(NamedTuple):
     """Numbers of the rigid coordinates, (r,)."""
     floor: float
     """Least approach speed of a law, relative to the largest so far."""
+    slides: bool
+    """Whether points slide over a traction space."""
     plain: bool
     """Whether all ports that respond are unilateral over a symmetric compliance."""
 
 
+class Slides(NamedTuple):
+    """Points that slide over traction spaces, whose functions have ports. Shapes: g sliding contacts.
+
+    The measure of such a point is its own and a weighted sum of those of 4 × 4 functions of cubic splines; its force
+    acts on them with the same weights, which change from step to step.
+    """
+
+    ports: np.ndarray
+    """First and last + 1 port of the points of each contact, (g, 2)."""
+    surface: np.ndarray
+    """First port of its functions, their number across, and lines of them along, (g, 3)."""
+    window: np.ndarray
+    """First and last + 1 port of the functions below its points, (g, 2)."""
+    row: np.ndarray
+    """∂σ/∂q of the distance slid, (g, m)."""
+    chart: np.ndarray
+    """Start and spacing along of each traction space [m], (g, 2)."""
+    sigma: np.ndarray
+    """Distance slid at the end of the step and a step ago [m], (2, g)."""
+    drag: np.ndarray
+    """Force along the line of sliding on the slope of the deformed surface [N], (g,)."""
+    drag_impulse: np.ndarray
+    """[N s], (g,)."""
+    over: np.ndarray
+    """Whether a port is one of a point that slides, (p,)."""
+    width: np.ndarray
+    """Functions across of its surface, (p,)."""
+    height: np.ndarray
+    """Coordinate along of each point at σ = 0 [m], (p,)."""
+    start: np.ndarray
+    """Port of the first function across that it touches in the first line along; −1 beside the surface, (p,)."""
+    across: np.ndarray
+    """Its weights across, (p, 4)."""
+    corner: np.ndarray
+    """Port of the first function that it touches at the end of the step and a step ago; −1 beside, (2, p)."""
+    along: np.ndarray
+    """Its weights along at these times, (2, 4, p)."""
+    free: np.ndarray
+    """Gap of a point without the forces of the step's end [m], (p,)."""
+    inward: np.ndarray
+    """Displacement of functions without these forces, and by them [m], (2, p)."""
+
+
 class State(NamedTuple):
     """What changes from step to step."""
+
+    slides: Slides
 
     q: np.ndarray
     v: np.ndarray

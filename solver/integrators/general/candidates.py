@@ -6,6 +6,14 @@ from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.general.arrays import DRIVEN, LAW, POSITION, RUBBING_LAW, STABILISED, VELOCITY
 from gudgeon.solver.integrators.general.rebounds import rebound
 from gudgeon.solver.integrators.general.rows import displaced, moved
+from gudgeon.solver.integrators.general.slides import (
+    BEFORE,
+    displaced_over,
+    found_gap,
+    moved_over,
+    reach_surfaces,
+    slide,
+)
 
 SCRATCH = 1e-13
 """Share of its margin by which a sleeping point is round-off from waking."""
@@ -31,10 +39,18 @@ def _path(state):  # type: ignore[no-untyped-def]
 def find_candidates(constants, state, problem):  # type: ignore[no-untyped-def]
     """List the ports that may respond in the step."""
     travel = _path(state)
+    if constants.slides and slide(constants, state):
+        problem.size[1] = -1
     for n in range(len(constants.touching)):
         i = constants.touching[n]
         problem.awake[1, i] = problem.awake[0, i]
-        problem.awake[0, i] = state.last[i] != 0.0 or not _sleeps(constants, state, i, travel)
+        if state.slides.over[i]:
+            beside = state.slides.corner[0, i] < 0
+            problem.awake[0, i] = not beside and (state.last[i] != 0.0 or state.slides.free[i] <= 0.0)
+            if not problem.awake[0, i]:
+                state.unknown[i] = 0.0
+        else:
+            problem.awake[0, i] = state.last[i] != 0.0 or not _sleeps(constants, state, i, travel)
         if problem.awake[0, i] and not problem.awake[1, i]:
             _place(constants, state, i)
     _list(constants, state, problem)
@@ -46,7 +62,11 @@ def _place(constants, state, i):  # type: ignore[no-untyped-def]
     for b in range(i, i + constants.size[i]):
         response = displaced(constants.residual, b, state.held, state.listed)
         state.response[1, b] = response
-        state.displacement[1, b] = constants.offset[b] + moved(constants.rows, b, state.before[0]) + response
+        place = moved(constants.rows, b, state.before[0]) + response
+        if state.slides.over[b]:
+            place = moved_over(constants, state.slides, b, BEFORE, state.before[0])
+            place += displaced_over(constants, state.slides, b, BEFORE, (state.held, state.listed))
+        state.displacement[1, b] = constants.offset[b] + place
         state.anchor[b] = state.displacement[1, b]
 
 
@@ -86,6 +106,10 @@ def free_measures(constants, state, problem, crank):  # type: ignore[no-untyped-
         for a in range(n):
             i = ports[a]
             gap[i] += displaced(residual, i, known, listed)
+    if constants.slides:
+        for a in range(n):
+            if state.slides.over[ports[a]]:
+                gap[ports[a]] = state.slides.free[ports[a]]
     for j in range(len(constants.joints)):
         for axis in range(2):
             i = constants.joints[j] + axis
@@ -148,9 +172,17 @@ def overlooked(constants, state, problem):  # type: ignore[no-untyped-def]
     before = state.travel[1]
     state.travel[1] = max(before, len(state.held) * total)
     found = False
+    if constants.slides:
+        reach_surfaces(constants, state, problem)
     for n in range(len(constants.touching)):
         i = constants.touching[n]
-        if not problem.awake[0, i] and not _sleeps(constants, state, i, reached):
+        if problem.awake[0, i]:
+            continue
+        if state.slides.over[i]:
+            stays = state.slides.corner[0, i] < 0 or found_gap(constants, state, problem, i) > 0.0
+        else:
+            stays = _sleeps(constants, state, i, reached)
+        if not stays:
             problem.awake[0, i] = found = True
             _place(constants, state, i)
     state.travel[1] = before

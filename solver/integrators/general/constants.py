@@ -23,7 +23,10 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     level[per_port["restitution"] >= 0] = VELOCITY
     lengths = np.zeros(p)
     beta = _delays(system, ports, per_port["delay"])
+    moving = [contact.name for contact in system.contacts if contact.master is not None]
     jumps = _jumps(ports, beta, per_port["layer"], dt)
+    for name in moving:
+        jumps[ports.of(f"surface.{name}")] = jumps[ports.of(f"contact.{name}")].any()
     residual, memory = _residual(ports, beta, jumps, dt)
     flexible = np.einsum("sij,sj->ij", residual, memory[:, 2]) if len(residual) else np.zeros((p, p))
     for number, held in enumerate(system.driving.joints):
@@ -48,26 +51,28 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     inertia[rigid] = faster[rigid]
     flexible[rigid] = 0.0
     share = np.where(jumps, 1.0, _share(ports, level, per_port["layer"], flexible))
+    norm, reach = _bounds(ports, residual, moving)
     matrix = inertia * share + flexible + np.diag(per_port["layer"])
-    responds = ports.kind != Kind.GIVEN
+    responds = (ports.kind != Kind.GIVEN) & (ports.kind != Kind.SURFACE)
     scale, among = np.sqrt(np.abs(matrix.diagonal()[responds])), matrix[np.ix_(responds, responds)]
     symmetric = bool((np.abs(among - among.T) <= 1e-12 * np.outer(scale, scale)).all())
     return Constants(
         dt=dt, motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
-        gravity=system.driving.gravity, rows=_rows(system, ports), norm=np.linalg.norm(ports.rows, axis=1),
-        reach=np.abs(residual).max(axis=(0, 2), initial=0.0) if p else np.zeros(0), offset=ports.offset,
+        gravity=system.driving.gravity, rows=_rows(system, ports), norm=norm, reach=reach,
+        offset=ports.offset,
         kind=ports.kind, size=size, block=block, level=level, share=share, inertia=inertia.T.copy(),
         columns=matrix.T.copy(), residual=residual, memory=memory, layer=per_port["layer"],
         law=per_port["law"], knots=np.vstack([np.empty((0, 2)), *system.springs.knots.values()]),
         table=per_port["table"].astype(np.int64), friction=per_port["friction"], belt=per_port["belt"],
         restitution=per_port["restitution"], lengths=lengths, contact=per_port["contact"],
         direction=per_port["direction"], joint=joints, inverse=_inverses(ports, moved, matrix),
-        drives=ports.numbers(moved), given=np.flatnonzero(~responds),
+        drives=ports.numbers(moved), given=np.flatnonzero(ports.kind == Kind.GIVEN),
         touching=np.flatnonzero((size > 0) & (per_port["contact"] >= 0)),
         always=np.flatnonzero((size > 0) & (per_port["contact"] < 0) & responds), joints=np.flatnonzero(joints >= 0),
         loaded=_loaded(system, ports), sides=ports.sides, farthest=float(step.push[0].max(initial=0.0)),
         damped=bool(np.any(memory[:, :2])), bounces=bool(rigid.any()), rigid=system.rigid, floor=SLOWEST,
-        plain=bool(symmetric and (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()),
+        slides=bool(moving),
+        plain=bool(not moving and symmetric and (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()),
     )  # fmt: skip
 
 
@@ -187,7 +192,22 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, flexible: np.ndar
         first = np.arange(here.start, here.stop, each)
         averaged = own[first] & (level[first] == POSITION)
         share[here] = np.where(np.repeat(averaged, each), 0.5, 1.0)
+    for item, here in zip(ports.blocks, ports.places, strict=True):
+        if item.kind == Kind.SURFACE:
+            points = ports.of(f"contact.{item.name.partition('.')[2]}")
+            share[points] = share[here] = 0.5 if own[points].any() or own[here].any() else 1.0
     return share
+
+
+def _bounds(ports: Ports, residual: np.ndarray, moving: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Return ‖W‖ and the largest |R| [m/N] of each port, of points that slide with their surfaces, (p,) each."""
+    norm, reach = np.linalg.norm(ports.rows, axis=1), np.abs(residual).max(axis=(0, 2), initial=0.0)
+    for name in moving:
+        # The weights of functions are positive, with a sum of one.
+        points, functions = ports.of(f"contact.{name}"), ports.of(f"surface.{name}")
+        norm[points] += norm[functions].max()
+        reach[points] += reach[functions].max()
+    return norm, reach
 
 
 def _inverses(ports: Ports, moved: list[str], matrix: np.ndarray) -> np.ndarray:

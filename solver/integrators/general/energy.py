@@ -14,8 +14,9 @@ from gudgeon.solver.integrators.general.arrays import (
     UNILATERAL,
     VELOCITY,
 )
-from gudgeon.solver.integrators.general.responses import spring_energy
 from gudgeon.solver.integrators.general.rows import displaced, moved, push
+from gudgeon.solver.integrators.general.slides import push_contacts
+from gudgeon.solver.integrators.general.solution.responses import spring_energy
 from gudgeon.solver.integrators.outcome import DEEPEST, ENERGY_ERROR, START_ENERGY
 from gudgeon.solver.laws.force import law_energy
 
@@ -69,6 +70,8 @@ def _ports_energy(constants, state, problem):  # type: ignore[no-untyped-def]
         i = problem.ports[a]
         if constants.contact[i] >= 0 and mean[i] != 0.0:
             push(constants.rows, i, mean[i], pressed)
+    if constants.slides:
+        push_contacts(constants, state, pressed)
     for a in range(problem.size[0]):
         i = problem.ports[a]
         kind = constants.kind[i]

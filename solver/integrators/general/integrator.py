@@ -30,6 +30,8 @@ class General:
         state = state_of(system, self.ports, constants)
         normals = [contact_ports(self.ports, contact) for contact in system.contacts]
         self._normals = np.concatenate([np.empty(0, np.int64), *normals]).astype(np.int64)
+        functions = [f"surface.{contact.name}" for contact in system.contacts if contact.master is not None]
+        self._functions = self.ports.numbers(functions)
         log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
         self.arrays = Arrays(constants, state, problem_of(constants), log)
         self._located = Located(log)
@@ -64,7 +66,8 @@ class General:
             )
         out.gauges[:] = found.q @ system.gauge_rows.T + found.ports @ self._gauges.T
         out.snapshots[:, 2 * len(system.rigid) :] = found.lengths
-        out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed)
+        pushed = found.ports[:, self._functions]
+        out.peaks.keep_highest(first // stride, out.forces, found.q, found.v, pressed, pushed)
         if sound and not self._located.take():
             self.failure = Result.IMPACTS
             return False
@@ -119,9 +122,15 @@ class General:
             (rubbed,) = np.nonzero(each > b)
             at = self._normals[rubbed] + b
             drags[rubbed] += state.impulses[at, None] * self.arrays.constants.direction[at]
+        functions, slid = self._functions, [contact.master is not None for contact in system.contacts]
+        inward = ports.rows[functions] @ state.q
+        inward += np.einsum("sij,sj->i", self.arrays.constants.residual[:, functions], state.held)
+        drag_impulse = np.zeros(len(slid))
+        drag_impulse[slid] = state.slides.drag_impulse
         springs = [-state.impulses[ports.of(f"force.{name}")] for name in system.scene.springs()]
         return Outcome(
             q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
             extreme=state.extreme, counts=state.counts, drags=drags if drags.any() else np.empty(0),
             springs=np.concatenate([np.empty(0), *springs]), slips=self._slips,
+            masters=-inward, master_impulses=state.impulses[self._functions], drag_impulse=drag_impulse,
         )  # fmt: skip

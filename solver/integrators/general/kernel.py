@@ -12,27 +12,34 @@ import numpy as np
 from gudgeon.solver.compiled import copy, entry, inner
 from gudgeon.solver.integrators.general.arrays import (
     BILATERAL,
-    CONE,
     DRIVEN,
     LAW,
     POSITION,
     RUBBING_LAW,
     STABILISED,
-    UNILATERAL,
     VELOCITY,
 )
 from gudgeon.solver.integrators.general.candidates import find_candidates, free_measures, overlooked, used_margins
+from gudgeon.solver.integrators.general.closing import set_extra
 from gudgeon.solver.integrators.general.energy import balance
 from gudgeon.solver.integrators.general.rebounds import foresee, keep_open, shifts_change, strike
-from gudgeon.solver.integrators.general.responses import rubbed
 from gudgeon.solver.integrators.general.resultants import log_forces
 from gudgeon.solver.integrators.general.rows import displaced, list_forces, moved, push
-from gudgeon.solver.integrators.general.solve import add_means, solve
+from gudgeon.solver.integrators.general.slides import (
+    NOW,
+    displaced_over,
+    drag_along,
+    moved_over,
+    place_surfaces,
+    press_surfaces,
+    pull_along,
+    push_surfaces,
+)
+from gudgeon.solver.integrators.general.solution.responses import rubbed
+from gudgeon.solver.integrators.general.solution.solve import solve
 
 PASSES = 6
 """Largest number of contact solutions in a step, since its means depend on what opens and closes in it."""
-SETTLED = 1e-6
-"""Change of these means, relative to the largest force, at which they are found."""
 
 
 @entry
@@ -118,6 +125,8 @@ def _fly(constants, state, loads):  # type: ignore[no-untyped-def]
             _place_given(constants, state, i)
         state.unknown[i] = end
         state.extra[i] = mean - 0.5 * (last[i] + end)
+    if constants.slides:
+        pull_along(constants, state, force)
     q0, v0 = state.before[0], state.before[1]
     a, b, c = motion[0], motion[1], constants.push[0]
     for k in range(len(q)):
@@ -154,9 +163,11 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
             foresee(constants, state, problem)
         if problem.size[0] > 0 and not solve(constants, state, problem):
             return False
-        unsettled = _set_extra(constants, state, problem)
+        unsettled = set_extra(constants, state, problem)
         if constants.bounces and problem.size[0] > 0:
             unsettled = shifts_change(constants, state, problem) or unsettled
+        if constants.slides:
+            press_surfaces(constants, state)
         missed = overlooked(constants, state, problem)
         problem.size[2] = not missed
         if missed:
@@ -166,79 +177,6 @@ def _respond(constants, state, problem, crank):  # type: ignore[no-untyped-def]
         fresh = missed and constants.bounces
         state.counts[4] += 1
     return True
-
-
-@inner
-def _set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
-    """Set by how much means differ from the trapezoidal rule where contact opens or closes; whether that changed.
-
-    The measures that `problem.free` has are those with it.
-    """
-    largest, change = 0.0, 0.0
-    for a in range(problem.size[0]):
-        largest = max(largest, abs(state.unknown[problem.ports[a]]))
-    for a in range(problem.size[0]):
-        i = problem.ports[a]
-        kind = constants.kind[i]
-        if constants.size[i] == 0 or constants.level[i] != POSITION or kind not in (UNILATERAL, CONE):
-            continue
-        part = constants.share[i]
-        share, given = 1.0, part * state.unknown[i] + (1.0 - part) * state.last[i]
-        if (state.last[i] == 0.0) != (state.unknown[i] == 0.0):
-            share, given = _closed_share(constants, state, problem, i)
-        for b in range(constants.size[i]):
-            if b > 0:
-                given = part * state.unknown[i + b] + (1.0 - part) * state.last[i + b]
-            wanted = (share - 1.0) * given
-            step = wanted - state.extra[i + b]
-            if step != 0.0:
-                change = max(change, abs(step))
-                add_means(constants, problem, i + b, step)
-                state.extra[i + b] = wanted
-                if state.last[i + b] == 0.0:
-                    state.response[1, i + b] = displaced(constants.residual, i + b, state.held, state.listed)
-    return change > SETTLED * largest
-
-
-@inner
-def _closed_share(constants, state, problem, i):  # type: ignore[no-untyped-def]
-    """Return the share of the step in which a port that closes or opens is closed, and its mean force without it [N].
-
-    They solve share · force · (way of the coordinates) = −force · (way of the compliance), so that the port does the
-    work that its compliance takes, with the forces of other ports as they are.
-    """
-    inertia, extra, part = constants.inertia[i, i], state.extra[i], constants.share[i]
-    way, now, last = _yields(constants, state, problem, i), state.unknown[i], state.last[i]
-    own = constants.columns[i, i] - part * inertia
-    if now > 0.0:
-        begin, force = max(0.0, state.displacement[1, i]), part * now
-        if begin == 0.0 or own <= 0.0:
-            return 1.0, force
-        way = way if way > 0.0 else own * now
-        depth = way + inertia * (force + extra)
-        one = 1.0 + inertia * force / way
-        root = np.sqrt(max(0.0, (depth - begin) ** 2 + 4.0 * one * depth * begin))
-        found = max(0.0, 0.5 * (depth - begin + root) / one)
-        return found / (found + begin), force * found / way
-    end, force = max(0.0, state.measure[i] - inertia * extra), (1.0 - part) * last
-    if end == 0.0 or own <= 0.0:
-        return 1.0, force
-    way = way if way < 0.0 else -own * last
-    less = end + way - force * inertia
-    end = 0.5 * (less + np.sqrt(less * less - 4.0 * end * way))
-    return way / (way - end), force
-
-
-@inner
-def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
-    """Return by how much the compliance of a port gives way in the step under all forces found [m]."""
-    total = displaced(constants.residual, i, state.known, state.listed_known)
-    # Of a port without a force, `state.response` is not kept from step to step.
-    total -= displaced(constants.residual, i, state.held, state.listed)
-    for a in range(problem.size[0]):
-        j = problem.ports[a]
-        total += (constants.columns[j, i] - constants.share[j] * constants.inertia[j, i]) * state.unknown[j]
-    return total - constants.layer[i] * state.last[i]
 
 
 @inner
@@ -262,6 +200,8 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
             acts += 1
             state.acts[acts] = i
     state.acts[0] = acts
+    if constants.slides:
+        push_surfaces(constants, state, second)
     length, q, v, before, force = 0.0, state.q, state.v, state.before[0], state.force
     by_q, by_v = constants.push[0], constants.push[1]
     for k in range(len(q)):
@@ -284,6 +224,9 @@ def _finish(constants, state, problem, time):  # type: ignore[no-untyped-def]
     state.travel[1] = total
     list_forces(held, state.listed)
     _displace(constants, state, problem)
+    if constants.slides:
+        place_surfaces(constants, state)
+        drag_along(constants, state)
     _anchor(constants, state, problem, time)
     used_margins(constants, state, problem)
 
@@ -330,7 +273,11 @@ def _displace_fully(constants, state, i):  # type: ignore[no-untyped-def]
     """Set the displacement of one port by its row."""
     response = displaced(constants.residual, i, state.held, state.listed)
     state.response[0, i] = response
-    state.displacement[0, i] = constants.offset[i] + moved(constants.rows, i, state.q) + response
+    place = moved(constants.rows, i, state.q) + response
+    if state.slides.over[i]:
+        place = moved_over(constants, state.slides, i, NOW, state.q)
+        place += displaced_over(constants, state.slides, i, NOW, (state.held, state.listed))
+    state.displacement[0, i] = constants.offset[i] + place
 
 
 @inner

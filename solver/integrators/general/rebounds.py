@@ -5,6 +5,7 @@ import numpy as np
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.general.arrays import STABILISED, VELOCITY
 from gudgeon.solver.integrators.general.rows import moved, push
+from gudgeon.solver.integrators.general.slides import coupling
 
 SETTLED = 1e-6
 """Change of where ports are, relative to the way of rigid contact in a step, at which they are found."""
@@ -70,7 +71,7 @@ def foresee(constants, state, problem):  # type: ignore[no-untyped-def]
         own = state.rate[i]
         for b in range(problem.size[0]):
             j = problem.ports[b]
-            state.rate[i] += constants.columns[j, i] * state.unknown[j] / constants.dt
+            state.rate[i] += coupling(constants.columns, state.slides, j, i) * state.unknown[j] / constants.dt
         wanted = constants.belt[i] if i > first else rebound(constants, state, i, state.rate[i])
         state.gap[i] = constants.dt * (own - wanted)
 
@@ -90,7 +91,7 @@ def shifts_change(constants, state, problem):  # type: ignore[no-untyped-def]
             j = problem.ports[b]
             amount = _sudden(constants, state, j, average)
             if amount != 0.0:
-                shift += amount * constants.inertia[i, j]
+                shift += amount * coupling(constants.inertia, state.slides, j, i)
         changed = max(changed, abs(shift - state.shift[i]))
         state.gap[i] += shift - state.shift[i]
         state.shift[i] = shift

@@ -2,7 +2,7 @@
 
 from gudgeon.modaldb.records.trajectory import PEAK, PEAK_TIME
 from gudgeon.solver.compiled import inner
-from gudgeon.solver.integrators.general.rows import moved
+from gudgeon.solver.integrators.general.slides import BEFORE, NOW, moved_over
 from gudgeon.solver.integrators.impact_log import FIRST, GOING, ROW, changes, log_step, note_change
 from gudgeon.solver.integrators.outcome import ACTIVE, CONTACT_STEPS
 
@@ -45,10 +45,10 @@ def log_forces(constants, state, problem, log, number):  # type: ignore[no-untyp
             continue
         i = log.steps[k, ROW]
         if acts:
-            rate = moved(constants.rows, i, state.before[1])
+            rate = moved_over(constants, state.slides, i, BEFORE, state.before[1])
             note_change(log, k, True, time, state.displacement[1, i] + constants.dt * rate, rate)
         else:
-            rate = moved(constants.rows, i, state.v)
+            rate = moved_over(constants, state.slides, i, NOW, state.v)
             note_change(log, k, False, time, state.displacement[0, i], rate)
     for k in range(len(log.force)):
         going = log.steps[k, FIRST] >= 0

@@ -4,13 +4,15 @@ import numpy as np
 
 from gudgeon.solver.contact.compliance import fixed
 from gudgeon.solver.contact.lcp import empty_set
+from gudgeon.solver.contact.weights import weigh
 from gudgeon.solver.integrators.general.arrays import (
     SLIPS,
     Constants,
     Problem,
+    Slides,
     State,
 )
-from gudgeon.solver.integrators.general.solve import WINDOW
+from gudgeon.solver.integrators.general.solution.solve import WINDOW
 from gudgeon.solver.ports.members import contact_ports
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.system import System
@@ -44,6 +46,7 @@ def state_of(system: System, ports: Ports, constants: Constants) -> State:
         numbers[0], numbers[1 : len(found) + 1] = len(found), found
     zeros = {name: np.zeros(p) for name in _ZERO_AT_START}
     return State(
+        slides=_slides(system, ports),
         q=system.position.copy(), v=system.velocity.copy(), before=np.zeros((2, m)), force=np.zeros(m),
         pressed=np.zeros(m), unknown=unknown, held=held, known=np.zeros((sides, p)), acts=acts,
         listed=listed,
@@ -64,14 +67,53 @@ _ZERO_AT_START = (
 
 
 def problem_of(constants: Constants) -> Problem:
-    p = len(constants.offset)
+    p, many = len(constants.offset), _candidates(constants)
     return Problem(
         awake=np.zeros((2, p), np.bool_), ports=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
-        columns=np.zeros((p, p)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
+        columns=np.zeros((many, many)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
         matrix=fixed(constants.columns)._replace(candidate=np.ones(p, np.bool_)), free=np.zeros(p), x=np.zeros(p),
         y=np.zeros(p), start=np.zeros(p),
         weight=np.zeros(p), slipped=np.zeros(p, np.bool_),
-        derivative=np.zeros((p, p)), correction=np.zeros(p),
+        derivative=np.zeros((many, many)), correction=np.zeros(p),
         past=np.zeros((3, p)), changes=np.zeros((3, WINDOW, p)), products=np.zeros((WINDOW, WINDOW)),
         gram=np.zeros((WINDOW, WINDOW + 1)),
     )  # fmt: skip
+
+
+def _candidates(constants: Constants) -> int:
+    """Return the largest number of ports that respond in a step."""
+    firsts = np.concatenate([constants.touching, constants.always])
+    return int(constants.size[firsts].sum())
+
+
+def _slides(system: System, ports: Ports) -> Slides:
+    """Return what slides over traction spaces, at the start."""
+    p, moving = len(ports.offset), [item for item in system.contacts if item.master is not None]
+    g, m = len(moving), len(system.velocity)
+    found = Slides(
+        ports=np.zeros((g, 2), np.int64), surface=np.zeros((g, 3), np.int64), window=np.zeros((g, 2), np.int64),
+        row=np.zeros((g, m)), chart=np.zeros((g, 2)), sigma=np.zeros((2, g)), drag=np.zeros(g),
+        drag_impulse=np.zeros(g), over=np.zeros(p, np.bool_), width=np.zeros(p, np.int64), height=np.zeros(p),
+        start=np.full(p, -1), across=np.zeros((p, 4)), corner=np.full((2, p), -1), along=np.zeros((2, 4, p)),
+        free=np.zeros(p), inward=np.zeros((2, p)),
+    )  # fmt: skip
+    for number, item in enumerate(moving):
+        normals, functions, over = contact_ports(ports, item), ports.of(f"surface.{item.name}"), item.master
+        assert over is not None
+        found.ports[number] = normals[0], normals[-1] + 1
+        found.surface[number] = functions.start, *over.counts
+        found.chart[number], found.width[normals] = over.chart, over.counts[0]
+        found.over[normals], found.height[normals], found.across[normals] = True, over.height, over.across
+        found.start[normals] = np.where(over.place >= 0, functions.start + over.place, -1)
+        for name, sign in ((item.body, 1.0), (over.body, -1.0)):
+            body, first = system.bodies[name], system.offsets[name]
+            centre = body.morph.centre[None]
+            along = sign * body.rigid_rows(centre, over.direction[None])[0]
+            found.row[number, first : first + body.rigid_count] += along
+        found.sigma[:, number] = found.row[number] @ system.position
+        here = slice(normals[0], normals[-1] + 1)
+        places = (found.height[here], float(found.sigma[0, number]), found.start[here])
+        chart = (float(over.chart[0]), float(over.chart[1]), over.counts[1] - 4.0)
+        weigh(places, chart, over.counts[0], found.corner[0, here], found.along[0, :, here])
+    found.corner[1], found.along[1] = found.corner[0], found.along[0]
+    return found

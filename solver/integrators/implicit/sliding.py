@@ -1,10 +1,9 @@
 """Sliding pairs: moving weights, forces and displacements of the traction spaces, drag."""
 
-import numpy as np
-
 from gudgeon.solver.compiled import copy, inner
 from gudgeon.solver.contact.compliance import Listed, combine, gather, pack, scatter, window
 from gudgeon.solver.contact.lcp import append, drop_expected
+from gudgeon.solver.contact.weights import weigh
 from gudgeon.solver.integrators.implicit.open_contacts import least
 
 MARGIN = 1
@@ -52,29 +51,10 @@ def update_weights(masters, matrix, k):  # type: ignore[no-untyped-def]
 @inner
 def _weigh(masters, matrix, k, moment):  # type: ignore[no-untyped-def]
     """Set the spline weights along of a contact's points at the end (moment = 0) or at the start of the step (1)."""
-    first, last, columns = matrix.block[k, 0], matrix.block[k, 1], matrix.space[k, 1]
-    highest, chart, along = matrix.space[k, 2] - 4.0, masters.chart, masters.along
-    shift, scale = masters.sigma[moment, k] - chart[k, 0], 1 / chart[k, 1]
-    height, start, corner = masters.height[first:last], masters.start[first:last], masters.corner[moment, first:last]
-    p, q, r, s = (
-        along[moment, 0, first:last], along[moment, 1, first:last], along[moment, 2, first:last],
-        along[moment, 3, first:last],
-    )  # fmt: skip
-    # Few arrays in a loop, since vector code first tests whether they overlap.
-    for i in range(len(height)):
-        where = (height[i] + shift) * scale
-        line = min(max(np.floor(where), 0.0), highest)
-        p[i] = where - line
-        inside = start[i] >= 0 and where >= -1e-9 and where <= highest + 1 + 1e-9
-        corner[i] = start[i] + np.int64(line) * columns if inside else -1
-    for i in range(len(p)):
-        t, u = p[i], 1 - p[i]
-        q[i] = (3 * t * t * t - 6 * t * t + 4) / 6
-        r[i] = (3 * u * u * u - 6 * u * u + 4) / 6
-        s[i] = t * t * t / 6
-    for i in range(len(p)):
-        u = 1 - p[i]
-        p[i] = u * u * u / 6
+    first, last, chart = matrix.block[k, 0], matrix.block[k, 1], masters.chart
+    places = (masters.height[first:last], masters.sigma[moment, k], masters.start[first:last])
+    known = (chart[k, 0], chart[k, 1], matrix.space[k, 2] - 4.0)
+    weigh(places, known, matrix.space[k, 1], masters.corner[moment, first:last], masters.along[moment, :, first:last])
 
 
 @inner

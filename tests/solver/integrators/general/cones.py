@@ -7,7 +7,7 @@ import numpy as np
 
 from gudgeon.solver.integrators.general.arrays import Arrays
 from gudgeon.solver.integrators.general.integrator import General
-from gudgeon.solver.integrators.general.solve import solve
+from gudgeon.solver.integrators.general.solution.solve import solve
 from tests.solver.port_systems import pair
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon.solver.integrators.general.solve import FIRST_SWEEPS, MOST_SWEEPS, NEWTON_TOLERANCE, TOLERANCE
+from gudgeon.solver.integrators.general.solution.solve import FIRST_SWEEPS, MOST_SWEEPS, NEWTON_TOLERANCE, TOLERANCE
 from tests.solver.integrators.general.cones import Problem, solved
 from tests.solver.port_systems import grid, half_space
 

@@ -10,7 +10,7 @@ import numpy as np
 from gudgeon.solver.compiled import inner
 from gudgeon.solver.integrators.elimination import eliminate
 from gudgeon.solver.integrators.general.arrays import BILATERAL, CONE, DRIVEN, SPRING, UNILATERAL
-from gudgeon.solver.integrators.general.responses import compliant_force, held_or_rubbed
+from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed
 
 MOST_STEPS = 12
 NEWTON = 5

@@ -16,9 +16,10 @@ from gudgeon.solver.integrators.general.arrays import (
     SPRING,
     UNILATERAL,
 )
-from gudgeon.solver.integrators.general.closed import close
-from gudgeon.solver.integrators.general.newton import natural_residual, newton
-from gudgeon.solver.integrators.general.responses import compliant_force, held_or_rubbed
+from gudgeon.solver.integrators.general.slides import coupling, gather_sliding
+from gudgeon.solver.integrators.general.solution.closed import close
+from gudgeon.solver.integrators.general.solution.newton import natural_residual, newton
+from gudgeon.solver.integrators.general.solution.responses import compliant_force, held_or_rubbed
 from gudgeon.solver.integrators.outcome import PIVOTS
 
 RELAXATION = 0.7
@@ -50,7 +51,7 @@ def solve(constants, state, problem):  # type: ignore[no-untyped-def]
     for a in range(problem.size[0]):
         i = problem.ports[a]
         if state.extra[i] != 0.0:
-            add_means(constants, problem, i, state.extra[i])
+            add_means(constants, state, problem, i, state.extra[i])
     if constants.plain:
         pivots = close(problem)
         state.counts[PIVOTS] += max(0, pivots)
@@ -71,22 +72,30 @@ def solve(constants, state, problem):  # type: ignore[no-untyped-def]
 
 
 @inner
-def add_means(constants, problem, j, amount):  # type: ignore[no-untyped-def]
+def add_means(constants, state, problem, j, amount):  # type: ignore[no-untyped-def]
     """Add what a mean force of port j [N] does to the measures of the candidates."""
     row = constants.inertia[j]
+    if constants.slides:
+        for a in range(problem.size[0]):
+            i = problem.ports[a]
+            problem.free[i] += amount * coupling(constants.inertia, state.slides, j, i)
+        return
     for a in range(problem.size[0]):
         i = problem.ports[a]
         problem.free[i] += amount * row[i]
 
 
 @inner
-def _gather(constants, problem):  # type: ignore[no-untyped-def]
+def _gather(constants, state, problem):  # type: ignore[no-untyped-def]
     """Gather the columns of the candidates."""
     n = problem.size[0]
     for a in range(n):
         column, source = problem.columns[a], constants.columns[problem.ports[a]]
-        for c in range(n):
-            column[c] = source[problem.ports[c]]
+        if constants.slides:
+            gather_sliding(constants, state.slides, problem, a)
+        else:
+            for c in range(n):
+                column[c] = source[problem.ports[c]]
         problem.weight[a] = np.sqrt(column[a])
     problem.size[1] = n
 
@@ -95,7 +104,7 @@ def _gather(constants, problem):  # type: ignore[no-untyped-def]
 def _balanced(constants, state, problem):  # type: ignore[no-untyped-def]
     """Find the forces by sweeps, else by Newton's method after a few sweeps; False where neither does."""
     if problem.size[1] != problem.size[0]:
-        _gather(constants, problem)
+        _gather(constants, state, problem)
     bound = _begin(state, problem)
     if _swept(constants, state, problem, (MOST_SWEEPS, WINDOW), bound):
         return True

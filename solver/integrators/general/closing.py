@@ -1,0 +1,87 @@
+"""Contact that closes or opens within a step: by how much its mean force differs from the trapezoidal rule."""
+
+import numpy as np
+
+from gudgeon.solver.compiled import inner
+from gudgeon.solver.integrators.general.arrays import CONE, POSITION, UNILATERAL
+from gudgeon.solver.integrators.general.rows import displaced
+from gudgeon.solver.integrators.general.slides import BEFORE, NOW, coupling, displaced_over
+from gudgeon.solver.integrators.general.solution.solve import add_means
+
+SETTLED = 1e-6
+"""Change of these means, relative to the largest force, at which they are found."""
+
+
+@inner
+def set_extra(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Set by how much means differ from the trapezoidal rule where contact opens or closes; whether that changed.
+
+    The measures that `problem.free` has are those with it.
+    """
+    largest, change = 0.0, 0.0
+    for a in range(problem.size[0]):
+        largest = max(largest, abs(state.unknown[problem.ports[a]]))
+    for a in range(problem.size[0]):
+        i = problem.ports[a]
+        kind = constants.kind[i]
+        if constants.size[i] == 0 or constants.level[i] != POSITION or kind not in (UNILATERAL, CONE):
+            continue
+        part = constants.share[i]
+        share, given = 1.0, part * state.unknown[i] + (1.0 - part) * state.last[i]
+        if (state.last[i] == 0.0) != (state.unknown[i] == 0.0):
+            share, given = _closed_share(constants, state, problem, i)
+        for b in range(constants.size[i]):
+            if b > 0:
+                given = part * state.unknown[i + b] + (1.0 - part) * state.last[i + b]
+            wanted = (share - 1.0) * given
+            step = wanted - state.extra[i + b]
+            if step != 0.0:
+                change = max(change, abs(step))
+                add_means(constants, state, problem, i + b, step)
+                state.extra[i + b] = wanted
+                if state.last[i + b] == 0.0:
+                    state.response[1, i + b] = displaced(constants.residual, i + b, state.held, state.listed)
+    return change > SETTLED * largest
+
+
+@inner
+def _closed_share(constants, state, problem, i):  # type: ignore[no-untyped-def]
+    """Return the share of the step in which a port that closes or opens is closed, and its mean force without it [N].
+
+    They solve share · force · (way of the coordinates) = −force · (way of the compliance), so that the port does the
+    work that its compliance takes, with the forces of other ports as they are.
+    """
+    inertia, extra, part = coupling(constants.inertia, state.slides, i, i), state.extra[i], constants.share[i]
+    way, now, last = _yields(constants, state, problem, i), state.unknown[i], state.last[i]
+    own = coupling(constants.columns, state.slides, i, i) - part * inertia
+    if now > 0.0:
+        begin, force = max(0.0, state.displacement[1, i]), part * now
+        if begin == 0.0 or own <= 0.0:
+            return 1.0, force
+        way = way if way > 0.0 else own * now
+        depth = way + inertia * (force + extra)
+        one = 1.0 + inertia * force / way
+        root = np.sqrt(max(0.0, (depth - begin) ** 2 + 4.0 * one * depth * begin))
+        found = max(0.0, 0.5 * (depth - begin + root) / one)
+        return found / (found + begin), force * found / way
+    end, force = max(0.0, state.measure[i] - inertia * extra), (1.0 - part) * last
+    if end == 0.0 or own <= 0.0:
+        return 1.0, force
+    way = way if way < 0.0 else -own * last
+    less = end + way - force * inertia
+    end = 0.5 * (less + np.sqrt(less * less - 4.0 * end * way))
+    return way / (way - end), force
+
+
+@inner
+def _yields(constants, state, problem, i):  # type: ignore[no-untyped-def]
+    """Return by how much the compliance of a port gives way in the step under all forces found [m]."""
+    slides = state.slides
+    total = displaced_over(constants, slides, i, NOW, (state.known, state.listed_known))
+    # Of a port without a force, `state.response` is not kept from step to step.
+    total -= displaced_over(constants, slides, i, BEFORE, (state.held, state.listed))
+    for a in range(problem.size[0]):
+        j = problem.ports[a]
+        inertia = coupling(constants.inertia, slides, j, i)
+        total += (coupling(constants.columns, slides, j, i) - constants.share[j] * inertia) * state.unknown[j]
+    return total - constants.layer[i] * state.last[i]

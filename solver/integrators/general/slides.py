@@ -1,0 +1,283 @@
+"""Points that slide over traction spaces: rows of the state, as weighted sums of the ports of functions.
+
+With weights N(σ) a point's displacement is u + N e of its own rows and those of the functions; a force on it is one on
+its own rows and Nᵀ of it on the functions. Weights of the end of a step are known from the motion without the forces of
+its end: these move points across the line of sliding. N changes the displacement by ΔN e in a step, whose work a force
+along the line of sliding gives back in the next one.
+"""
+
+from gudgeon.solver.compiled import copy, inner
+from gudgeon.solver.contact.weights import weigh
+from gudgeon.solver.integrators.general.rows import displaced, moved, push
+
+NOW, BEFORE = range(2)
+"""Weights of the end of a step and of its start."""
+OPEN = 1e30
+"""Gap of a point beside its surface [m]; not infinity, whose product with zero is not a number."""
+
+
+@inner
+def over(slides, i, moment, values):  # type: ignore[no-untyped-def]
+    """Return the weighted sum of values of ports over the functions that a port touches, 0 where it touches none."""
+    total, corner, width = 0.0, slides.corner[moment, i], slides.width[i]
+    if corner >= 0:
+        for b in range(4):
+            first = corner + b * width
+            part = 0.0
+            for a in range(4):
+                part += slides.across[i, a] * values[first + a]
+            total += slides.along[moment, b, i] * part
+    return total
+
+
+@inner
+def _spread(slides, i, moment, amount, values):  # type: ignore[no-untyped-def]
+    """Add an amount on a port to values of the functions that it touches, with their weights."""
+    corner, width = slides.corner[moment, i], slides.width[i]
+    if corner >= 0:
+        for b in range(4):
+            first, part = corner + b * width, amount * slides.along[moment, b, i]
+            for a in range(4):
+                values[first + a] += part * slides.across[i, a]
+
+
+@inner
+def moved_over(constants, slides, i, moment, q):  # type: ignore[no-untyped-def]
+    """Return W q of a port with its surface."""
+    total, corner, width = moved(constants.rows, i, q), slides.corner[moment, i], slides.width[i]
+    if corner >= 0:
+        for b in range(4):
+            for a in range(4):
+                weight = slides.along[moment, b, i] * slides.across[i, a]
+                total += weight * moved(constants.rows, corner + b * width + a, q)
+    return total
+
+
+@inner
+def displaced_over(constants, slides, i, moment, held):  # type: ignore[no-untyped-def]
+    """Return the displacement [m] of a port with its surface by forces in the residual flexibility.
+
+    Args:
+        held: The forces, (s, p), and which are not zero.
+    """
+    forces, listed = held
+    total = displaced(constants.residual, i, forces, listed)
+    corner, width = slides.corner[moment, i], slides.width[i]
+    if corner >= 0:
+        for b in range(4):
+            for a in range(4):
+                weight = slides.along[moment, b, i] * slides.across[i, a]
+                total += weight * displaced(constants.residual, corner + b * width + a, forces, listed)
+    return total
+
+
+@inner
+def coupling(table, slides, j, i):  # type: ignore[no-untyped-def]
+    """Return the measure of port i by a force on port j, both with their surfaces, of a table of ports, [j, i]."""
+    total, corner, width = table[j, i] + over(slides, i, NOW, table[j]), slides.corner[NOW, j], slides.width[j]
+    if corner >= 0:
+        for b in range(4):
+            for a in range(4):
+                weight, f = slides.along[NOW, b, j] * slides.across[j, a], corner + b * width + a
+                total += weight * (table[f, i] + over(slides, i, NOW, table[f]))
+    return total
+
+
+@inner
+def slide(constants, state):  # type: ignore[no-untyped-def]
+    """Set how far points have slid, their weights, and their gaps without the forces of the step's end [m].
+
+    Returns:
+        Whether any weight has changed.
+    """
+    slides, changed = state.slides, False
+    for g in range(len(slides.chart)):
+        row, total, first, last = slides.row[g], 0.0, slides.ports[g, 0], slides.ports[g, 1]
+        for k in range(len(state.q)):
+            total += row[k] * state.q[k]
+        changed = changed or total != slides.sigma[NOW, g] or total != slides.sigma[BEFORE, g]
+        slides.sigma[BEFORE, g] = slides.sigma[NOW, g]
+        slides.sigma[NOW, g] = total
+        copy(slides.corner[NOW, first:last], slides.corner[BEFORE, first:last])
+        for b in range(4):
+            copy(slides.along[NOW, b, first:last], slides.along[BEFORE, b, first:last])
+        places = (slides.height[first:last], total, slides.start[first:last])
+        chart = (slides.chart[g, 0], slides.chart[g, 1], slides.surface[g, 2] - 4.0)
+        width = slides.surface[g, 1]
+        weigh(places, chart, width, slides.corner[NOW, first:last], slides.along[NOW, :, first:last])
+        _set_window(slides, g)
+        for f in range(slides.window[g, 0], slides.window[g, 1]):
+            by_forces = displaced(constants.residual, f, state.known, state.listed_known)
+            slides.inward[0, f] = moved(constants.rows, f, state.q) + by_forces
+        for i in range(first, last):
+            slides.free[i] = OPEN
+            if slides.corner[NOW, i] >= 0:
+                own = moved(constants.rows, i, state.q)
+                own += displaced(constants.residual, i, state.known, state.listed_known)
+                slides.free[i] = constants.offset[i] + own + over(slides, i, NOW, slides.inward[0])
+    return changed
+
+
+@inner
+def _set_window(slides, g):  # type: ignore[no-untyped-def]
+    """Set the range of functions below the points of a contact."""
+    begin, width, lines = slides.surface[g, 0], slides.surface[g, 1], slides.surface[g, 2]
+    low, high = begin + width * lines, begin
+    for i in range(slides.ports[g, 0], slides.ports[g, 1]):
+        corner = slides.corner[NOW, i]
+        if corner >= 0:
+            line = begin + (corner - begin) // width * width
+            low, high = min(low, line), max(high, line + 4 * width)
+    slides.window[g, 0], slides.window[g, 1] = min(low, high), high
+
+
+@inner
+def gather_sliding(constants, slides, problem, a):  # type: ignore[no-untyped-def]
+    """Set the column of a candidate with the surfaces of all."""
+    n, ports, column, values = problem.size[0], problem.ports, problem.columns[a], slides.inward[1]
+    j = ports[a]
+    column[:n] = 0.0
+    for g in range(len(slides.window)):
+        values[slides.window[g, 0] : slides.window[g, 1]] = 0.0
+    _add_source(constants.columns[j], slides, problem, 1.0, column)
+    corner, width = slides.corner[NOW, j], slides.width[j]
+    if corner >= 0:
+        for b in range(4):
+            for e in range(4):
+                weight = slides.along[NOW, b, j] * slides.across[j, e]
+                _add_source(constants.columns[corner + b * width + e], slides, problem, weight, column)
+    for c in range(n):
+        column[c] += over(slides, ports[c], NOW, values)
+
+
+@inner
+def _add_source(source, slides, problem, weight, column):  # type: ignore[no-untyped-def]
+    """Add what a force on a port moves, to a column of the candidates and to the functions below points."""
+    ports, values = problem.ports, slides.inward[1]
+    for c in range(problem.size[0]):
+        column[c] += weight * source[ports[c]]
+    for g in range(len(slides.window)):
+        for f in range(slides.window[g, 0], slides.window[g, 1]):
+            values[f] += weight * source[f]
+
+
+@inner
+def press_surfaces(constants, state):  # type: ignore[no-untyped-def]
+    """Set the forces on functions by those of the points that slide over them."""
+    slides = state.slides
+    for g in range(len(slides.chart)):
+        first = slides.surface[g, 0]
+        last = first + slides.surface[g, 1] * slides.surface[g, 2]
+        state.unknown[first:last] = 0.0
+        state.extra[first:last] = 0.0
+        for i in range(slides.ports[g, 0], slides.ports[g, 1]):
+            if state.unknown[i] != 0.0:
+                _spread(slides, i, NOW, state.unknown[i], state.unknown)
+            if state.extra[i] != 0.0:
+                _spread(slides, i, NOW, state.extra[i], state.extra)
+        for f in range(first, last):
+            if state.last[f] == 0.0 and state.unknown[f] != 0.0:
+                state.response[1, f] = displaced(constants.residual, f, state.held, state.listed)
+
+
+@inner
+def reach_surfaces(constants, state, problem):  # type: ignore[no-untyped-def]
+    """Set the displacement of the functions by the forces found [m]."""
+    slides = state.slides
+    for g in range(len(slides.window)):
+        for f in range(slides.window[g, 0], slides.window[g, 1]):
+            slides.inward[1, f] = _given_way(constants, state, problem, f)
+
+
+@inner
+def _given_way(constants, state, problem, i):  # type: ignore[no-untyped-def]
+    """Return the displacement of a port, without its surface, by the forces found [m]."""
+    total, slides = 0.0, state.slides
+    for a in range(problem.size[0]):
+        j = problem.ports[a]
+        total += constants.columns[j, i] * state.unknown[j] + constants.inertia[j, i] * state.extra[j]
+    for g in range(len(slides.window)):
+        for f in range(slides.window[g, 0], slides.window[g, 1]):
+            total += constants.columns[f, i] * state.unknown[f] + constants.inertia[f, i] * state.extra[f]
+    return total
+
+
+@inner
+def found_gap(constants, state, problem, i):  # type: ignore[no-untyped-def]
+    """Return the gap [m] of a point that is no candidate, under the forces found, after `reach_surfaces`."""
+    slides = state.slides
+    return slides.free[i] + _given_way(constants, state, problem, i) + over(slides, i, NOW, slides.inward[1])
+
+
+@inner
+def push_surfaces(constants, state, force):  # type: ignore[no-untyped-def]
+    """Add the generalised force by the forces on functions at the step's end, and list these after the others."""
+    slides, acts = state.slides, state.acts[0]
+    for g in range(len(slides.surface)):
+        first = slides.surface[g, 0]
+        for f in range(first, first + slides.surface[g, 1] * slides.surface[g, 2]):
+            amount = constants.share[f] * state.unknown[f] + state.extra[f]
+            if amount != 0.0:
+                push(constants.rows, f, amount, force)
+            if state.unknown[f] != 0.0:
+                acts += 1
+                state.acts[acts] = f
+    state.acts[0] = acts
+
+
+@inner
+def push_contacts(constants, state, force):  # type: ignore[no-untyped-def]
+    """Add the generalised force by the mean forces on functions in the step."""
+    slides = state.slides
+    for g in range(len(slides.surface)):
+        first = slides.surface[g, 0]
+        for f in range(first, first + slides.surface[g, 1] * slides.surface[g, 2]):
+            if state.mean[f] != 0.0:
+                push(constants.rows, f, state.mean[f], force)
+
+
+@inner
+def pull_along(constants, state, force):  # type: ignore[no-untyped-def]
+    """Add the generalised force of the drag of the last step."""
+    slides = state.slides
+    for g in range(len(slides.drag)):
+        if slides.drag[g] != 0.0:
+            slides.drag_impulse[g] += constants.dt * slides.drag[g]
+            row = slides.row[g]
+            for k in range(len(force)):
+                force[k] += slides.drag[g] * row[k]
+
+
+@inner
+def place_surfaces(constants, state):  # type: ignore[no-untyped-def]
+    """Set the displacement of loaded functions by the residual flexibility at the end of the step [m]."""
+    slides = state.slides
+    for g in range(len(slides.surface)):
+        first = slides.surface[g, 0]
+        for f in range(first, first + slides.surface[g, 1] * slides.surface[g, 2]):
+            if state.unknown[f] != 0.0 or state.last[f] != 0.0:
+                state.response[0, f] = displaced(constants.residual, f, state.held, state.listed)
+
+
+@inner
+def drag_along(constants, state):  # type: ignore[no-untyped-def]
+    """Find the force [N] along the line of sliding on each deformed surface, λ̄ᵀ ΔN e / Δσ."""
+    slides = state.slides
+    slip = slides.inward[1]
+    for g in range(len(slides.drag)):
+        slid, total = slides.sigma[NOW, g] - slides.sigma[BEFORE, g], 0.0
+        slides.drag[g] = 0.0
+        if slid == 0.0:
+            continue
+        first = slides.surface[g, 0]
+        last = first + slides.surface[g, 1] * slides.surface[g, 2]
+        slip[first:last] = 0.0
+        for i in range(slides.ports[g, 0], slides.ports[g, 1]):
+            if state.mean[i] != 0.0 and slides.corner[NOW, i] >= 0 and slides.corner[BEFORE, i] >= 0:
+                _spread(slides, i, NOW, state.mean[i] / slid, slip)
+                _spread(slides, i, BEFORE, -state.mean[i] / slid, slip)
+        for f in range(first, last):
+            if slip[f] != 0.0:
+                by_forces = displaced(constants.residual, f, state.held, state.listed)
+                total += slip[f] * (moved(constants.rows, f, state.q) + by_forces)
+        slides.drag[g] = total

@@ -1,0 +1,1 @@
+"""The forces of all ports of a step together."""

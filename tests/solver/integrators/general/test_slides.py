@@ -1,0 +1,95 @@
+"""Sliding pairs in the loop over ports: as in the loop of their own, with laws, and what they conserve."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.stores.folder import Store
+from gudgeon.solver.scene.scene import Scene
+from gudgeon.solver.simulate import simulate
+from gudgeon.solver.system.compile import compile_system
+from tests.solver.features import DURATION, draft_of, store_of, system_of
+from tests.solver.systems import keys_of
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    return store_of(tmp_path_factory.mktemp("sliding"))
+
+
+@pytest.fixture
+def over_ports(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Scene, "general", property(lambda self: True))
+
+
+def impulse(found: Trajectory) -> float:
+    return float(found.quantities["slide.impulse"]["value"])
+
+
+@pytest.mark.parametrize(
+    "others", [(), ("damping",), ("joint", "gas"), ("layer",), ("moving-force",), ("gravity", "residual")], ids="+".join
+)
+def test_it_is_the_loop_of_sliding_pairs(
+    others: tuple[str, ...], store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names, step = ("sliding", *others), 5e-7
+    own = simulate(system_of(store, names, step=step))
+    monkeypatch.setattr(Scene, "general", property(lambda self: True))
+    ours = simulate(system_of(store, names, step=step))
+    assert impulse(own) > 0
+    assert impulse(ours) == pytest.approx(impulse(own), rel=2e-4)
+    assert own.contacts["slide"].master is not None
+    scale = np.abs(own.contacts["slide"].master).max()
+    np.testing.assert_allclose(ours.contacts["slide"].master, own.contacts["slide"].master, rtol=0, atol=2e-3 * scale)
+
+
+def slid(store: Store, step: float, **contact: object) -> Trajectory:
+    """A rigid cube that slides at 40 m/s over an elastic rail, on which it lands at 0.2 m/s; held in no direction."""
+    draft = draft_of(("sliding",))
+    draft.scene["body"]["part"].update(velocity=[0.2, 0.0, 20.0], component="rigid")
+    draft.scene["body"]["rail"].update(freedom=["x", "y", "z", "rx", "ry", "rz"], component="elastic")
+    draft.scene["contact"] = {"slide": draft.scene["contact"]["slide"] | contact}
+    draft.scene["contact"]["slide"] = {
+        key: value for key, value in draft.scene["contact"]["slide"].items() if value is not None
+    }
+    draft.scene["run"].update(step=step, duration=0.6 * DURATION)
+    return simulate(compile_system(store, Scene.model_validate(draft.scene), keys_of(("elastic", "rigid"))))
+
+
+LAWS = {
+    "layer": {},
+    "linear": {"surface_stiffness": None, "law": {"kind": "linear", "stiffness": 1e8, "damping": 100.0}},
+    "hertz": {"surface_stiffness": None, "law": {"kind": "hertz", "stiffness": 1e9}},
+    "penalty": {"surface_stiffness": None, "method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.usefixtures("over_ports")
+def test_energy_and_momentum_while_it_slides_fast(law: str, store: Store) -> None:
+    """The error of the energy balance falls with the step: the drag acts a step late."""
+    coarse, fine = (slid(store, step, **LAWS[law]) for step in (1e-6, 2.5e-7))
+    for found in (coarse, fine):
+        assert found.result == "FINISHED"
+        assert found.momentum_residual < 1e-10
+    assert impulse(fine) > 0.01
+    assert impulse(coarse) == pytest.approx(impulse(fine), rel=1e-3)
+    assert fine.energy_drift < max(1e-6, 0.5 * coarse.energy_drift)
+    assert coarse.energy_drift < 1e-3
+
+
+def test_rigid_contact_does_not_slide_over_a_surface(store: Store) -> None:
+    with pytest.raises(ValidationError, match=r"method 'impact' and against\.shape 'surface' cannot be combined"):
+        slid(store, 1e-6, surface_stiffness=None, method="impact", restitution=0.5)
+
+
+def test_points_leave_the_end_of_the_surface(store: Store, tmp_path: Path, over_ports: None) -> None:
+    draft = draft_of(("sliding",))
+    draft.scene["body"]["part"].update(velocity=[0.2, 0.0, 400.0], component="rigid")
+    draft.scene["body"]["rail"].update(component="elastic")
+    found = simulate(compile_system(store, Scene.model_validate(draft.scene), keys_of(("elastic", "rigid"))))
+    assert found.result in ("FINISHED", "OFFSET")
+    assert np.isfinite(found.energy_drift)
