@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from docs.tools.features import PAGE, page
-from gudgeon.modaldb.stores.folder import Store
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.solver.simulate import simulate
 from tests.solver.features import CONTRADICTIONS, FEATURES, REFUSED, fits, pairs, store_of, system_of, triples
 
