@@ -1,4 +1,4 @@
-"""Bytes of records in open files."""
+"""Bytes of records, in open files and in memory."""
 
 import os
 
@@ -28,3 +28,17 @@ class FileSource:
             if not count:
                 raise Malformed("the file was cut while it was read")
             done += count
+
+
+class BytesSource:
+    """A record in memory."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data, self.length = data, len(data)
+
+    def read_into(self, offset: int, buffer: memoryview) -> None:
+        """See `blocks.Source`."""
+        part = self.data[offset : offset + len(buffer)]
+        if len(part) != len(buffer):
+            raise Malformed("the bytes end before")
+        buffer[:] = part

@@ -53,6 +53,9 @@ class FolderStore(Store):
         self._sound: dict[Path, tuple[Stamp, hdf5.Head]] = {}
         self._swept = False
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FolderStore, (self.root,)
+
     def path(self, key: str) -> Path:
         """Return the path of the record of `key`, whether or not it exists."""
         return self.root / key[:2] / f"{key}.h5"

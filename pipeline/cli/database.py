@@ -1,4 +1,4 @@
-"""The commands on a database: `gudgeon db verify` and `gudgeon db gc`."""
+"""The commands on a database: `gudgeon db …` and `gudgeon serve`."""
 
 import argparse
 import json
@@ -56,6 +56,19 @@ def gc_command(options: argparse.Namespace) -> int:
     total = sum(one.size for one in found) / 1e6
     done = "removed" if options.delete else "can be removed with --delete"
     print(f"{store.location}: {len(found)} files of {total:.3g} MB {done}")
+    return 0
+
+
+def serve_command(options: argparse.Namespace) -> int:
+    """Serve databases until Ctrl-C."""
+    from gudgeon.pipeline.service.run import Settings, serve
+
+    serve(
+        Settings(
+            options.db or (".gudgeon",), options.host, options.port, options.tokens, options.name,
+            largest=options.largest, audit=options.audit,
+        )
+    )  # fmt: skip
     return 0
 
 

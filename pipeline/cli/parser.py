@@ -20,8 +20,8 @@ examples:
   gudgeon doctor                              check this machine and list the commands that correct it
 
 A scene is a folder with scene.toml, or a TOML file; `gudgeon schema` describes its keys. Meshes, modes and results are
-kept in a database (--db, default .gudgeon), each under a key of all inputs that it depends on: a stage is fresh if the
-database has its result for the present inputs, and is then not computed again.
+kept in a database (--db, GUDGEON_DB, or .gudgeon), each under a key of all inputs that it depends on: a stage is fresh
+if the database has its result for the present inputs, and is then not computed again.
 Exit code: 0 success; 1 the run failed; 2 the input is wrong.
 """
 
@@ -35,6 +35,7 @@ STAGE_HELP = {
 }
 
 
+DB = "database: a folder, or the URL of a `gudgeon serve` (default: the variable GUDGEON_DB, or .gudgeon)"
 SAME_MESH = "with --tolerance: accept a setting whose mesh has a larger error"
 LINEAR_HELP = """\
 Assembled modes of the scene at its start (run.start), with joints, driven bodies, springs and contacts that press
@@ -75,6 +76,13 @@ List what can be removed: files of writers that were killed, damaged records tha
 records. These were made by another version of the code or of the libraries, so that no run of this version finds them,
 and no record of this version refers to them. In the folder of results: unfinished pictures that are older than a day.
 Nothing is removed without --delete.
+"""
+
+
+SERVE_HELP = """\
+Serve databases over HTTP (docs/service.md). Without tokens everybody on this machine may read and nobody may put. A
+token is given by the variable GUDGEON_TOKEN, then it may do everything, or by --tokens; with one, nobody may read
+without. An address that others can reach needs tokens. Ctrl-C ends it.
 """
 
 
@@ -120,7 +128,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_cad(names)
     text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"
     add = _plain(names, "doctor", text, commands.doctor_command).add_argument
-    add("--db", default=".gudgeon", metavar="PATH", help="database folder to check (default .gudgeon)")
+    add("--db", metavar="PLACE", help=DB)
     add("--json", action="store_true", help="print one JSON document on stdout")
     text = "list the example scenes of the package, or copy one"
     what = _plain(names, "example", text, commands.example_list_command).add_subparsers(metavar="list|copy")
@@ -129,6 +137,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")
     add("folder", metavar="FOLDER", type=Path, nargs="?", help="new folder, must not exist (default ./NAME)")
     _add_db(names)
+    _add_serve(names)
     _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
     return parser
 
@@ -144,6 +153,21 @@ def _add_db(names: Any) -> None:
     add = _database(what, "gc", text, database.gc_command, GC_HELP).add_argument
     add("--delete", action="store_true", help="remove what is listed")
     add("--out", type=Path, default=Path("out"), metavar="PATH", help="folder of all results (default out)")
+
+
+def _add_serve(names: Any) -> None:
+    """Add `gudgeon serve`."""
+    text = "serve databases over HTTP to --db http://HOST:PORT, and a page that shows them"
+    add = _plain(names, "serve", text, database.serve_command, SERVE_HELP).add_argument
+    add("--db", action="append", default=[], metavar="[NAME=]PATH",
+        help="folder to serve, at /NAME; may be repeated (default: .gudgeon, without a name)")  # fmt: skip
+    add("--host", default="127.0.0.1", metavar="HOST", help="address to listen at (default 127.0.0.1: this machine)")
+    add("--port", type=_port, default=8765, metavar="N", help="port to listen at (default 8765; 0: any free one)")
+    add("--tokens", type=Path, metavar="FILE", help="TOML file with [[token]]: name, sha256, databases, rights")
+    text = "further name or address under which the server is called, such as that of a proxy; may be repeated"
+    add("--name", action="append", default=[], metavar="HOST", help=text)
+    add("--largest", type=_gigabytes, default=4.0, metavar="GB", help="largest record that is taken (default 4 GB)")
+    add("--audit", type=Path, metavar="FILE", help="file to which each change is added as a line (default: stderr)")
 
 
 def _linear_options(command: argparse.ArgumentParser) -> None:
@@ -204,7 +228,7 @@ def _cad(names: Any, name: str, text: str, action: Action, description: str) -> 
 def _database(names: Any, name: str, text: str, action: Action, description: str) -> argparse.ArgumentParser:
     """Add a command on a database."""
     command = _plain(names, name, text, action, description)
-    command.add_argument("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
+    command.add_argument("--db", metavar="PLACE", help=DB)
     command.add_argument("--json", action="store_true", help="print one JSON document on stdout")
     return command
 
@@ -217,7 +241,7 @@ def _command(names: Any, name: str, text: str, action: Action, description: str 
     add("scene", metavar="SCENE", help="folder with scene.toml, or a TOML file")
     text = "override a key of the scene, for instance run.duration=1e-3; may be repeated"
     add("--set", action="append", default=[], metavar="path.to.key=value", help=text)
-    add("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
+    add("--db", metavar="PLACE", help=DB)
     text = "folder of the results (default out/FOLDER/FILE of the scene, such as out/piston/stroke)"
     add("--out", metavar="PATH", help=text)
     add("--json", action="store_true", help="print one JSON document on stdout and everything else on stderr")
@@ -246,6 +270,22 @@ def _positive(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text} given; expected a whole number, 1 or more")
     return int(text)
+
+
+def _port(text: str) -> int:
+    if not text.isdecimal() or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"{text} given; expected a number from 0 to 65535")
+    return int(text)
+
+
+def _gigabytes(text: str) -> float:
+    try:
+        found = float(text)
+    except ValueError:
+        found = -1.0
+    if not 0 < found < 1e6:
+        raise argparse.ArgumentTypeError(f"{text} given; expected a size in GB, above 0")
+    return found
 
 
 class _Version(argparse.Action):

@@ -17,10 +17,14 @@ from gudgeon.modaldb.stores.names import NAMES
 from gudgeon.modaldb.stores.query import Query, QueryWrong, condition
 from gudgeon.modaldb.stores.upkeep import unreferenced
 from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, same
+from tests.pipeline.service.serving import served
 
 KEY = content_key(INPUTS)
 
-PLACES: dict[str, Callable[[Path], AbstractContextManager[str]]] = {"folder": lambda root: nullcontext(str(root))}
+PLACES: dict[str, Callable[[Path], AbstractContextManager[str]]] = {
+    "folder": lambda root: nullcontext(str(root)),
+    "HTTP": served,
+}
 """Where a store is: gives the location of a store whose records stand in a folder."""
 
 
