@@ -37,7 +37,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("modaldb",),
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
      "solver.kernel_cache"),
-    ("pipeline.measuring", "solver.compiled", "solver.vectors"),
+    ("pipeline.measuring", "pipeline.comparison", "solver.compiled", "solver.vectors"),
     ("pipeline.files", "pipeline.sources", "pipeline.geometry", "pipeline.linalg", "solver.forces", "solver.joints",
      "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
     ("solver.scene",),

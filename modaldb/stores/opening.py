@@ -5,7 +5,6 @@ from pathlib import Path
 
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.modaldb.stores.folder import open_folder
-from gudgeon.modaldb.stores.remote import RemoteStore
 
 VARIABLE, USUAL = "GUDGEON_DB", ".gudgeon"
 """Where the database is, where no place is given."""
@@ -21,4 +20,8 @@ def open_store(location: str | Path | None = None) -> Store:
         StoreUnusable: the path exists and is not a folder, no folder can have it, or it is no URL of a database.
     """
     place = os.environ.get(VARIABLE) or USUAL if location is None else location
-    return RemoteStore(str(place)) if "://" in str(place) else open_folder(place)
+    if "://" not in str(place):
+        return open_folder(place)
+    from gudgeon.modaldb.stores.remote import RemoteStore
+
+    return RemoteStore(str(place))

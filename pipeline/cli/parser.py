@@ -5,7 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.cli import commands, database, drafts
+from gudgeon.pipeline.cli import commands, drafts
+from gudgeon.pipeline.cli.database_parser import DB, add_database
 
 EXAMPLES = """\
 examples:
@@ -35,7 +36,6 @@ STAGE_HELP = {
 }
 
 
-DB = "database: a folder, or the URL of a `gudgeon serve` (default: the variable GUDGEON_DB, or .gudgeon)"
 SAME_MESH = "with --tolerance: accept a setting whose mesh has a larger error"
 LINEAR_HELP = """\
 Assembled modes of the scene at its start (run.start), with joints, driven bodies, springs and contacts that press
@@ -66,23 +66,6 @@ that a scene can use under [component.NAME.geometry.surfaces]. The picture shows
 NEW_HELP = """\
 Write FOLDER/scene.toml with comments, and a copy of the file beside it. The scene runs as it is: a steel part whose
 largest outer flat face, or lowest face, strikes a rigid plane at 1 m/s. Every number in it is for you to change.
-"""
-VERIFY_HELP = """\
-Read every record of a database in full: its checksum, its key, and whether it has what a record of its kind must have.
-List those that cannot be used, with the reason. Exit code: 0 all can be used, or were set aside; 1 some cannot.
-"""
-GC_HELP = """\
-List what can be removed: files of writers that were killed, damaged records that were set aside, and unreferenced
-records. These were made by another version of the code or of the libraries, so that no run of this version finds them,
-and no record of this version refers to them. In the folder of results: unfinished pictures that are older than a day.
-Nothing is removed without --delete.
-"""
-
-
-SERVE_HELP = """\
-Serve databases over HTTP (docs/service.md). Without tokens everybody on this machine may read and nobody may put. A
-token is given by the variable GUDGEON_TOKEN, then it may do everything, or by --tokens; with one, nobody may read
-without. An address that others can reach needs tokens. Ctrl-C ends it.
 """
 
 
@@ -136,38 +119,9 @@ def build_parser() -> argparse.ArgumentParser:
     add = _plain(what, "copy", "copy the folder of a scene", commands.example_copy_command).add_argument
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")
     add("folder", metavar="FOLDER", type=Path, nargs="?", help="new folder, must not exist (default ./NAME)")
-    _add_db(names)
-    _add_serve(names)
+    add_database(names, _plain)
     _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
     return parser
-
-
-def _add_db(names: Any) -> None:
-    """Add the commands of `gudgeon db`."""
-    text = "examine or tidy a database"
-    what = _plain(names, "db", text, None).add_subparsers(metavar="verify|gc", required=True)
-    text = "read every record of a database and list those that cannot be used"
-    add = _database(what, "verify", text, database.verify_command, VERIFY_HELP).add_argument
-    add("--repair", action="store_true", help="rename those records, so that the next run makes them again")
-    text = "list what can be removed from a database"
-    add = _database(what, "gc", text, database.gc_command, GC_HELP).add_argument
-    add("--delete", action="store_true", help="remove what is listed")
-    add("--out", type=Path, default=Path("out"), metavar="PATH", help="folder of all results (default out)")
-
-
-def _add_serve(names: Any) -> None:
-    """Add `gudgeon serve`."""
-    text = "serve databases over HTTP to --db http://HOST:PORT, and a page that shows them"
-    add = _plain(names, "serve", text, database.serve_command, SERVE_HELP).add_argument
-    add("--db", action="append", default=[], metavar="[NAME=]PATH",
-        help="folder to serve, at /NAME; may be repeated (default: .gudgeon, without a name)")  # fmt: skip
-    add("--host", default="127.0.0.1", metavar="HOST", help="address to listen at (default 127.0.0.1: this machine)")
-    add("--port", type=_port, default=8765, metavar="N", help="port to listen at (default 8765; 0: any free one)")
-    add("--tokens", type=Path, metavar="FILE", help="TOML file with [[token]]: name, sha256, databases, rights")
-    text = "further name or address under which the server is called, such as that of a proxy; may be repeated"
-    add("--name", action="append", default=[], metavar="HOST", help=text)
-    add("--largest", type=_gigabytes, default=4.0, metavar="GB", help="largest record that is taken (default 4 GB)")
-    add("--audit", type=Path, metavar="FILE", help="file to which each change is added as a line (default: stderr)")
 
 
 def _linear_options(command: argparse.ArgumentParser) -> None:
@@ -225,14 +179,6 @@ def _cad(names: Any, name: str, text: str, action: Action, description: str) -> 
     return command
 
 
-def _database(names: Any, name: str, text: str, action: Action, description: str) -> argparse.ArgumentParser:
-    """Add a command on a database."""
-    command = _plain(names, name, text, action, description)
-    command.add_argument("--db", metavar="PLACE", help=DB)
-    command.add_argument("--json", action="store_true", help="print one JSON document on stdout")
-    return command
-
-
 def _command(names: Any, name: str, text: str, action: Action, description: str = "") -> argparse.ArgumentParser:
     """Add a command on a scene."""
     command = _plain(names, name, text, action, description)
@@ -270,22 +216,6 @@ def _positive(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text} given; expected a whole number, 1 or more")
     return int(text)
-
-
-def _port(text: str) -> int:
-    if not text.isdecimal() or int(text) > 65535:
-        raise argparse.ArgumentTypeError(f"{text} given; expected a number from 0 to 65535")
-    return int(text)
-
-
-def _gigabytes(text: str) -> float:
-    try:
-        found = float(text)
-    except ValueError:
-        found = -1.0
-    if not 0 < found < 1e6:
-        raise argparse.ArgumentTypeError(f"{text} given; expected a size in GB, above 0")
-    return found
 
 
 class _Version(argparse.Action):
