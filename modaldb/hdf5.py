@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 import typing
+import uuid
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -69,7 +70,8 @@ def record_bytes(kind: str, record: Any, inputs: dict[str, Any]) -> tuple[bytes,
 
     # In memory: HDF5 does not survive a disk that is full when it closes a file.
     options = {"driver": "core", "backing_store": False, "userblock_size": USERBLOCK, "libver": ("v110", "v110")}
-    with h5py.File(f"{kind} record", "w", **options) as file:
+    # A name of its own: HDF5 refuses two files of one name, in memory too, and threads write at the same time.
+    with h5py.File(f"{kind} record {uuid.uuid4().hex}", "w", **options) as file:
         file.attrs["encoding-type"] = f"gudgeon-{kind}"
         file.attrs["encoding-version"] = SCHEMA_VERSION
         file.attrs["provenance"] = json.dumps(inputs, sort_keys=True)

@@ -15,8 +15,9 @@ from gudgeon.modaldb.stores.query import Entry, Query, QueryWrong
 
 SHOWN = 200
 """Characters of a wrong location in a message."""
-TAG = re.compile(r"[A-Za-z0-9][\w.-]{0,63}")
-HEXADECIMAL = re.compile(r"[0-9a-f]+")
+TAG = r"^([A-Zg-z]|[0-9a-f]+[A-Zg-z_.-])[A-Za-z0-9_.-]*$"
+"""What a tag looks like: no beginning of a key."""
+LONGEST_TAG = 64
 
 
 class Leftover(NamedTuple):
@@ -157,7 +158,7 @@ def check_key(location: str, key: str, what: str) -> None:
 
 def check_tag(name: str) -> None:
     """Raise QueryWrong where a text can be no tag: a key's beginning, say, would be taken for one."""
-    if TAG.fullmatch(name) is None or HEXADECIMAL.fullmatch(name):
+    if not re.fullmatch(TAG[1:-1], name) or len(name) > LONGEST_TAG:
         raise QueryWrong(
             f"tag {name[:SHOWN]!r}; expected 1 to 64 letters, digits or any of . _ - and not only hexadecimal digits"
         )

@@ -8,7 +8,9 @@ from typing import Any
 from gudgeon.modaldb.errors import ModalDBError
 
 RELATIONS = (">=", "<=", "!=", "=", ">", "<")
-CONDITION = re.compile(rf"\s*([\w-]+(?:\.[\w-]+)*)\s*({'|'.join(RELATIONS)})\s*(.+?)\s*", re.DOTALL)
+CONDITION = re.compile(rf"\s*([\w-]+(?:\.[\w-]+)*)\s*({'|'.join(RELATIONS)})\s*(\S|\S.*\S)\s*", re.DOTALL)
+LIKE_A_CONDITION = rf"^\s*[\w-]+(\.[\w-]+)*\s*({'|'.join(RELATIONS)})\s*\S"
+"""What a text that states a condition begins with."""
 
 
 class QueryWrong(ModalDBError, ValueError):
@@ -33,6 +35,8 @@ class Condition:
 def condition(text: str) -> Condition:
     """Return the condition that a text such as `mesh.size<0.003` or `material.rho=7850` states.
 
+    The value is a number, true, false, or a text, with or without quotation marks.
+
     Raises:
         QueryWrong: it states none.
     """
@@ -41,11 +45,9 @@ def condition(text: str) -> Condition:
     path, relation, value = found.groups()
     try:
         parsed = json.loads(value)
-    except ValueError:
+    except (ValueError, RecursionError):
         parsed = value
-    if not isinstance(parsed, str | int | float | bool):
-        raise QueryWrong(f"'{text[:80]}' given; expected a number or a text to compare with")
-    return Condition(path, relation, parsed)
+    return Condition(path, relation, parsed if isinstance(parsed, str | int | float | bool) else value)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from fastapi import FastAPI, Request
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
+from starlette.routing import Match, Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from gudgeon.modaldb.records import READABLE_VERSIONS, SCHEMA_VERSION
@@ -39,6 +40,10 @@ async def _not_found(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     answer = problem(error.status_code, "StoreUnusable", f"{request.method} {request.url.path[:200]}: {error.detail}")
     answer.headers.update(error.headers or {})
+    if error.status_code == 405:
+        found = {name for route in request.app.routes if isinstance(route, Route)
+                 and route.matches(request.scope)[0] is not Match.NONE for name in route.methods or ()}  # fmt: skip
+        answer.headers["Allow"] = ", ".join(sorted(found))
     return answer
 
 

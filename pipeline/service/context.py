@@ -134,7 +134,7 @@ def _invalid(error: RequestValidationError) -> JSONResponse:
     """Answer wrong parameters; a database or record of a name that none can have is not there."""
     first = error.errors()[0]
     place = [str(one) for one in first["loc"]]
-    if place[0] == "path":
+    if place[0] == "path" and place[-1] != "tag":
         return problem(404, "RecordMissing", f"no record: {place[-1]} {str(first.get('input'))[:80]!r} is none")
     return problem(422, "QueryWrong", f"{'.'.join(place[1:]) or place[0]}: {first['msg']}")
 

@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field
 from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import RecordMissing
 from gudgeon.modaldb.stores import query as queries
+from gudgeon.modaldb.stores.base import LONGEST_TAG, TAG
 from gudgeon.modaldb.stores.names import LONGEST
 from gudgeon.pipeline.service import arrays
 from gudgeon.pipeline.service.access import LONGEST_LINK
@@ -20,6 +21,9 @@ from gudgeon.pipeline.service.files import headers_of
 router = APIRouter(prefix="/{database}", tags=["records"])
 NPY = {"application/x-npy": {"schema": {"type": "string", "format": "binary"}}}
 Text = Annotated[str, Query(max_length=LONGEST)]
+Stated = Annotated[str, Field(pattern=queries.LIKE_A_CONDITION, max_length=LONGEST)]
+Choice = Annotated[str | None, Query(max_length=20_000, pattern=r"^[0-9:, ]*$", description="such as 0:600,700,::10")]
+Tag = Annotated[str, Path(pattern=TAG, max_length=LONGEST_TAG)]
 Moment = Annotated[float | None, Query(allow_inf_nan=False, description="[s since 1970]")]
 
 
@@ -46,7 +50,7 @@ def get_keys(asked: Reader) -> list[str]:
 def get_records(
     asked: Reader, *, kind: Text = "", scene: Text = "", component: Text = "", tag: Text = "", key: Text = "",
     text: Text = "", since: Moment = None, until: Moment = None,
-    where: Annotated[list[str] | None, Query(max_length=20, description="such as material.E>=2e11")] = None,
+    where: Annotated[list[Stated] | None, Query(max_length=20, description="such as material.E>=2e11")] = None,
     limit: Annotated[int | None, Query(ge=1, le=10**9)] = None, inputs: bool = False,
 ) -> list[dict[str, Any]]:  # fmt: skip
     """Return the records that match, newest first."""
@@ -84,12 +88,12 @@ def fields(head: hdf5.Head) -> list[dict[str, Any]]:
 )  # fmt: skip
 def get_field(
     key: Key, path: Annotated[str, Path(max_length=500)], asked: Reader, *,
-    rows: Annotated[str | None, Query(max_length=20_000, description="of the first axis, such as 0:600,700")] = None,
-    columns: Annotated[str | None, Query(max_length=20_000, description="of the last axis, such as the modes")] = None,
+    rows: Choice = None,
+    columns: Choice = None,
     surface: Annotated[str | None, Query(max_length=500, description="rows: nodes of a surface of the mesh")] = None,
     format: Literal["npy", "json"] = "npy",
 ) -> Response:  # fmt: skip
-    """Return an array, or chosen rows and columns of it."""
+    """Return an array, or chosen rows (first axis) and columns (last axis) of it."""
     with asked.store.opened(key) as (source, head):
         dataset = arrays.dataset_of(head, path)
         count = dataset.shape[0] if dataset.shape else 0
@@ -163,7 +167,7 @@ def post_link(
 
 
 @router.put("/tags/{tag}", responses=PROBLEMS)
-def put_tag(tag: str, target: Annotated[Target, Body()], asked: Writer) -> dict[str, str]:
+def put_tag(tag: Tag, target: Annotated[Target, Body()], asked: Writer) -> dict[str, str]:
     """Give a tag to a record."""
     asked.store.tag(tag, target.key)
     asked.log("tag", target.key, tag=tag)
@@ -171,7 +175,7 @@ def put_tag(tag: str, target: Annotated[Target, Body()], asked: Writer) -> dict[
 
 
 @router.delete("/tags/{tag}", responses=PROBLEMS)
-def delete_tag(tag: str, asked: Writer) -> dict[str, str]:
+def delete_tag(tag: Tag, asked: Writer) -> dict[str, str]:
     """Take a tag away."""
     asked.store.tag(tag, None)
     asked.log("untag", "-", tag=tag)
