@@ -8,11 +8,10 @@ from gudgeon.modaldb.errors import (
     RecordNotWritten,
     StoreUnusable,
 )
-from gudgeon.modaldb.stores.folder import FolderStore, Store
-from gudgeon.modaldb.stores.folder import open_store as open
+from gudgeon.modaldb.stores.base import Store
+from gudgeon.modaldb.stores.opening import open_store as open
 
 __all__ = [
-    "FolderStore",
     "ModalDBError",
     "RecordDamaged",
     "RecordMismatch",

@@ -4,10 +4,10 @@ Figures in brackets are sections of the HDF5 File Format Specification, version 
 looked at: the digest in front of it covers them.
 """
 
-import os
 import struct
 from collections.abc import Iterator
 from functools import cached_property
+from typing import Protocol
 
 USERBLOCK = 512
 """Bytes before HDF5's own part of a file; addresses count from its end."""
@@ -20,16 +20,25 @@ class Malformed(Exception):
     """A structure that no record has; the text is the cause."""
 
 
+class Source(Protocol):
+    """The bytes of one record, user block included, read at any place; see `source` for those there are."""
+
+    @property
+    def length(self) -> int:
+        """Number of bytes."""
+        ...
+
+    def read_into(self, offset: int, buffer: memoryview) -> None:
+        """Fill a buffer with the bytes from an offset on; raises Malformed where there are too few."""
+        ...
+
+
 class Blocks:
-    """The bytes of an open file behind its user block; reads neither outside of it nor more than it has.
+    """The bytes of a record behind its user block; reads neither outside of it nor more than it has."""
 
-    Args:
-        descriptor: Of the open file.
-    """
-
-    def __init__(self, descriptor: int) -> None:
-        self._descriptor = descriptor
-        self.length = os.fstat(descriptor).st_size - USERBLOCK
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self.length = source.length - USERBLOCK
         self._left = 2 * self.length  # A sound structure has each byte once; its first ones are read twice.
         self._items = MOST_ITEMS
         self._visited: set[int] = set()
@@ -42,10 +51,9 @@ class Blocks:
         self._left -= size
         if self._left < 0:
             raise Malformed("blocks that overlap")
-        found = os.pread(self._descriptor, size, address + USERBLOCK)
-        if len(found) != size:
-            raise Malformed("the file was cut while it was read")
-        return found
+        found = bytearray(size)
+        self._source.read_into(address + USERBLOCK, memoryview(found))
+        return bytes(found)
 
     def block(self, address: int, size: int, signature: bytes) -> bytes:
         """Return a block that no other may refer to; it must begin with `signature`."""

@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 import typing
+import uuid
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -18,7 +19,7 @@ from urllib.parse import quote, unquote
 
 import numpy as np
 
-from gudgeon.modaldb.blocks import USERBLOCK, Malformed
+from gudgeon.modaldb.blocks import USERBLOCK, Malformed, Source
 from gudgeon.modaldb.contents import check_contents
 from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, READABLE_VERSIONS, SCHEMA_VERSION
@@ -33,6 +34,7 @@ from gudgeon.modaldb.schema import (
     member_type,
     type_hints,
 )
+from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.structure import Dataset, Group, read_structure
 
 MAGIC = b"GUDGEON-RECORD 1\n"
@@ -68,7 +70,8 @@ def record_bytes(kind: str, record: Any, inputs: dict[str, Any]) -> tuple[bytes,
 
     # In memory: HDF5 does not survive a disk that is full when it closes a file.
     options = {"driver": "core", "backing_store": False, "userblock_size": USERBLOCK, "libver": ("v110", "v110")}
-    with h5py.File(f"{kind} record", "w", **options) as file:
+    # A name of its own: HDF5 refuses two files of one name, in memory too, and threads write at the same time.
+    with h5py.File(f"{kind} record {uuid.uuid4().hex}", "w", **options) as file:
         file.attrs["encoding-type"] = f"gudgeon-{kind}"
         file.attrs["encoding-version"] = SCHEMA_VERSION
         file.attrs["provenance"] = json.dumps(inputs, sort_keys=True)
@@ -102,33 +105,33 @@ def verify_record(path: Path) -> str:
         return verify_open(raw.fileno(), path)
 
 
-def verify_open(descriptor: int, path: Path) -> str:
-    """Check an open file as `verify_record` does; `path` is for the message."""
+def verify_open(descriptor: int, place: Path | str) -> str:
+    """Check an open file as `verify_record` does; `place` is for the message."""
     with os.fdopen(os.dup(descriptor), "rb") as raw:
         raw.seek(0)
         block = raw.read(USERBLOCK)
         lines = block.rstrip(b"\0").split(b"\n")
         if not block.startswith(MAGIC) or len(lines) != 4:
-            raise RecordDamaged(f"{path}: not a gudgeon record (header damaged)")
+            raise RecordDamaged(f"{place}: not a gudgeon record (header damaged)")
         digest = hashlib.file_digest(raw, lambda: hashlib.sha256(lines[2])).hexdigest()
         if block != _user_block(digest, lines[2]):
-            raise RecordDamaged(f"{path}: checksum differs from the one written")
+            raise RecordDamaged(f"{place}: checksum differs from the one written")
     return lines[2].decode(errors="replace")
 
 
-def read_head(descriptor: int, path: Path, kind: str | None = None) -> Head:
-    """Read all of an open record but its arrays, and check it against the schema of its kind.
+def read_head(source: Source, place: Path | str, kind: str | None = None) -> Head:
+    """Read all of a record but its arrays, and check it against the schema of its kind.
 
     Args:
-        descriptor: Of a file that `verify_open` accepts.
-        path: For the message.
+        source: Bytes that `verify_open` accepts.
+        place: Path or URL, for the message.
         kind: The kind expected; None takes the one that the file has.
 
     Raises:
         RecordMismatch: another kind, an unknown schema version, or not what the schema says.
     """
-    with _mismatch(path):
-        root = read_structure(descriptor)
+    with _mismatch(place):
+        root = read_structure(source)
         encoding, version = root.attributes.get("encoding-type"), root.attributes.get("encoding-version")
         found = str(encoding).removeprefix("gudgeon-")
         if (encoding != f"gudgeon-{kind}") if kind is not None else (found not in KINDS):
@@ -141,22 +144,22 @@ def read_head(descriptor: int, path: Path, kind: str | None = None) -> Head:
         return Head(found, root, checked_outline(root, KINDS[found], BESIDE), inputs)
 
 
-def read_fields(descriptor: int, head: Head, path: Path, only: Collection[str] | None = None) -> Any:
+def read_fields(source: Source, head: Head, place: Path | str, only: Collection[str] | None = None) -> Any:
     """Read a record, or some fields of it.
 
     Args:
-        descriptor: Of the open file.
+        source: Its bytes.
         head: What `read_head` returned for it.
-        path: For the message.
+        place: Path or URL, for the message.
         only: Field paths to read, such as `interfaces/thrust/rows`; a path includes all below it. Other optional
             fields become None and other arrays empty. None reads all fields.
 
     Raises:
         RecordMismatch: numbers are not what the schema says, or the kind has no such field.
     """
-    with _mismatch(path):
+    with _mismatch(place):
         check_paths(KINDS[head.kind], only or ())
-        record = _Reader(descriptor, head.outline, only).group(head.root, KINDS[head.kind], "")
+        record = _Reader(source, head.outline, only).group(head.root, KINDS[head.kind], "")
         check_contents(record, head.outline)
     return record
 
@@ -164,8 +167,8 @@ def read_fields(descriptor: int, head: Head, path: Path, only: Collection[str] |
 def read_record(path: Path, kind: str, only: Collection[str] | None = None) -> Any:
     """Read a record of the kind expected from a file that `verify_record` accepts; see `read_fields`."""
     with path.open("rb") as raw:
-        head = read_head(raw.fileno(), path, kind)
-        return read_fields(raw.fileno(), head, path, only)
+        source = FileSource(raw.fileno())
+        return read_fields(source, read_head(source, path, kind), path, only)
 
 
 def dataset_bytes(head: Head) -> dict[str, int]:
@@ -185,13 +188,13 @@ def dataset_bytes(head: Head) -> dict[str, int]:
 
 
 @contextmanager
-def _mismatch(path: Path) -> Iterator[None]:
+def _mismatch(place: Path | str) -> Iterator[None]:
     try:
         yield
     except Malformed as error:
         # Names and texts of the file may hold anything.
         cause = "".join(one if one.isprintable() else "�" for one in str(error)[:LONGEST_CAUSE])
-        raise RecordMismatch(f"{path}: {cause}") from None
+        raise RecordMismatch(f"{place}: {cause}") from None
 
 
 def _user_block(digest: str, kind: bytes) -> bytes:
@@ -228,8 +231,8 @@ def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str])
 class _Reader:
     """Reads the fields of a record from its file and its structure."""
 
-    def __init__(self, descriptor: int, outline: Outline, only: Collection[str] | None) -> None:
-        self._descriptor, self._letters, self._only = descriptor, outline.letters, only
+    def __init__(self, source: Source, outline: Outline, only: Collection[str] | None) -> None:
+        self._source, self._letters, self._only = source, outline.letters, only
 
     def group(self, group: Group, cls: type, prefix: str) -> Any:
         """Return a dataclass."""
@@ -262,7 +265,7 @@ class _Reader:
         return _json(value, path) if typing.get_origin(base) is dict else base(value)
 
     def _array(self, dataset: Dataset, path: str, rule: Any) -> np.ndarray:
-        array = read_array(self._descriptor, dataset, path)
+        array = read_array(self._source, dataset, path)
         check_values(array, rule, self._letters, path)
         return _sealed(array)
 
@@ -272,15 +275,13 @@ class _Reader:
         return only is None or any(path == p or path.startswith(f"{p}/") or p.startswith(f"{path}/") for p in only)
 
 
-def read_array(descriptor: int, dataset: Dataset, path: str) -> np.ndarray:
+def read_array(source: Source, dataset: Dataset, path: str) -> np.ndarray:
     """Return the numbers of a dataset; `path` is its field path, for the message."""
     array = np.empty(dataset.shape, dataset.dtype)
-    raw, done = array.reshape(-1).view(np.uint8).data, 0
-    while done < len(raw):
-        count = os.preadv(descriptor, [raw[done:]], dataset.offset + done)
-        if not count:
-            raise Malformed(f"{path}: the file was cut while it was read")
-        done += count
+    try:
+        source.read_into(dataset.offset, array.reshape(-1).view(np.uint8).data)
+    except Malformed as error:
+        raise Malformed(f"{path}: {error}") from None
     return array
 
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from gudgeon.modaldb.blocks import UNDEFINED, USERBLOCK, Blocks, Heap, Malformed, Tree
+from gudgeon.modaldb.blocks import UNDEFINED, USERBLOCK, Blocks, Heap, Malformed, Source, Tree
 
 DEEPEST = 4
 """Groups within groups."""
@@ -53,13 +53,30 @@ class Group:
     members: dict[str, "Group | Dataset"] = field(default_factory=dict)
 
 
-def read_structure(descriptor: int) -> Group:
-    """Return the structure of an open record file.
+def read_structure(source: Source) -> Group:
+    """Return the structure of a record.
 
     Raises:
         Malformed: it is not that of a record.
     """
-    blocks = Blocks(descriptor)
+    found, length = _root(source, whole=True)
+    if isinstance(found[0], Dataset):
+        raise Malformed("its root is an array")
+    if found[1] > length:
+        raise Malformed("arrays that overlap")
+    return found[0]
+
+
+def read_attributes(source: Source) -> dict[str, str | int | float]:
+    """Return the attributes of a record's root without a look at what is below; raises as `read_structure` does."""
+    found, _ = _root(source, whole=False)
+    if isinstance(found[0], Dataset):
+        raise Malformed("its root is an array")
+    return found[0].attributes
+
+
+def _root(source: Source, *, whole: bool) -> tuple[tuple["Group | Dataset", int], int]:
+    blocks = Blocks(source)
     try:
         head = blocks.read(0, 48)
         version, offsets, lengths, base, beside, root = struct.unpack_from("<BBBxQQ8xQ", head, 8)
@@ -67,21 +84,16 @@ def read_structure(descriptor: int) -> Group:
             raise Malformed("not the HDF5 layout of a record")
         if base != USERBLOCK or beside != UNDEFINED:
             raise Malformed("another base address, or a superblock extension")
-        found, arrays = _Objects(blocks).read(root, "")
+        return _Objects(blocks, DEEPEST if whole else -1).read(root, ""), blocks.length
     except (struct.error, IndexError, UnicodeDecodeError, OverflowError) as error:
         raise Malformed(f"a damaged structure ({error})") from None
-    if isinstance(found, Dataset):
-        raise Malformed("its root is an array")
-    if arrays > blocks.length:
-        raise Malformed("arrays that overlap")
-    return found
 
 
 class _Objects:
-    """Reads objects and what is below them."""
+    """Reads objects and what is below them, no deeper than a limit; below the root nothing where it is negative."""
 
-    def __init__(self, blocks: Blocks) -> None:
-        self._blocks = blocks
+    def __init__(self, blocks: Blocks, deepest: int) -> None:
+        self._blocks, self._deepest = blocks, deepest
 
     def read(self, address: int, path: str, depth: int = 0) -> tuple[Group | Dataset, int]:
         """Return the object at an address, and the bytes of all arrays in it."""
@@ -95,10 +107,11 @@ class _Objects:
         for body in [*messages.get(ATTRIBUTE, ()), *self._dense(messages, ATTRIBUTE_INFO, 2)]:
             name, value = self._attribute(body, path)
             _put(group.attributes, name, value, path)
-        for body in [*messages.get(LINK, ()), *self._dense(messages, LINK_INFO, 8)]:
+        links = [*messages.get(LINK, ()), *self._dense(messages, LINK_INFO, 8)] if self._deepest >= 0 else []
+        for body in links:
             name, target = _link(body, path)
-            if depth == DEEPEST:
-                raise Malformed(f"{path}: groups deeper than {DEEPEST}")
+            if depth == self._deepest:
+                raise Malformed(f"{path}: groups deeper than {self._deepest}")
             below, size = self.read(target, f"{path}/{name}".lstrip("/"), depth + 1)
             _put(group.members, name, below, path)
             whole += size

@@ -58,8 +58,12 @@ class Finding:
     """Command that corrects it; empty if the state is `ok`."""
 
 
-def examine(database: Path = Path(".gudgeon")) -> list[Finding]:
-    """Check this machine, and the database folder, which need not exist; loads gmsh and draws, for a few seconds."""
+def examine(database: Path | None = Path(".gudgeon")) -> list[Finding]:
+    """Check this machine, and the database folder, which need not exist; loads gmsh and draws, for a few seconds.
+
+    Args:
+        database: None where it is no folder.
+    """
     findings = [python_finding()]
     for group, packages in packages_needed(platform.machine()).items():
         findings += [package_finding(name, needed, group=group) for name, needed in packages.items()]
@@ -68,8 +72,8 @@ def examine(database: Path = Path(".gudgeon")) -> list[Finding]:
         findings.append(loading_finding())
     if "pyvista" not in absent:
         findings.append(rendering_finding())
-    return [*findings, backend_finding(), slepc_finding(), browser_finding(), database_finding(database),
-            threads_finding(os.environ)]  # fmt: skip
+    return [*findings, backend_finding(), slepc_finding(), browser_finding(),
+            *([] if database is None else [database_finding(database)]), threads_finding(os.environ)]  # fmt: skip
 
 
 def render_report(findings: list[Finding]) -> str:

@@ -77,12 +77,6 @@ def write_text(path: Path, text: str) -> None:
         scratch.write_text(text, encoding="utf-8")
 
 
-def copy_file(source: Path, target: Path) -> None:
-    """Copy a file in one step; see `whole_file`."""
-    with whole_file(target) as scratch:
-        shutil.copyfile(source, scratch)
-
-
 def write_sealed(path: Path, content: Mapping[str, Any]) -> None:
     """Write a JSON document with its digest; see `whole_file`."""
     write_text(path, json.dumps({**content, DIGEST: content_key(content)}, indent=1))

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from gudgeon.pipeline.report.effort import Effort
     from gudgeon.solver.simulation import Steps
 
-DEFAULT_DB = ".gudgeon"
 DEFAULT_OUT = "out"
 
 
@@ -107,7 +106,7 @@ def open_job(
     scene: str | Path,
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
-    db: str | Path = DEFAULT_DB,
+    db: str | Path | None = None,
     out: str | Path | None = None,
 ) -> Any:
     """Read and check a scene, and return its job: a `SceneJob`, for bodies a `stages.job.Job`.
@@ -115,7 +114,7 @@ def open_job(
     Args:
         scene: The scene's folder or TOML file.
         set: Overrides, `path.to.key=value` texts or a mapping of such paths to values.
-        db: Folder of the database.
+        db: Folder or URL of the database; default: that of `GUDGEON_DB`, or `.gudgeon`.
         out: Folder of the results; `out/<folder>/<scene>`, the names of the scene's folder and file, by default.
 
     Raises:
@@ -136,7 +135,7 @@ def run(
     scene: str | Path,
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
-    db: str | Path = DEFAULT_DB,
+    db: str | Path | None = None,
     out: str | Path | None = None,
     until: str = "plot",
     progress: Progress | None = None,
@@ -156,7 +155,7 @@ def simulation(
     scene: "str | Path | SceneJob",
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
-    db: str | Path = DEFAULT_DB,
+    db: str | Path | None = None,
     out: str | Path | None = None,
     step: float | None = None,
     restore: bytes | None = None,
@@ -187,7 +186,7 @@ def simulation(
 
 
 def plan(
-    scene: str | Path, *, set: Sequence[str] | Mapping[str, Any] = (), db: str | Path = DEFAULT_DB
+    scene: str | Path, *, set: Sequence[str] | Mapping[str, Any] = (), db: str | Path | None = None
 ) -> dict[str, Any]:
     """Return the terms that the solver reads of a scene's records or omits, with the reason, and the bytes read."""
     job = open_job(scene, set=set, db=db)
@@ -198,7 +197,7 @@ def status(
     scene: str | Path,
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
-    db: str | Path = DEFAULT_DB,
+    db: str | Path | None = None,
     out: str | Path | None = None,
 ) -> list[tuple[str, str, str, list[str]]]:
     """Return for each stage of a scene its name, `fresh` or `stale`, its key, and the reasons why it is stale."""
@@ -211,7 +210,7 @@ def report(
     scene: str | Path,
     *,
     set: Sequence[str] | Mapping[str, Any] = (),
-    db: str | Path = DEFAULT_DB,
+    db: str | Path | None = None,
     out: str | Path | None = None,
     repeat: int = 3,
     tolerance: float = 0.01,

@@ -37,7 +37,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("modaldb",),
     ("pipeline.errors", "solver.errors", "solver.result", "solver.numbers", "solver.capabilities",
      "solver.kernel_cache"),
-    ("pipeline.measuring", "solver.compiled", "solver.vectors"),
+    ("pipeline.measuring", "pipeline.comparison", "solver.compiled", "solver.vectors"),
     ("pipeline.files", "pipeline.sources", "pipeline.geometry", "pipeline.linalg", "solver.forces", "solver.joints",
      "solver.laws", "solver.methods", "solver.obstacles", "solver.registry"),
     ("solver.scene",),
@@ -56,7 +56,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters", "pipeline.linear", "pipeline.drafts"),
     ("pipeline.report",),
     ("pipeline.wheel",),
-    ("pipeline.kinds", "pipeline.doctor"),
+    ("pipeline.kinds", "pipeline.doctor", "pipeline.service"),
     ("pipeline",),
     ("gudgeon",),
     ("pipeline.cli",),
@@ -90,6 +90,10 @@ HOMES: dict[str, tuple[str, ...]] = {
     "PIL": ("pipeline/plots/*", "pipeline/wheel/pictures/*"),
     "matplotlib": ("pipeline/plots/*", "pipeline/*/picture.py", "pipeline/wheel/pictures/*"),
     "imageio": ("pipeline/plots/*",),
+    "sqlite3": ("modaldb/stores/*",),
+    "fastapi": ("pipeline/service/*",),
+    "starlette": ("pipeline/service/*",),
+    "uvicorn": ("pipeline/service/run.py",),
 }
 """Where a library may be imported, as patterns of paths."""
 

@@ -45,7 +45,7 @@ def test_lock_names_no_host(name: str) -> None:
 
 def test_lock_holds_all_that_is_asked_for() -> None:
     """The lock covers the base, the build and every extra."""
-    assert asked_for("pipeline", "plots", "dev") <= pins("requirements.lock").keys()
+    assert asked_for("pipeline", "plots", "service", "dev") <= pins("requirements.lock").keys()
 
 
 def test_solver_lock_is_part_of_the_lock() -> None:
@@ -53,7 +53,7 @@ def test_solver_lock_is_part_of_the_lock() -> None:
     whole, solver = pins("requirements.lock"), pins("requirements-solver.lock")
     assert asked_for() | {"pytest"} <= solver.keys()
     assert solver.items() <= whole.items()
-    assert not solver.keys() & (asked_for("pipeline", "plots") - asked_for())
+    assert not solver.keys() & (asked_for("pipeline", "plots", "service") - asked_for())
 
 
 def test_makefile_has_no_package_source() -> None:

@@ -8,10 +8,11 @@ import contextlib
 import errno
 import logging
 import os
+import shutil
 import stat
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import (
@@ -23,7 +24,11 @@ from gudgeon.modaldb.errors import (
     StoreUnusable,
 )
 from gudgeon.modaldb.keys import KEY, content_key
-from gudgeon.modaldb.stores import scratch
+from gudgeon.modaldb.source import FileSource
+from gudgeon.modaldb.stores import names, scratch
+from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
+from gudgeon.modaldb.stores.index import Index, Stamp, record_files
+from gudgeon.modaldb.stores.query import Entry, Query
 
 logger = logging.getLogger(__name__)
 
@@ -31,25 +36,10 @@ REFUSED = {errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENOENT, 
            errno.ELOOP}  # fmt: skip
 """Errors that say that the folder is the wrong one, and not that writing to it failed."""
 DAMAGED = ".damaged"
-Stamp = tuple[int, int, int]
-"""Time of modification [ns], size [bytes] and number of a file."""
-
-SHOWN = 200
-"""Characters of a wrong location in a message."""
+RECORDS = "??/*.h5"
 
 
-class Store(Protocol):
-    """The database as pipeline and solver use it."""
-
-    def has(self, key: str) -> bool: ...
-    def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any: ...
-    def put(self, key: str, kind: str, record: Any, inputs: dict[str, Any]) -> None: ...
-    def sizes(self, key: str) -> dict[str, int]: ...
-    def provenance(self, key: str) -> dict[str, Any]: ...
-    def keys(self) -> Iterator[str]: ...
-
-
-class FolderStore:
+class FolderStore(Store):
     """Records as files `<root>/<first two digits>/<key>.h5`.
 
     Args:
@@ -58,114 +48,163 @@ class FolderStore:
 
     def __init__(self, root: Path) -> None:
         self.root = root
+        self.location = str(root)
+        self.index = Index(root)
         self._sound: dict[Path, tuple[Stamp, hdf5.Head]] = {}
         self._swept = False
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FolderStore, (self.root,)
 
     def path(self, key: str) -> Path:
         """Return the path of the record of `key`, whether or not it exists."""
         return self.root / key[:2] / f"{key}.h5"
 
-    def has(self, key: str) -> bool:
-        """Whether the database has a sound record of `key`: undamaged, of this key, and as its kind must be."""
-        return self.fault(key) is None
-
-    def fault(self, key: str) -> ModalDBError | None:
-        """Return why a record cannot be used, None if it can; a record that is not there is a `RecordMissing`."""
-        try:
-            with self._opened(key, "record"):
-                return None
-        except (RecordMissing, RecordDamaged, RecordMismatch) as error:
-            return error
-
-    def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any:
-        """Read a record, or the fields named in `only`; see `hdf5.read_fields`.
-
-        Raises:
-            RecordMissing: there is no record of `key`.
-            RecordDamaged: its bytes have changed.
-            RecordMismatch: it has another key, kind or version, or is not as its kind must be.
-        """
-        with self._opened(key, kind) as (descriptor, head):
-            if head.kind != kind:
-                raise RecordMismatch(f"{self.path(key)}: holds gudgeon-{head.kind}, expected gudgeon-{kind}")
-            return hdf5.read_fields(descriptor, head, self.path(key), only)
+    def place(self, key: str) -> str:
+        """See `Store`."""
+        return str(self.path(key))
 
     def put(self, key: str, kind: str, record: Any, inputs: dict[str, Any]) -> None:
-        """Write a record under its final name in one step; a sound record of the same key is kept.
+        """Write a record under its final name in one step; see `Store`.
 
         A record that cannot be used is set aside as `.damaged`. The first call removes what dead writers have left.
-
-        Raises:
-            RecordMismatch: `key` is not that of `inputs`, or the record is not as its kind must be.
-            RecordNotWritten: the disk is full or failed; there is no record of this key.
-            StoreUnusable: the folder cannot be written.
         """
         if content_key(inputs) != key:
             raise RecordMismatch(f"{kind} record: its key {key[:12]}… is not that of its inputs")
-        path = self.path(key)
-        if (fault := self.fault(key)) is None:
+        if self.has(key):
             return
         parts = hdf5.record_bytes(kind, record, inputs)
+        with self._written(key, kind, sum(map(len, parts))) as descriptor:
+            scratch.write_whole(descriptor, parts)
+
+    @contextlib.contextmanager
+    def incoming(self, key: str) -> Iterator[int]:
+        """Yield the descriptor of a new file for the bytes of a record, which is verified in full after the block.
+
+        Raises:
+            RecordDamaged, RecordMismatch: the bytes are not those of a record of this key; nothing is kept.
+            RecordNotWritten, StoreUnusable: as `put`.
+        """
+        check_key(self.location, key, "record")
+        with self._written(key, None, 0) as descriptor:
+            yield descriptor
+            os.fsync(descriptor)
+            place, source = f"record {key[:12]}…", FileSource(descriptor)
+            hdf5.verify_open(descriptor, place)
+            head = hdf5.read_head(source, place)
+            check_inputs(place, key, head)
+            hdf5.read_fields(source, head, place)
+
+    @contextlib.contextmanager
+    def _written(self, key: str, kind: str | None, size: int) -> Iterator[int]:
+        """Yield the descriptor of a new file, which becomes the record of `key` unless a sound one is there by then.
+
+        Args:
+            kind: Of the record, where it is known.
+            size: Of the record [bytes], for the message.
+        """
+        path = self.path(key)
         try:
             self._make_folders(path.parent)
-            if not isinstance(fault, RecordMissing):
-                logger.warning("%s; renamed to %s", fault, set_aside(path).name)
             with scratch.scratch_file(path.parent, self.root.stat()) as (descriptor, unfinished):
-                scratch.write_whole(descriptor, parts)
-                head = hdf5.read_head(descriptor, path, kind)
+                yield descriptor
+                head = hdf5.read_head(FileSource(descriptor), path, kind)
+                if (fault := self.fault(key)) is None:
+                    return
+                if not isinstance(fault, RecordMissing):
+                    logger.warning("%s; renamed to %s", fault, set_aside(path).name)
                 os.replace(unfinished, path)
-                self._sound[path] = _stamp(descriptor), head
+                stamp = _stamp(descriptor)
+                self._sound[path] = stamp, head
             scratch.flush_folder(path.parent)
         except OSError as error:
             cause = error.strerror or str(error)
             if error.errno in REFUSED:
                 raise StoreUnusable(f"{path.parent}: cannot be written ({cause})") from error
-            size = sum(map(len, parts)) / 1e6
+            named = "record" if kind is None else f"{kind} record of {size / 1e6:.3g} MB"
             raise RecordNotWritten(
-                f"{path.parent}: the {kind} record of {size:.3g} MB was not written ({cause}); free the space or give"
-                " another folder with --db, and run the command again"
+                f"{path.parent}: the {named} was not written ({cause}); free the space or give another folder with"
+                " --db, and run the command again"
             ) from error
-
-    def examine(self, key: str) -> ModalDBError | None:
-        """Return why a record cannot be used, as `fault` does, after reading all of it."""
-        try:
-            with self._opened(key, "record") as (descriptor, head):
-                hdf5.read_fields(descriptor, head, self.path(key))
-        except (RecordMissing, RecordDamaged, RecordMismatch) as error:
-            return error
-        return None
-
-    def sizes(self, key: str) -> dict[str, int]:
-        """Return the bytes of each dataset of a record, by field path; see `get` for errors."""
-        with self._opened(key, "record") as (_, head):
-            return hdf5.dataset_bytes(head)
-
-    def provenance(self, key: str) -> dict[str, Any]:
-        """Return the inputs that a record was made from; see `get` for errors."""
-        with self._opened(key, "record") as (_, head):
-            return head.inputs
+        self.index.add(key, stamp, head.kind, head.inputs)
 
     def keys(self) -> Iterator[str]:
-        """Yield the keys of all records in the folder."""
-        for path in sorted(self.root.glob("??/*.h5")):
-            yield path.stem
+        """See `Store`."""
+        return iter(sorted(key for key, _ in record_files(self.root)))
+
+    def find(self, query: Query = Query()) -> list[Entry]:  # noqa: B008
+        """See `Store`."""
+        return self.index.find(query)
+
+    def export(self, key: str, path: Path) -> None:
+        """See `Store`."""
+        with self.opened(key), self.path(key).open("rb") as file, path.open("wb") as target:
+            shutil.copyfileobj(file, target, 2**20)
+
+    def note(self, key: str, scene: str, component: str) -> None:
+        """See `Store`."""
+        try:
+            names.add_use(self.root, key, scene, component)
+        except OSError as error:
+            logger.info("%s: %s is not noted (%s)", self.root, scene, error.strerror)
+
+    def tag(self, name: str, key: str | None) -> None:
+        """See `Store`."""
+        check_tag(name)
+        if key is not None and isinstance(fault := self.fault(key), RecordMissing):
+            raise fault
+        if key is None and not self.find(Query(tag=name)):
+            raise RecordMissing(f"{self.root}: no tag '{name}'")
+        try:
+            names.add_tag(self.root, name, key)
+        except OSError as error:
+            raise StoreUnusable(f"{self.root}: cannot be written ({error.strerror})") from error
+
+    def verify(self) -> Iterator[tuple[str, ModalDBError | None]]:
+        """See `Store`; files that stand where no record does are listed, too."""
+        for path in sorted(self.root.glob(RECORDS)):
+            key = path.stem
+            if self.path(key) != path or not KEY.fullmatch(key):
+                yield str(path), RecordMismatch(f"{path}: not where a record of a key stands")
+            else:
+                yield str(path), self.examine(key)
+
+    def set_aside(self, place: str) -> str:
+        """See `Store`."""
+        path = Path(place)
+        if path not in self.root.glob(RECORDS):
+            raise RecordMissing(f"{self.root}: no file of a record: {place[:SHOWN]!r}")
+        return set_aside(path).name
+
+    def remove(self, place: str) -> None:
+        """See `Store`."""
+        if KEY.fullmatch(place):
+            scratch.remove(self.path(place))
+        elif place in {one.place for one in self.leftovers()}:
+            scratch.remove(Path(place))
+        else:
+            raise RecordMissing(f"{self.root}: neither a record nor a leftover: {place[:SHOWN]!r}")
+
+    def leftovers(self) -> list[Leftover]:
+        """See `Store`."""
+        dead = [(path, "left by a writer that was killed") for path in scratch.dead_scratch(self.root)]
+        damaged = [(path, "damaged, set aside") for path in sorted(self.root.glob(f"??/*{DAMAGED}"))]
+        return [Leftover(str(path), scratch.size(path), why) for path, why in dead + damaged]
 
     @contextlib.contextmanager
-    def _opened(self, key: str, what: str) -> Iterator[tuple[int, hdf5.Head]]:
-        """Yield the descriptor and the head of a sound record; `what` names it if it is missing."""
-        named = what if what == "record" else f"{what} record"
-        if KEY.fullmatch(key) is None:
-            raise RecordMissing(f"{self.root}: no {named}: {key[:SHOWN]!r} is no key, 64 hexadecimal digits")
+    def opened(self, key: str, what: str = "record") -> Iterator[tuple[FileSource, hdf5.Head]]:
+        """See `Store`."""
+        check_key(self.location, key, what)
         path = self.path(key)
         try:
             # Not to wait for the writer of a pipe.
             descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         except (FileNotFoundError, NotADirectoryError):
-            raise RecordMissing(f"{self.root}: no {named} {key[:12]}…") from None
+            raise RecordMissing(missing(self.location, key, what)) from None
         except OSError as error:
             raise StoreUnusable(f"{path}: cannot be read ({error.strerror})") from error
         try:
-            yield descriptor, self._head(descriptor, key)
+            yield FileSource(descriptor), self._head(descriptor, key)
         except OSError as error:
             raise StoreUnusable(f"{path}: cannot be read ({error.strerror})") from error
         finally:
@@ -180,13 +219,8 @@ class FolderStore:
         if known is not None and known[0] == stamp:
             return known[1]
         hdf5.verify_open(descriptor, path)
-        head = hdf5.read_head(descriptor, path)
-        try:
-            own = content_key(head.inputs)
-        except (ValueError, RecursionError):
-            raise RecordMismatch(f"{path}: provenance: not the inputs of a record") from None
-        if own != key:
-            raise RecordMismatch(f"{path}: holds the record of another key, {own[:12]}…")
+        head = hdf5.read_head(FileSource(descriptor), path)
+        check_inputs(str(path), key, head)
         self._sound[path] = stamp, head
         return head
 
@@ -213,14 +247,12 @@ def _stamp(descriptor: int) -> Stamp:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-def open_store(location: str | Path) -> FolderStore:
+def open_folder(location: str | Path) -> FolderStore:
     """Open the database at a folder, which need not exist yet.
 
     Raises:
-        StoreUnusable: the path exists and is not a folder, no folder can have it, or it is a URL.
+        StoreUnusable: the path exists and is not a folder, or no folder can have it.
     """
-    if "://" in str(location):
-        raise StoreUnusable(f"{location}: expected a folder, URLs are not supported")
     if not str(location):
         raise StoreUnusable("database: an empty path is given; a folder is needed")
     root = Path(location)

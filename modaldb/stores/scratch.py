@@ -57,6 +57,19 @@ def shared_folder(folder: Path, like: Path) -> None:
             os.close(descriptor)
 
 
+def shared_file(path: Path, like: Path) -> None:
+    """Make an empty file with the group and the permissions of a folder, unless it exists."""
+    try:
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
+    except FileExistsError:
+        return
+    try:
+        model = like.stat()
+        _share(descriptor, model, stat.S_IMODE(model.st_mode) & 0o666)
+    finally:
+        os.close(descriptor)
+
+
 def write_whole(descriptor: int, parts: tuple[bytes, ...]) -> None:
     """Write bytes to an open file and flush them to the disk."""
     for part in parts:
@@ -89,6 +102,15 @@ def remove(path: Path) -> None:
         shutil.rmtree(path, ignore_errors=True)
     else:
         path.unlink(missing_ok=True)
+
+
+def size(path: Path) -> int:
+    """Return the bytes of a file, or of all files in a folder; 0 where it is gone."""
+    inside = path.rglob("*") if path.is_dir() else [path]
+    try:
+        return sum(one.stat().st_size for one in inside if one.is_file())
+    except OSError:
+        return 0
 
 
 def _is_dead(path: Path) -> bool:

@@ -77,12 +77,13 @@ def _outcome(arguments: Sequence[str] | None) -> tuple[int, str]:
     if (threads := getattr(options, "threads", None) or getattr(options, "jobs", None)) is not None:
         os.environ["MKL_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(threads)
     from gudgeon.modaldb.errors import ModalDBError, StoreUnusable
+    from gudgeon.modaldb.stores.query import QueryWrong
     from gudgeon.pipeline.errors import InputError, PipelineError
     from gudgeon.solver.errors import SceneError, SolverError
 
     try:
         return options.action(options), ""
-    except (InputError, SceneError, StoreUnusable) as error:
+    except (InputError, SceneError, StoreUnusable, QueryWrong) as error:
         return 2, str(error)
     except (PipelineError, SolverError, ModalDBError) as error:
         return 1, str(error)

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import re
 import sys
 from pathlib import Path
@@ -174,7 +175,8 @@ def doctor_command(options: argparse.Namespace) -> int:
 
     from gudgeon.pipeline.doctor import examine, render_report
 
-    findings = examine(Path(options.db))
+    place = options.db or os.environ.get("GUDGEON_DB") or ".gudgeon"
+    findings = examine(None if "://" in place else Path(place))
     print(json.dumps([asdict(f) for f in findings], indent=1) if options.json else render_report(findings))
     return 0 if all(finding.state == "ok" for finding in findings) else 1
 

@@ -1,4 +1,4 @@
-"""The commands on a database: `gudgeon db verify` and `gudgeon db gc`."""
+"""The commands on a database: `gudgeon db …` and `gudgeon serve`."""
 
 import argparse
 import json
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gudgeon.modaldb.stores.upkeep import Leftover
+    from gudgeon.modaldb.stores.base import Leftover
 
 DAY = 86400.0
 """Age [s] above which unfinished pictures are nobody's."""
@@ -17,43 +17,58 @@ DAY = 86400.0
 def verify_command(options: argparse.Namespace) -> int:
     """Read every record; list those that cannot be used."""
     from gudgeon import modaldb
-    from gudgeon.modaldb.stores import upkeep
-    from gudgeon.modaldb.stores.folder import set_aside
 
     store, count, bad = modaldb.open(options.db), 0, []
-    for path, fault in upkeep.verify(store):
+    for place, fault in store.verify():
         count += 1
         if fault is not None:
-            aside = str(set_aside(path)) if options.repair else None
-            bad.append({"file": str(path), "reason": str(fault), "set_aside": aside})
+            aside = store.set_aside(place) if options.repair else None
+            bad.append({"file": place, "reason": str(fault), "set_aside": aside})
     if options.json:
         print(json.dumps({"records": count, "faults": bad}, indent=1))
     else:
         for one in bad:
-            print(one["reason"] + (f"; renamed to {Path(one['set_aside']).name}" if one["set_aside"] else ""))
-        print(f"{store.root}: {count} records, {len(bad)} cannot be used")
+            print(one["reason"] + (f"; renamed to {one['set_aside']}" if one["set_aside"] else ""))
+        print(f"{store.location}: {count} records, {len(bad)} cannot be used")
     return 1 if any(one["set_aside"] is None for one in bad) else 0
 
 
 def gc_command(options: argparse.Namespace) -> int:
     """List what can be removed, and remove it on request."""
     from gudgeon import modaldb
-    from gudgeon.modaldb.stores import scratch, upkeep
+    from gudgeon.modaldb.stores import scratch
+    from gudgeon.modaldb.stores.upkeep import unreferenced
 
     store = modaldb.open(options.db)
-    found = [*upkeep.leftovers(store, _is_current), *_unfinished_pictures(options.out)]
+    kept, pictures = [*store.leftovers(), *unreferenced(store, _is_current)], list(_unfinished_pictures(options.out))
     if options.delete:
-        for one in found:
-            scratch.remove(one.path)
+        for one in kept:
+            store.remove(one.place)
+        for one in pictures:
+            scratch.remove(Path(one.place))
+    found = [*kept, *pictures]
     if options.json:
-        rows = [{"path": str(one.path), "bytes": one.size, "reason": one.why} for one in found]
+        rows = [{"path": one.place, "bytes": one.size, "reason": one.why} for one in found]
         print(json.dumps({"removed": options.delete, "files": rows}, indent=1))
         return 0
     for one in found:
-        print(f"{one.path}: {one.size / 1e6:.3g} MB, {one.why}")
+        print(f"{one.place}: {one.size / 1e6:.3g} MB, {one.why}")
     total = sum(one.size for one in found) / 1e6
     done = "removed" if options.delete else "can be removed with --delete"
-    print(f"{store.root}: {len(found)} files of {total:.3g} MB {done}")
+    print(f"{store.location}: {len(found)} files of {total:.3g} MB {done}")
+    return 0
+
+
+def serve_command(options: argparse.Namespace) -> int:
+    """Serve databases until Ctrl-C."""
+    from gudgeon.pipeline.service.run import Settings, serve
+
+    serve(
+        Settings(
+            options.db or (".gudgeon",), options.host, options.port, options.tokens, options.name,
+            largest=options.largest, audit=options.audit,
+        )
+    )  # fmt: skip
     return 0
 
 
@@ -66,9 +81,9 @@ def _is_current(inputs: dict[str, Any]) -> bool:
 
 
 def _unfinished_pictures(out: Path) -> "Iterator[Leftover]":
-    from gudgeon.modaldb.stores.upkeep import Leftover
+    from gudgeon.modaldb.stores.base import Leftover
 
     for path in sorted(out.rglob(".drawing-*")):
         if time.time() - path.stat().st_mtime > DAY:
             size = sum(one.stat().st_size for one in path.rglob("*") if one.is_file())
-            yield Leftover(path, size, "pictures of a run that was killed")
+            yield Leftover(str(path), size, "pictures of a run that was killed")

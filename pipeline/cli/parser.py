@@ -5,7 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.cli import commands, database, drafts
+from gudgeon.pipeline.cli import commands, drafts
+from gudgeon.pipeline.cli.database_parser import DB, add_database
 
 EXAMPLES = """\
 examples:
@@ -20,8 +21,8 @@ examples:
   gudgeon doctor                              check this machine and list the commands that correct it
 
 A scene is a folder with scene.toml, or a TOML file; `gudgeon schema` describes its keys. Meshes, modes and results are
-kept in a database (--db, default .gudgeon), each under a key of all inputs that it depends on: a stage is fresh if the
-database has its result for the present inputs, and is then not computed again.
+kept in a database (--db, GUDGEON_DB, or .gudgeon), each under a key of all inputs that it depends on: a stage is fresh
+if the database has its result for the present inputs, and is then not computed again.
 Exit code: 0 success; 1 the run failed; 2 the input is wrong.
 """
 
@@ -65,16 +66,6 @@ that a scene can use under [component.NAME.geometry.surfaces]. The picture shows
 NEW_HELP = """\
 Write FOLDER/scene.toml with comments, and a copy of the file beside it. The scene runs as it is: a steel part whose
 largest outer flat face, or lowest face, strikes a rigid plane at 1 m/s. Every number in it is for you to change.
-"""
-VERIFY_HELP = """\
-Read every record of a database in full: its checksum, its key, and whether it has what a record of its kind must have.
-List those that cannot be used, with the reason. Exit code: 0 all can be used, or were set aside; 1 some cannot.
-"""
-GC_HELP = """\
-List what can be removed: files of writers that were killed, damaged records that were set aside, and unreferenced
-records. These were made by another version of the code or of the libraries, so that no run of this version finds them,
-and no record of this version refers to them. In the folder of results: unfinished pictures that are older than a day.
-Nothing is removed without --delete.
 """
 
 
@@ -120,7 +111,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_cad(names)
     text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"
     add = _plain(names, "doctor", text, commands.doctor_command).add_argument
-    add("--db", default=".gudgeon", metavar="PATH", help="database folder to check (default .gudgeon)")
+    add("--db", metavar="PLACE", help=DB)
     add("--json", action="store_true", help="print one JSON document on stdout")
     text = "list the example scenes of the package, or copy one"
     what = _plain(names, "example", text, commands.example_list_command).add_subparsers(metavar="list|copy")
@@ -128,22 +119,9 @@ def build_parser() -> argparse.ArgumentParser:
     add = _plain(what, "copy", "copy the folder of a scene", commands.example_copy_command).add_argument
     add("name", metavar="NAME", help="name of the scene, from `gudgeon example list`")
     add("folder", metavar="FOLDER", type=Path, nargs="?", help="new folder, must not exist (default ./NAME)")
-    _add_db(names)
+    add_database(names, _plain)
     _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
     return parser
-
-
-def _add_db(names: Any) -> None:
-    """Add the commands of `gudgeon db`."""
-    text = "examine or tidy a database"
-    what = _plain(names, "db", text, None).add_subparsers(metavar="verify|gc", required=True)
-    text = "read every record of a database and list those that cannot be used"
-    add = _database(what, "verify", text, database.verify_command, VERIFY_HELP).add_argument
-    add("--repair", action="store_true", help="rename those records, so that the next run makes them again")
-    text = "list what can be removed from a database"
-    add = _database(what, "gc", text, database.gc_command, GC_HELP).add_argument
-    add("--delete", action="store_true", help="remove what is listed")
-    add("--out", type=Path, default=Path("out"), metavar="PATH", help="folder of all results (default out)")
 
 
 def _linear_options(command: argparse.ArgumentParser) -> None:
@@ -201,14 +179,6 @@ def _cad(names: Any, name: str, text: str, action: Action, description: str) -> 
     return command
 
 
-def _database(names: Any, name: str, text: str, action: Action, description: str) -> argparse.ArgumentParser:
-    """Add a command on a database."""
-    command = _plain(names, name, text, action, description)
-    command.add_argument("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
-    command.add_argument("--json", action="store_true", help="print one JSON document on stdout")
-    return command
-
-
 def _command(names: Any, name: str, text: str, action: Action, description: str = "") -> argparse.ArgumentParser:
     """Add a command on a scene."""
     command = _plain(names, name, text, action, description)
@@ -217,7 +187,7 @@ def _command(names: Any, name: str, text: str, action: Action, description: str 
     add("scene", metavar="SCENE", help="folder with scene.toml, or a TOML file")
     text = "override a key of the scene, for instance run.duration=1e-3; may be repeated"
     add("--set", action="append", default=[], metavar="path.to.key=value", help=text)
-    add("--db", default=".gudgeon", metavar="PATH", help="database folder (default .gudgeon)")
+    add("--db", metavar="PLACE", help=DB)
     text = "folder of the results (default out/FOLDER/FILE of the scene, such as out/piston/stroke)"
     add("--out", metavar="PATH", help=text)
     add("--json", action="store_true", help="print one JSON document on stdout and everything else on stderr")

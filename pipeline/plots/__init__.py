@@ -65,7 +65,7 @@ ALONE: Mapping[str, str] = MappingProxyType({})
 
 
 def render(
-    store_root: Path,
+    store: str,
     key: str,
     out: Path,
     scene_name: str,
@@ -77,6 +77,7 @@ def render(
     """Draw all pictures of a trajectory, or of a wheel, into a folder.
 
     Args:
+        store: Location of the database.
         key: Of the trajectory, or of the wheel's response.
         compare: Keys of other runs of the same scene, by their labels in `cycle.png`; the trajectory's own key may be
             among them, for its label.
@@ -91,6 +92,7 @@ def render(
         InputError: the folder cannot be written.
     """
     # Named before it is made: Ctrl-C within mkdtemp would leave a folder of unknown name.
+    place = store if "://" in store else str(Path(store).resolve())
     scratch = out / f".drawing-{uuid.uuid4().hex}"
     drawn: list[str] = []
     notes: list[str] = []
@@ -101,7 +103,7 @@ def render(
             (out / name).unlink(missing_ok=True)
         for group in PLOTS:
             job = {
-                "store": str(store_root.resolve()), "key": key, "pictures": pictures, "scene": scene_name,
+                "store": place, "key": key, "pictures": pictures, "scene": scene_name,
                 "compare": dict(compare), "out": str(out.resolve()), "scratch": str(scratch.resolve()), "group": group,
                 "reference": reference,
             }  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.modes import ModalRecord
-from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.stores.base import Store
 
 FIELDS = ("angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors", "quality")
 """Fields of a modal record that are read."""
@@ -18,7 +18,7 @@ COARSE_CONTACT = 0.02
 """Estimated relative error of an interface's static compliance above which a note is given."""
 
 
-def kept_modes(store: FolderStore, keys: Mapping[str, str]) -> dict[str, ModalRecord]:
+def kept_modes(store: Store, keys: Mapping[str, str]) -> dict[str, ModalRecord]:
     """Return `FIELDS` of the modal records that exist, by component; `keys` are those of all."""
     return {name: store.get(key, "modes", only=FIELDS) for name, key in keys.items() if store.has(key)}
 

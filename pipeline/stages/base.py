@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.stages.products import Product
 
 
@@ -18,7 +18,7 @@ class Place:
     path: Path
     tables: dict[str, Any]
     """The scene's tables, overrides included."""
-    store: FolderStore
+    store: Store
     out: Path
     overrides: tuple[str, ...] = ()
     """Changes of the scene's file, as `--set` takes them."""

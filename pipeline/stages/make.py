@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gudgeon.modaldb.keys import content_key, file_digest
-from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.files import write_sealed
 from gudgeon.pipeline.scenes.reading import named
@@ -85,11 +85,13 @@ def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> Stage
         keys.append(product.key)
         names[product.name] = product.key
         if job.store.has(product.key):
+            job.store.note(product.key, scene_name(job), product.name)
             continue
         tell(stage, 0.0)
         with named(job.path, InputError, StageError, SceneError):
             record = make()
         keep(job.store, product, record)
+        job.store.note(product.key, scene_name(job), product.name)
         ran = True
     tell(stage, 1.0)
     return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys), names)
@@ -107,18 +109,25 @@ def plot_stage(job: SceneJob, draw: Draw, tell: Progress) -> tuple[StageReport, 
     return StageReport("ran", time.perf_counter() - start, key), [str(path) for path in drawn], notes
 
 
-def keep(store: FolderStore, product: Product, record: Any) -> None:
-    """Write a record of a stage into the database.
+def scene_name(job: SceneJob) -> str:
+    """Return folder and file of a scene, such as `piston/stroke`; of `scene.toml` the folder alone."""
+    folder = job.path.resolve().parent.name
+    return folder if job.path.name == "scene.toml" else f"{folder}/{job.path.stem}"
 
-    Raises:
-        StageError: a number of it is not finite.
-    """
+
+def keep(store: Store, product: Product, record: Any) -> None:
+    """Write a record of a stage into the database; see `check_finite`."""
+    check_finite(product, record)
+    store.put(product.key, product.kind, record, product.inputs)
+
+
+def check_finite(product: Product, record: Any) -> None:
+    """Raise StageError where a number of a record is not finite."""
     if (field := next(not_finite(record), None)) is not None:
         raise StageError(
             f"{product.stage} of '{product.name}': {field} is not finite; numbers of the scene are too large, too"
             " small or too different in size for its model"
         )
-    store.put(product.key, product.kind, record, product.inputs)
 
 
 def not_finite(value: Any, where: str = "") -> Iterator[str]:

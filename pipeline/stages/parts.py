@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.geometry.surfaces import distance
 from gudgeon.pipeline.scenes.component import Component
@@ -91,7 +91,7 @@ def surface_rows(mesh: MeshRecord) -> dict[str, dict[str, Any]]:
     return rows
 
 
-def extent_notes(store: FolderStore, parts: Mapping[str, Component], keys: Mapping[str, str]) -> list[str]:
+def extent_notes(store: Store, parts: Mapping[str, Component], keys: Mapping[str, str]) -> list[str]:
     """Return a line for each elastic part whose size makes a mistaken unit of length likely.
 
     Args:
@@ -119,7 +119,7 @@ def extent_notes(store: FolderStore, parts: Mapping[str, Component], keys: Mappi
 
 
 def part_sizes(
-    store: FolderStore, parts: Mapping[str, Component], keys: Mapping[str, tuple[str, str]]
+    store: Store, parts: Mapping[str, Component], keys: Mapping[str, tuple[str, str]]
 ) -> dict[str, dict[str, Any]]:
     """Return extents along x, y, z [m] and mass [kg] of each meshed part, without the cost of its inertia.
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.stages.job import Job
 
 PLACES = {
@@ -52,7 +52,7 @@ def _port_count(job: Job, body: str, interface: str) -> int | None:
 
 
 def term_row(
-    store: FolderStore, keys: Mapping[str, str], body: str, term: tuple[str, bool, str, tuple[str, ...]]
+    store: Store, keys: Mapping[str, str], body: str, term: tuple[str, bool, str, tuple[str, ...]]
 ) -> tuple[dict[str, Any], dict[str, int | None]]:
     """Return one row of a plan, and the bytes of each field; None if its record does not exist yet.
 
@@ -72,7 +72,7 @@ def total(sizes: Iterable[int | None]) -> int | None:
     return None if None in known else sum(size for size in known if size is not None)
 
 
-def _field_bytes(store: FolderStore, keys: Mapping[str, str], field: str) -> int | None:
+def _field_bytes(store: Store, keys: Mapping[str, str], field: str) -> int | None:
     record, _, path = field.partition(":")
     if not store.has(keys[record]):
         return None

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gudgeon.modaldb.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, FRICTION_NOTES, Trajectory
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import copy_file, csv_text, write_text
+from gudgeon.pipeline.files import csv_text, whole_file, write_text
 from gudgeon.pipeline.measuring.stopping import stoppable
 from gudgeon.pipeline.reduction.basis_notes import basis_notes
 from gudgeon.pipeline.reduction.impact_notes import impact_notes
@@ -26,7 +27,7 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.folder import held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.make import Task, keep, make_stage, run_stages
+from gudgeon.pipeline.stages.make import Task, check_finite, make_stage, run_stages
 from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
 from gudgeon.pipeline.stages.products import STAGES, Product
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
@@ -167,9 +168,9 @@ def _keep_stopped(job: Job, found: Trajectory) -> RunReport:
     key = content_key(inputs)
     product = replace(job.trajectory(), key=key, inputs=inputs)
     with held(job.out):
-        keep(job.store, product, found)
-        copy_file(job.store.path(key), job.out / TRAJECTORY)
-        job.store.path(key).unlink()
+        check_finite(product, found)
+        with whole_file(job.out / TRAJECTORY) as scratch:
+            scratch.write_bytes(b"".join(record_bytes(product.kind, found, inputs)))
         summary = write_summary(job.out, key, _references(job), found, TRAJECTORY)
         _write_probes(job, found)
         removed = remove_pictures(job.out, "")
@@ -180,6 +181,12 @@ def _keep_stopped(job: Job, found: Trajectory) -> RunReport:
         job.name, found.result, quantities=summary["quantities"], energy_drift=found.energy_drift,
         momentum_residual=found.momentum_residual, out=str(job.out), notes=notes, reason=reason, files=_files(job),
     )  # fmt: skip
+
+
+def copy_record(job: Job, key: str) -> None:
+    """Copy the record of a run beside its summary."""
+    with whole_file(job.out / TRAJECTORY) as scratch:
+        job.store.export(key, scratch)
 
 
 def system_of(job: Job) -> "System":
@@ -209,7 +216,7 @@ def _finish(job: Job, until: str) -> RunReport:
     key, expected = job.trajectory().key, _references(job)
     summary = read_summary(job.out, key, TRAJECTORY, expected)
     if summary is None:
-        copy_file(job.store.path(key), job.out / TRAJECTORY)
+        copy_record(job, key)
         found = job.store.get(key, "trajectory", only=["times"])
         summary = write_summary(job.out, key, expected, found, TRAJECTORY)
         _write_probes(job, job.store.get(key, "trajectory", only=["times", "probes"]))
@@ -278,7 +285,7 @@ def _draw(job: Job, tell: Progress) -> tuple[list[Path], list[str]]:
     tell("plot", 0.0)
     alone, curve = len(compare) < 2, job.reference()
     return render(
-        job.store.root, job.trajectory().key, job.out, job.name, {} if alone else compare, reference=curve
+        job.store.location, job.trajectory().key, job.out, job.name, {} if alone else compare, reference=curve
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from gudgeon.modaldb.errors import RecordMismatch
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
-from gudgeon.modaldb.stores.folder import Store
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.solver.bodies.placing import rotation, turned_design, turned_modes, turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody, free_twists
 from gudgeon.solver.contact.rows import PER_ROW, ContactPoints, ContactRows, contact_block, sliding_block

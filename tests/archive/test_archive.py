@@ -12,6 +12,7 @@ import pytest
 
 from gudgeon.modaldb.hdf5 import read_head, read_record, verify_record
 from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
+from gudgeon.modaldb.source import FileSource
 from tests.archive.make import main
 
 ARCHIVE = Path(__file__).parent
@@ -313,7 +314,7 @@ def test_archived_file_is_read(path: Path) -> None:
     assert verify_record(path) == path.stem
     check(path, path.parent.name)
     with path.open("rb") as raw:
-        assert read_head(raw.fileno(), path).inputs["stage"] == "sample"
+        assert read_head(FileSource(raw.fileno()), path).inputs["stage"] == "sample"
 
 
 def test_archive_is_complete() -> None:

@@ -6,7 +6,7 @@ from itertools import combinations
 import pytest
 
 from docs.tools.features import PAGE, page
-from gudgeon.modaldb.stores.folder import Store
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.solver.simulate import simulate
 from tests.solver.features import CONTRADICTIONS, FEATURES, fits, pairs, store_of, system_of, triples
 

@@ -15,7 +15,6 @@ from pathlib import Path
 
 from gudgeon import modaldb
 from gudgeon.modaldb.keys import content_key
-from gudgeon.modaldb.stores.upkeep import verify
 from tests.modaldb.samples import INPUTS, mesh
 
 BRIEF, LONG = 3, 200
@@ -58,7 +57,7 @@ def main(count: int, seed: int = 1) -> Counter[str]:
             store = modaldb.open(root)
             for one in [0, *map(int, acknowledged[:-1])]:
                 assert store.has(content_key({"round": number, "number": one})), f"kill {number}: {one} was lost"
-        for path, fault in verify(modaldb.open(root)):
+        for path, fault in modaldb.open(root).verify():
             assert fault is None, f"{path}: {fault}"
             outcomes["records"] += 1
         modaldb.open(root).put(content_key(INPUTS), "mesh", mesh(), INPUTS)

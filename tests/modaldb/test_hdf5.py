@@ -16,6 +16,7 @@ from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch
 from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
 from gudgeon.modaldb.records.mesh import Surface
 from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.modaldb.source import FileSource
 from tests.modaldb.samples import INPUTS, SAMPLES, WITHOUT_ARRAYS, mesh, modes, morph, nodal, same, trajectory
 
 LARGE = 200_000
@@ -29,7 +30,7 @@ def written(path: Path, kind: str, record: Any) -> Path:
 
 def head_of(path: Path) -> hdf5.Head:
     with path.open("rb") as raw:
-        return hdf5.read_head(raw.fileno(), path)
+        return hdf5.read_head(FileSource(raw.fileno()), path)
 
 
 def arrays(record: Any) -> list[np.ndarray]:
@@ -62,9 +63,9 @@ def touched(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     names: list[str] = []
     whole = hdf5.read_array
 
-    def noted(descriptor: int, dataset: Any, path: str) -> np.ndarray:
+    def noted(source: Any, dataset: Any, path: str) -> np.ndarray:
         names.append(path)
-        return whole(descriptor, dataset, path)
+        return whole(source, dataset, path)
 
     monkeypatch.setattr(hdf5, "read_array", noted)
     return names

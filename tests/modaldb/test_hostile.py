@@ -14,6 +14,7 @@ from gudgeon.modaldb import blocks, hdf5
 from gudgeon.modaldb.errors import RecordMismatch
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records import KINDS
+from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores.folder import FolderStore
 from tests.fuzz.records import sealed
 from tests.modaldb.samples import INPUTS, SAMPLES, modes
@@ -202,7 +203,7 @@ def test_many_members(count: int, tmp_path: Path) -> None:
             file.create_group(name).attrs["text"] = "a" * (number % 77)
             file.attrs[name] = number
     with (tmp_path / "r.h5").open("rb") as raw:
-        found = hdf5.read_structure(raw.fileno())
+        found = hdf5.read_structure(FileSource(raw.fileno()))
     assert list(found.members) == sorted(names)
     assert found.attributes == names
     assert {name: len(group.attributes["text"]) for name, group in found.members.items()} == {
@@ -216,7 +217,7 @@ def test_structure_is_what_hdf5_finds(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "r.h5"
     hdf5.write_record(path, kind, SAMPLES[kind](), INPUTS)
     with path.open("rb") as raw:
-        head = hdf5.read_head(raw.fileno(), path)
+        head = hdf5.read_head(FileSource(raw.fileno()), path)
     theirs = {}
     with h5py.File(path, "r") as file:
 

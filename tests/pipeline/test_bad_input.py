@@ -3,6 +3,7 @@
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -636,10 +637,19 @@ def test_database_that_is_a_file(cold: Case, capsys: Capture) -> None:
     assert cold.db.read_text() == "a file"
 
 
-def test_database_that_is_a_url(cold: Case, capsys: Capture) -> None:
-    url = "https://host/db"
+@pytest.mark.parametrize("url", ["ftp://host/db", "http://", "http://host:port", "http://host/a/b", "http://u@host"])
+def test_database_at_no_url(url: str, cold: Case, capsys: Capture) -> None:
     (line,) = refused(cold, capsys, [*cold.command("run"), "--db", url], where=url)
-    assert line == "expected a folder, URLs are not supported"
+    assert line == "no URL of a database; expected http://HOST:PORT or http://HOST:PORT/NAME"
+
+
+def test_database_that_does_not_answer(cold: Case, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GUDGEON_DB_WAIT", "0.2")
+    with socket.socket() as taken:  # Bound, and nobody listens.
+        taken.bind(("127.0.0.1", 0))
+        url = f"http://127.0.0.1:{taken.getsockname()[1]}"
+        (line,) = refused(cold, capsys, [*cold.command("run"), "--db", url], where=url)
+    assert re.fullmatch(r"no answer in 0\.\d s \(Connection refused\)", line)
 
 
 def test_database_below_a_file(cold: Case, capsys: Capture) -> None:
@@ -775,7 +785,7 @@ def test_interrupt_in_a_stage(
         ("gudgeon.pipeline.plots", "render", (), "plot"),
         ("os", "fsync", ("morph",), "morph"),
         ("os", "fsync", ("solve",), ""),
-        ("shutil", "copyfile", ("solve",), ""),
+        ("shutil", "copyfileobj", ("solve",), ""),
         ("os", "replace", (), ""),
         ("pathlib.Path", "write_text", (), ""),
     ],

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.modes import GaugeModes, InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
-from gudgeon.modaldb.stores.folder import Store
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.compile import compile_system

@@ -15,6 +15,7 @@ import pytest
 from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import RecordMismatch
 from gudgeon.modaldb.records.modes import GaugeModes, ModalRecord, MorphRecord
+from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.structure import Dataset
 from gudgeon.pipeline.kinds import kind_of, open_job
 from gudgeon.pipeline.stages.plan import plan
@@ -120,10 +121,10 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     found: Opened = {}
     whole = hdf5.read_array
 
-    def spy(descriptor: int, dataset: Dataset, path: str) -> np.ndarray:
-        entry = (Path(f"/proc/self/fd/{descriptor}").readlink().stem, path)
+    def spy(source: FileSource, dataset: Dataset, path: str) -> np.ndarray:
+        entry = (Path(f"/proc/self/fd/{source.descriptor}").readlink().stem, path)
         found[entry] = found.get(entry, 0) + dataset.nbytes
-        return whole(descriptor, dataset, path)
+        return whole(source, dataset, path)
 
     monkeypatch.setattr(hdf5, "read_array", spy)
     return found

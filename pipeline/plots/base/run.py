@@ -13,7 +13,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
-from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.plots.base.hardest import Hardest, hardest, with_peaks
 from gudgeon.pipeline.reduction.expansion import displacement
 from gudgeon.solver.bodies.placing import rotation, turned_design, turned_mesh, turned_modes
@@ -104,7 +104,7 @@ class BodyMotion:
 class Drawing:
     """A trajectory to draw; of a wheel, `key` is that of its response and there is no trajectory."""
 
-    store: FolderStore
+    store: Store
     key: str
     scene_name: str
     out: Path

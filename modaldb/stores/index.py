@@ -1,0 +1,249 @@
+"""An index of a folder of records, in SQLite: what a list shows and a query compares, without opening every file.
+
+It is never the truth: it is compared with the folder whenever it is asked, and is made anew where it is missing,
+damaged, or of another version. A record is looked at again if its size, time of modification or number has changed.
+"""
+
+import json
+import logging
+import os
+import sqlite3
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from gudgeon.modaldb.blocks import Malformed
+from gudgeon.modaldb.keys import KEY, canonical_json, content_key
+from gudgeon.modaldb.records import KINDS
+from gudgeon.modaldb.source import FileSource
+from gudgeon.modaldb.stores import names, scratch
+from gudgeon.modaldb.stores.query import RELATIONS, Condition, Entry, Query
+from gudgeon.modaldb.structure import read_attributes
+
+logger = logging.getLogger(__name__)
+
+INDEX = "index.sqlite"
+VERSION = 1
+UNKNOWN = "?"
+"""Kind of a file that is no record."""
+TABLES = """
+CREATE TABLE records (key TEXT PRIMARY KEY, mtime INTEGER, size INTEGER, inode INTEGER, kind TEXT, inputs TEXT);
+CREATE TABLE refers (key TEXT, target TEXT, PRIMARY KEY (key, target));
+CREATE INDEX refers_target ON refers (target);
+CREATE TABLE uses (key TEXT, scene TEXT, component TEXT, PRIMARY KEY (key, scene, component));
+CREATE TABLE tags (tag TEXT PRIMARY KEY, key TEXT);
+CREATE TABLE names (place INTEGER);
+"""
+WAIT = 10.0
+"""Longest wait [s] for another process that writes the index."""
+Stamp = tuple[int, int, int]
+"""Time of modification [ns], size [bytes] and number of a file."""
+
+
+class Index:
+    """The index of a folder.
+
+    Args:
+        root: The folder of the database.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self.path = root / INDEX
+        self._lock = threading.Lock()
+
+    def add(self, key: str, stamp: Stamp, kind: str, inputs: dict[str, Any]) -> None:
+        """Add a record that was just written, unless another process writes the index: it is found later, too."""
+        try:
+            with self._lock, self._connected(wait=0.0) as base:
+                _insert(base, [(key, stamp, kind, inputs)])
+        except (OSError, sqlite3.Error) as error:
+            logger.info("%s: not written (%s)", self.path, error)
+
+    def find(self, query: Query) -> list[Entry]:
+        """Return the records of the folder that a query asks for, newest first."""
+        with self._lock:
+            try:
+                with self._connected(WAIT) as base:
+                    self._update(base)
+                    return _found(base, query)
+            except (sqlite3.DatabaseError, OSError) as error:
+                logger.info("%s: made anew (%s)", self.path, error)
+            with suppress(OSError):
+                self.path.unlink()
+            try:
+                with self._connected(WAIT) as base:
+                    self._update(base)
+                    return _found(base, query)
+            except (sqlite3.Error, OSError) as error:
+                if self._root.is_dir():
+                    logger.info("%s: no index can be kept (%s); every record is read", self.path, error)
+                with self._connected(WAIT, ":memory:") as base:
+                    self._update(base)
+                    return _found(base, query)
+
+    @contextmanager
+    def _connected(self, wait: float, path: str = "") -> Iterator[sqlite3.Connection]:
+        if not path:
+            scratch.shared_file(self.path, self._root)
+        base = sqlite3.connect(path or self.path, timeout=wait, isolation_level=None)
+        try:
+            base.execute("PRAGMA synchronous = OFF")  # A power failure may damage it: then it is made anew.
+            (version,) = base.execute("PRAGMA user_version").fetchone()
+            base.execute("BEGIN IMMEDIATE")
+            if version != VERSION:
+                for (table,) in base.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall():
+                    base.execute(f'DROP TABLE "{table}"')
+                for statement in TABLES.split(";"):
+                    base.execute(statement)
+                base.execute(f"PRAGMA user_version = {VERSION}")
+            yield base
+            base.execute("COMMIT")
+        finally:
+            base.close()
+
+    def _update(self, base: sqlite3.Connection) -> None:
+        """Bring the index up to the state of the folder."""
+        known = {key: (m, s, i) for key, m, s, i in base.execute("SELECT key, mtime, size, inode FROM records")}
+        there = dict(record_files(self._root))
+        if gone := known.keys() - there.keys():
+            rows = [(key,) for key in gone]
+            base.executemany("DELETE FROM records WHERE key = ?", rows)
+            base.executemany("DELETE FROM refers WHERE key = ?", rows)
+        changed = [(key, stamp) for key, stamp in there.items() if known.get(key) != stamp]
+        _insert(base, ((key, stamp, *self._read(key)) for key, stamp in changed))
+        row = base.execute("SELECT place FROM names").fetchone()
+        entries, place = names.read_names(self._root, before := row[0] if row else 0)
+        if place < before:  # Another file.
+            base.execute("DELETE FROM uses")
+            base.execute("DELETE FROM tags")
+            entries, place = names.read_names(self._root)
+        uses = [(one["key"], one["scene"], one["component"]) for one in entries if "tag" not in one]
+        base.executemany("INSERT OR IGNORE INTO uses VALUES (?, ?, ?)", uses)
+        for one in entries:
+            if "tag" in one:
+                base.execute("DELETE FROM tags WHERE tag = ?", (one["tag"],))
+                if one["key"]:
+                    base.execute("INSERT INTO tags VALUES (?, ?)", (one["tag"], one["key"]))
+        base.execute("DELETE FROM names")
+        base.execute("INSERT INTO names VALUES (?)", (place,))
+
+    def _read(self, key: str) -> tuple[str, dict[str, Any]]:
+        """Return kind and inputs of a record, as they stand in its file."""
+        try:
+            descriptor = os.open(self._root / key[:2] / f"{key}.h5", os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        except OSError:
+            return UNKNOWN, {}
+        try:
+            found = read_attributes(FileSource(descriptor))
+            kind = str(found.get("encoding-type")).removeprefix("gudgeon-")
+            inputs = json.loads(str(found.get("provenance")))
+            sound = kind in KINDS and isinstance(inputs, dict) and content_key(inputs) == key
+        except (Malformed, OSError, ValueError, RecursionError):
+            return UNKNOWN, {}
+        finally:
+            os.close(descriptor)
+        return (kind, inputs) if sound else (UNKNOWN, {})
+
+
+def record_files(root: Path) -> Iterator[tuple[str, Stamp]]:
+    """Yield key and stamp of every file that stands where a record does."""
+    for folder in _scanned(root):
+        if len(folder.name) != 2 or not folder.is_dir():
+            continue
+        for file in _scanned(folder.path):
+            key = file.name.removesuffix(".h5")
+            if file.name.endswith(".h5") and key.startswith(folder.name) and KEY.fullmatch(key):
+                with suppress(OSError):
+                    found = file.stat()
+                    yield key, (found.st_mtime_ns, found.st_size, found.st_ino)
+
+
+def _scanned(folder: str | Path) -> list[os.DirEntry[str]]:
+    try:
+        with os.scandir(folder) as entries:
+            return list(entries)
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+
+
+def _insert(base: sqlite3.Connection, found: Any) -> None:
+    for key, stamp, kind, inputs in found:
+        text = canonical_json(inputs)
+        base.execute("INSERT OR REPLACE INTO records VALUES (?, ?, ?, ?, ?, ?)", (key, *stamp, kind, text))
+        base.execute("DELETE FROM refers WHERE key = ?", (key,))
+        targets = [(key, one) for one in set(KEY.findall(text))]
+        base.executemany("INSERT INTO refers VALUES (?, ?)", targets)
+
+
+def _found(base: sqlite3.Connection, query: Query) -> list[Entry]:
+    where, values = _conditions(query)
+    limit = "" if query.limit is None else f" LIMIT {int(query.limit)}"
+    text = f"SELECT key, kind, size, mtime, inputs FROM records WHERE {where} ORDER BY mtime DESC, key{limit}"
+    rows = base.execute(text, values).fetchall()
+    all_rows = len(rows) > 500
+    uses = _grouped(base, "SELECT key, scene, component FROM uses", rows, all_rows)
+    tags = _grouped(base, "SELECT key, tag FROM tags", rows, all_rows)
+    refers = _grouped(base, "SELECT key, target FROM refers", rows, all_rows)
+    referred = _grouped(base, "SELECT target, key FROM refers", rows, all_rows)
+    return [
+        Entry(
+            key, kind, size, mtime / 1e9,
+            uses=tuple(sorted((one[0], one[1]) for one in uses.get(key, ()))),
+            tags=tuple(sorted(one[0] for one in tags.get(key, ()))),
+            refers=tuple(sorted(one[0] for one in refers.get(key, ()))),
+            referred=len(referred.get(key, ())), inputs=json.loads(inputs),
+        )
+        for key, kind, size, mtime, inputs in rows
+    ]  # fmt: skip
+
+
+def _grouped(
+    base: sqlite3.Connection, select: str, rows: Sequence[Any], all_rows: bool
+) -> dict[str, list[tuple[str, ...]]]:
+    """Return the rows of a table by their first column: of all records, or of the few in `rows`."""
+    found: dict[str, list[tuple[str, ...]]] = {}
+    if all_rows:
+        lines = base.execute(select)
+    else:
+        column = select.split()[1].rstrip(",")
+        lines = base.execute(f"{select} WHERE {column} IN ({','.join('?' * len(rows))})", [row[0] for row in rows])
+    for first, *rest in lines:
+        found.setdefault(first, []).append(tuple(rest))
+    return found
+
+
+def _conditions(query: Query) -> tuple[str, list[Any]]:
+    """Return the condition of a query in SQL, and its values."""
+    escaped = query.key.replace("[", "[[]").replace("*", "[*]").replace("?", "[?]")
+    parts: list[tuple[Any, str, list[Any]]] = [
+        (query.kind, "kind = ?", [query.kind]),
+        (query.key, "key GLOB ?", [f"{escaped}*"]),
+        (query.scene, "key IN (SELECT key FROM uses WHERE instr(scene, ?))", [query.scene]),
+        (query.component, "key IN (SELECT key FROM uses WHERE instr(component, ?))", [query.component]),
+        (query.tag, "key IN (SELECT key FROM tags WHERE tag = ?)", [query.tag]),
+        (query.text, "instr(inputs, ?)", [json.dumps(query.text)[1:-1]]),
+        (query.since is not None, "mtime >= ?", [_nanoseconds(query.since)]),
+        (query.until is not None, "mtime < ?", [_nanoseconds(query.until)]),
+        *((True, *_compared(one)) for one in query.where),
+    ]
+    asked = [(text, values) for wanted, text, values in parts if wanted]
+    return " AND ".join(text for text, _ in asked) or "1", [value for _, values in asked for value in values]
+
+
+def _nanoseconds(seconds: float | None) -> int:
+    return int(max(min(seconds or 0.0, 9e9), -9e9) * 1e9)
+
+
+def _compared(one: Condition) -> tuple[str, list[Any]]:
+    """Return a comparison in SQL; a value of another type is never equal, less or more."""
+    path = "$" + "".join(f'."{name}"' for name in one.path.split("."))
+    kinds = {bool: "('true', 'false')", str: "('text')"}.get(type(one.value), "('integer', 'real')")
+    value = int(one.value) if isinstance(one.value, bool) else one.value
+    if isinstance(value, int) and abs(value) > 2**62:
+        value = float(value)
+    assert one.relation in RELATIONS
+    text = f"json_type(inputs, ?) IN {kinds} AND json_extract(inputs, ?) {one.relation} ?"
+    return text, [path, path, value]

@@ -1,0 +1,107 @@
+"""Digests of the blocks of a record's file, so that parts of it can be fetched and kept, and checked by themselves."""
+
+import base64
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from gudgeon.modaldb import hdf5
+from gudgeon.modaldb.blocks import Source
+from gudgeon.modaldb.errors import RecordDamaged
+from gudgeon.modaldb.keys import KEY
+
+BLOCK = 65536
+"""Bytes of a block; the last one of a file may have fewer."""
+SMALL = 8 * BLOCK
+"""Size of a record [bytes] up to which all of its blocks come with the manifest."""
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a reader must know of a record's file to fetch it in parts."""
+
+    key: str
+    kind: str
+    size: int
+    """[bytes]"""
+    digests: tuple[str, ...]
+    """SHA-256 of each block, 64 hexadecimal digits."""
+    head: tuple[int, ...]
+    """Numbers of the blocks that hold all but the arrays; all of them for a small record."""
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the digests: one text for all bytes of the file."""
+        return hashlib.sha256("".join(self.digests).encode()).hexdigest()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        digests = base64.b64encode(bytes.fromhex("".join(self.digests))).decode()
+        return {"key": self.key, "kind": self.kind, "size": self.size, "block": BLOCK, "digests": digests,
+                "head": list(self.head), "digest": self.digest}  # fmt: skip
+
+
+def manifest_from(row: Any, place: str) -> Manifest:
+    """Return the manifest that `as_json` made; raise RecordDamaged where it is none."""
+    try:
+        raw = base64.b64decode(row["digests"], validate=True)
+        found = Manifest(
+            row["key"], row["kind"], row["size"], tuple(raw[n : n + 32].hex() for n in range(0, len(raw), 32)),
+            tuple(row["head"]),
+        )  # fmt: skip
+        sound = KEY.fullmatch(found.key) and row["block"] == BLOCK and row["digest"] == found.digest
+        count = len(found.digests)
+        sound = sound and found.size > 0 and count == -(-found.size // BLOCK) and len(raw) == 32 * count
+        if sound and all(isinstance(one, int) and 0 <= one < count for one in found.head):
+            return found
+    except (LookupError, TypeError, ValueError, AttributeError):
+        pass
+    raise RecordDamaged(f"{place}: the list of its blocks is none")
+
+
+class _Watched:
+    """A source that notes which blocks are read."""
+
+    def __init__(self, source: Source) -> None:
+        self._source, self.length = source, source.length
+        self.blocks: set[int] = {0}
+
+    def read_into(self, offset: int, buffer: memoryview) -> None:
+        if len(buffer):
+            self.blocks.update(range(offset // BLOCK, (offset + len(buffer) - 1) // BLOCK + 1))
+        self._source.read_into(offset, buffer)
+
+
+def manifest_of(key: str, source: Source, place: str) -> Manifest:
+    """Return the manifest of a record that is verified."""
+    watched = _Watched(source)
+    kind = hdf5.read_head(watched, place).kind
+    digests, buffer = [], bytearray(BLOCK)
+    for first in range(0, source.length, BLOCK):
+        part = memoryview(buffer)[: min(BLOCK, source.length - first)]
+        source.read_into(first, part)
+        digests.append(hashlib.sha256(part).hexdigest())
+    head = range(len(digests)) if source.length <= SMALL else sorted(watched.blocks)
+    return Manifest(key, kind, source.length, tuple(digests), tuple(head))
+
+
+def packed(source: Source, numbers: Iterable[int]) -> dict[str, str]:
+    """Return some blocks as JSON: base64 by number."""
+    found = {}
+    for number in numbers:
+        part = bytearray(min(BLOCK, source.length - number * BLOCK))
+        source.read_into(number * BLOCK, memoryview(part))
+        found[str(number)] = base64.b64encode(part).decode()
+    return found
+
+
+def unpacked(found: Mapping[str, str]) -> dict[int, bytes]:
+    """Return the blocks that `packed` packed; what is none is left out."""
+    blocks = {}
+    for number, text in found.items():
+        try:
+            blocks[int(number)] = base64.b64decode(text, validate=True)
+        except (ValueError, TypeError):
+            continue
+    return blocks

@@ -1,0 +1,27 @@
+"""Opening a database by its place."""
+
+import os
+from pathlib import Path
+
+from gudgeon.modaldb.stores.base import Store
+from gudgeon.modaldb.stores.folder import open_folder
+
+VARIABLE, USUAL = "GUDGEON_DB", ".gudgeon"
+"""Where the database is, where no place is given."""
+
+
+def open_store(location: str | Path | None = None) -> Store:
+    """Open the database at a folder, which need not exist yet, or at the URL of a `gudgeon serve`.
+
+    Args:
+        location: None takes that of the environment variable `GUDGEON_DB`, or `.gudgeon`.
+
+    Raises:
+        StoreUnusable: the path exists and is not a folder, no folder can have it, or it is no URL of a database.
+    """
+    place = os.environ.get(VARIABLE) or USUAL if location is None else location
+    if "://" not in str(place):
+        return open_folder(place)
+    from gudgeon.modaldb.stores.remote import RemoteStore
+
+    return RemoteStore(str(place))

@@ -1,0 +1,201 @@
+"""The store behind a URL: a `gudgeon serve` somewhere, and a local cache of what was read."""
+
+import contextlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from gudgeon.modaldb import hdf5
+from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing, StoreUnusable
+from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.source import BytesSource
+from gudgeon.modaldb.stores.base import Leftover, Store, check_inputs, check_key, check_tag
+from gudgeon.modaldb.stores.cache import Cache, CachedSource
+from gudgeon.modaldb.stores.manifest import BLOCK, Manifest, manifest_from, manifest_of, unpacked
+from gudgeon.modaldb.stores.query import Entry, Query, entry_of
+from gudgeon.modaldb.stores.transport import KNOWN, Transport
+
+RECORDS = "/records"
+
+
+class RemoteStore(Store):
+    """Records of a server. What was read once is read from the local cache, whether or not the server answers.
+
+    Args:
+        url: As `Transport` takes it.
+    """
+
+    def __init__(self, url: str) -> None:
+        self._server = Transport(url)
+        self.location = self._server.url
+        self._cache = Cache(self.location)
+        self._heads: dict[str, tuple[str, hdf5.Head]] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return RemoteStore, (self.location,)
+
+    def place(self, key: str) -> str:
+        """See `Store`."""
+        return f"{self.location}{RECORDS}/{key}"
+
+    @contextlib.contextmanager
+    def opened(self, key: str, what: str = "record") -> Iterator[tuple[CachedSource, hdf5.Head]]:
+        """See `Store`; a part is fetched when it is read."""
+        check_key(self.location, key, what)
+        manifest, along = self._manifest(key, what)
+        source = self._cache.source(manifest, lambda first, end: self._fetch(key, first, end))
+        try:
+            source.add(along)
+            yield source, self._head(key, manifest, source)
+        except RecordDamaged as error:
+            # Once more from the server: its file was made again, or the list in the cache is an old one.
+            self._cache.forget(key)
+            self._heads.pop(key, None)
+            raise RecordDamaged(f"{self.place(key)}: {error}; run the command again") from error
+        finally:
+            source.close()
+
+    def put(self, key: str, kind: str, record: Any, inputs: dict[str, Any]) -> None:
+        """See `Store`; the server has flushed and verified the record when this returns."""
+        if content_key(inputs) != key:
+            raise RecordMismatch(f"{kind} record: its key {key[:12]}… is not that of its inputs")
+        if self._is_there(key):
+            return
+        parts = hdf5.record_bytes(kind, record, inputs)
+        headers = {"Content-Type": "application/octet-stream"}
+        answer = self._server.request("PUT", f"{RECORDS}/{key}", body=parts, headers=headers).json()
+        whole = BytesSource(b"".join(parts))
+        manifest = manifest_of(key, whole, self.place(key))
+        if answer["digest"] != manifest.digest:
+            if answer["state"] == "written":
+                raise RecordDamaged(f"{self.place(key)}: the server has other bytes than those that were sent")
+            return  # A record of this key came from somebody else meanwhile.
+        self._keep(manifest, whole)
+
+    def keys(self) -> Iterator[str]:
+        """See `Store`."""
+        return iter(self._server.request("GET", "/keys").json())
+
+    def find(self, query: Query = Query()) -> list[Entry]:  # noqa: B008
+        """See `Store`."""
+        asked: dict[str, Any] = {"inputs": "true", "where": [str(one) for one in query.where]}
+        for name in ("kind", "scene", "component", "tag", "key", "text"):
+            asked |= {name: value} if (value := getattr(query, name)) else {}
+        for name in ("since", "until", "limit"):
+            asked |= {name: value} if (value := getattr(query, name)) is not None else {}
+        return [entry_of(row) for row in self._server.request("GET", RECORDS, query=asked).json()]
+
+    def export(self, key: str, path: Path) -> None:
+        """See `Store`."""
+        with self.opened(key) as (source, _), path.open("wb") as file:
+            part = bytearray(64 * BLOCK)
+            for first in range(0, source.length, len(part)):
+                here = memoryview(part)[: min(len(part), source.length - first)]
+                source.read_into(first, here)
+                file.write(here)
+
+    def examine(self, key: str) -> ModalDBError | None:
+        """See `Store`; the server reads its own file."""
+        try:
+            check_key(self.location, key, "record")
+            found = self._server.request("GET", f"{RECORDS}/{key}/examine").json()["fault"]
+        except RecordMissing as error:
+            return error
+        return None if found is None else KNOWN[found["error"]](f"{self.location}: {found['detail']}")
+
+    def note(self, key: str, scene: str, component: str) -> None:
+        """See `Store`; a server that takes no names from this user keeps none."""
+        body = json.dumps({"scene": scene, "component": component}).encode()
+        with contextlib.suppress(StoreUnusable):
+            self._server.request("POST", f"{RECORDS}/{key}/uses", body=[body], headers=JSON)
+
+    def tag(self, name: str, key: str | None) -> None:
+        """See `Store`."""
+        check_tag(name)
+        path = f"/tags/{quote(name)}"
+        if key is None:
+            self._server.request("DELETE", path)
+        else:
+            self._server.request("PUT", path, body=[json.dumps({"key": key}).encode()], headers=JSON)
+
+    def set_aside(self, place: str) -> str:
+        """See `Store`."""
+        key = self._key_of(place)
+        name = self._server.request("POST", f"{RECORDS}/{key}/aside").json()["name"]
+        self._forget(key)
+        return name
+
+    def remove(self, place: str) -> None:
+        """See `Store`."""
+        if place.startswith(f"{self.location}/leftovers/"):
+            self._server.request("DELETE", place.removeprefix(self.location))
+            return
+        key = self._key_of(place)
+        self._server.request("DELETE", f"{RECORDS}/{key}")
+        self._forget(key)
+
+    def leftovers(self) -> list[Leftover]:
+        """See `Store`."""
+        rows = self._server.request("GET", "/leftovers").json()
+        return [Leftover(f"{self.location}/leftovers/{quote(row['name'])}", row["size"], row["why"]) for row in rows]
+
+    def _is_there(self, key: str) -> bool:
+        """Whether the server has a sound record of a key, whatever the cache has."""
+        try:
+            self._server.request("HEAD", f"{RECORDS}/{key}")
+        except (RecordMissing, RecordDamaged, RecordMismatch):
+            return False
+        return True
+
+    def _key_of(self, place: str) -> str:
+        key = place.removeprefix(f"{self.location}{RECORDS}/")
+        check_key(self.location, key, "record")
+        return key
+
+    def _manifest(self, key: str, what: str) -> tuple[Manifest, dict[int, bytes]]:
+        """Return the manifest of a record and the blocks that came with it, none from the cache."""
+        if (kept := self._cache.manifest(key)) is not None:
+            return kept, {}
+        try:
+            row = self._server.request("GET", f"{RECORDS}/{key}/blocks").json()
+        except RecordMissing as error:
+            raise RecordMissing(str(error).replace(": no record", f": no {what} record", 1) if what != "record"
+                                else str(error)) from None  # fmt: skip
+        found = manifest_from(row, self.place(key))
+        if found.key != key:
+            raise RecordDamaged(f"{self.place(key)}: the list of blocks of another record")
+        self._cache.keep(found)
+        return found, unpacked(row["blocks"])
+
+    def _head(self, key: str, manifest: Manifest, source: CachedSource) -> hdf5.Head:
+        known = self._heads.get(key)
+        if known is not None and known[0] == manifest.digest:
+            return known[1]
+        head = hdf5.read_head(source, self.place(key))
+        check_inputs(self.place(key), key, head)
+        self._heads[key] = manifest.digest, head
+        return head
+
+    def _fetch(self, key: str, first: int, end: int) -> bytes:
+        answer = self._server.request("GET", f"{RECORDS}/{key}", headers={"Range": f"bytes={first}-{end - 1}"})
+        if answer.status != 206 or len(answer.body) != end - first:
+            raise RecordDamaged(f"bytes {first} to {end}: {len(answer.body)} came with status {answer.status}")
+        return answer.body
+
+    def _keep(self, manifest: Manifest, whole: BytesSource) -> None:
+        self._cache.keep(manifest)
+        source = self._cache.source(manifest, lambda first, end: whole.data[first:end])
+        try:
+            blocks = range(len(manifest.digests))
+            source.add({one: whole.data[one * BLOCK : (one + 1) * BLOCK] for one in blocks})
+        finally:
+            source.close()
+
+    def _forget(self, key: str) -> None:
+        self._cache.forget(key)
+        self._heads.pop(key, None)
+
+
+JSON = {"Content-Type": "application/json"}

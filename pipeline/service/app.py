@@ -1,0 +1,67 @@
+"""The application: routes, rights and errors put together."""
+
+from fastapi import FastAPI, Request
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+from starlette.routing import Match, Route
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from gudgeon.modaldb.records import READABLE_VERSIONS, SCHEMA_VERSION
+from gudgeon.pipeline.service import files, records
+from gudgeon.pipeline.service.context import EXPLAINED, Service, explain, problem
+
+ABOUT = """Records of a modal database, and parts of their arrays. Every error is JSON with `error` and `detail`."""
+
+
+def build_app(service: Service) -> FastAPI:
+    """Return the application that serves some databases."""
+    app = FastAPI(title="gudgeon modal database", version=str(SCHEMA_VERSION), description=ABOUT, docs_url=None,
+                  redoc_url=None)  # fmt: skip
+    app.state.service, app.state.manifests = service, files.Manifests()
+    for kind in EXPLAINED:
+        app.add_exception_handler(kind, explain)
+    app.add_exception_handler(HTTPException, _not_found)
+
+    app.add_middleware(KnownHost, hosts=service.hosts)
+
+    @app.get("/health")
+    def health() -> dict[str, list[str] | list[int] | bool]:
+        """Return the databases of this server and the schema versions of records that it reads."""
+        return {"databases": list(service.stores), "schema_versions": list(READABLE_VERSIONS),
+                "token_needed": service.access.guarded}  # fmt: skip
+
+    app.include_router(records.router)
+    app.include_router(files.router)
+    return app
+
+
+async def _not_found(request: Request, error: Exception) -> JSONResponse:
+    """Answer what no route is for."""
+    assert isinstance(error, HTTPException)
+    answer = problem(error.status_code, "StoreUnusable", f"{request.method} {request.url.path[:200]}: {error.detail}")
+    answer.headers.update(error.headers or {})
+    if error.status_code == 405:
+        found = {name for route in request.app.routes if isinstance(route, Route)
+                 and route.matches(request.scope)[0] is not Match.NONE for name in route.methods or ()}  # fmt: skip
+        answer.headers["Allow"] = ", ".join(sorted(found))
+    return answer
+
+
+class KnownHost:
+    """Refuses names that are not this server's: a page elsewhere could lead a browser here by a name of its own.
+
+    Args:
+        hosts: Names under which the server may be called; none: any.
+    """
+
+    def __init__(self, app: ASGIApp, hosts: frozenset[str]) -> None:
+        self._app, self._hosts = app, hosts
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] == "http" and self._hosts:
+            name = Request(scope).url.hostname or ""
+            if name not in self._hosts:
+                await problem(400, "StoreUnusable", f"this server is not '{name[:80]}'")(scope, receive, send)
+                return
+        await self._app(scope, receive, send)

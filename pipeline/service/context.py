@@ -1,0 +1,142 @@
+"""What every request needs: the database that its path names, the right to it, and one-line errors."""
+
+import logging
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from fastapi import Depends, Path, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel
+
+from gudgeon.modaldb.errors import (
+    ModalDBError,
+    RecordDamaged,
+    RecordMismatch,
+    RecordMissing,
+    RecordNotWritten,
+    StoreUnusable,
+)
+from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.stores.query import QueryWrong
+from gudgeon.pipeline.service.access import Access, Refused
+from gudgeon.pipeline.service.arrays import Wrong
+
+audit = logging.getLogger("gudgeon.audit")
+STATUS: dict[type[Exception], int] = {
+    RecordMissing: 404, RecordDamaged: 409, RecordMismatch: 409, QueryWrong: 422, RecordNotWritten: 507,
+    StoreUnusable: 500,
+}  # fmt: skip
+"""Status of the answer to an error of the database."""
+
+
+class Problem(BaseModel):
+    """An answer that says in one line why there is no other."""
+
+    error: str
+    """Name of the error."""
+    detail: str
+
+
+PROBLEMS: dict[int | str, dict[str, Any]] = {
+    status: {"model": Problem, "description": text}
+    for status, text in {
+        401: "no token, or an unknown one", 403: "the token has no such right", 404: "not there",
+        409: "the record is damaged, or of another kind", 413: "too large", 422: "wrong parameters",
+        400: "wrong host or request", 500: "the database cannot be read or written",
+    }.items()
+}  # fmt: skip
+"""What any route may answer."""
+
+
+@dataclass(frozen=True)
+class Service:
+    """What a server serves."""
+
+    stores: Mapping[str, FolderStore]
+    """By the names in URLs."""
+    access: Access
+    hosts: frozenset[str]
+    """Names under which it may be called; none: any."""
+    largest: int
+    """Bytes of a record that it takes."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A database, and who asks for it."""
+
+    request: Request
+    name: str
+    store: FolderStore
+    who: str
+
+    def log(self, what: str, key: str, **more: Any) -> None:
+        """Write a line of the audit."""
+        client = self.request.client.host if self.request.client else "-"
+        stamp = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+        rest = " ".join(f"{name}={value}" for name, value in more.items())
+        audit.info("%s %s %s %s by=%s from=%s %s", stamp, what, self.name, key, self.who, client, rest)
+
+
+NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
+KEY = r"^[0-9a-f]{64}$"
+Database = Annotated[str, Path(pattern=NAME, description="name of the database", examples=["default"])]
+Key = Annotated[str, Path(pattern=KEY, description="key of the record, 64 hexadecimal digits")]
+
+
+def asked(right: str) -> Any:
+    """Return a dependency that gives the database of a request to whoever has a right to it."""
+
+    def find(request: Request, database: Database) -> Asked:
+        service: Service = request.app.state.service
+        key, query = request.path_params.get("key", ""), request.query_params
+        if right == "read" and "signature" in query:
+            signed = service.access.is_signed(database, key, query.get("expires", ""), query["signature"])
+            if not signed:
+                raise Refused(403, "the link is not signed by this server, or has expired")
+            who = "link"
+        else:
+            who = service.access.check(request.headers.get("authorization"), right, database).name
+        if (store := service.stores.get(database)) is None:
+            raise RecordMissing(f"no database '{database}' on this server")
+        return Asked(request, database, store, who)
+
+    return Depends(find)
+
+
+Reader = Annotated[Asked, asked("read")]
+Writer = Annotated[Asked, asked("put")]
+Remover = Annotated[Asked, asked("delete")]
+
+
+def problem(status: int, kind: str, text: str) -> JSONResponse:
+    """Return an answer that says why there is no other."""
+    headers = {"WWW-Authenticate": "Bearer"} if status == 401 else None
+    return JSONResponse({"error": kind, "detail": " ".join(text.split())}, status, headers)
+
+
+def explain(request: Request, error: Exception) -> JSONResponse:
+    """Answer an error of the database, of a choice, or of a right."""
+    if isinstance(error, Refused):
+        return problem(error.status, "StoreUnusable", str(error))
+    if isinstance(error, Wrong):
+        return problem(error.status, "RecordMissing" if error.status == 404 else "QueryWrong", str(error))
+    if isinstance(error, RequestValidationError):
+        return _invalid(error)
+    status = next((status for kind, status in STATUS.items() if isinstance(error, kind)), 500)
+    return problem(status, type(error).__name__, str(error))
+
+
+def _invalid(error: RequestValidationError) -> JSONResponse:
+    """Answer wrong parameters; a database or record of a name that none can have is not there."""
+    first = error.errors()[0]
+    place = [str(one) for one in first["loc"]]
+    if place[0] == "path" and place[-1] != "tag":
+        return problem(404, "RecordMissing", f"no record: {place[-1]} {str(first.get('input'))[:80]!r} is none")
+    return problem(422, "QueryWrong", f"{'.'.join(place[1:]) or place[0]}: {first['msg']}")
+
+
+EXPLAINED = (ModalDBError, Refused, Wrong, RequestValidationError)

@@ -1,0 +1,220 @@
+"""What records are: lists, provenance, fields, parts of arrays, frequencies; names and tags."""
+
+import time
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from fastapi import APIRouter, Body, Path, Query
+from fastapi.responses import JSONResponse, Response
+from pydantic import BaseModel, Field
+
+from gudgeon.modaldb import hdf5
+from gudgeon.modaldb.errors import RecordMissing
+from gudgeon.modaldb.stores import query as queries
+from gudgeon.modaldb.stores.base import LONGEST_TAG, TAG
+from gudgeon.modaldb.stores.names import LONGEST
+from gudgeon.pipeline.service import arrays
+from gudgeon.pipeline.service.access import LONGEST_LINK
+from gudgeon.pipeline.service.context import PROBLEMS, Key, Reader, Remover, Service, Writer
+from gudgeon.pipeline.service.files import headers_of
+
+router = APIRouter(prefix="/{database}", tags=["records"])
+NPY = {"application/x-npy": {"schema": {"type": "string", "format": "binary"}}}
+Text = Annotated[str, Query(max_length=LONGEST)]
+Stated = Annotated[str, Field(pattern=queries.LIKE_A_CONDITION, max_length=LONGEST)]
+Choice = Annotated[str | None, Query(max_length=20_000, pattern=r"^[0-9:, ]*$", description="such as 0:600,700,::10")]
+Tag = Annotated[str, Path(pattern=TAG, max_length=LONGEST_TAG)]
+Moment = Annotated[float | None, Query(allow_inf_nan=False, description="[s since 1970]")]
+
+
+class Use(BaseModel):
+    """A scene that uses a record, for one of its components."""
+
+    scene: Annotated[str, Field(min_length=1, max_length=LONGEST)]
+    component: Annotated[str, Field(min_length=1, max_length=LONGEST)]
+
+
+class Target(BaseModel):
+    """The record that a tag is of."""
+
+    key: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+@router.get("/keys", responses=PROBLEMS)
+def get_keys(asked: Reader) -> list[str]:
+    """Return the keys of all records, sorted."""
+    return list(asked.store.keys())
+
+
+@router.get("/records", responses=PROBLEMS)
+def get_records(
+    asked: Reader, *, kind: Text = "", scene: Text = "", component: Text = "", tag: Text = "", key: Text = "",
+    text: Text = "", since: Moment = None, until: Moment = None,
+    where: Annotated[list[Stated] | None, Query(max_length=20, description="such as material.E>=2e11")] = None,
+    limit: Annotated[int | None, Query(ge=1, le=10**9)] = None, inputs: bool = False,
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Return the records that match, newest first."""
+    found = asked.store.find(
+        queries.Query(
+            kind=kind, scene=scene, component=component, tag=tag, key=key, text=text, since=since, until=until,
+            where=tuple(map(queries.condition, where or ())), limit=limit,
+        )
+    )  # fmt: skip
+    return [row if inputs else row | {"inputs": {}} for row in (one.as_json() for one in found)]
+
+
+@router.get("/records/{key}/info", responses=PROBLEMS)
+def get_info(key: Key, asked: Reader) -> JSONResponse:
+    """Return kind, inputs, attributes and fields of a record, without its arrays."""
+    with asked.store.opened(key) as (source, head):
+        body = {"key": key, "kind": head.kind, "size": source.length, "inputs": head.inputs, "fields": fields(head),
+                "attributes": {name: value for name, value in head.root.attributes.items() if name not in
+                               hdf5.BESIDE and not isinstance(value, float | None)}}  # fmt: skip
+    return JSONResponse(body, headers=headers_of(key))
+
+
+def fields(head: hdf5.Head) -> list[dict[str, Any]]:
+    """Return path, shape, type and bytes of every array of a record."""
+    rows = []
+    for path in hdf5.dataset_bytes(head):
+        dataset = arrays.dataset_of(head, path)
+        rows.append({"path": path, "shape": list(dataset.shape), "dtype": dataset.dtype, "bytes": dataset.nbytes})
+    return rows
+
+
+@router.get(
+    "/records/{key}/field/{path:path}", response_class=Response,
+    responses=PROBLEMS | {200: {"content": NPY | {"application/json": {}}, "description": "the numbers"}},
+)  # fmt: skip
+def get_field(
+    key: Key, path: Annotated[str, Path(max_length=500)], asked: Reader, *,
+    rows: Choice = None,
+    columns: Choice = None,
+    surface: Annotated[str | None, Query(max_length=500, description="rows: nodes of a surface of the mesh")] = None,
+    format: Literal["npy", "json"] = "npy",
+) -> Response:  # fmt: skip
+    """Return an array, or chosen rows (first axis) and columns (last axis) of it."""
+    with asked.store.opened(key) as (source, head):
+        dataset = arrays.dataset_of(head, path)
+        count = dataset.shape[0] if dataset.shape else 0
+        wanted = None if rows is None else arrays.chosen(rows, count, "rows")
+        if surface is not None:
+            if rows is not None:
+                raise arrays.Wrong("surface, rows: give only one of them")
+            wanted = surface_nodes(asked, key, head, surface)
+            if len(wanted) and wanted[-1] >= count:
+                raise arrays.Wrong(f"surface: {path} has {count} rows, which are not the nodes of a mesh")
+        found = arrays.read_part(source, dataset, wanted, arrays.columns_of(columns, dataset.shape))
+    if format == "json":
+        return JSONResponse(arrays.json_part(found), headers=headers_of(key))
+    return Response(arrays.npy_bytes(found), 200, headers_of(key), "application/x-npy")
+
+
+def surface_nodes(asked: Any, key: str, head: hdf5.Head, surface: str) -> np.ndarray:
+    """Return the nodes of a named surface of a record's mesh, ascending, (k,)."""
+    mesh = key if head.kind == "mesh" else head.root.attributes.get("mesh_key")
+    if not isinstance(mesh, str):
+        raise arrays.Wrong(f"surface: a {head.kind} record has no mesh")
+    found = asked.store.get(mesh, "mesh", only=[f"surfaces/{surface}"]) if "/" not in surface else None
+    if found is None or surface not in found.surfaces:
+        names = asked.store.get(mesh, "mesh", only=["surfaces"]).surfaces
+        raise arrays.Wrong(f"no surface '{surface[:80]}'; there are {', '.join(sorted(names)[:20])}", 404)
+    return np.unique(found.surfaces[surface].facets)
+
+
+@router.get("/records/{key}/spectrum", responses=PROBLEMS)
+def get_spectrum(key: Key, asked: Reader) -> JSONResponse:
+    """Return the frequencies [Hz] of modes with the estimated relative errors of each, null where there is none."""
+    only = ["angular_frequencies", "residuals", "algebraic_errors", "discretisation_errors", "normal_count"]
+    found = asked.store.get(key, "modes", only=only)
+    numbers = {
+        "frequencies": found.angular_frequencies / (2 * np.pi), "residuals": found.residuals,
+        "algebraic_errors": found.algebraic_errors, "discretisation_errors": found.discretisation_errors,
+    }  # fmt: skip
+    body = {name: None if array is None else arrays.json_part(array)["values"] for name, array in numbers.items()}
+    return JSONResponse(body | {"normal_count": found.normal_count}, headers=headers_of(key))
+
+
+@router.get("/records/{key}/examine", responses=PROBLEMS)
+def get_examined(key: Key, asked: Reader) -> dict[str, Any]:
+    """Read all of a record; return why it cannot be used."""
+    fault = asked.store.examine(key)
+    if isinstance(fault, RecordMissing):
+        raise fault
+    return {"fault": None if fault is None else {"error": type(fault).__name__, "detail": str(fault)}}
+
+
+@router.post("/records/{key}/uses", responses=PROBLEMS)
+def post_use(key: Key, use: Use, asked: Writer) -> dict[str, str]:
+    """Note that a scene uses a record."""
+    with asked.store.opened(key):
+        asked.store.note(key, use.scene, use.component)
+    return {"key": key}
+
+
+@router.post("/records/{key}/link", responses=PROBLEMS)
+def post_link(
+    key: Key, asked: Reader, seconds: Annotated[int, Query(ge=1, le=LONGEST_LINK)] = 3600
+) -> dict[str, str | int]:
+    """Return a link by which anybody may read this record for some time."""
+    service: Service = asked.request.app.state.service
+    with asked.store.opened(key):
+        expires = int(time.time()) + seconds
+    signature = service.access.signature(asked.name, key, expires)
+    path = f"/{asked.name}/records/{key}?expires={expires}&signature={signature}"
+    asked.log("link", key, expires=expires)
+    return {"path": path, "expires": expires}
+
+
+@router.put("/tags/{tag}", responses=PROBLEMS)
+def put_tag(tag: Tag, target: Annotated[Target, Body()], asked: Writer) -> dict[str, str]:
+    """Give a tag to a record."""
+    asked.store.tag(tag, target.key)
+    asked.log("tag", target.key, tag=tag)
+    return {"tag": tag, "key": target.key}
+
+
+@router.delete("/tags/{tag}", responses=PROBLEMS)
+def delete_tag(tag: Tag, asked: Writer) -> dict[str, str]:
+    """Take a tag away."""
+    asked.store.tag(tag, None)
+    asked.log("untag", "-", tag=tag)
+    return {"tag": tag}
+
+
+@router.post("/records/{key}/aside", responses=PROBLEMS)
+def post_aside(key: Key, asked: Remover) -> dict[str, str]:
+    """Set a record aside that cannot be used."""
+    if (fault := asked.store.examine(key)) is None:
+        raise arrays.Wrong(f"record {key[:12]}… is sound", 422)
+    if isinstance(fault, RecordMissing):
+        raise fault
+    name = asked.store.set_aside(asked.store.place(key))
+    asked.log("aside", key)
+    return {"name": name}
+
+
+@router.delete("/records/{key}", responses=PROBLEMS)
+def delete_record(key: Key, asked: Remover) -> dict[str, str]:
+    """Remove a record."""
+    if isinstance(fault := asked.store.fault(key), RecordMissing):
+        raise fault
+    asked.store.remove(key)
+    asked.log("delete", key)
+    return {"key": key}
+
+
+@router.get("/leftovers", responses=PROBLEMS)
+def get_leftovers(asked: Reader) -> list[dict[str, Any]]:
+    """Return what writers that were killed have left, and damaged records that were set aside."""
+    root = asked.store.root
+    found = asked.store.leftovers()
+    return [{"name": one.place.removeprefix(f"{root}/"), "size": one.size, "why": one.why} for one in found]
+
+
+@router.delete("/leftovers/{name:path}", responses=PROBLEMS)
+def delete_leftover(name: Annotated[str, Path(max_length=200)], asked: Remover) -> dict[str, str]:
+    """Remove a leftover."""
+    asked.store.remove(f"{asked.store.root}/{name}")
+    asked.log("delete", name)
+    return {"name": name}
