@@ -57,6 +57,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.report",),
     ("pipeline.wheel",),
     ("pipeline.kinds", "pipeline.doctor"),
+    ("pipeline.studies",),
     ("pipeline",),
     ("gudgeon",),
     ("pipeline.cli",),
@@ -90,6 +91,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "PIL": ("pipeline/plots/*", "pipeline/wheel/pictures/*"),
     "matplotlib": ("pipeline/plots/*", "pipeline/*/picture.py", "pipeline/wheel/pictures/*"),
     "imageio": ("pipeline/plots/*",),
+    "pyarrow": ("pipeline/studies/table.py",),
 }
 """Where a library may be imported, as patterns of paths."""
 
