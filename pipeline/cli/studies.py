@@ -64,5 +64,6 @@ def study_command(options: argparse.Namespace) -> int:
     report = run_study(opened(options)[1], options.db, asked, Console(options.json).progress)
     print(json.dumps(report.as_json(), indent=1) if options.json else study_text(report))
     for note, count in report.notes.items():
-        print(f"gudgeon: {count} of {sum(report.counts.values())} designs: {note}", file=sys.stderr)
+        such = "" if count == 1 else ", such as"
+        print(f"gudgeon: {count} of {sum(report.counts.values())} designs{such}: {note}", file=sys.stderr)
     return exit_code(report)

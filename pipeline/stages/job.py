@@ -86,6 +86,10 @@ class Job(SceneJob):
 
     def trajectory(self) -> Product:
         """Return the product of the solve stage."""
+        return self._trajectory
+
+    @cached_property
+    def _trajectory(self) -> Product:
         return product("solve", self.name, {"scene": self.dynamics(), "morphs": self.morphs()})
 
     def products(self, stages: Sequence[str]) -> dict[str, Product]:

@@ -75,6 +75,8 @@ class _Run:
 
     def close(self) -> None:
         """End the workers."""
+        for future in self._running:
+            future.cancel()
         if self._pool is not None:
             self._workers.close(self._pool)
             self._pool = None
@@ -134,9 +136,9 @@ class _Run:
                 f"study: workers ended {BREAKS} times in succession without finishing a task ({_text(error)}); what is"
                 " done is in the database"
             ) from error
+        self.close()
         numbers = [*self._running.values()]
         self._running.clear()
-        self.close()
         for number in numbers:
             self._lost(number, error, self._suspects)
 

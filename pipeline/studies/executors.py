@@ -44,7 +44,7 @@ def processes(jobs: int) -> Workers:
 
     def close(pool: Executor) -> None:
         own = [child for child in multiprocessing.active_children() if child not in before]
-        pool.shutdown(wait=False, cancel_futures=True)
+        pool.shutdown(wait=False)
         for child in own:
             child.terminate()
         for child in own:
@@ -97,10 +97,8 @@ def executor_of(make: Callable[[], Executor], source: str, jobs: int | None = No
             raise InputError(f"{source}: returned {kind}; allowed: an executor as of concurrent.futures")
         return found
 
-    def close(pool: Executor) -> None:
-        pool.shutdown(wait=False, cancel_futures=True)
-
-    return Workers(opened, close, jobs or GIVEN_OUT)
+    # Executors of clusters do not have all arguments of the standard ones.
+    return Workers(opened, lambda pool: pool.shutdown(wait=False), jobs or GIVEN_OUT)
 
 
 def _begin() -> None:

@@ -2,8 +2,9 @@
 
 import json
 import os
+import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,6 +28,7 @@ from gudgeon.pipeline.studies.task import LOST, SOLVE, Row, Source, solve_design
 from gudgeon.solver.result import Result
 
 STUDY, PICTURE = "study.json", "study.png"
+NUMBERS = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
 NOT_FINISHED = 5
 """Reasons of designs without quantities that are printed."""
 
@@ -59,9 +61,9 @@ class StudyReport:
     out: str
     files: list[str]
     reasons: dict[str, int] = field(default_factory=dict)
-    """Number of designs by the reason why they did not finish."""
+    """Number of designs by the reason why they did not finish, of reasons that differ by numbers the first."""
     notes: dict[str, int] = field(default_factory=dict)
-    """Number of designs by note."""
+    """The same of notes on runs."""
 
     def as_json(self) -> dict[str, Any]:
         """Return the document that `--json` prints."""
@@ -215,9 +217,18 @@ def _write(
     return StudyReport(
         job.name, table, dict(Counter(result for result, _ in results)), sum(row.fresh for row in found.values()),
         str(job.out), [STUDY, *files],
-        reasons=dict(Counter(reason for result, reason in results if result != Result.FINISHED.name)),
-        notes=dict(Counter(note for row in found.values() for note in row.notes)),
+        reasons=_alike(reason for result, reason in results if result != Result.FINISHED.name),
+        notes=_alike(note for row in found.values() for note in row.notes),
     )  # fmt: skip
+
+
+def _alike(texts: Iterable[str]) -> dict[str, int]:
+    """Return the number of texts that differ by numbers only, by the first of them."""
+    first: dict[str, str] = {}
+    counts: Counter[str] = Counter()
+    for text in texts:
+        counts[first.setdefault(NUMBERS.sub("", text), text)] += 1
+    return dict(counts)
 
 
 def exit_code(report: StudyReport) -> int:

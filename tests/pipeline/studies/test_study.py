@@ -334,3 +334,12 @@ def test_picture_of_named_quantities(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"--quantity wall\.nothing: no design has such a quantity"):
         done(scene, VELOCITIES, tmp_path, quantities=["wall.nothing"])
     assert len(read(tmp_path / "out/study.csv")) == 3
+
+
+def test_notes_that_differ_by_numbers_are_one_line(tmp_path: Path, capsys: Capture) -> None:
+    places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out"), "--jobs", "1"]
+    options = ["--vary", f"{VELOCITY}=-1,-2,-3,1", *places]
+    assert main(["study", str(write_rod(tmp_path)), *options]) == 0
+    lines = [line for line in capsys.readouterr().err.splitlines() if "no contact touched" in line]
+    assert len(lines) == 1
+    assert lines[0].startswith("gudgeon: 3 of 4 designs, such as: no contact touched; the smallest gap was")
