@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import threadpoolctl
 
@@ -36,14 +37,14 @@ class Workers:
 
 def processes(jobs: int) -> Workers:
     """Return that number of processes on this machine, of one thread each."""
-    before = set(multiprocessing.active_children())
     context = multiprocessing.get_context("spawn")
 
     def opened() -> Executor:
         return ProcessPoolExecutor(jobs, context, _begin)
 
-    def close(pool: Executor) -> None:
-        own = [child for child in multiprocessing.active_children() if child not in before]
+    def close(pool: Any) -> None:
+        # Before version 3.14 of Python there is no other way to end them.
+        own = [*(pool._processes or {}).values()]
         pool.shutdown(wait=False)
         for child in own:
             child.terminate()

@@ -40,13 +40,19 @@ class _Group:
 
 
 def planned(
-    source: Source, stages: tuple[str, ...], paths: Sequence[str], designs: Sequence[Sequence[Any]]
+    source: Source,
+    stages: tuple[str, ...],
+    paths: Sequence[str],
+    designs: Sequence[Sequence[Any]],
+    *,
+    compiles: bool = False,
 ) -> list[Step]:
     """Return the steps of a study in an order in which they can be done.
 
     Args:
         stages: Of the kind of scene, without pictures.
         designs: Values of each design in the order of `paths`; designs are numbered from 1.
+        compiles: Whether the time loop is not compiled yet: the first design does so, and the others wait.
     """
     changes = [tuple(zip(paths, values, strict=True)) for values in designs]
     equal: dict[str, list[int]] = {}
@@ -60,9 +66,11 @@ def planned(
         group.designs.append(first)
         group_of[first] = group
     steps = _shared_steps(source, stages, list(groups.values()))
+    first = frozenset({len(steps)} if compiles else ())
     for text, numbers in equal.items():
         task = Task(source, numbers[0], text, stages)
-        steps.append(Step(task, frozenset(group_of[numbers[0]].after), tuple(numbers)))
+        after = frozenset(group_of[numbers[0]].after) | (first - {len(steps)})
+        steps.append(Step(task, after, tuple(numbers)))
     return steps
 
 

@@ -25,6 +25,7 @@ from gudgeon.pipeline.studies.parameters import Parameter, parse_parameters
 from gudgeon.pipeline.studies.planning import Step, planned
 from gudgeon.pipeline.studies.table import Table, table_of, write_table
 from gudgeon.pipeline.studies.task import LOST, SOLVE, Row, Source, solve_design, version_key
+from gudgeon.solver.kernel_cache import is_compiled
 from gudgeon.solver.result import Result
 
 STUDY, PICTURE = "study.json", "study.png"
@@ -126,11 +127,11 @@ def _texts(vary: Sequence[str] | Mapping[str, Any]) -> list[str]:
     return found
 
 
-def run_study(job: SceneJob, db: str, asked: Asked, tell: Progress, work: Work = solve_design) -> StudyReport:
+def run_study(job: Any, db: str, asked: Asked, tell: Progress, work: Work = solve_design) -> StudyReport:
     """Run the designs of a job and write table and picture; see `study`.
 
     Args:
-        job: The scene as written.
+        job: Of the scene as written, a `SceneJob`.
         db: Location of its database.
         work: What workers do with a task.
     """
@@ -147,7 +148,8 @@ def run_study(job: SceneJob, db: str, asked: Asked, tell: Progress, work: Work =
     paths = [one.path for one in parameters]
     stages = job.stages[: job.stages.index(SOLVE) + 1]
     tell("study", 0.0)
-    steps = planned(source, stages, paths, designs)
+    loop = getattr(job.scene, "loop", None)
+    steps = planned(source, stages, paths, designs, compiles=loop is not None and not is_compiled(loop))
     found: dict[int, Row] = {}
     try:
         _collect(steps, workers, work, found, tell)
@@ -240,7 +242,7 @@ def study_text(report: StudyReport) -> str:
     """Return counts, reasons and files of a study as text."""
     total = sum(report.counts.values())
     parts = [f"{count} {result}" for result, count in sorted(report.counts.items(), key=lambda one: -one[1])]
-    kept = f"; {report.fresh} of them were in the database" if report.fresh else ""
+    kept = f"; in the database before: {report.fresh}" if report.fresh else ""
     lines = [f"{total} designs: {', '.join(parts)}{kept}"]
     for reason, count in Counter(report.reasons).most_common(NOT_FINISHED):
         lines.append(f"  {count} × {reason}")

@@ -27,6 +27,8 @@ from gudgeon.pipeline.studies.task import Source, solve_design, version_key
 from tests.pipeline.small import block_on_floor
 from tests.pipeline.studies import cases
 from tests.pipeline.studies.cases import SIZE, VELOCITY, thread, write_rod
+from tests.pipeline.wheel.test_wheel_scene import SMALL, toml
+from tests.validation.scenes import DATA
 
 Capture = pytest.CaptureFixture[str]
 VELOCITIES = {VELOCITY: [0.5, 1.0, 1.5]}
@@ -133,6 +135,14 @@ def test_shared_meshes_and_modes_are_steps_before_their_designs(tmp_path: Path) 
     gudgeon.run(job.path, set=[f"{SIZE}=0.05"], db=tmp_path / "db", out=tmp_path / "out", until="modes")
     steps = planned(source, stages, paths, designs)
     assert [step.task.stages[-1] for step in steps if not step.designs] == ["mesh", "modes", "morph", "morph"]
+
+
+def test_one_design_compiles_the_time_loop(tmp_path: Path) -> None:
+    job = open_job(write_rod(tmp_path), db=tmp_path / "db", out=tmp_path / "out")
+    source = Source(job.name, str(job.path), json.dumps(job.tables), str(tmp_path / "db"), version_key())
+    stages = ("mesh", "modes", "morph", "solve")
+    alone = planned(source, stages, [VELOCITY], [(1.0,), (2.0,), (3.0,)], compiles=True)
+    assert [sorted(step.after) for step in alone] == [[], [0], [0, 1], [0, 1, 2], [0, 1, 2, 3], [0, 1, 2, 3]]
 
 
 def test_components_that_groups_share_have_one_maker(tmp_path: Path) -> None:
@@ -343,3 +353,17 @@ def test_notes_that_differ_by_numbers_are_one_line(tmp_path: Path, capsys: Captu
     lines = [line for line in capsys.readouterr().err.splitlines() if "no contact touched" in line]
     assert len(lines) == 1
     assert lines[0].startswith("gudgeon: 3 of 4 designs, such as: no contact touched; the smallest gap was")
+
+
+def test_study_of_a_wheel(tmp_path: Path) -> None:
+    settings = [f"{key}={toml(value)}" for key, value in SMALL.items()]
+    report = done(DATA / "bladed-disk", ["wheel.disk.mistuning.seed=1,2,3"], tmp_path, set=settings)
+    assert report.counts == {"FINISHED": 3}
+    single = gudgeon.run(
+        DATA / "bladed-disk", set=[*settings, "wheel.disk.mistuning.seed=2"], db=tmp_path / "db", out=tmp_path / "one",
+        until="solve",
+    )  # fmt: skip
+    assert single.stages["solve"].state == "fresh"
+    values = [row["magnification [1]"] for row in report.table.records()]
+    assert values[1] == single.quantities["magnification"]["value"]
+    assert len({*values}) == 3
