@@ -40,6 +40,9 @@ class Kind:
     """Returns the job of a scene; raises InputError with every mistake listed."""
     run: Callable[[Any, str, Progress | None], RunReport]
     """Computes the records of a job that are missing, up to and including one stage."""
+    solve: Callable[[Any, str, Progress | None], RunReport]
+    """Computes the records of a job that are missing, up to and including one stage before the pictures, and writes
+    nothing else. Up to the stage `solve`, the report has the result, quantities and errors as `run` prints them."""
     plan: Callable[[Any], dict[str, Any]]
     """Returns `terms`, those that are read or omitted with the reason, and `bytes`, the number that is read."""
     report: Callable[[Any, "Effort", Progress], "Document"]
@@ -77,6 +80,7 @@ KINDS: dict[str, Kind] = {
         model="gudgeon.pipeline.scenes.bodies:SceneFile",
         open=_late("gudgeon.pipeline.stages.job:contact_job"),
         run=_late("gudgeon.pipeline.stages.run:run_job"),
+        solve=_late("gudgeon.pipeline.stages.run:solve_records"),
         plan=_late("gudgeon.pipeline.stages.plan:plan"),
         report=_late("gudgeon.pipeline.report.bodies:report_scene"),
         robustness=_late("gudgeon.pipeline.robustness.run:robustness_job"),
@@ -87,6 +91,7 @@ KINDS: dict[str, Kind] = {
         model="gudgeon.pipeline.wheel.scene:WheelFile",
         open=_late("gudgeon.pipeline.wheel.job:wheel_job"),
         run=_late("gudgeon.pipeline.wheel.stages:run_wheel"),
+        solve=_late("gudgeon.pipeline.wheel.stages:solve_wheel"),
         plan=_late("gudgeon.pipeline.wheel.plan:plan_wheel"),
         report=_late("gudgeon.pipeline.wheel.report:report_wheel"),
         robustness=_late("gudgeon.pipeline.wheel.robustness:robustness_wheel"),
@@ -126,9 +131,14 @@ def open_job(
     folder = path.parent.resolve().name
     name = folder if path.name == "scene.toml" else path.stem
     target = Path(DEFAULT_OUT) / folder / path.stem if out is None else usable_path(out)
+    return job_at(Place(name, path, tables, modaldb.open(db), target, tuple(texts)))
+
+
+def job_at(place: Place) -> Any:
+    """Return the job of a scene as written, of the kind that its tables identify; raises InputError as `open_job`."""
     first, *others = KINDS
-    kind = KINDS[next((table for table in others if table in tables), first)]
-    return kind.open(Place(name, path, tables, modaldb.open(db), target, tuple(texts)))
+    kind = KINDS[next((table for table in others if table in place.tables), first)]
+    return kind.open(place)
 
 
 def run(

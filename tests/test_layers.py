@@ -57,6 +57,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.report",),
     ("pipeline.wheel",),
     ("pipeline.kinds", "pipeline.doctor", "pipeline.service"),
+    ("pipeline.studies",),
     ("pipeline",),
     ("gudgeon",),
     ("pipeline.cli",),
@@ -94,6 +95,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "fastapi": ("pipeline/service/*",),
     "starlette": ("pipeline/service/*",),
     "uvicorn": ("pipeline/service/run.py",),
+    "pyarrow": ("pipeline/studies/table.py",),
 }
 """Where a library may be imported, as patterns of paths."""
 

@@ -24,7 +24,6 @@ RETIRED = {
     "energy balance": r"books|booked|less work",
     "counts": r"tally|tallies|tallied",
     "slap energy": r"slap impulses?",
-    "report": r"study|studies",
     "has an error of": r"errs( by)?",
     "corrects, refine": r"mends?|mended|mending",
 }

@@ -18,7 +18,7 @@ PER_IMPACT = re.compile(r"\.impact\d+\.")
 
 def run_command(options: argparse.Namespace) -> int:
     """Run the stages up to the one that the command names."""
-    kind, job = _opened(options)
+    kind, job = opened(options)
     progress = Console(options.json).progress
     if options.tolerance is None:
         report = kind.run(job, options.until, progress)
@@ -83,7 +83,7 @@ def status_command(options: argparse.Namespace) -> int:
     """Print which stages are fresh or stale."""
     from gudgeon.pipeline.stages.status import status
 
-    rows = status(_opened(options)[1])
+    rows = status(opened(options)[1])
     if options.json:
         print(json.dumps([dict(zip(("stage", "state", "key", "why"), row, strict=True)) for row in rows], indent=1))
         return 0
@@ -94,7 +94,7 @@ def status_command(options: argparse.Namespace) -> int:
 
 def plan_command(options: argparse.Namespace) -> int:
     """Print the data that the solver reads, the terms that it omits, and the ports of the scene."""
-    kind, job = _opened(options)
+    kind, job = opened(options)
     rows = kind.plan(job)
     if options.json:
         print(json.dumps(rows, indent=1))
@@ -120,7 +120,7 @@ def report_command(options: argparse.Namespace) -> int:
     from gudgeon.pipeline.report.page.output import report_text
 
     how = Effort(options.repeat, options.jobs or 1, options.tolerance or TOLERANCE, options.same_mesh)
-    kind, job = _opened(options)
+    kind, job = opened(options)
     document = kind.report(job, how, Console(options.json).progress)
     print(document.as_text() if options.json else report_text(document))
     return 0
@@ -128,7 +128,7 @@ def report_command(options: argparse.Namespace) -> int:
 
 def robustness_command(options: argparse.Namespace) -> int:
     """Run the robustness cases of a scene."""
-    kind, job = _opened(options)
+    kind, job = opened(options)
     document, table = kind.robustness(job, options.cases, options.only, Console(options.json).progress)
     print(json.dumps(document, indent=1) if options.json else table)
     return 0 if document["passed"] else 1
@@ -138,7 +138,7 @@ def linear_command(options: argparse.Namespace) -> int:
     """Print the assembled modes and write them, with a response if one is asked for."""
     from gudgeon.pipeline.linear.analysis import Asked, answer_text
 
-    kind, job = _opened(options)
+    kind, job = opened(options)
     low_high = options.frequencies
     answer = kind.linear(
         job,
@@ -156,7 +156,7 @@ def linear_command(options: argparse.Namespace) -> int:
 
 def export_command(options: argparse.Namespace) -> int:
     """Write .vtu files."""
-    kind, job = _opened(options)
+    kind, job = opened(options)
     files = kind.export(job, options.what, options.every)
     if options.json:
         print(json.dumps([str(f) for f in files]))
@@ -207,7 +207,7 @@ def schema_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def _opened(options: argparse.Namespace) -> tuple[Any, Any]:
+def opened(options: argparse.Namespace) -> tuple[Any, Any]:
     """Return the kind of the scene and its job."""
     from gudgeon.pipeline.kinds import kind_of, open_job
 

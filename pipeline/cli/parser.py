@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.cli import commands, drafts
+from gudgeon.pipeline.cli import commands, drafts, studies
 from gudgeon.pipeline.cli.database_parser import DB, add_database
 
 EXAMPLES = """\
@@ -16,6 +16,8 @@ examples:
   gudgeon status data/skirt                   list which stages are fresh or stale, with the reason
   gudgeon plan data/rod-wall                  list the data that the solver reads and the terms that it omits
   gudgeon report data/skirt                   compare the error and the run time of every model of the scene
+  gudgeon study data/rod-wall --vary body.rod.velocity.0=-0.1:-1:10
+                                              run many designs: one table of quantities, and a picture
   gudgeon faces bracket.step                  list and draw the numbered faces of a CAD part
   gudgeon new bracket.step                    write a scene of a CAD part that is thrown at a plane
   gudgeon doctor                              check this machine and list the commands that correct it
@@ -98,6 +100,9 @@ def build_parser() -> argparse.ArgumentParser:
     add("--tolerance", type=_tolerance, metavar="T", help="error that the cheapest setting must meet (default 1%%)")
     add("--same-mesh", action="store_true", help=SAME_MESH)
     report.set_defaults(threads=1)
+    text = "run many designs of the scene: one table of their quantities, and a picture"
+    study = _command(names, "study", text, studies.study_command, studies.STUDY_HELP)
+    studies.add_options(study, _positive)
     text = "run the robustness cases of the scene and check each result against its rule"
     add = _command(names, "robustness", text, commands.robustness_command, ROBUSTNESS_HELP).add_argument
     add("--only", type=_names, default=(), metavar="NAME,...", help="run only the named cases or groups")

@@ -6,6 +6,7 @@ revolution. Between its points it is a bicubic spline (of lower degree where the
 """
 
 import csv
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,7 +52,7 @@ class ProfileTable:
         return spline.ev(height, self._turned(angle))
 
     def linear(self, height: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Interpolate linearly at points (k,), with the nearest height outside the table; fast, for checks."""
+        """Interpolate linearly at heights and angles that broadcast; beyond the table the nearest height counts."""
         if len(self.angles) == 1:
             return np.interp(height, self.heights, self.deviations[:, 0])
         row, up = _cell(self.heights, np.clip(height, self.heights[0], self.heights[-1]))
@@ -130,6 +131,6 @@ def finite(cell: str, path: Path, row: int) -> float:
         value = float(cell)
     except ValueError:
         raise InputError(f"{path}: row {row} holds '{cell.strip()}', a number is needed") from None
-    if not np.isfinite(value):
+    if not math.isfinite(value):
         raise InputError(f"{path}: row {row} holds '{cell.strip()}', a finite number is needed")
     return value

@@ -11,9 +11,9 @@ In a notebook:
     store = gudgeon.open(".gudgeon")                        # the modal database
     modes = store.get(found.stages["modes"].keys["skirt"], "modes", only=["angular_frequencies"])
 
-`run`, `status`, `plan`, `report` and `open_job` take a scene's folder or TOML file; `compile_system` and `simulate` run
-a scene's dynamics from records directly. `gudgeon.pipeline`, `gudgeon.modaldb` and `gudgeon.solver` have the rest.
-Large libraries are imported when a function first needs them.
+`run`, `status`, `plan`, `report`, `study` and `open_job` take a scene's folder or TOML file; `compile_system` and
+`simulate` run a scene's dynamics from records directly. `gudgeon.pipeline`, `gudgeon.modaldb` and `gudgeon.solver` have
+the rest. Large libraries are imported when a function first needs them.
 """
 
 from importlib import import_module
@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gudgeon.modaldb import open
     from gudgeon.pipeline.kinds import open_job, plan, report, run, simulation, status
+    from gudgeon.pipeline.studies.study import study
     from gudgeon.solver.simulate import simulate
     from gudgeon.solver.system.compile import compile_system
 
@@ -36,6 +37,7 @@ __all__ = [
     "simulate",
     "simulation",
     "status",
+    "study",
 ]
 
 _HOMES = {
@@ -48,6 +50,7 @@ _HOMES = {
     "simulate": "gudgeon.solver.simulate:simulate",
     "simulation": "gudgeon.pipeline.kinds:simulation",
     "status": "gudgeon.pipeline.kinds:status",
+    "study": "gudgeon.pipeline.studies.study:study",
 }
 
 

@@ -70,26 +70,28 @@ def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, maste
     item = slave[0]
     radius, bore = float(slave[1]["radius"]), float(master[1]["radius"])
     low, high = item.sector_deg or (-180.0, 180.0)
-    angles = np.radians(np.linspace(low, high, ANGLES))
+    theta = np.radians(np.linspace(low, high, ANGLES))
     moved = deviation_of(scene.component[component], folder, component)
     profile = moved[1] if moved is not None and moved[0] == item.surface else 0.0
     table = profile if isinstance(profile, ProfileTable) else None
     bottom, top = item.height or (table.heights[[0, -1]] if table else (0.0, 0.0))
-    z, theta = np.meshgrid(np.linspace(bottom, top, HEIGHTS), angles, indexing="ij")
-    deviation = table.linear(z.ravel(), theta.ravel()) if table else np.full(z.size, profile)
+    z = np.linspace(bottom, top, HEIGHTS)
+    deviation = profile.linear(z[:, None], theta) if isinstance(profile, ProfileTable) else profile
     aside = np.asarray(scene.body[contact.body].position) - scene.body[scene.masters()[name].body].position
-    out = aside[0] * np.cos(theta.ravel()) + aside[1] * np.sin(theta.ravel())
-    clearance = bore - radius - deviation - out
-    worst = int(np.argmin(clearance))
+    out = aside[0] * np.cos(theta) + aside[1] * np.sin(theta)
+    clearance = np.broadcast_to(bore - radius - deviation - out, (len(z), len(theta)))
+    worst = np.unravel_index(np.argmin(clearance), clearance.shape)
     if clearance[worst] >= 0:
         return []
     share = float(np.mean(clearance < 0))
-    nearer = f"; {out[worst] * 1e6:.3g} µm of it are taken by body.{contact.body}.position" if out[worst] else ""
+    height, angle, taken = z[worst[0]], theta[worst[1]], out[worst[1]]
+    nearer = f"; {taken * 1e6:.3g} µm of it are taken by body.{contact.body}.position" if taken else ""
+    there = bore - clearance[worst] - taken
     return [
         f"contact.{name}: the clearance is below zero on {f'{share:.0%}' if share >= 0.01 else 'under 1%'} of"
-        f" '{contact.interface}', worst {clearance[worst] * 1e6:.3g} µm at height {z.ravel()[worst]:.4g} m and"
-        f" {np.degrees(theta.ravel()[worst]):.0f} degrees, all along the stroke; the bore's radius is {bore} m, the"
-        f" radius there {radius + deviation[worst]:.7g} m{nearer}"
+        f" '{contact.interface}', worst {clearance[worst] * 1e6:.3g} µm at height {height:.4g} m and"
+        f" {np.degrees(angle):.0f} degrees, all along the stroke; the bore's radius is {bore} m, the"
+        f" radius there {there:.7g} m{nearer}"
     ]
 
 

@@ -212,16 +212,34 @@ def nested(path: Sequence[str], value: Any) -> Any:
 
 
 def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return nested tables with `changes` applied; the value `"unset"` removes a key."""
+    """Return nested tables with `changes` applied; the value `"unset"` removes a key.
+
+    A list is changed item by item where the keys below its name are numbers, from 0 on.
+
+    Raises:
+        InputError: a list has no such item.
+    """
     found = dict(tables)
     for name, value in changes.items():
+        below = found.get(name)
         if value == UNSET:
             found.pop(name, None)
+        elif isinstance(value, Mapping) and isinstance(below, list) and all(key.isdecimal() for key in value):
+            found[name] = _with_items(name, below, value)
         elif isinstance(value, Mapping):
-            below = found.get(name)
             found[name] = merged(below if isinstance(below, dict) else {}, value)
         else:
             found[name] = value
+    return found
+
+
+def _with_items(name: str, items: list[Any], changes: Mapping[str, Any]) -> list[Any]:
+    """Return a list with some items replaced; `changes` are numbers of items, as text, and their values."""
+    found = list(items)
+    for key, value in changes.items():
+        if int(key) >= len(found):
+            raise InputError(f"{name}.{key}: no such item; the list has items 0 to {len(found) - 1}")
+        found[int(key)] = merged({"": found[int(key)]}, {"": value})[""]
     return found
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -43,8 +44,12 @@ class Job(SceneJob):
         names = {self.scene.component_of(body) for body in self.scene.body}
         return {name: component for name, component in self.scene.component.items() if name in names}
 
-    def components(self) -> dict[str, dict[str, Product]]:
-        """Return the products of every component that a body uses."""
+    def components(self) -> Mapping[str, dict[str, Product]]:
+        """Return the products of every component that a body uses, of its files as they were at the first call."""
+        return self._components
+
+    @cached_property
+    def _components(self) -> Mapping[str, dict[str, Product]]:
         with named(self.path, InputError):
             return {
                 name: component_products(name, component, self.folder, self.scene.rubbed_of(name))
@@ -81,6 +86,10 @@ class Job(SceneJob):
 
     def trajectory(self) -> Product:
         """Return the product of the solve stage."""
+        return self._trajectory
+
+    @cached_property
+    def _trajectory(self) -> Product:
         return product("solve", self.name, {"scene": self.dynamics(), "morphs": self.morphs()})
 
     def products(self, stages: Sequence[str]) -> dict[str, Product]:

@@ -58,13 +58,11 @@ def run_stages(
         InputError: there is no such stage, or the scene does not fit its mesh.
         StageError: a numerical routine failed.
     """
-    if until not in job.stages:
-        raise InputError(f"{job.path}: no stage '{until}'; its stages are {', '.join(job.stages)}")
+    wanted = _wanted(job, until)
     waits = partial(tell, f"waiting for another run in {job.out}", 0.0)
     with held(job.out, waits):
         claim(job)
-    wanted = job.stages[: job.stages.index(until) + 1]
-    stages = {stage: make_stage(job, stage, tasks, tell) for stage in wanted if stage != "plot"}
+    stages = make_stages(job, until, tell, tasks)
     with held(job.out, waits):
         claim(job)
         report, pictures, notes = finish(until), [], []
@@ -78,9 +76,24 @@ def run_stages(
     return replace(report, stages=stages, pictures=pictures, notes=[*notes, *report.notes])
 
 
+def make_stages(job: SceneJob, until: str, tell: Progress, tasks: Tasks) -> dict[str, StageReport]:
+    """Compute the records of a scene that are missing, up to and including the stage `until`; write nothing else.
+
+    Raises:
+        InputError, StageError: see `run_stages`.
+    """
+    return {stage: make_stage(job, stage, tasks, tell) for stage in _wanted(job, until) if stage != "plot"}
+
+
+def _wanted(job: SceneJob, until: str) -> tuple[str, ...]:
+    if until not in job.stages:
+        raise InputError(f"{job.path}: no stage '{until}'; its stages are {', '.join(job.stages)}")
+    return job.stages[: job.stages.index(until) + 1]
+
+
 def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> StageReport:
     """Compute the records of a stage that are not in the database."""
-    start, ran, keys, names = time.perf_counter(), False, [], {}
+    start, ran, keys, names, cpu = time.perf_counter(), False, [], {}, 0.0
     for product, make in tasks(stage):
         keys.append(product.key)
         names[product.name] = product.key
@@ -88,13 +101,15 @@ def make_stage(job: SceneJob, stage: str, tasks: Tasks, tell: Progress) -> Stage
             job.store.note(product.key, scene_name(job), product.name)
             continue
         tell(stage, 0.0)
+        before = time.process_time()
         with named(job.path, InputError, StageError, SceneError):
             record = make()
+        cpu += time.process_time() - before
         keep(job.store, product, record)
         job.store.note(product.key, scene_name(job), product.name)
         ran = True
     tell(stage, 1.0)
-    return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys), names)
+    return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys), names, cpu)
 
 
 def plot_stage(job: SceneJob, draw: Draw, tell: Progress) -> tuple[StageReport, list[str], list[str]]:

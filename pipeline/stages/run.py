@@ -27,10 +27,10 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.change import change_estimates, change_notes
 from gudgeon.pipeline.stages.folder import held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.make import Task, check_finite, make_stage, run_stages
+from gudgeon.pipeline.stages.make import Task, check_finite, make_stage, make_stages, run_stages
 from gudgeon.pipeline.stages.parts import extent_notes, part_sizes
 from gudgeon.pipeline.stages.products import STAGES, Product
-from gudgeon.pipeline.stages.run_report import Progress, RunReport
+from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, reference_values, write_summary
 from gudgeon.solver.capabilities import INTEGRATORS, UNTOUCHED
 from gudgeon.solver.kernel_cache import compile_beside, is_compiled, uncached_note
@@ -64,6 +64,18 @@ def run_job(job: Job, until: str = "plot", progress: Progress | None = None) -> 
             return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
         except _Stopped as stopped:
             return _keep_stopped(job, stopped.args[0])
+
+
+def solve_records(job: Job, until: str = "solve", progress: Progress | None = None) -> RunReport:
+    """Compute the records of a job that are missing, without its folder of results; see `Kind.solve`."""
+    tell = progress or (lambda stage, share: None)
+    with _compilation(job, until, tell) as compilation:
+        stages = make_stages(job, until, tell, partial(_tasks, job, tell=tell, compilation=compilation))
+    if until != "solve":
+        return RunReport(job.name, None, stages)
+    found = job.store.get(job.trajectory().key, "trajectory", only=["times"])
+    names = ("result", "quantities", "energy_drift", "momentum_residual", "estimates", "counts")
+    return _report(job, {name: getattr(found, name) for name in names}, stages)
 
 
 @contextlib.contextmanager
@@ -220,6 +232,12 @@ def _finish(job: Job, until: str) -> RunReport:
         found = job.store.get(key, "trajectory", only=["times"])
         summary = write_summary(job.out, key, expected, found, TRAJECTORY)
         _write_probes(job, job.store.get(key, "trajectory", only=["times", "probes"]))
+    found = _report(job, summary, {})
+    return replace(found, out=str(job.out), notes=found.notes + notes, parts=_sizes(job), files=_files(job))
+
+
+def _report(job: Job, summary: dict[str, Any], stages: dict[str, StageReport]) -> RunReport:
+    """Return the report of a run: its quantities, estimated errors and what is to be said of it."""
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     own += _energy_notes(job, summary)
     if summary["result"] != Result.NOT_CONVERGED.name:
@@ -234,10 +252,9 @@ def _finish(job: Job, until: str) -> RunReport:
     own += [note for note in [uncached_note()] if note is not None]
     outcome = Result[summary["result"]]
     return RunReport(
-        job.name, summary["result"], quantities=summary["quantities"], energy_drift=summary["energy_drift"],
-        momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], out=str(job.out),
-        notes=own + notes, changes=change_estimates(job), parts=_sizes(job), files=_files(job),
-        reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
+        job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
+        momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], notes=own,
+        changes=change_estimates(job), reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
     )  # fmt: skip
 
 

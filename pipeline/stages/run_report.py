@@ -19,6 +19,8 @@ class StageReport:
     """Of its record, or one for all where it has several."""
     keys: dict[str, str] = field(default_factory=dict)
     """Of the record of each component, or of the scene."""
+    cpu: float = 0.0
+    """CPU time of computing its records, without reading and writing the database [s]."""
 
 
 @dataclass(frozen=True)

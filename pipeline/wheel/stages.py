@@ -10,7 +10,7 @@ import numpy as np
 from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.scenes.checks import unit_notes
-from gudgeon.pipeline.stages.make import Task, run_stages
+from gudgeon.pipeline.stages.make import Task, make_stages, run_stages
 from gudgeon.pipeline.stages.parts import extent_notes, part_row
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
@@ -29,6 +29,16 @@ def run_wheel(job: WheelJob, until: str = "plot", progress: Progress | None = No
     tell = progress or (lambda stage, share: None)
     tasks = partial(_tasks, job, tell=tell)
     return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
+
+
+def solve_wheel(job: WheelJob, until: str = "solve", progress: Progress | None = None) -> RunReport:
+    """Compute the records of a wheel that are missing, without its folder of results; see `Kind.solve`."""
+    tell = progress or (lambda stage, share: None)
+    stages = make_stages(job, until, tell, partial(_tasks, job, tell=tell))
+    if until != "solve":
+        return RunReport(job.name, None, stages)
+    record = job.store.get(job.response(job.wheel.interface).key, "wheel", only=["excitation"])
+    return RunReport(job.name, "FINISHED", stages, record.quantities)
 
 
 def _tasks(job: WheelJob, stage: str, tell: Progress) -> list[Task]:

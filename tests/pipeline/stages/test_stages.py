@@ -135,7 +135,7 @@ def test_json_document(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(arguments) == 0
     document = json.loads(capsys.readouterr().out)
     assert {"scene", "result", "stages", "quantities", "energy_drift", "momentum_residual", "out"} <= set(document)
-    assert set(document["stages"]["modes"]) == {"state", "seconds", "key", "keys"}
+    assert set(document["stages"]["modes"]) == {"state", "seconds", "cpu", "key", "keys"}
     assert set(document["quantities"]["bore.impulse"]) == {"value", "unit", "reference", "error"}
 
 

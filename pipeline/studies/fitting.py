@@ -1,0 +1,108 @@
+"""Whether a scene has the keys that a study varies, and each value alone is one that its key allows."""
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.scenes.reading import check_scene, merged, nested
+from gudgeon.pipeline.studies.parameters import Parameter
+
+NO_RUN = ("report", "plot", "robustness")
+"""Tables of a scene that do not affect its motion; tasks are sent without them."""
+
+
+def fitted(job: Any, parameters: Sequence[Parameter]) -> tuple[dict[str, Any], list[Parameter]]:
+    """Return the tables that designs change, and the parameters with what the scene says of their values.
+
+    Lists of which a parameter changes an item stand in the tables, with their defaults where the scene has none.
+
+    Args:
+        job: The scene as written, of any kind.
+
+    Raises:
+        InputError: the scene has no such key, or a value is none that the key allows.
+    """
+    tables: dict[str, Any] = {name: table for name, table in job.tables.items() if name not in NO_RUN}
+    full = job.scene.model_dump(mode="json")
+    for one in parameters:
+        tables = _with_lists(tables, full, one)
+    return tables, [_checked(job, tables, one) for one in parameters]
+
+
+def _with_lists(tables: dict[str, Any], full: Mapping[str, Any], parameter: Parameter) -> dict[str, Any]:
+    """Return tables with the list that a parameter changes; raises InputError where the scene has no such place."""
+    parts = parameter.path.split(".")
+    node: Any = full
+    for depth, part in enumerate(parts):
+        if depth == 0 and part in NO_RUN:
+            raise InputError(f"{parameter.source}: '{part}' does not affect the motion; vary keys of other tables")
+        if isinstance(node, list):
+            if not part.isdecimal() or int(part) >= len(node):
+                raise InputError(f"{parameter.source}: no item '{part}'; allowed: 0 to {len(node) - 1}")
+            tables = merged(_defaults(tables, parts[:depth], node), {})
+            node = node[int(part)]
+        elif isinstance(node, Mapping) and part in node:
+            node = node[part]
+        elif isinstance(node, Mapping) and depth < 2:
+            above = ".".join(parts[:depth]) or "the scene"
+            near = difflib.get_close_matches(part, node, 1)
+            hint = f"did you mean '{near[0]}'? " if near else ""
+            have = ", ".join(name for name in node if name not in NO_RUN) or "nothing"
+            raise InputError(f"{parameter.source}: no '{part}' in {above}; {hint}it has {have}")
+        else:
+            break
+    return tables
+
+
+def _defaults(tables: dict[str, Any], parts: Sequence[str], items: list[Any]) -> dict[str, Any]:
+    """Return tables with a list at a path, unless one is there."""
+    node: Any = tables
+    for part in parts:
+        if isinstance(node, list):
+            node = node[int(part)]
+            continue
+        if not isinstance(node, Mapping) or part not in node:
+            return merged(tables, nested(parts, items))
+        node = node[part]
+    return tables
+
+
+def _checked(job: Any, tables: dict[str, Any], parameter: Parameter) -> Parameter:
+    """Return a parameter whose values its key allows; those of a range are whole numbers where it needs them."""
+    for value in parameter.extremes():
+        if (message := _refusal(job, tables, parameter.path, value)) is not None:
+            raise InputError(f"{parameter.place(value)}: {message}")
+    ends = (parameter.low, parameter.high)
+    if parameter.values or not all(end.is_integer() for end in ends):
+        return parameter
+    inner = min(ends) + 0.5
+    return replace(parameter, whole=_refusal(job, tables, parameter.path, inner) is not None)
+
+
+def _refusal(job: Any, tables: dict[str, Any], path: str, value: Any) -> str | None:
+    """Return why a key does not allow a value, None where it does; contradictions with other keys do not count."""
+    changed = merged(tables, nested(path.split("."), value))
+    try:
+        check_scene(job.path, changed, type(job.scene))
+    except InputError as error:
+        for line in str(error).splitlines():
+            key, _, text = line.removeprefix(f"{job.path}: ").partition(": ")
+            if key == path:
+                return text
+            if path.startswith(f"{key}.") or (not _exists(job, path) and key.startswith(path.rpartition(".")[0])):
+                return f"{key}: {text}"
+    return None
+
+
+def _exists(job: Any, path: str) -> bool:
+    node: Any = job.scene.model_dump(mode="json")
+    for part in path.split("."):
+        if isinstance(node, list) and part.isdecimal() and int(part) < len(node):
+            node = node[int(part)]
+        elif isinstance(node, Mapping) and part in node:
+            node = node[part]
+        else:
+            return False
+    return True

@@ -1,0 +1,203 @@
+"""`study.png`: quantities over parameters, with the errors that runs state."""
+
+import math
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.studies.table import stated_error
+from gudgeon.pipeline.studies.task import Row
+from gudgeon.solver.result import Result
+
+MOST_ROWS, MOST_COLUMNS, MOST_LINES = 5, 4, 7
+"""Quantities, parameters and lines of one picture."""
+PREFERRED = (
+    "force_peak", "impulse", "rebound_velocity", "restitution", "pressure_peak", "von_mises_peak", "duration",
+    "impacts", "deflection_peak", "force_peak_raw",
+)  # fmt: skip
+"""Last parts of the names of quantities that are shown first, where none are named."""
+COLOURS = (style.BLUE, style.ORANGE, style.GREEN, "#8a5fb0", "#b08a2e", "#1a9aa8", style.GREY)
+FEW = 4
+"""Number of values of a parameter up to which its axis has a tick at each."""
+CONSTANT = 1e-9
+"""Relative spread below which a quantity does not depend on the designs."""
+Found = tuple[Sequence[Sequence[Any]], Mapping[int, Row]]
+"""Values of each design, and rows by the number of the design."""
+
+
+def draw(path: Path, name: str, paths: Sequence[str], found: Found, patterns: Sequence[str] = ()) -> bool:
+    """Draw quantities over parameters; return False and remove an earlier picture where there is nothing to show.
+
+    Args:
+        name: Of the scene.
+        paths: Of the parameters.
+        patterns: Of the names of quantities that are shown; default: a choice of those that vary.
+
+    Raises:
+        InputError: a pattern fits no quantity of any design.
+    """
+    shown, left = _shown(found[1], patterns)
+    varied = [column for column in range(len(paths)) if len({repr(one[column]) for one in found[0]}) > 1]
+    if not shown or not varied:
+        path.unlink(missing_ok=True)
+        return False
+    with style.styled():
+        style.save(_figure(name, paths, found, shown, (varied, left)), path)
+    return True
+
+
+def _shown(rows: Mapping[int, Row], patterns: Sequence[str]) -> tuple[list[str], int]:
+    """Return the names of the quantities that are drawn, and the number of those that vary and are not."""
+    values: dict[str, list[float]] = {}
+    for row in rows.values():
+        for name, one in row.quantities.items() if row.result == Result.FINISHED.name else ():
+            values.setdefault(name, []).append(one["value"])
+    if patterns:
+        found = [name for name in values if any(fnmatchcase(name, pattern) for pattern in patterns)]
+        if values and not found:
+            have = ", ".join(list(values)[:20])
+            raise InputError(f"--quantity {patterns[0]}: no design has such a quantity; there are {have}")
+        return found[:MOST_ROWS], max(0, len(found) - MOST_ROWS)
+    varying = [name for name, all_of in values.items() if np.ptp(all_of) > CONSTANT * np.abs(all_of).max()]
+    order = {last: number for number, last in enumerate(PREFERRED)}
+    # Single impacts and coordinates last.
+    varying.sort(key=lambda name: (name.count(".") > 1, order.get(name.rpartition(".")[2], len(order))))
+    return varying[:MOST_ROWS], max(0, len(varying) - MOST_ROWS)
+
+
+def _figure(
+    name: str, paths: Sequence[str], found: Found, shown: Sequence[str], which: tuple[Sequence[int], int]
+) -> Figure:
+    """Return the figure: a row of axes for each quantity, a column for each parameter that varies."""
+    designs, rows = found
+    columns, left = which[0][:MOST_COLUMNS], which[1]
+    failed = sum(row.result != Result.FINISHED.name for row in rows.values())
+    parts = [f"{len(rows)} designs"]
+    parts += [f"{failed} without result"] if failed else []
+    parts += [f"{left} more quantities in study.csv"] if left else []
+    height = 420 + 400 * len(shown)
+    figure = style.new_figure(f"Study of {name}", "  ·  ".join(parts), height=height)
+    borders = {"left": 0.15, "right": 0.975, "bottom": 145 / height, "top": 1 - 275 / height}
+    grid = figure.add_gridspec(len(shown), len(columns), hspace=0.14, wspace=0.08, **borders)
+    axes = grid.subplots(squeeze=False, sharex="col", sharey="row")
+    for column, parameter in enumerate(columns):
+        lines = _lines(designs, rows, parameter, which[0])
+        for quantity, here in zip(shown, axes[:, column], strict=True):
+            _panel(here, quantity, lines, rows, [one[parameter] for one in designs])
+        _finish(axes[-1, column], paths[parameter], [one[parameter] for one in designs])
+        _legend(axes[0, column], lines, paths, failed > 0)
+    for quantity, here in zip(shown, axes[:, 0], strict=True):
+        _label(here, quantity, rows)
+    figure.align_ylabels(axes[:, 0])
+    return figure
+
+
+def _lines(
+    designs: Sequence[Sequence[Any]], rows: Mapping[int, Row], parameter: int, varied: Sequence[int]
+) -> dict[tuple[tuple[int, str], ...], list[int]]:
+    """Return the numbers of the designs of each line, by what else varies; one entry without key: points alone."""
+    lines: dict[tuple[tuple[int, str], ...], list[int]] = {}
+    for number in sorted(rows):
+        others = tuple((one, str(designs[number - 1][one])) for one in varied if one != parameter)
+        lines.setdefault(others, []).append(number)
+    many = len(varied) > 1
+    if many and (len(lines) > MOST_LINES or min(map(len, lines.values())) < 2):
+        return {(): sorted(rows)}
+    return lines
+
+
+def _panel(
+    axes: Axes, quantity: str, lines: Mapping[Any, Sequence[int]], rows: Mapping[int, Row], values: Sequence[Any]
+) -> None:
+    """Draw a quantity over one parameter, with stated errors, and crosses at designs without result."""
+    places = _places(values)
+    joined = len(lines) > 1 or len({*places}) == len(places)
+    for colour, numbers in zip(COLOURS, lines.values(), strict=False):
+        done = [one for one in numbers if rows[one].result == Result.FINISHED.name and quantity in rows[one].quantities]
+        done.sort(key=lambda one: places[one - 1])
+        if not done:
+            continue
+        x = [places[one - 1] for one in done]
+        y = [rows[one].quantities[quantity]["value"] for one in done]
+        errors = [stated_error(rows[one], quantity) or 0.0 for one in done]
+        axes.errorbar(
+            x, y, yerr=errors if any(errors) else None, fmt="o-" if joined else "o", color=colour, ms=3.5,
+            lw=1.2, elinewidth=0.9, capsize=2, alpha=1.0 if joined else 0.75,
+        )  # fmt: skip
+    bad = [places[number - 1] for number, row in rows.items() if row.result != Result.FINISHED.name]
+    axes.plot(bad, [0.03] * len(bad), "x", color=style.RED, ms=5, transform=axes.get_xaxis_transform(), clip_on=False)
+
+
+def _places(values: Sequence[Any]) -> list[float]:
+    """Return where the values of a parameter stand: numbers at themselves, others one beside the other."""
+    if all(isinstance(one, int | float) and not isinstance(one, bool) for one in values):
+        return [float(one) for one in values]
+    order = {text: float(number) for number, text in enumerate(dict.fromkeys(map(str, values)))}
+    return [order[str(one)] for one in values]
+
+
+def _finish(axes: Axes, path: str, values: Sequence[Any]) -> None:
+    """Label the abscissa of a column with its parameter, and its values where these are no numbers."""
+    places = _places(values)
+    label = path if len(path) <= 40 else "…" + path[-39:]
+    axes.set_xlabel(label)
+    names = dict(zip(places, map(str, values), strict=True))
+    if not all(isinstance(one, int | float) and not isinstance(one, bool) for one in values):
+        axes.set_xticks([*names], [text if len(text) < 18 else text[:16] + "…" for text in names.values()])
+        axes.set_xlim(min(places) - 0.3, max(places) + 0.3)
+        return
+    if len(names) <= FEW:
+        axes.set_xticks([*names], [f"{value:g}".replace("-", "−") for value in names])
+        return
+    ratios = [b / a for a, b in pairwise(sorted({*places})) if a > 0]
+    if len(ratios) > 1 and min(places) > 0 and max(places) / min(places) > 30:
+        axes.set_xscale("log")
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(5))
+
+
+def _legend(axes: Axes, lines: Mapping[Any, Sequence[int]], paths: Sequence[str], failed: bool) -> None:
+    """Name the lines of a column above its uppermost axes."""
+    handles: list[Any] = []
+    for colour, key in zip(COLOURS, lines, strict=False):
+        if key:
+            text = ", ".join(f"{_last(paths[int(one)])} {_short(value)}" for one, value in key)
+            handles.append(axes.plot([], [], "o-", color=colour, ms=3.5, lw=1.2, label=text)[0])
+    if failed:
+        handles.append(axes.plot([], [], "x", color=style.RED, ms=5, ls="", label="without result")[0])
+    if handles:
+        axes.legend(
+            handles=handles, loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=math.ceil(len(handles) / 2),
+            fontsize=8, columnspacing=1.2, borderaxespad=0.2, handlelength=1.4,
+        )  # fmt: skip
+
+
+def _last(path: str) -> str:
+    """Return the last part of a path that is no number of an item."""
+    parts = path.split(".")
+    return next((".".join(parts[one:]) for one in (-1, -2) if not parts[one].isdecimal()), path)
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 22 else text[:20] + "…"
+
+
+def _label(axes: Axes, quantity: str, rows: Mapping[int, Row]) -> None:
+    """Label the ordinate of a row with name and unit of its quantity, and write its numbers with a prefix."""
+    have = [row.quantities[quantity] for row in rows.values() if quantity in row.quantities]
+    unit = have[0]["unit"]
+    largest = max(abs(one["value"]) for one in have)
+    factor, name = (1.0, "") if unit == "1" else style.prefixed(largest, unit)
+    axes.yaxis.set_major_formatter(lambda value, position: f"{value * factor:g}".replace("-", "−"))
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    owner, _, last = quantity.rpartition(".")
+    axes.set_ylabel(f"{owner}\n{last}" + (f" [{name}]" if name else ""))

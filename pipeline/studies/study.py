@@ -1,0 +1,251 @@
+"""`gudgeon study`: runs the designs of a scene that the database lacks, and writes their table and its picture."""
+
+import json
+import os
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import write_sealed
+from gudgeon.pipeline.kinds import DEFAULT_DB, open_job
+from gudgeon.pipeline.scenes.reading import override_text
+from gudgeon.pipeline.stages.base import SceneJob
+from gudgeon.pipeline.stages.folder import claim, held
+from gudgeon.pipeline.stages.run_report import Progress
+from gudgeon.pipeline.studies.designs import Sampling, read_designs, sampled
+from gudgeon.pipeline.studies.dispatch import Work, dispatched
+from gudgeon.pipeline.studies.executors import Workers, executor_of, named_executor, processes
+from gudgeon.pipeline.studies.fitting import fitted
+from gudgeon.pipeline.studies.parameters import Parameter, parse_parameters
+from gudgeon.pipeline.studies.planning import Step, planned
+from gudgeon.pipeline.studies.table import Table, table_of, write_table
+from gudgeon.pipeline.studies.task import LOST, SOLVE, Row, Source, solve_design, version_key
+from gudgeon.solver.kernel_cache import is_compiled
+from gudgeon.solver.result import Result
+
+STUDY, PICTURE = "study.json", "study.png"
+NUMBERS = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
+NOT_FINISHED = 5
+"""Reasons of designs without quantities that are printed."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a study is asked for."""
+
+    vary: Sequence[str] = ()
+    """Texts `path=values`."""
+    over: Path | None = None
+    """A table of designs in their place."""
+    sampling: Sampling = field(default_factory=Sampling)
+    quantities: Sequence[str] = ()
+    """Patterns of names of quantities that the picture shows; default: a choice."""
+    jobs: int | None = None
+    executor: str | Callable[[], Executor] | None = None
+
+
+@dataclass(frozen=True)
+class StudyReport:
+    """Table and files of a study."""
+
+    scene: str
+    table: Table
+    counts: dict[str, int]
+    """Number of designs by result."""
+    fresh: int
+    """Number of designs whose runs were in the database."""
+    out: str
+    files: list[str]
+    reasons: dict[str, int] = field(default_factory=dict)
+    """Number of designs by the reason why they did not finish, of reasons that differ by numbers the first."""
+    notes: dict[str, int] = field(default_factory=dict)
+    """The same of notes on runs."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the document that `--json` prints."""
+        return {name: value for name, value in vars(self).items() if name != "table"} | {
+            "designs": self.table.records()
+        }
+
+
+def study(
+    scene: str | Path,
+    vary: Sequence[str] | Mapping[str, Any] = (),
+    *,
+    over: str | Path | None = None,
+    random: int = 0,
+    latin: int = 0,
+    seed: int = 0,
+    set: Sequence[str] | Mapping[str, Any] = (),
+    db: str | Path = DEFAULT_DB,
+    out: str | Path | None = None,
+    jobs: int | None = None,
+    executor: str | Callable[[], Executor] | None = None,
+    quantities: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> StudyReport:
+    """Run many designs of a scene and return their table; designs in the database are not run again.
+
+    Args:
+        scene: The scene's folder or TOML file.
+        vary: Texts `path.to.key=values` as the command takes them, or a mapping of paths to such a text or to values.
+        over: CSV file with a row of paths and a row of values for each design, in place of `vary`.
+        random, latin: Number of designs that are drawn; default: all combinations of values.
+        seed: Of the drawing.
+        set, db, out: See `kinds.open_job`.
+        jobs: Processes on this machine; default: its cores. With an executor, the largest number of tasks it has.
+        executor: A function that returns a `concurrent.futures.Executor`, or `module:function`.
+        quantities: Patterns of names of quantities that the picture shows.
+
+    Raises:
+        InputError: the scene, a parameter or a cell of the table is wrong, or nothing can be written to `out`.
+        StageError, ModalDBError: no worker starts, or the database cannot be written. What is done is kept there.
+    """
+    if random and latin:
+        raise InputError("study: random and latin are given; allowed: one of them")
+    how = Sampling("random", random, seed) if random else Sampling("latin", latin, seed) if latin else Sampling()
+    asked = Asked(_texts(vary), None if over is None else Path(over), how, quantities, jobs, executor)
+    return run_study(open_job(scene, set=set, db=db, out=out), str(db), asked, progress or (lambda stage, share: None))
+
+
+def _texts(vary: Sequence[str] | Mapping[str, Any]) -> list[str]:
+    """Return the texts of parameters that are given as texts or as a mapping."""
+    if not isinstance(vary, Mapping):
+        return [vary] if isinstance(vary, str) else list(vary)
+    found = []
+    for path, values in vary.items():
+        if isinstance(values, str):
+            found.append(f"{path}={values}")
+            continue
+        listed = values.tolist() if hasattr(values, "tolist") else list(values)
+        found.append(f"{path}={override_text(path, listed).partition('=')[2].strip()[1:-1]}")
+    return found
+
+
+def run_study(job: Any, db: str, asked: Asked, tell: Progress, work: Work = solve_design) -> StudyReport:
+    """Run the designs of a job and write table and picture; see `study`.
+
+    Args:
+        job: Of the scene as written, a `SceneJob`.
+        db: Location of its database.
+        work: What workers do with a task.
+    """
+    parameters, designs = _designs(asked)
+    tables, parameters = fitted(job, parameters)
+    if asked.over is None:
+        designs = sampled(parameters, asked.sampling)
+    workers = _workers(asked)
+    with held(job.out):
+        claim(job)
+        write_sealed(job.out / STUDY, _asked_text(job, asked, parameters, len(designs)))
+    where = db if "://" in db else os.path.abspath(os.path.expanduser(db))
+    source = Source(job.name, str(job.path.absolute()), json.dumps(tables), where, version_key())
+    paths = [one.path for one in parameters]
+    stages = job.stages[: job.stages.index(SOLVE) + 1]
+    tell("study", 0.0)
+    loop = getattr(job.scene, "loop", None)
+    steps = planned(source, stages, paths, designs, compiles=loop is not None and not is_compiled(loop))
+    found: dict[int, Row] = {}
+    try:
+        _collect(steps, workers, work, found, tell)
+    except BaseException:  # Ctrl-C, or no more room in the database: what is done is in the table.
+        _write(job, paths, designs, found, ())
+        raise
+    tell("study", 1.0)
+    return _write(job, paths, designs, found, asked.quantities)
+
+
+def _designs(asked: Asked) -> tuple[list[Parameter], list[tuple[Any, ...]]]:
+    """Return the parameters, and the designs of a table; the others need what the scene says of the parameters."""
+    if asked.over is not None:
+        if asked.vary or asked.sampling.kind != "full":
+            raise InputError(f"--over {asked.over}: given with --vary, --random or --latin; allowed: the table alone")
+        return read_designs(asked.over)
+    if not asked.vary:
+        raise InputError("study: nothing varies; give --vary path.to.key=VALUES or --over FILE")
+    return parse_parameters(asked.vary, drawn=asked.sampling.kind != "full"), []
+
+
+def _workers(asked: Asked) -> Workers:
+    if asked.executor is None:
+        return processes(asked.jobs or len(os.sched_getaffinity(0)))
+    if isinstance(asked.executor, str):
+        return named_executor(asked.executor, asked.jobs)
+    return executor_of(asked.executor, "executor", asked.jobs)
+
+
+def _asked_text(job: SceneJob, asked: Asked, parameters: Sequence[Parameter], count: int) -> dict[str, Any]:
+    """Return what a study was asked for, as JSON."""
+    how = asked.sampling
+    sampling = {"kind": "table" if asked.over is not None else how.kind}
+    sampling |= {} if how.kind == "full" else {"count": how.count, "seed": how.seed}
+    return {
+        "scene": job.name, "set": list(job.overrides), "vary": list(asked.vary),
+        "parameters": [one.path for one in parameters], "sampling": sampling, "designs": count,
+    }  # fmt: skip
+
+
+def _collect(steps: Sequence[Step], workers: Workers, work: Work, found: dict[int, Row], tell: Progress) -> None:
+    """Note the row of each design as it is done, and tell the share of those that were not in the database."""
+    fresh = 0
+    for done, (number, row) in enumerate(dispatched(steps, workers, work), 1):
+        fresh += row.fresh
+        for design in steps[number].designs:
+            found[design] = Row(**{**vars(row), "design": design})
+        tell("study", min((done - fresh) / max(len(steps) - fresh, 1), 1 - 1e-9))
+
+
+def _write(
+    job: SceneJob,
+    paths: Sequence[str],
+    designs: Sequence[Sequence[Any]],
+    found: Mapping[int, Row],
+    shown: Sequence[str],
+) -> StudyReport:
+    """Write table and picture and return the report."""
+    from gudgeon.pipeline.studies import picture
+
+    table = table_of(paths, designs, found)
+    with held(job.out):
+        files = write_table(job.out, table)
+        files += [PICTURE] if picture.draw(job.out / PICTURE, job.name, paths, (designs, found), shown) else []
+    column = table.heads.index("result")
+    results = [row[column : column + 2] for row in table.rows]
+    return StudyReport(
+        job.name, table, dict(Counter(result for result, _ in results)), sum(row.fresh for row in found.values()),
+        str(job.out), [STUDY, *files],
+        reasons=_alike(reason for result, reason in results if result != Result.FINISHED.name),
+        notes=_alike(note for row in found.values() for note in row.notes),
+    )  # fmt: skip
+
+
+def _alike(texts: Iterable[str]) -> dict[str, int]:
+    """Return the number of texts that differ by numbers only, by the first of them."""
+    first: dict[str, str] = {}
+    counts: Counter[str] = Counter()
+    for text in texts:
+        counts[first.setdefault(NUMBERS.sub("", text), text)] += 1
+    return dict(counts)
+
+
+def exit_code(report: StudyReport) -> int:
+    """Return 0 if at least one design finished and none was lost, else 1."""
+    return 0 if report.counts.get(Result.FINISHED.name) and not report.counts.get(LOST) else 1
+
+
+def study_text(report: StudyReport) -> str:
+    """Return counts, reasons and files of a study as text."""
+    total = sum(report.counts.values())
+    parts = [f"{count} {result}" for result, count in sorted(report.counts.items(), key=lambda one: -one[1])]
+    kept = f"; in the database before: {report.fresh}" if report.fresh else ""
+    lines = [f"{total} designs: {', '.join(parts)}{kept}"]
+    for reason, count in Counter(report.reasons).most_common(NOT_FINISHED):
+        lines.append(f"  {count} × {reason}")
+    if len(report.reasons) > NOT_FINISHED:
+        lines.append(f"  and {len(report.reasons) - NOT_FINISHED} other reasons, in {report.files[1]}")
+    return "\n".join([*lines, f"results in {report.out}: {', '.join(report.files)}"])
