@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 from scipy import sparse
 
+from gudgeon.pipeline.linalg.condensed import PardisoCondensed
 from gudgeon.pipeline.linalg.pardiso import PardisoFactor, find_library
 from gudgeon.pipeline.linalg.superlu import SuperLUFactor
 
@@ -58,6 +59,16 @@ def factorise(matrix: sparse.spmatrix, definite: bool = False, single: bool = Fa
     rows = sparse.csr_matrix(matrix)
     rows.sort_indices()
     return BACKENDS[available_backend()](rows, definite, single)
+
+
+def condense(matrix: sparse.csr_matrix, rows: sparse.csr_matrix) -> PardisoCondensed | None:
+    """Return a factor of a positive definite matrix (n, n) with its flexibility at rows (c, n).
+
+    None if there are no rows, or if the backend of this machine solves for each of them as fast.
+    """
+    if not rows.shape[0] or available_backend() != "pardiso":
+        return None
+    return PardisoCondensed(matrix, rows)
 
 
 class EvenedFactor:

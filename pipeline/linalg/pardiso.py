@@ -16,10 +16,11 @@ from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.linalg.counter import COUNTS
 
 SYMMETRIC_INDEFINITE, POSITIVE_DEFINITE = -2, 2
-ANALYSE_AND_FACTORISE, FACTORISE, SOLVE, RELEASE = 12, 22, 33, -1
+ANALYSE, ANALYSE_AND_FACTORISE, FACTORISE, SOLVE, FORWARD, BACKWARD, RELEASE = 11, 12, 22, 33, 331, 333, -1
+SOLVES = (SOLVE, FORWARD, BACKWARD)
 NOT_DEFINITE = -4
 """Error code of a Cholesky factorisation: the matrix is not positive definite."""
-NEGATIVE_EIGENVALUES, SINGLE_PRECISION, BLOCK_SIZE = 22, 27, 36
+NEGATIVE_EIGENVALUES, SINGLE_PRECISION, SCHUR_COMPLEMENT, BLOCK_SIZE = 22, 27, 35, 36
 SETTINGS = {0: 1, 1: 2, 9: 8, 20: 1, 34: 1}
 """iparm by C index. 0: no defaults; 1: METIS ordering; 9: pivots below 1e-8 are perturbed; 20: 1×1 and 2×2 pivots;
 34: indices count from zero. Iterative refinement (7) is off unless a pivot was perturbed."""
@@ -32,7 +33,74 @@ SAMPLED_ROWS = 1000
 """Block rows from which this ratio is estimated."""
 
 
-class PardisoFactor:
+class Pardiso:
+    """One symmetric matrix in PARDISO: its upper triangle, its settings and its memory.
+
+    Args:
+        upper: Values, row starts and columns of the upper triangle.
+        size: Number of unknowns.
+        block: Size of the blocks of values.
+    """
+
+    def __init__(
+        self, upper: tuple[np.ndarray, np.ndarray, np.ndarray], size: int, *, block: int, definite: bool, single: bool
+    ) -> None:
+        self._type = POSITIVE_DEFINITE if definite else SYMMETRIC_INDEFINITE
+        self.precision = np.dtype(np.float32 if single else np.float64)
+        self._values, self._starts, self._columns = upper
+        self._size, self._block = size, block
+        self._handle = np.zeros(64, np.int64)
+        self._order = np.zeros(size, np.int32)
+        self._iparm = np.zeros(64, np.int32)
+        for index, value in SETTINGS.items():
+            self._iparm[index] = value
+        self._iparm[SINGLE_PRECISION] = single
+        self._iparm[BLOCK_SIZE] = block if block > 1 else 0
+        self._held, self._narrowed = True, False
+
+    def free(self) -> None:
+        """Release the memory of the factor; a second call does nothing."""
+        if self._held:
+            self._held = False
+            self._call(RELEASE)
+
+    def _call(self, phase: int, loads: np.ndarray | None = None, answer: np.ndarray | None = None) -> np.ndarray:
+        """Run a phase of PARDISO; return the solution for loads (n, k) by columns, or what it writes to `answer`."""
+        if loads is None:
+            loads = np.zeros((self._size, 1), self.precision, order="F")
+        if answer is None:
+            answer = np.empty_like(loads)
+        error, library = ctypes.c_int32(0), _library()
+
+        def integer(value: int) -> object:
+            return ctypes.byref(ctypes.c_int32(value))
+
+        def start(array: np.ndarray) -> ctypes.c_void_p:
+            # Not `array.ctypes`, which Python code converts within the call: ctypes makes an error of another kind of
+            # an interrupt that comes then.
+            return ctypes.c_void_p(array.ctypes.data)
+
+        threads = 1 if phase in SOLVES and loads.shape[1] < ONE_THREAD_BELOW else 0
+        self._narrowed |= threads == 1
+        previous = library.MKL_Set_Num_Threads_Local(threads)
+        library.pardiso(
+            start(self._handle), integer(1), integer(1), integer(self._type), integer(phase),
+            integer(self._size // self._block), start(self._values), start(self._starts), start(self._columns),
+            start(self._order), integer(loads.shape[1]), start(self._iparm), integer(0), start(loads), start(answer),
+            ctypes.byref(error),
+        )  # fmt: skip
+        library.MKL_Set_Num_Threads_Local(previous)
+        if error.value == NOT_DEFINITE:
+            raise StageError(
+                f"linear solver: the stiffness matrix ({self._size} unknowns) is singular to machine precision. A part"
+                " is not connected, or element sizes differ too much"
+            )
+        if error.value:
+            raise StageError(f"linear solver: PARDISO error {error.value} in phase {phase} ({self._size} unknowns)")
+        return answer
+
+
+class PardisoFactor(Pardiso):
     """LDLᵀ of a symmetric matrix (n, n), both triangles given, with Bunch-Kaufman pivoting.
 
     Args:
@@ -44,18 +112,10 @@ class PardisoFactor:
     """
 
     def __init__(self, matrix: sparse.csr_matrix, definite: bool = False, single: bool = False) -> None:
-        self._type = POSITIVE_DEFINITE if definite else SYMMETRIC_INDEFINITE
-        self.precision = np.dtype(np.float32 if single else np.float64)
-        self._block = _block_size(matrix)
-        self._values, self._starts, self._columns = self._upper(matrix)
-        self._size = matrix.shape[0]
-        self._handle = np.zeros(64, np.int64)
-        self._iparm = np.zeros(64, np.int32)
-        for index, value in SETTINGS.items():
-            self._iparm[index] = value
-        self._iparm[SINGLE_PRECISION] = single
-        self._iparm[BLOCK_SIZE] = self._block if self._block > 1 else 0
-        self._held, self._narrowed = True, False
+        precision, block = np.dtype(np.float32 if single else np.float64), _block_size(matrix)
+        super().__init__(
+            upper_triangle(matrix, block, precision), matrix.shape[0], block=block, definite=definite, single=single
+        )
         COUNTS["factorisations"] += 1
         self._call(ANALYSE_AND_FACTORISE)
 
@@ -69,7 +129,7 @@ class PardisoFactor:
             StageError: PARDISO refused the matrix.
         """
         COUNTS["factorisations"] += 1
-        values, starts, columns = self._upper(matrix)
+        values, starts, columns = upper_triangle(matrix, self._block, self.precision)
         same = np.array_equal(starts, self._starts) and np.array_equal(columns, self._columns)
         if same and not self._narrowed:
             # In place: PARDISO keeps reading the arrays that it analysed.
@@ -90,54 +150,18 @@ class PardisoFactor:
         """Return the number of negative eigenvalues of A."""
         return int(self._iparm[NEGATIVE_EIGENVALUES])
 
-    def free(self) -> None:
-        """Release the memory of the factor; a second call does nothing."""
-        if self._held:
-            self._held = False
-            self._call(RELEASE)
 
-    def _upper(self, matrix: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return values, row starts and columns of the upper triangle, in blocks or single entries."""
-        whole = (matrix if matrix.has_sorted_indices else matrix.sorted_indices()).tobsr((self._block, self._block))
-        count = len(whole.indptr) - 1
-        rows = np.repeat(np.arange(count, dtype=np.int32), np.diff(whole.indptr))
-        kept = whole.indices >= rows
-        values, columns = whole.data[kept].ravel(), whole.indices[kept]
-        starts = np.concatenate([[0], np.cumsum(np.bincount(rows[kept], minlength=count))])
-        return np.ascontiguousarray(values, self.precision), starts.astype(np.int32), columns.astype(np.int32)
-
-    def _call(self, phase: int, loads: np.ndarray | None = None) -> np.ndarray:
-        """Run a phase of PARDISO; return the solution for loads (n, k) by columns."""
-        if loads is None:
-            loads = np.zeros((self._size, 1), self.precision, order="F")
-        answer, error, library = np.empty_like(loads), ctypes.c_int32(0), _library()
-
-        def integer(value: int) -> object:
-            return ctypes.byref(ctypes.c_int32(value))
-
-        def start(array: np.ndarray) -> ctypes.c_void_p:
-            # Not `array.ctypes`, which Python code converts within the call: ctypes makes an error of another kind of
-            # an interrupt that comes then.
-            return ctypes.c_void_p(array.ctypes.data)
-
-        threads = 1 if phase == SOLVE and loads.shape[1] < ONE_THREAD_BELOW else 0
-        self._narrowed |= threads == 1
-        previous = library.MKL_Set_Num_Threads_Local(threads)
-        library.pardiso(
-            start(self._handle), integer(1), integer(1), integer(self._type), integer(phase),
-            integer(self._size // self._block), start(self._values), start(self._starts), start(self._columns),
-            integer(0), integer(loads.shape[1]), start(self._iparm), integer(0), start(loads), start(answer),
-            ctypes.byref(error),
-        )  # fmt: skip
-        library.MKL_Set_Num_Threads_Local(previous)
-        if error.value == NOT_DEFINITE:
-            raise StageError(
-                f"linear solver: the stiffness matrix ({self._size} unknowns) is singular to machine precision. A part"
-                " is not connected, or element sizes differ too much"
-            )
-        if error.value:
-            raise StageError(f"linear solver: PARDISO error {error.value} in phase {phase} ({self._size} unknowns)")
-        return answer
+def upper_triangle(
+    matrix: sparse.csr_matrix, block: int, precision: np.dtype
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return values, row starts and columns of the upper triangle, in blocks or single entries."""
+    whole = (matrix if matrix.has_sorted_indices else matrix.sorted_indices()).tobsr((block, block))
+    count = len(whole.indptr) - 1
+    rows = np.repeat(np.arange(count, dtype=np.int32), np.diff(whole.indptr))
+    kept = whole.indices >= rows
+    values, columns = whole.data[kept].ravel(), whole.indices[kept]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(rows[kept], minlength=count))])
+    return np.ascontiguousarray(values, precision), starts.astype(np.int32), columns.astype(np.int32)
 
 
 def find_library() -> Path | None:

@@ -1,9 +1,16 @@
 """Static correction: the displacement under contact forces and loads that the kept modes do not contain.
 
-Attachment shapes with inertia relief are G Bᵀ with G = Pᵀ K_c⁻¹ P and P = I − M Φ_r Φ_rᵀ (K_c: enough dofs held to
-prevent rigid motion); the residual shapes are W = (G − Φ Λ⁻¹ Φᵀ) Bᵀ and the residual flexibility is R = B W.
-W is M-orthogonal to Φ, and its stiffness Wᵀ K W is R itself. A body held by supports has no rigid modes: there
-P = I, and K_c is the stiffness of its free dofs.
+Attachment shapes with inertia relief are G Bᵀ with the flexibility G of `flexibility`; the residual shapes are
+W = (G − Φ Λ⁻¹ Φᵀ) Bᵀ and the residual flexibility is R = B W. W is M-orthogonal to Φ, and its stiffness Wᵀ K W is R
+itself.
+
+With E = M [Φ_r Φ] and the coordinates C = B [Φ_r Φ] of the rows, the loads without rigid motions and modes are
+B̃ᵀ = Bᵀ − E Cᵀ, and
+
+  R = B̃ K_c⁻¹ B̃ᵀ = B K_c⁻¹ Bᵀ − B X Cᵀ − C Xᵀ Bᵀ + C (Eᵀ X) Cᵀ,  X = K_c⁻¹ E.
+
+One factorisation gives B K_c⁻¹ Bᵀ (`linalg.condensed`). In a slender body nearly all of it cancels: there B̃ᵀ is solved
+row by row.
 
 The rows of B have different units (N, Pa), so that entries of R may differ by many orders of magnitude: R is checked
 after scaling row i by the square root of its total flexibility bᵢ G bᵢᵀ.
@@ -17,18 +24,17 @@ from scipy import linalg, sparse
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel, LineStiffness
-from gudgeon.pipeline.linalg import factorise
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import NormalModes
-from gudgeon.pipeline.modes.problem import grounding
 
 BLOCK = 96
 """Right-hand sides per call of the solver."""
 RANK_TOLERANCE = 1e-10
 """Directions of normalised shapes below this share of the largest are dependent, and dropped."""
-SOLVED = 1e-5
-"""Unbalanced share of the load of a static solution: solids leave 1e-9, beams of 400 elements 1e-6 by round-off."""
 SYMMETRY_TOLERANCE = 1e-8
 """Of R after scaling: the difference between two solves by the same factor."""
+CANCELLED = 1e4
+"""Flexibility of a grounded row over its residual one from which elimination loses more than four of 16 digits."""
 
 
 @dataclass(frozen=True)
@@ -55,59 +61,6 @@ class StaticShapes:
     """R without the contribution of these shapes, (c, c)."""
 
 
-class Flexibility:
-    """G of a model: its elastic displacement under forces, with inertia relief if it has rigid motions."""
-
-    def __init__(self, model: FEModel) -> None:
-        self.rigid = model.rigid_modes
-        self.M_rigid = model.M @ self.rigid
-        self.dofs = np.setdiff1d(model.free, grounding(self.rigid))
-        """Dofs that neither a support nor the grounding of the rigid motions holds."""
-        self._K = model.K
-        # Forces and moments of beams have different units: each is scaled by the mass of its dof.
-        mass = model.M.diagonal()[self.dofs] if model.parts is not None else np.ones(len(self.dofs))
-        self._weight = 1 / np.sqrt(mass)[:, None]
-        free = model.free
-        self._places, self._size = np.searchsorted(free, self.dofs), len(free)
-        pinned = _pinned(model.free_matrices()[0], np.setdiff1d(free, self.dofs, True), free)
-        self.factor = factorise(pinned, definite=model.parts is not None)
-
-    def grounded(self, loads: np.ndarray) -> np.ndarray:
-        """Return K_c⁻¹ loads over `dofs`, (c, k).
-
-        All solutions are checked by one product with K: that of their sum with random signs.
-
-        Raises:
-            StageError: the solutions do not balance their loads.
-        """
-        whole = np.zeros((self._size, loads.shape[1]), order="F")
-        whole[self._places] = loads
-        answer = self.factor.solve(whole)[self._places]
-        sizes = np.linalg.norm(self._weight * loads, axis=0)
-        signs = np.random.default_rng(0).choice([-1.0, 1.0], len(sizes)) / np.where(sizes > 0, sizes, np.inf)
-        mixture = np.zeros(self._K.shape[0])
-        mixture[self.dofs] = answer @ signs
-        left = self._weight[:, 0] * ((self._K @ mixture)[self.dofs] - loads @ signs)
-        rest = float(np.linalg.norm(left)) if len(sizes) else 0.0
-        if not rest < SOLVED:
-            raise StageError(
-                f"modes: static solutions leave {rest:.2g} of their load unbalanced, allowed: {SOLVED:g}. A part is"
-                " connected by too few nodes, the mesh has slivers, or the mesh is much finer than its shape needs"
-            )
-        return answer
-
-    def solve(self, forces: np.ndarray) -> np.ndarray:
-        """Return G·forces [m], (dofs, k), for forces [N], (dofs, k); errors as of `grounded`."""
-        balanced = forces - self.M_rigid @ (self.rigid.T @ forces)
-        answer = np.zeros(forces.shape)
-        answer[self.dofs] = self.grounded(balanced[self.dofs])
-        return answer - self.rigid @ (self.M_rigid.T @ answer)
-
-    def free(self) -> None:
-        """Release the memory of the factor."""
-        self.factor.free()
-
-
 def residual_shapes(
     model: FEModel,
     B: sparse.csr_matrix,
@@ -126,15 +79,89 @@ def residual_shapes(
     Raises:
         StageError: a solution does not balance its load, or R is not symmetric.
     """
-    own = flexibility or Flexibility(model)
+    own = flexibility or Flexibility(model, B)
+    at_modes, whole_modes = B @ normal.Phi, "ritz_dropped" not in normal.quality
+    kept = at_modes / normal.angular_frequencies
+    R, fields = _by_elimination(model, B, normal, pressures, own) or _by_rows(model, B, normal, pressures, own)
+    fields -= own.rigid @ (own.M_rigid.T @ fields)
+    if whole_modes:
+        fields -= normal.Phi @ (normal.Phi.T @ (model.M @ fields))
+    else:
+        fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
+    if flexibility is None:
+        own.free()
+    scale = _scale(R, kept)
+    asymmetry = np.abs((R - R.T) / np.outer(scale, scale)).max(initial=0.0)
+    if asymmetry > SYMMETRY_TOLERANCE:
+        raise StageError(
+            f"modes: residual flexibility is asymmetric by {asymmetry:.2g}, allowed: {SYMMETRY_TOLERANCE:g}"
+        )
+    return Residual(0.5 * (R + R.T), scale, fields)
+
+
+def _scale(R: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return the square root of each row's total flexibility, that of the kept modes (c, m) included, (c,)."""
+    whole = R.diagonal() + (kept**2).sum(axis=1)
+    return np.sqrt(np.where(whole > 0, whole, 1.0))
+
+
+def _by_elimination(
+    model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray, own: Flexibility
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return R (c, c) and the displacement under the pressures (dofs, k), rigid motions and modes not yet taken off.
+
+    None if the backend does not eliminate rows, or if too much of their flexibility cancels.
+
+    Raises:
+        StageError: a static solution is not exact, or does not agree with R.
+    """
+    if own.at_rows is None:
+        return None
+    whole_modes, free = "ritz_dropped" not in normal.quality, own.dofs
+    taken = [own.rigid, normal.Phi] if whole_modes else [own.rigid]
+    E = np.hstack([model.M @ shapes for shapes in taken])[free]
+    C = np.hstack([B @ shapes for shapes in taken])
+    B_free, own_size = sparse.csr_matrix(B[:, free]), own.at_rows.diagonal()
+    # Besides the pressures one load is solved that contains every row, with a random sign.
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(own_size))
+    mixture = np.where(own_size > 0, signs / np.sqrt(np.where(own_size > 0, own_size, 1.0)), 0.0)
+    given = np.column_stack([pressures, mixture])
+    X = own.grounded(np.hstack([E, B_free.T @ given - E @ (C.T @ given)]))
+    X_E, moved = X[:, : E.shape[1]], X[:, E.shape[1] :]
+    across = (B_free @ X_E) @ C.T
+    R = own.at_rows - across - across.T + C @ (E.T @ X_E) @ C.T
+    kept = (B @ normal.Phi) / normal.angular_frequencies
+    difference = B_free @ moved[:, -1] - C @ (E.T @ moved[:, -1]) - R @ mixture
+    if not whole_modes:
+        R -= kept @ kept.T
+    scale = _scale(R, kept)
+    remaining = R.diagonal() if whole_modes else scale**2
+    if (own_size > CANCELLED * remaining).any():
+        return None
+    wrong = float(np.abs(difference / scale).max(initial=0.0))
+    if not wrong < SYMMETRY_TOLERANCE:
+        raise StageError(
+            f"modes: residual flexibility differs from a static solution by {wrong:.2g}, allowed:"
+            f" {SYMMETRY_TOLERANCE:g}"
+        )
+    fields = np.zeros((B.shape[1], pressures.shape[1]))
+    fields[free] = moved[:, :-1]
+    return R, fields
+
+
+def _by_rows(
+    model: FEModel, B: sparse.csr_matrix, normal: NormalModes, pressures: np.ndarray, own: Flexibility
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same as `_by_elimination`, by a solve for each row.
+
+    The part of the normal modes is subtracted from the loads, and what round-off leaves of it from the solutions.
+    """
     rigid, M_rigid, free = own.rigid, own.M_rigid, own.dofs
     B_free, B_rigid, M_rigid_free = sparse.csr_matrix(B[:, free]), B @ rigid, M_rigid[free]
     touched = np.unique(B_free.indices)
     B_touched = sparse.csr_matrix(B_free[:, touched])
-    at_rows, whole_modes = B @ normal.Phi, "ritz_dropped" not in normal.quality
-    kept = at_rows / normal.angular_frequencies
-    # In a slender body nearly all of G Bᵀ cancels: the part of the normal modes is subtracted from the loads, and what
-    # round-off leaves of it from the solutions.
+    at_modes, whole_modes = B @ normal.Phi, "ritz_dropped" not in normal.quality
+    kept = at_modes / normal.angular_frequencies
     M_modes = (model.M @ normal.Phi)[free] if whole_modes else np.empty((len(free), 0))
     R, fields = np.empty((B.shape[0], B.shape[0])), np.zeros((B.shape[1], pressures.shape[1]))
     for start in range(0, B.shape[0], BLOCK):
@@ -142,31 +169,17 @@ def residual_shapes(
         loads = B_free[rows].toarray()
         loads -= B_rigid[rows] @ M_rigid_free.T
         if whole_modes:
-            loads -= at_rows[rows] @ M_modes.T
+            loads -= at_modes[rows] @ M_modes.T
         X = own.grounded(loads.T)
         if whole_modes:
-            taken = at_rows @ (M_modes.T @ X)
+            taken = at_modes @ (M_modes.T @ X)
         elif model.parts is not None:
-            taken = at_rows @ _carried(model.parts, normal.Phi, X, free)
+            taken = at_modes @ _carried(model.parts, normal.Phi, X, free)
         else:
             taken = kept @ kept[rows].T
         R[:, rows] = B_touched @ X[touched] - B_rigid @ (M_rigid_free.T @ X) - taken
         fields[free] += X @ pressures[rows]
-    fields -= rigid @ (M_rigid.T @ fields)
-    if whole_modes:
-        fields -= normal.Phi @ (normal.Phi.T @ (model.M @ fields))
-    else:
-        fields -= (normal.Phi / normal.angular_frequencies) @ (kept.T @ pressures)
-    if flexibility is None:
-        own.free()
-    whole = R.diagonal() + (kept**2).sum(axis=1)
-    scale = np.sqrt(np.where(whole > 0, whole, 1.0))
-    asymmetry = np.abs((R - R.T) / np.outer(scale, scale)).max(initial=0.0)
-    if asymmetry > SYMMETRY_TOLERANCE:
-        raise StageError(
-            f"modes: residual flexibility is asymmetric by {asymmetry:.2g}, allowed: {SYMMETRY_TOLERANCE:g}"
-        )
-    return Residual(0.5 * (R + R.T), scale, fields)
+    return R, fields
 
 
 def _carried(parts: LineStiffness, Phi: np.ndarray, X: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -226,13 +239,3 @@ def pressure_fields(coordinates: np.ndarray, areas: np.ndarray, count: int) -> n
         return np.column_stack([areas * values[0][i] for i in degrees])
     pairs = sorted((max(i, j), i + j, i, j) for i in degrees for j in degrees)[:count]
     return np.column_stack([areas * values[0][i] * values[1][j] for _, _, i, j in pairs])
-
-
-def _pinned(K: sparse.csr_matrix, pinned: np.ndarray, free: np.ndarray) -> sparse.csr_matrix:
-    """Return K over free dofs (free,), ascending, with pinned ones (p,) uncoupled; its blocks of dofs stay full."""
-    if not len(pinned):
-        return K
-    kept = np.ones(K.shape[0])
-    kept[np.searchsorted(free, pinned)] = 0.0
-    keep = sparse.diags_array(kept)
-    return sparse.csr_matrix(keep @ K @ keep + sparse.diags_array((1 - kept) * K.diagonal()))

@@ -6,7 +6,8 @@ from scipy import sparse
 from gudgeon.modaldb.records.modes import GaugeModes
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.gauges import gauge_nodes
-from gudgeon.pipeline.modes.static import BLOCK, Flexibility
+from gudgeon.pipeline.modes.flexibility import Flexibility
+from gudgeon.pipeline.modes.static import BLOCK
 from gudgeon.pipeline.reduction.methods.reduction import Reduction
 from gudgeon.pipeline.scenes.component import Component
 

@@ -13,7 +13,7 @@ import pytest
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.interfaces.gauges import gauge_rows
 from gudgeon.pipeline.interfaces.loads import load_rows
-from gudgeon.pipeline.modes.static import Flexibility
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.stages.mesh import build_mesh

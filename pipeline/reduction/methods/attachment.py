@@ -5,7 +5,8 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.modes.static import BLOCK, Flexibility
+from gudgeon.pipeline.modes.flexibility import Flexibility
+from gudgeon.pipeline.modes.static import BLOCK
 from gudgeon.pipeline.reduction.methods.macneal import row_count
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
 from gudgeon.pipeline.scenes.modes import ModesSettings
@@ -13,7 +14,7 @@ from gudgeon.pipeline.scenes.modes import ModesSettings
 
 def attachment(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
     """Reduce a body to Ritz vectors of its attachment modes."""
-    count, flexibility = row_count(rows, "attachment"), Flexibility(model)
+    count, flexibility = row_count(rows, "attachment"), Flexibility(model, rows.B)
     shapes = np.empty((rows.B.shape[1], count))
     for start in range(0, count, BLOCK):
         at = slice(start, start + BLOCK)

@@ -15,9 +15,10 @@ from scipy import sparse
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.modes.bounds import round_off
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import NormalModes
 from gudgeon.pipeline.modes.problem import ORTHOGONALITY_TOLERANCE
-from gudgeon.pipeline.modes.static import Flexibility, Residual, residual_shapes, ritz_pairs, static_shapes
+from gudgeon.pipeline.modes.static import Residual, residual_shapes, ritz_pairs, static_shapes
 
 DEFINITENESS_TOLERANCE = 1e-9
 """Negative eigenvalues that round-off may leave in R, each row scaled by the root of its total flexibility."""

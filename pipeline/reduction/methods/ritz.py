@@ -15,8 +15,9 @@ from scipy import linalg
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import NormalModes
-from gudgeon.pipeline.modes.static import RANK_TOLERANCE, Flexibility, residual_shapes
+from gudgeon.pipeline.modes.static import RANK_TOLERANCE, residual_shapes
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
 from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
 from gudgeon.pipeline.scenes.modes import ModesSettings

@@ -12,8 +12,9 @@ from scipy import linalg
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import NormalModes
-from gudgeon.pipeline.modes.static import BLOCK, RANK_TOLERANCE, Flexibility
+from gudgeon.pipeline.modes.static import BLOCK, RANK_TOLERANCE
 from gudgeon.pipeline.reduction.methods.reduction import ritz_modes
 
 

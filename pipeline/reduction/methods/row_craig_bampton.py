@@ -14,9 +14,10 @@ from scipy import linalg
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import Solver, factorise
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.lanczos import inverse_lanczos, lower_shift
 from gudgeon.pipeline.modes.problem import Problem, null_motions
-from gudgeon.pipeline.modes.static import BLOCK, Flexibility
+from gudgeon.pipeline.modes.static import BLOCK
 from gudgeon.pipeline.reduction.methods.craig_bampton import DENSE, EMPTY
 from gudgeon.pipeline.reduction.methods.macneal import row_count
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed, lowest, ritz_modes
@@ -61,7 +62,7 @@ def row_craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings
     """Reduce a body to constraint modes of all rows and the lowest modes with all rows held."""
     count = row_count(rows, "row-craig-bampton")
     fixed = fixed_modes(model, rows, settings.fixed_count)
-    flexibility = Flexibility(model)
+    flexibility = Flexibility(model, rows.B)
     balanced = null_motions((rows.B @ model.rigid_modes).T, EMPTY * float(np.abs(model.rigid_modes).max(initial=0.0)))
     forces = balanced if model.rigid_modes.shape[1] else np.eye(count)
     static = [flexibility.solve((forces[k : k + BLOCK] @ rows.B).T) for k in range(0, len(forces), BLOCK)]

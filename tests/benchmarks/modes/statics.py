@@ -7,8 +7,9 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import normal_modes
-from gudgeon.pipeline.modes.static import Flexibility, residual_shapes
+from gudgeon.pipeline.modes.static import residual_shapes
 from gudgeon.pipeline.scenes.material import Material
 from tests.benchmarks.modes.job import DENSITY, POISSON, YOUNG, Answer, Stopwatch, load_mesh, run
 
@@ -24,7 +25,7 @@ def statics(path: str, count: int, watch: Stopwatch) -> Answer:
     normals = mesh.nodes[nodes] * [1, 1, 0]
     B = model.rows(nodes, normals / np.linalg.norm(normals, axis=1)[:, None])
     watch.lap("model and modes")
-    flexibility = Flexibility(model)
+    flexibility = Flexibility(model, B)
     watch.lap("factor")
     residual = residual_shapes(model, B, normal, np.empty((ROWS, 0)), flexibility)
     watch.lap("rows")

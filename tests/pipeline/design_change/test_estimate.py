@@ -10,7 +10,7 @@ from gudgeon.pipeline.design_change.estimate import Estimate, estimated_change, 
 from gudgeon.pipeline.design_change.morph import Movement, move_nodes, moved_mesh
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.geometry.profile import ProfileTable
-from gudgeon.pipeline.modes.static import Flexibility
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.mesh import build_mesh

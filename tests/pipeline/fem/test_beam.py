@@ -15,8 +15,8 @@ from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.interfaces.gauges import gauge_row
 from gudgeon.pipeline.interfaces.loads import load_rows
 from gudgeon.pipeline.interfaces.points import contact_points
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
-from gudgeon.pipeline.modes.static import Flexibility
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component

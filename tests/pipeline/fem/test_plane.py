@@ -23,8 +23,8 @@ from gudgeon.pipeline.interfaces.patch import normal_rows, patch_point
 from gudgeon.pipeline.interfaces.points import contact_points, surface_coordinates
 from gudgeon.pipeline.interfaces.tie import made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.kinds import open_job
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import normal_modes
-from gudgeon.pipeline.modes.static import Flexibility
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface

@@ -21,7 +21,7 @@ from gudgeon.pipeline.interfaces.points import contact_points
 from gudgeon.pipeline.interfaces.stress_recovery import hooke, strain_rows, von_mises
 from gudgeon.pipeline.interfaces.tie import tie_of, tie_rows
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.modes.static import Flexibility
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.gauge import Gauge

@@ -18,7 +18,7 @@ from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.geometry.shapes.sphere import Sphere
 from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.modes.static import Flexibility
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows
 from gudgeon.pipeline.reduction.reduce import reduce_component

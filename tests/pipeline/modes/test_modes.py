@@ -16,7 +16,7 @@ from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.skirt import Skirt
 from gudgeon.pipeline.interfaces.points import contact_points
 from gudgeon.pipeline.linalg import BACKENDS, available_backend
-from gudgeon.pipeline.modes import lanczos, static
+from gudgeon.pipeline.modes import flexibility, lanczos, static
 from gudgeon.pipeline.modes.normal import NormalModes, normal_modes
 from gudgeon.pipeline.modes.problem import Problem
 from gudgeon.pipeline.modes.static import pressure_fields, residual_shapes, static_shapes
@@ -158,7 +158,7 @@ def test_asymmetry_is_seen_in_rows_of_small_units(
     scaled = sparse.csr_matrix(sparse.diags(np.where(np.arange(B.shape[0]) < 2, 1e-12, 1.0)) @ B)
     none = np.empty((B.shape[0], 0))
     residual_shapes(tiny, scaled, modes, none)
-    whole = static.factorise
+    whole = flexibility.factorise
 
     class Skewed:
         def __init__(self, matrix: sparse.csr_matrix, definite: bool = False) -> None:
@@ -171,12 +171,55 @@ def test_asymmetry_is_seen_in_rows_of_small_units(
         def free(self) -> None:
             self.factor.free()
 
-    monkeypatch.setattr(static, "factorise", Skewed)
+    monkeypatch.setattr(flexibility, "factorise", Skewed)
+    monkeypatch.setattr(flexibility, "condense", lambda *_: None)
     with pytest.raises(StageError, match="unbalanced"):
         residual_shapes(tiny, sparse.csr_matrix(scaled[:2]), modes, np.empty((2, 0)))
-    monkeypatch.setattr(static, "SOLVED", np.inf)
+    monkeypatch.setattr(flexibility, "SOLVED", np.inf)
     with pytest.raises(StageError, match="asymmetric"):
         residual_shapes(tiny, sparse.csr_matrix(scaled[:2]), modes, np.empty((2, 0)))
+
+
+@pytest.mark.skipif(not MKL_HAS_A_WHEEL, reason="MKL has no wheel for this processor")
+def test_eliminated_rows_have_the_residual_of_solves(
+    tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rows of other units, one that does not move, and fields; the row by row solution is the truth."""
+    size = np.where(np.arange(B.shape[0]) < 2, 1e-12, 1e3)
+    size[4] = 0.0
+    rows = sparse.csr_matrix(sparse.diags(size) @ B)
+    pressures = np.random.default_rng(1).standard_normal((B.shape[0], 3))
+    solves = []
+    whole = flexibility.Flexibility.grounded
+    monkeypatch.setattr(
+        flexibility.Flexibility, "grounded", lambda self, F: solves.append(F.shape[1]) or whole(self, F)
+    )
+    ours = residual_shapes(tiny, rows, modes, pressures)
+    assert solves == [6 + COUNT + 3 + 1]
+    monkeypatch.setattr(static, "CANCELLED", 0.0)
+    expected = residual_shapes(tiny, rows, modes, pressures)
+    # No stricter limit is met by two orders of summation: eps times the grounded flexibility over the residual one.
+    size = np.outer(expected.scale, expected.scale)
+    np.testing.assert_allclose(ours.flexibility / size, expected.flexibility / size, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(ours.fields, expected.fields, rtol=0, atol=1e-12 * np.abs(expected.fields).max())
+
+
+@pytest.mark.skipif(not MKL_HAS_A_WHEEL, reason="MKL has no wheel for this processor")
+def test_one_wrong_row_of_an_elimination_is_seen(
+    tiny: FEModel, modes: NormalModes, B: sparse.csr_matrix, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = flexibility.condense
+
+    def skewed(matrix: sparse.csr_matrix, rows: sparse.csr_matrix) -> object:
+        found = whole(matrix, rows)
+        assert found is not None
+        found.flexibility[3, 5] *= 1 + 1e-5
+        found.flexibility[5, 3] *= 1 + 1e-5
+        return found
+
+    monkeypatch.setattr(flexibility, "condense", skewed)
+    with pytest.raises(StageError, match="differs from a static solution"):
+        residual_shapes(tiny, B, modes, np.empty((B.shape[0], 0)))
 
 
 @pytest.mark.parametrize("count", [1, 4, 9, 10_000])

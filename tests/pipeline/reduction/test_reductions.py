@@ -14,7 +14,7 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.geometry.shapes.box import Box
 from gudgeon.pipeline.interfaces.points import contact_points
-from gudgeon.pipeline.modes import static
+from gudgeon.pipeline.modes import flexibility
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, craig_bampton
 from gudgeon.pipeline.reduction.reduce import reduce_component
@@ -147,13 +147,13 @@ def test_reference_must_hold_the_body() -> None:
 
 
 def test_ritz_factorises_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    count, whole = [], static.factorise
+    count, whole = [], flexibility.factorise
 
     def counted(matrix: sparse.csr_matrix, definite: bool = False) -> object:
         count.append(matrix.shape)
         return whole(matrix, definite)
 
-    monkeypatch.setattr(static, "factorise", counted)
+    monkeypatch.setattr(flexibility, "factorise", counted)
     model, rows = bar()
     reduction = REDUCTIONS["ritz"](model, rows, settings("ritz", normal_count=5))
     assert len(count) == 1

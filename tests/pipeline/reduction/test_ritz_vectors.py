@@ -9,7 +9,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.box import Box
-from gudgeon.pipeline.modes import static
+from gudgeon.pipeline.modes import flexibility
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.reduction.methods.ritz_vectors import RitzVectors
 from gudgeon.pipeline.scenes.material import Material
@@ -37,13 +37,13 @@ def loads(model: FEModel) -> list[np.ndarray]:
 @pytest.fixture
 def factorised(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
     """Sizes of what is factorised while a test runs."""
-    sizes, whole = [], static.factorise
+    sizes, whole = [], flexibility.factorise
 
     def counted(matrix: Any, *how: Any, **more: Any) -> Any:
         sizes.append(matrix.shape)
         return whole(matrix, *how, **more)
 
-    monkeypatch.setattr(static, "factorise", counted)
+    monkeypatch.setattr(flexibility, "factorise", counted)
     return sizes
 
 

@@ -1,0 +1,94 @@
+"""The flexibility G of a model: its elastic displacement under forces, by one factorisation.
+
+G = Pᵀ K_c⁻¹ P with P = I − M Φ_r Φ_rᵀ (K_c: enough dofs held to prevent rigid motion): displacement with inertia
+relief. A body held by supports has no rigid modes: there P = I, and K_c is the stiffness of its free dofs.
+"""
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.pipeline.errors import StageError
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.linalg import condense, factorise
+from gudgeon.pipeline.modes.problem import grounding
+
+SOLVED = 1e-5
+"""Unbalanced share of the load of a static solution: solids leave 1e-9, beams of 400 elements 1e-6 by round-off."""
+
+
+class Flexibility:
+    """G of a model: its elastic displacement under forces, with inertia relief if it has rigid motions."""
+
+    at_rows: np.ndarray | None = None
+    """B K_c⁻¹ Bᵀ of the given rows, (c, c); None if the backend has no faster way to it than solves."""
+
+    def __init__(self, model: FEModel, rows: sparse.csr_matrix | None = None) -> None:
+        """Factorise K_c.
+
+        Args:
+            rows: B, if its flexibility is wanted, (c, dofs).
+        """
+        self.rigid = model.rigid_modes
+        self.M_rigid = model.M @ self.rigid
+        self.dofs = np.setdiff1d(model.free, grounding(self.rigid))
+        """Dofs that neither a support nor the grounding of the rigid motions holds."""
+        self._K = model.K
+        # Forces and moments of beams have different units: each is scaled by the mass of its dof.
+        mass = model.M.diagonal()[self.dofs] if model.parts is not None else np.ones(len(self.dofs))
+        self._weight = 1 / np.sqrt(mass)[:, None]
+        free = model.free
+        self._places, self._size = np.searchsorted(free, self.dofs), len(free)
+        pinned = _pinned(model.free_matrices()[0], np.setdiff1d(free, self.dofs, True), free)
+        condensed = None
+        if rows is not None and model.parts is None:
+            kept = np.zeros(model.K.shape[0])
+            kept[self.dofs] = 1.0
+            condensed = condense(pinned, sparse.csr_matrix((rows @ sparse.diags_array(kept))[:, free]))
+        if condensed is not None:
+            self.at_rows = condensed.flexibility
+        self.factor = condensed or factorise(pinned, definite=model.parts is not None)
+
+    def grounded(self, loads: np.ndarray) -> np.ndarray:
+        """Return K_c⁻¹ loads over `dofs`, (c, k).
+
+        All solutions are checked by one product with K: that of their sum with random signs.
+
+        Raises:
+            StageError: the solutions do not balance their loads.
+        """
+        whole = np.zeros((self._size, loads.shape[1]), order="F")
+        whole[self._places] = loads
+        answer = self.factor.solve(whole)[self._places]
+        sizes = np.linalg.norm(self._weight * loads, axis=0)
+        signs = np.random.default_rng(0).choice([-1.0, 1.0], len(sizes)) / np.where(sizes > 0, sizes, np.inf)
+        mixture = np.zeros(self._K.shape[0])
+        mixture[self.dofs] = answer @ signs
+        left = self._weight[:, 0] * ((self._K @ mixture)[self.dofs] - loads @ signs)
+        rest = float(np.linalg.norm(left)) if len(sizes) else 0.0
+        if not rest < SOLVED:
+            raise StageError(
+                f"modes: static solutions leave {rest:.2g} of their load unbalanced, allowed: {SOLVED:g}. A part is"
+                " connected by too few nodes, the mesh has slivers, or the mesh is much finer than its shape needs"
+            )
+        return answer
+
+    def solve(self, forces: np.ndarray) -> np.ndarray:
+        """Return G·forces [m], (dofs, k), for forces [N], (dofs, k); errors as of `grounded`."""
+        balanced = forces - self.M_rigid @ (self.rigid.T @ forces)
+        answer = np.zeros(forces.shape)
+        answer[self.dofs] = self.grounded(balanced[self.dofs])
+        return answer - self.rigid @ (self.M_rigid.T @ answer)
+
+    def free(self) -> None:
+        """Release the memory of the factor."""
+        self.factor.free()
+
+
+def _pinned(K: sparse.csr_matrix, pinned: np.ndarray, free: np.ndarray) -> sparse.csr_matrix:
+    """Return K over free dofs (free,), ascending, with pinned ones (p,) uncoupled; its blocks of dofs stay full."""
+    if not len(pinned):
+        return K
+    kept = np.ones(K.shape[0])
+    kept[np.searchsorted(free, pinned)] = 0.0
+    keep = sparse.diags_array(kept)
+    return sparse.csr_matrix(keep @ K @ keep + sparse.diags_array((1 - kept) * K.diagonal()))
