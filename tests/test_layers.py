@@ -90,6 +90,8 @@ HOMES: dict[str, tuple[str, ...]] = {
     "PIL": ("pipeline/plots/*", "pipeline/wheel/pictures/*"),
     "matplotlib": ("pipeline/plots/*", "pipeline/*/picture.py", "pipeline/wheel/pictures/*"),
     "imageio": ("pipeline/plots/*",),
+    "pyyeti": ("pipeline/geometry/matrices/*", "pipeline/exporters/*"),
+    "ansys": ("pipeline/geometry/matrices/*",),
 }
 """Where a library may be imported, as patterns of paths."""
 
