@@ -39,6 +39,13 @@ def _mesh(record: MeshRecord, outline: Outline) -> None:
         if not _number(thickness := shape.pop("thickness", 1.0), finite=True) or not thickness > 0:
             raise Malformed(f"{field}: thickness {thickness}, expected a number above 0")
         _entries(shape, SHAPES, field)
+    if (system := record.system) is None or not len(system.directions):
+        return
+    if system.directions.min() < 0 or system.directions.max() > 5:
+        raise Malformed(f"system/directions: {system.directions.min()} to {system.directions.max()}, expected 0 to 5")
+    for name, half in (("stiffness", system.stiffness), ("mass", system.mass)):
+        if len(half.rows) == len(half.columns) and (half.rows > half.columns).any():
+            raise Malformed(f"system/{name}: an entry below the diagonal")
 
 
 def _modes(record: ModalRecord, outline: Outline) -> None:

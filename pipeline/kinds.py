@@ -52,6 +52,8 @@ class Kind:
     document of docs/robustness.md, and its table as text."""
     export: Callable[[Any, str, int], list[Path]]
     """Writes .vtu files and returns their paths."""
+    export_part: Callable[[Any, str, str], list[Path]]
+    """Writes a reduced body, by its name, in a format and returns the files."""
     linear: Callable[[Any, "Asked", Progress], "Answer"]
     """Writes assembled modes and a frequency response."""
 
@@ -71,6 +73,10 @@ def _no_export(job: SceneJob, what: str, every: int) -> list[Path]:
     raise InputError(f"{job.path}: export: {what} of a wheel cannot be exported; its records hold shapes and response")
 
 
+def _no_part(job: SceneJob, body: str, form: str) -> list[Path]:
+    raise InputError(f"{job.path}: export: a wheel has no reduced body; its records hold shapes and response")
+
+
 def _no_linear(job: SceneJob, asked: Any, progress: Progress) -> Any:
     raise InputError(f"{job.path}: linear: a wheel has its own response over frequency; run `gudgeon run`")
 
@@ -85,6 +91,7 @@ KINDS: dict[str, Kind] = {
         report=_late("gudgeon.pipeline.report.bodies:report_scene"),
         robustness=_late("gudgeon.pipeline.robustness.run:robustness_job"),
         export=_late("gudgeon.pipeline.exporters.export:export"),
+        export_part=_late("gudgeon.pipeline.exporters.part:export_part"),
         linear=_late("gudgeon.pipeline.linear.analysis:analyse"),
     ),
     "wheel": Kind(
@@ -96,6 +103,7 @@ KINDS: dict[str, Kind] = {
         report=_late("gudgeon.pipeline.wheel.report:report_wheel"),
         robustness=_late("gudgeon.pipeline.wheel.robustness:robustness_wheel"),
         export=_no_export,
+        export_part=_no_part,
         linear=_no_linear,
     ),
 }

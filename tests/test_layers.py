@@ -96,6 +96,8 @@ HOMES: dict[str, tuple[str, ...]] = {
     "starlette": ("pipeline/service/*",),
     "uvicorn": ("pipeline/service/run.py",),
     "pyarrow": ("pipeline/studies/table.py",),
+    "pyyeti": ("pipeline/geometry/matrices/*", "pipeline/exporters/*"),
+    "ansys": ("pipeline/geometry/matrices/*",),
 }
 """Where a library may be imported, as patterns of paths."""
 

@@ -11,9 +11,41 @@ class Surface:
 
     facets: Array = field(metadata=rule("f' 6|3|1", "int", below="n"))
     """Node numbers of each facet, corners first: (facets, 6) on tet10, (facets, 3) on triangles with the part on their
-    left, (facets, 1) on a line or a rigid body."""
+    left, (facets, 1) on a line or a rigid body, or the nodes of a set."""
     shape: Json = field(default_factory=dict)
     """The true surface, `{"kind": "cylinder", "radius", "axis", "origin"}` or `{}` where only the nodes are known."""
+    areas: Array | None = field(default=None, metadata=rule("f'"))
+    """Of a set of nodes, the part of the surface that each stands for [m^2], (facets,)."""
+    normals: Array | None = field(default=None, metadata=rule("f' 3"))
+    """Outward unit normal at each of these nodes, zero where its area is, (facets, 3); None where it is unknown."""
+
+
+@dataclass(frozen=True)
+class Triangle:
+    """Upper triangle, with the diagonal, of a sparse symmetric matrix over N degrees of freedom."""
+
+    rows: Array = field(metadata=rule("k'", "int", below="N"))
+    """(k,)"""
+    columns: Array = field(metadata=rule("k'", "int", below="N"))
+    """Not below the row, (k,)."""
+    values: Array = field(metadata=rule("k'"))
+    """(k,)"""
+
+
+@dataclass(frozen=True)
+class SystemMatrices:
+    """Stiffness and mass of a body as another program assembled them, in SI units."""
+
+    nodes: Array = field(metadata=rule("N", "int", below="n"))
+    """Node of each degree of freedom, (N,). Those that a node with others lacks are held at zero."""
+    directions: Array = field(metadata=rule("N", "int"))
+    """Its direction, (N,): 0, 1, 2 are x, y, z [m], 3, 4, 5 rotations about them [rad]."""
+    labels: Array = field(metadata=rule("n", "int"))
+    """Number of each node in the other program, (n,)."""
+    stiffness: Triangle
+    """[N/m], of rotations [N m]."""
+    mass: Triangle
+    """[kg], of rotations [kg m^2]."""
 
 
 @dataclass(frozen=True)
@@ -22,9 +54,12 @@ class MeshRecord:
 
     nodes: Array = field(metadata=rule("n 3"))
     """Nodal positions [m], (n, 3)."""
-    cells: Array = field(metadata=rule("e 10|6|3|2|1", "int", below="n"))
+    cells: Array = field(metadata=rule("e 20|15|10|8|6|4|3|2|1", "int", below="n"))
     """Node numbers of each cell in meshio's order, (e, 10), (e, 6), (e, 3), (e, 2) or (e, 1)."""
     cell_type: str
     """`tetra10`; `triangle6`, a plane part in z = 0; `line3`, a bar; `beam2` and `beam3`, a beam;
-    `vertex`, a rigid body without mesh."""
+    `vertex`, a rigid body without mesh. Only with a `system`: `tetra`, `hexahedron`, `hexahedron20`, `wedge15`, solids
+    whose cells are only drawn; `nodes`, points without cells."""
     surfaces: dict[str, Surface]
+    system: SystemMatrices | None = None
+    """Matrices that were read, not assembled from the cells."""

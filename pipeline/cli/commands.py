@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
+from gudgeon.pipeline.errors import InputError
 
 STOPPED, INTERRUPTED = "STOPPED", 130
 """Result of a run that Ctrl-C stopped, and the exit code then."""
@@ -155,8 +156,16 @@ def linear_command(options: argparse.Namespace) -> int:
 
 
 def export_command(options: argparse.Namespace) -> int:
-    """Write .vtu files."""
+    """Write .vtu files, or a reduced body for another program."""
+    if options.format is None and options.what not in ("modes", "results"):
+        raise InputError(
+            f"export: invalid choice: '{options.what}'; allowed: modes, results, or the name of a body with --format"
+        )
     kind, job = opened(options)
+    if options.format is not None:
+        files = kind.export_part(job, options.what, options.format)
+        print(json.dumps([str(f) for f in files]) if options.json else "\n".join(str(f) for f in files))
+        return 0
     files = kind.export(job, options.what, options.every)
     if options.json:
         print(json.dumps([str(f) for f in files]))

@@ -14,8 +14,8 @@ from gudgeon.pipeline.files import whole_file, write_text
 from gudgeon.pipeline.interfaces.stress_recovery import von_mises
 from gudgeon.pipeline.reduction.expansion import displacement
 
-LINES = {"beam2": "line", "beam3": "line3"}
-"""Names of meshio for the cells of beams; the other cell types have the same name there."""
+LINES = {"beam2": "line", "beam3": "line3", "nodes": "vertex"}
+"""Names of meshio for the cells of beams and of points; the other cell types have the same name there."""
 SURFACES = ("tetra10", "triangle6")
 """Cell types whose contact points have an area."""
 
@@ -117,7 +117,7 @@ def _contact_field(
     mesh: MeshRecord, modal: ModalRecord, trajectory: Trajectory, body: str, frame: int
 ) -> dict[str, np.ndarray]:
     """Return the pressure [Pa] of a body's contacts at its nodes, of one without a surface their force [N], (n,)."""
-    field, spread = np.zeros(len(mesh.nodes)), mesh.cell_type in SURFACES
+    field, spread = np.zeros(len(mesh.nodes)), mesh.cell_type in SURFACES or mesh.system is not None
     for contact in trajectory.contacts.values():
         if contact.body == body:
             interface = modal.interfaces[contact.interface]

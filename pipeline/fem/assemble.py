@@ -7,6 +7,7 @@ from pydantic import BaseModel
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements import ASSEMBLERS
+from gudgeon.pipeline.fem.elements.given import given_model
 from gudgeon.pipeline.fem.elements.rigid import rigid_body
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import hold
@@ -25,7 +26,7 @@ def build_model(
     """Assemble stiffness and consistent mass of a meshed component.
 
     Args:
-        material: None for a rigid body.
+        material: None for a rigid body; of one whose matrices were read it is not used.
         supports: Held surfaces; a plain name holds all dofs of the surface's nodes.
         where: The component's key in the scene, for messages.
         geometry: Origin of the mesh; a beam, a plane part and a rigid body need it for section, thickness or mass.
@@ -34,7 +35,9 @@ def build_model(
         InputError: the mesh is not of one piece, has an element without volume or no such surface, or a support does
             not fit it.
     """
-    if mesh.cell_type == "vertex":
+    if mesh.system is not None:
+        model = given_model(mesh, where)
+    elif mesh.cell_type == "vertex":
         model = rigid_body(mesh, geometry)
     else:
         if material is None:

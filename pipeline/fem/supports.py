@@ -25,7 +25,7 @@ def hold(model: FEModel, supports: Sequence[Support | str], where: str) -> FEMod
     Raises:
         InputError: the mesh has no such surface, the model no such direction, or a rigid motion is held only partly.
     """
-    held = np.zeros((len(model.nodes), len(model.directions)), bool)
+    held = model.held.reshape(len(model.nodes), -1).copy()
     for entry in supports:
         support = Support(surface=entry) if isinstance(entry, str) else entry
         nodes = surface_nodes(model.mesh, support.surface, where)

@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from gudgeon.pipeline.geometry.cad.part import CadPart
+from gudgeon.pipeline.geometry.matrices.part import Matrices
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
 from gudgeon.pipeline.geometry.plane_file import PlaneFile
 from gudgeon.pipeline.geometry.shapes.bar import Bar
@@ -33,6 +34,7 @@ Geometry = Annotated[
     | BladedSector
     | CadPart
     | MeshFile
+    | Matrices
     | PlaneFile,
     Field(discriminator="kind"),
 ]

@@ -13,7 +13,7 @@ from scipy import sparse
 from gudgeon.modaldb.records.modes import LoadModes
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
-from gudgeon.pipeline.interfaces.points import facet_points, surface_weights
+from gudgeon.pipeline.interfaces.points import facet_points, refuse_unknown_normals, surface_weights
 from gudgeon.pipeline.scenes.interface import Interface
 
 
@@ -45,6 +45,7 @@ def load_rows(model: FEModel, interface: Interface, where: str) -> LoadRows:
     nodes, areas, vectors = surface_weights(mesh, surface)
     point = areas @ mesh.nodes[nodes] / areas.sum()
     if interface.kind == "pressure":
+        refuse_unknown_normals(surface, interface.surface, where)
         _, points, elements = facet_points(mesh.nodes, surface)
         moment = np.cross(points, elements).sum(axis=(0, 1))
         resultant = -np.concatenate([vectors.sum(axis=0), moment])[None]

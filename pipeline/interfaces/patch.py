@@ -4,6 +4,8 @@ The force conjugate to it is a uniform pressure of unit resultant, with the cons
 facets, which are almost zero at the corners of quadratic ones.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import sparse
 
@@ -11,7 +13,13 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
-from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points, facet_points, surface_weights
+from gudgeon.pipeline.interfaces.points import (
+    ContactPoints,
+    contact_points,
+    facet_points,
+    refuse_unknown_normals,
+    surface_weights,
+)
 from gudgeon.pipeline.scenes.interface import Interface
 
 FLATNESS = 1e-6
@@ -25,7 +33,11 @@ def patch_point(mesh: MeshRecord, interface: Interface, where: str) -> ContactPo
         InputError: the mesh has no such surface, or it is not flat.
     """
     surface = find_surface(mesh, interface.surface, f"{where}.surface")
-    if surface.facets.shape[1] == 1:
+    refuse_unknown_normals(surface, interface.surface, where)
+    if surface.areas is not None:
+        surface = replace(surface, facets=surface.facets[(bearing := surface.areas > 0)], areas=surface.areas[bearing],
+                          normals=None if surface.normals is None else surface.normals[bearing])  # fmt: skip
+    elif surface.facets.shape[1] == 1:
         return contact_points(mesh, interface, where)
     _, points, vectors = facet_points(mesh.nodes, surface)
     places, elements = points.reshape(-1, 3), vectors.reshape(-1, 3)

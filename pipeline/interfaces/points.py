@@ -43,6 +43,8 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
         InputError: the mesh has no such surface, or no contact point lies within its sector and height.
     """
     surface = find_surface(mesh, interface.surface, f"{where}.surface")
+    if surface.areas is not None:
+        return _of_nodes(mesh, interface, surface, where)
     if surface.facets.shape[1] == 1:
         shape = surface.shape
         normal, area = np.array([shape["normal"]]), np.array([shape["area"]])
@@ -61,6 +63,35 @@ def contact_points(mesh: MeshRecord, interface: Interface, where: str) -> Contac
         raise InputError(f"{where}: no contact point of surface '{interface.surface}' lies in its sector and height")
     edge = np.isin(nodes[keep], bearing[np.isin(bearing, nodes[~keep]).any(axis=1)])
     return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], edge)
+
+
+def _of_nodes(mesh: MeshRecord, interface: Interface, surface: Surface, where: str) -> ContactPoints:
+    """Return the nodes of a set that stand for an area as contact points; none of them is marked as an edge."""
+    refuse_unknown_normals(surface, interface.surface, where)
+    assert surface.areas is not None
+    assert surface.normals is not None
+    bearing = surface.areas > 0
+    nodes, areas, normals = surface.facets.ravel()[bearing], surface.areas[bearing], surface.normals[bearing]
+    points = mesh.nodes[nodes]
+    if "kind" in surface.shape:
+        points, normals = true_surface(points, normals, surface.shape)
+    keep = _inside(points, interface, surface.shape, where)
+    if not keep.any():
+        raise InputError(f"{where}: no node of set '{interface.surface}' lies in its sector and height")
+    return ContactPoints(nodes[keep], points[keep], normals[keep], areas[keep], np.zeros(int(keep.sum()), bool))
+
+
+def refuse_unknown_normals(surface: Surface, name: str, where: str) -> None:
+    """Refuse a set of nodes without normals; `where` is the key of the interface on it.
+
+    Raises:
+        InputError: it is one.
+    """
+    if surface.areas is not None and surface.normals is None:
+        raise InputError(
+            f"{where}.surface: '{name}' given, a set of nodes that are not on one plane and bound no element; state"
+            " its shape in geometry.surfaces"
+        )
 
 
 def surface_coordinates(points: np.ndarray, shape: SurfaceRule) -> np.ndarray:
@@ -86,13 +117,16 @@ def facet_points(nodes: np.ndarray, surface: Surface, pieces: int = 1) -> tuple[
 
     Args:
         nodes: [m], (n, 3).
-        surface: Of facets (f, 6) on a solid, (f, 3) on a plane part, on their left, or a node (1, 1).
+        surface: Of facets (f, 6) on a solid, (f, 3) on a plane part, on their left, or nodes (f, 1).
         pieces: Into how many parts each edge is divided: pieces² triangles a facet, each with its own rule.
 
     Returns:
         Shape functions N (a, q), points [m] (f, q, 3) and outward vectors of area [m^2] (f, q, 3).
     """
     corners = nodes[surface.facets]
+    if surface.areas is not None:
+        normals = np.zeros((len(corners), 3)) if surface.normals is None else surface.normals
+        return np.ones((1, 1)), corners, (surface.areas[:, None] * normals)[:, None]
     if corners.shape[1] == 1:
         return np.ones((1, 1)), corners, surface.shape["area"] * np.array(surface.shape["normal"])[None, None]
     if corners.shape[1] == 3:
@@ -113,6 +147,13 @@ def facet_points(nodes: np.ndarray, surface: Surface, pieces: int = 1) -> tuple[
 
 def surface_weights(mesh: MeshRecord, surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the nodes of a surface (k,), ∫ N dA of each [m^2] (k,) and ∫ N n dA of each [m^2] (k, 3), n outward."""
+    if surface.areas is not None:
+        normals = 0.0 if surface.normals is None else surface.normals
+        return (
+            surface.facets.ravel(),
+            surface.areas,
+            surface.areas[:, None] * np.broadcast_to(normals, (len(surface.areas), 3)),
+        )
     N, _, elements = facet_points(mesh.nodes, surface)
     nodes, slot = np.unique(surface.facets, return_inverse=True)
     areas = np.einsum("aq,fq->fa", N, np.linalg.norm(elements, axis=2))

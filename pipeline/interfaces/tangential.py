@@ -37,7 +37,7 @@ def tangential_rows(model: FEModel, interface: Interface, at: ContactPoints, whe
     surface = find_surface(model.mesh, interface.surface, f"{where}.surface")
     axis = np.asarray(surface.shape["axis"], float) if surface.shape.get("kind") == "cylinder" else None
     along = tangents(at.normals, None if axis is None else axis / np.linalg.norm(axis))
-    if interface.kind == "points" or surface.facets.shape[1] == 1:
+    if interface.kind == "points" or surface.shape.get("kind") == "point":
         B = model.rows(np.repeat(at.nodes, 2), along.reshape(-1, 3), np.repeat(at.points, 2, axis=0))
     else:
         nodes, areas, _ = surface_weights(model.mesh, surface)

@@ -56,12 +56,13 @@ def tie_of(mesh: MeshRecord, interface: Interface, where: str) -> Tie:
     """
     surface = find_surface(mesh, interface.surface, f"{where}.surface")
     nodes, slot = np.unique(surface.facets, return_inverse=True)
-    _refuse_few(mesh.nodes[nodes], surface.facets.shape[1], f"{where}.surface: '{interface.surface}' given,")
+    facet = surface.facets.shape[1] if surface.areas is None else 6
+    _refuse_few(mesh.nodes[nodes], facet, f"{where}.surface: '{interface.surface}' given,")
     N, places, elements = facet_points(mesh.nodes, surface)
-    areas = np.linalg.norm(elements, axis=2)
+    areas = np.linalg.norm(elements, axis=2) if surface.areas is None else surface.areas[:, None]
     centroid = np.einsum("fq,fqi->i", areas, places) / areas.sum()
     point = centroid if interface.point is None else np.array(interface.point)
-    twists = np.eye(6)[list(TWISTS[surface.facets.shape[1]])]
+    twists = np.eye(6)[list(TWISTS[facet])]
     # About the centroid, in units of the surface's size: translations and rotations decouple and have the same scale.
     size = float(np.sqrt(np.einsum("fq,fqi->", areas, (places - centroid) ** 2) / areas.sum()))
     scaled = twists / np.repeat([1.0, size], 3)
@@ -103,7 +104,8 @@ def made_rigid(model: FEModel, ties: Mapping[str, Tie], where: str) -> tuple[FEM
         _refuse_shared(model, tie, owner, list(ties), f"{where}.{name}")
         owner[tie.nodes] = number
         dofs = (d * tie.nodes[:, None] + np.arange(d)).ravel()
-        P = np.einsum("kij,di->kdj", tie.rigid(model.nodes[tie.nodes]), model.directions).reshape(len(dofs), -1)
+        P = np.einsum("kij,di->kdj", tie.rigid(model.nodes[tie.nodes]), model.directions)
+        P = (P + model.rotations @ tie.twists[:, 3:].T).reshape(len(dofs), -1)
         P = P / np.linalg.norm(P, axis=0)
         chosen = linalg.qr(P.T, mode="economic", pivoting=True)[2][: P.shape[1]]
         others = np.setdiff1d(np.arange(len(dofs)), chosen)

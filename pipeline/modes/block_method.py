@@ -45,7 +45,8 @@ def block_pairs(model: FEModel, problem: Problem, count: int) -> Pairs | None:
     """Return the lowest pairs; None if the method does not suit the model or did not converge."""
     if model.parts is not None or available_backend() != "pardiso":
         return None
-    if problem.K.shape[0] < LEAST_DOFS or count > MOST_MODES:
+    quadratic = model.mesh.cell_type in ("tetra10", "triangle6") and len(model.directions) < 6
+    if problem.K.shape[0] < LEAST_DOFS or count > MOST_MODES or not quadratic:
         return None
     block = count + max(GUARDS, count // GUARD_SHARE)
     order = _by_neighbours(model, problem)

@@ -14,8 +14,10 @@ Residuals are known up to round-off only: eps·max(K_ii/M_ii), the uncertainty o
 from itertools import pairwise
 
 import numpy as np
+from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.elements.given import SINGULAR
 from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, reference
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.linalg import factorise
@@ -90,10 +92,13 @@ def _with_gaps(theta: np.ndarray, rho: np.ndarray, offsets: np.ndarray, between:
 
 def _mass_norms(model: FEModel, rest: np.ndarray, whole: bool) -> np.ndarray:
     """Return ‖r‖_{M⁻¹} of columns over the free dofs, or an upper bound, (m,)."""
-    if whole and model.mesh.cell_type in LUMPED:
+    if whole and model.mesh.cell_type in LUMPED and model.mesh.system is None:
         lumped = model.M.diagonal()[model.free]
         return np.sqrt((rest**2 / lumped[:, None]).sum(axis=0) / lumped_share(model.mesh))
-    factor = factorise(model.free_matrices()[1], definite=True)
+    mass = model.free_matrices()[1]
+    if model.mesh.system is not None:  # It may be singular; a larger mass changes frequencies by less than its share.
+        mass = sparse.csr_matrix(mass + SINGULAR * sparse.diags(mass.diagonal()))
+    factor = factorise(mass, definite=True)
     answer = factor.solve(rest)
     factor.free()
     return np.sqrt(np.maximum((rest * answer).sum(axis=0), 0.0))

@@ -84,7 +84,7 @@ def frequency_errors(
         spread: From the dofs of `model` to those of `untied`, (dofs, dofs).
     """
     frequencies, Phi, count = reduction.angular_frequencies, reduction.Phi, reduction.normal_count
-    if not len(frequencies) or component.material is None:
+    if not len(frequencies) or untied.mesh.cell_type == "vertex":
         nothing = np.zeros(len(frequencies))
         return FrequencyErrors(nothing, nothing, None)
     relative, rest = residuals(model, frequencies, Phi)
@@ -93,9 +93,11 @@ def frequency_errors(
         proven = reduction.quality["inertia_shift"], int(reduction.quality["inertia_expected"])
     algebraic = algebraic_errors(model, (frequencies, Phi), rest, proven, model.M is untied.M)
     modes = np.flatnonzero(algebraic[:count] < IS_A_MODE)
-    estimates = discretisation_errors(
-        untied, component.material, component.geometry, frequencies[modes], spread @ Phi[:, modes]
-    )
+    estimates = None
+    if component.material is not None:
+        estimates = discretisation_errors(
+            untied, component.material, component.geometry, frequencies[modes], spread @ Phi[:, modes]
+        )
     if estimates is None:
         return FrequencyErrors(relative, algebraic, None)
     discretisation = np.full(len(frequencies), np.nan)

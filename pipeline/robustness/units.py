@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.mesh import MeshRecord, SystemMatrices, Triangle
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.geometry.profile import read_rows
@@ -118,13 +118,33 @@ def _changed(value: Any, factors: list[float], units: Units, where: str) -> Any:
 
 
 def rescaled_mesh(mesh: MeshRecord, units: Units) -> MeshRecord:
-    """Return the same mesh in another unit of length.
+    """Return the same mesh in other units.
 
     Raises:
         StageError: a true surface has a number without a declared unit.
     """
-    surfaces = {name: Surface(one.facets, _shape(name, one.shape, units)) for name, one in mesh.surfaces.items()}
-    return replace(mesh, nodes=mesh.nodes * units.length, surfaces=surfaces)
+    surfaces = {
+        name: replace(
+            one,
+            shape=_shape(name, one.shape, units),
+            areas=None if one.areas is None else one.areas * units.length**2,
+        )
+        for name, one in mesh.surfaces.items()
+    }
+    system = None if mesh.system is None else _rescaled_system(mesh.system, units)
+    return replace(mesh, nodes=mesh.nodes * units.length, surfaces=surfaces, system=system)
+
+
+def _rescaled_system(system: SystemMatrices, units: Units) -> SystemMatrices:
+    """Return matrices in other units; an entry of a rotation has one length more for each."""
+    lengths = np.where(system.directions > 2, units.length, 1.0)
+
+    def scaled(half: Triangle, factor: float) -> Triangle:
+        return replace(half, values=half.values * factor * lengths[half.rows] * lengths[half.columns])
+
+    return replace(
+        system, stiffness=scaled(system.stiffness, units.of("N/m")), mass=scaled(system.mass, units.of("kg"))
+    )
 
 
 def _shape(surface: str, shape: Mapping[str, Any], units: Units) -> dict[str, Any]:

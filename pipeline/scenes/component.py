@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry import Geometry
+from gudgeon.pipeline.geometry.matrices.part import FILES, Matrices
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.scenes.gauge import Gauge
 from gudgeon.pipeline.scenes.interface import Interface
@@ -61,7 +62,7 @@ class Component(Strict):
 
     geometry: Geometry
     material: Material | None = Field(
-        default=None, validate_default=True, description="Needed, except for rigid bodies"
+        default=None, validate_default=True, description="Needed, except for rigid bodies and matrices"
     )
     mesh: MeshSettings = MeshSettings()
     supports: tuple[SupportEntry, ...] = Field(
@@ -78,18 +79,24 @@ class Component(Strict):
     @property
     def from_file(self) -> bool:
         """Whether the mesh is read from a file."""
-        return self.geometry.kind in ("file", "plane-file")
+        return self.geometry.kind in ("file", "plane-file", "matrices")
 
     @property
     def path(self) -> str | None:
         """Name of the geometry's file, of a mesh or of CAD; None for shapes."""
         return getattr(self.geometry, "path", None)
 
+    @property
+    def files(self) -> dict[str, str]:
+        """Names of all files of the geometry, by the key that gives each."""
+        keys = FILES if isinstance(self.geometry, Matrices) else ("path",)
+        return {key: name for key in keys if (name := getattr(self.geometry, key, None)) is not None}
+
     @field_validator("material")
     @classmethod
     def _deforms(cls, value: Material | None, info: ValidationInfo) -> Material | None:
         kind = _kind(info)
-        if value is None and kind not in ("rigid", None):
+        if value is None and kind not in ("rigid", "matrices", None):
             raise ValueError(f"is missing; geometry '{kind}' needs E, nu and rho")
         if value is not None and kind == "rigid":
             raise ValueError("given, but geometry 'rigid' states its own mass; remove the key")
@@ -101,12 +108,21 @@ class Component(Strict):
         kind = _kind(info)
         if value and kind in ("bar", "rigid"):
             raise ValueError(f"{', '.join(value)} given; gauges need a beam, solid or plane part, not '{kind}'")
+        if value and kind == "matrices" and info.data.get("material") is None:
+            raise ValueError(f"{', '.join(value)} given; the stress of a body of matrices needs its material")
         for name, gauge in value.items():
             if kind is not None and (kind == "beam") != (gauge.station is not None):
                 wanted = "a station and a fibre" if kind == "beam" else "a point or a surface"
                 raise ValueError(f"{name}: geometry '{kind}' needs {wanted}")
             if kind == "beam" and gauge.station not in (places := info.data["geometry"].places()):
                 raise ValueError(f"{name}: station '{gauge.station}' given, the beam has {', '.join(places)}")
+        return value
+
+    @field_validator("change")
+    @classmethod
+    def _can_move(cls, value: Change, info: ValidationInfo) -> Change:
+        if _kind(info) == "matrices" and (value.profile.table is not None or value.profile.offset != 0):
+            raise ValueError("profile given; the matrices of another program do not follow a moved surface")
         return value
 
     @field_validator("modes")

@@ -18,10 +18,16 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
         StageError: gmsh failed.
     """
     geometry = component.geometry
-    if component.path is not None:
-        path = find_file(component.path, folder, f"component.{name}.geometry.path")
-        geometry = geometry.model_copy(update={"path": str(path)})
-    if geometry.kind == "file" or geometry.kind == "plane-file" or geometry.kind == "rigid":
+    found = {
+        key: str(find_file(file, folder, f"component.{name}.geometry.{key}")) for key, file in component.files.items()
+    }
+    geometry = geometry.model_copy(update=found)
+    if (
+        geometry.kind == "file"
+        or geometry.kind == "plane-file"
+        or geometry.kind == "matrices"
+        or geometry.kind == "rigid"
+    ):
         return geometry.build(None)
     if component.mesh.size is None:
         raise InputError(f"component.{name}.mesh.size: is missing; give an edge length [m]")

@@ -33,16 +33,16 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
     from gudgeon.pipeline.fem.elements.solid import mass_properties
 
     material = component.material
-    if mesh.cell_type == "tetra10" and material is not None:
+    solid = mesh.cell_type == "tetra10" and mesh.system is None
+    if solid and material is not None:
         properties = mass_properties(mesh, material.rho)
     else:
         properties = build_model(mesh, material, (), f"component.{name}", component.geometry).properties
-    solid = mesh.cell_type == "tetra10" and material is not None
     return {
         "nodes": len(mesh.nodes),
         "cells": len(mesh.cells),
         "extents": np.ptp(mesh.nodes, axis=0).tolist(),
-        "volume": None if material is None else properties.mass / material.rho,
+        "volume": None if material is None or mesh.system is not None else properties.mass / material.rho,
         "mass": properties.mass,
         "centre": properties.centre.tolist(),
         "principal_inertia": np.linalg.eigvalsh(properties.inertia).tolist(),

@@ -127,8 +127,8 @@ def _supports(component: Component) -> list[Any]:
 
 def _geometry(component: Component, folder: Path, name: str) -> dict[str, Any]:
     described = component.geometry.model_dump(mode="json")
-    if component.path is not None:
-        described["path"] = file_digest(find_file(component.path, folder, f"component.{name}.geometry.path"))
+    for key, file in component.files.items():
+        described[key] = file_digest(find_file(file, folder, f"component.{name}.geometry.{key}"))
     return described
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import InertiaCouplings, LoadModes, ModalRecord, MorphRecord
 from gudgeon.modaldb.traction import turned_chart
 from gudgeon.solver.scene.body import Body
@@ -105,7 +105,10 @@ def turned_mesh(mesh: MeshRecord, Q: np.ndarray | None) -> MeshRecord:
     """Return a mesh with its nodes and the true shapes of its surfaces turned; itself where Q is None."""
     if Q is None:
         return mesh
-    surfaces = {name: Surface(one.facets, turned_chart(one.shape, Q)) for name, one in mesh.surfaces.items()}
+    surfaces = {
+        name: replace(one, shape=turned_chart(one.shape, Q), normals=_vectors(one.normals, Q))
+        for name, one in mesh.surfaces.items()
+    }
     return replace(mesh, nodes=_vectors(mesh.nodes, Q), surfaces=surfaces)
 
 

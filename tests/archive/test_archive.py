@@ -33,10 +33,25 @@ def check_mesh(record: Any) -> None:
     assert record.cell_type == "tetra10"
     assert np.array_equal(record.nodes, ramp(10, 3))
     assert np.array_equal(record.cells, [[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]])
-    assert record.surfaces.keys() == {"skirt", "open_end"}
+    assert record.surfaces.keys() - {"set"} == {"skirt", "open_end"}
     assert np.array_equal(record.surfaces["skirt"].facets, [[0, 1, 2, 4, 5, 6]])
     assert record.surfaces["skirt"].shape["radius"] == 0.043
     assert record.surfaces["open_end"].shape == {}
+
+
+def check_mesh_10(record: Any) -> None:
+    """Version 10 has sets of nodes, and matrices of other programs."""
+    assert np.array_equal(record.surfaces["set"].facets, [[3], [7]])
+    assert np.array_equal(record.surfaces["set"].areas, ramp(2, start=1.0))
+    assert np.array_equal(record.surfaces["set"].normals, ramp(2, 3))
+    assert record.surfaces["skirt"].areas is None
+    system = record.system
+    assert (system.nodes.tolist(), system.directions.tolist()) == ([0, 9], [2, 5])
+    assert system.labels.tolist() == list(range(101, 111))
+    assert (system.stiffness.rows.tolist(), system.stiffness.columns.tolist()) == ([0, 0, 1], [0, 1, 1])
+    assert np.array_equal(system.stiffness.values, ramp(3, start=2.0))
+    assert (system.mass.rows.tolist(), system.mass.columns.tolist()) == ([0, 1], [0, 1])
+    assert np.array_equal(system.mass.values, ramp(2, start=3.0))
 
 
 def check_modes(record: Any) -> None:
@@ -296,6 +311,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v7": {"modes": check_modes_7, "nodal": check_nodal_5, "trajectory": check_trajectory_7},
     "v8": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_7},
     "v9": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
+    "v10": {"mesh": check_mesh_10, "modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
 }
 """What those of one version hold, or lack."""
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.modaldb.records.modes import (
     GaugeModes,
     InertiaCouplings,
@@ -31,7 +31,7 @@ def ramp(*shape: int, start: float = 0.0) -> np.ndarray:
 
 
 def mesh() -> MeshRecord:
-    """Return one tetrahedron with two surfaces."""
+    """Return one tetrahedron with two surfaces, a set of nodes, and matrices of two of its degrees of freedom."""
     shape = {"kind": "cylinder", "radius": 0.043, "axis": [0.0, 0.0, 1.0], "origin": [0.0, 0.0, 0.0]}
     return MeshRecord(
         nodes=ramp(10, 3),
@@ -40,7 +40,15 @@ def mesh() -> MeshRecord:
         surfaces={
             "skirt": Surface(np.array([[0, 1, 2, 4, 5, 6]]), shape),
             "open_end": Surface(np.array([[0, 1, 3, 4, 8, 7]]), {}),
+            "set": Surface(np.array([[3], [7]]), {}, ramp(2, start=1.0), ramp(2, 3)),
         },
+        system=SystemMatrices(
+            nodes=np.array([0, 9]),
+            directions=np.array([2, 5]),
+            labels=np.arange(101, 111),
+            stiffness=Triangle(np.array([0, 0, 1]), np.array([0, 1, 1]), ramp(3, start=2.0)),
+            mass=Triangle(np.array([0, 1]), np.array([0, 1]), ramp(2, start=3.0)),
+        ),
     )
 
 

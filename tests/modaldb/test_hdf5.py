@@ -123,7 +123,8 @@ def test_long_texts_fit(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["a/b", ".", "..", "with space", "Ωβ", "a.b", "50%", "a%2Fb"])
 def test_any_name_of_a_surface_survives(name: str, tmp_path: Path) -> None:
     """Names come from users' mesh files; a slash is a path to HDF5."""
-    record = replace(mesh(), surfaces={name: Surface(np.array([[0, 1, 2, 4, 5, 6]]), {"kind": "cone"})})
+    surface = Surface(np.array([[0, 1, 2, 4, 5, 6]]), {"kind": "cone"})
+    record = replace(mesh(), surfaces={name: surface}, system=None)
     path = written(tmp_path / "r.h5", "mesh", record)
     assert same(hdf5.read_record(path, "mesh"), record)
     assert hdf5.dataset_bytes(head_of(path)).keys() == {"nodes", "cells", f"surfaces/{name}/facets"}
@@ -267,7 +268,7 @@ def test_newer_schema_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         path = written(tmp_path / "r.h5", "mesh", mesh())
     hdf5.verify_record(path)
     message = (
-        rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, 6, 7, 8, {SCHEMA_VERSION}"
+        rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, 6, 7, 8, 9, {SCHEMA_VERSION}"
     )
     with pytest.raises(RecordMismatch, match=message):
         hdf5.read_record(path, "mesh")

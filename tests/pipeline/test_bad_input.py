@@ -360,7 +360,7 @@ def test_missing_scene(name: str, cold: Case, capsys: Capture) -> None:
         (["run", "scene", "--sett", "a=1"], "unrecognized arguments: --sett"),
         (["run", "scene", "--db"], "argument --db: expected one argument"),
         (["report", "scene", "--repeat", "0"], "argument --repeat: 0 given; expected a whole number, 1 or more"),
-        (["export", "tables", "scene"], "invalid choice: 'scene'"),
+        (["export", "scene", "one", "--format", "step"], "invalid choice: 'step'"),
     ],
 )
 def test_mistake_on_the_command_line(arguments: list[str], complaint: str, capsys: Capture) -> None:

@@ -22,6 +22,7 @@ from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.scene.body import Body
 
 LINES = ("line3", "beam2", "beam3")
+SOLIDS = ("tetra10", "tetra", "hexahedron", "hexahedron20", "wedge15")
 """Kinds of cells of bars and beams."""
 
 
@@ -73,11 +74,15 @@ class BodyMotion:
         return replace(self, modal=modal, nodes=points)
 
     def surface(self, interface: str) -> Surface | None:
-        """Return the named surface with all nodes of an interface of points, the one with the fewest facets."""
+        """Return the named surface with all nodes of an interface of points, the one with the fewest facets.
+
+        None where the surface is a set of nodes without facets.
+        """
         if interface not in self.modal.interfaces:
             return None
         nodes = self.modal.interfaces[interface].nodes
-        holders = [one for one in self.mesh.surfaces.values() if np.isin(nodes, one.facets).all()]
+        drawn = [one for one in self.mesh.surfaces.values() if one.areas is None]
+        holders = [one for one in drawn if np.isin(nodes, one.facets).all()]
         return min(holders, key=lambda one: len(one.facets), default=None)
 
     def elastic(self, frame: int) -> np.ndarray:
@@ -197,11 +202,11 @@ class Drawing:
         found = [name for name in self.trajectory.bodies if any(c.force.any() for c in self.contacts_on(name).values())]
         return [name for name in found if self.cell_type(name) in LINES]
 
-    def touched(self, cell_type: str) -> list[str]:
-        """Return the bodies of a cell type on which a contact, their own or another's, acts in some frame."""
+    def touched(self, *cell_types: str) -> list[str]:
+        """Return the bodies of some cell types on which a contact, their own or another's, acts in some frame."""
         bodies = self.trajectory.bodies
         found = [name for name in bodies if any(c.multipliers.any() for c in self.contacts_on(name).values())]
-        return [name for name in found if self.cell_type(name) == cell_type]
+        return [name for name in found if self.cell_type(name) in cell_types]
 
     def shaped(self, names: Iterable[str]) -> Iterator[BodyMotion]:
         """Yield those of some bodies whose modes have shapes."""
@@ -211,7 +216,7 @@ class Drawing:
 
     def deformed_count(self) -> int:
         """Return how many bodies have a picture of their deformation."""
-        return len(self.touched("tetra10")) + len(self.touched("triangle6")) + len(self.struck_lines())
+        return len(self.touched(*SOLIDS)) + len(self.touched("triangle6")) + len(self.struck_lines())
 
     def frame_force(self, body: str) -> np.ndarray:
         """Return the sum of all contact forces on a body at each frame [N], (f,)."""

@@ -14,7 +14,10 @@ import pyvista as pv
 
 from gudgeon.pipeline.plots.base.run import LINES, BodyMotion
 
-CELLS = {6: pv.CellType.QUADRATIC_TRIANGLE, 10: pv.CellType.QUADRATIC_TETRA}
+CELLS = {
+    4: pv.CellType.TETRA, 6: pv.CellType.QUADRATIC_TRIANGLE, 8: pv.CellType.HEXAHEDRON,
+    10: pv.CellType.QUADRATIC_TETRA, 15: pv.CellType.QUADRATIC_WEDGE, 20: pv.CellType.QUADRATIC_HEXAHEDRON,
+}  # fmt: skip
 """Kind of cell by its number of nodes."""
 SHARP = 25.0
 """Angle between normals of triangles above which their common edge is sharp [deg]."""
@@ -87,7 +90,7 @@ class Cut(NamedTuple):
 def make_skin(
     nodes: np.ndarray, cells: np.ndarray, triangles: int, fields: Mapping[str, np.ndarray], cut: Cut | None = None
 ) -> Skin:
-    """Return the skin of tet10 cells (e, 10) or of facets (e, 6) of a body with nodes (n, 3).
+    """Return the skin of solid cells (e, a) or of facets (e, 6) of a body with nodes (n, 3).
 
     Args:
         triangles: Target number of flat triangles; the finest division with no more is used.

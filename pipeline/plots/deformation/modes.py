@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from gudgeon.pipeline.plots.base import style, view
-from gudgeon.pipeline.plots.base.run import LINES, BodyMotion, Drawing
+from gudgeon.pipeline.plots.base.run import LINES, SOLIDS, BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import skin_of
 from gudgeon.pipeline.plots.deformation.plane import PARTS
 from gudgeon.solver.vectors import unit
@@ -22,6 +22,8 @@ PANEL = (500, 430)
 """Size of the picture of a mode [px]."""
 TOWARDS = np.array([0.55, -0.75, 0.38])
 """From a solid to the camera."""
+KINDS = {**dict.fromkeys(SOLIDS, "solid"), "triangle6": "plane part"}
+"""What a part is called by its cells; others are lines."""
 RIGID = 1e-6
 """Frequency, of the highest one, up to which a mode is a rigid motion."""
 
@@ -34,10 +36,11 @@ def draw_modes(drawing: Drawing) -> None:
 
 
 def _parts(drawing: Drawing) -> Iterator[tuple[str, BodyMotion]]:
-    """Yield name and a body of each component with elastic modes."""
+    """Yield name and a body of each component with elastic modes; one without cells has nothing to draw."""
     seen: set[str] = set()
     for body in drawing.shaped(drawing.trajectory.bodies):
-        if body.morph.modes_key not in seen and len(body.modal.angular_frequencies):
+        drawable = body.mesh.cell_type != "nodes"
+        if drawable and body.morph.modes_key not in seen and len(body.modal.angular_frequencies):
             seen.add(body.morph.modes_key)
             yield drawing.scene.get("body", {}).get(body.name, {}).get("component") or body.name, body
 
@@ -52,7 +55,7 @@ def lowest(body: BodyMotion) -> np.ndarray:
 
 def _picture(drawing: Drawing, name: str, body: BodyMotion) -> Figure:
     numbers, panel = lowest(body), _panel(body)
-    kind = {"tetra10": "solid", "triangle6": "plane part"}.get(body.mesh.cell_type, "line")
+    kind = KINDS.get(body.mesh.cell_type, "line")
     rows = -(-len(numbers) // COLUMNS)
     how, height = "shape over the axis" if kind == "line" else style.CAPPED, 200 + 500 * rows
     figure = style.new_figure("Modes", f"{drawing.scene_name}  ·  part {name} ({kind})  ·  {how}", height=height)

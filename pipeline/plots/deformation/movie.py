@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from gudgeon.pipeline.measuring.force_window import hann_filter
 from gudgeon.pipeline.plots.base import film, style, view
 from gudgeon.pipeline.plots.base.hardest import hardest
-from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
+from gudgeon.pipeline.plots.base.run import SOLIDS, BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Skin, Thread, skin_of, thread_of
 from gudgeon.pipeline.plots.contact.force_axes import WINDOW
 from gudgeon.pipeline.plots.deformation.obstacle import WALL, opposite
@@ -60,7 +60,7 @@ class Script:
 
 def draw_movie(drawing: Drawing) -> None:
     """Make one movie of all bodies, if a contact acts on a solid one."""
-    struck = [body.name for body in drawing.shaped(drawing.touched("tetra10"))]
+    struck = [body.name for body in drawing.shaped(drawing.touched(*SOLIDS))]
     if not struck:
         return
     script = _script(drawing, struck)
@@ -76,7 +76,7 @@ def _actors(drawing: Drawing) -> list[Actor]:
     found = []
     for name in drawing.trajectory.bodies:
         body = drawing.body(name)
-        if body.mesh.cell_type == "tetra10" and body.modal.shapes is not None:
+        if body.mesh.cell_type in SOLIDS and body.modal.shapes is not None:
             found.append(Actor(*skin_of(body, TRIANGLES), drawing.position(name)))
         else:
             found.append(Actor(*thread_of(body), drawing.position(name)))

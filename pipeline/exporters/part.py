@@ -1,0 +1,46 @@
+"""`gudgeon export SCENE BODY --format F`: a reduced body as files for another program."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.exporters import abaqus, exudyn, nastran, numpy_file, uff
+from gudgeon.pipeline.exporters.reduced import ReducedBody, reduced_body
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.stages.folder import held
+from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.run import run_job
+
+FORMATS: dict[str, Callable[[ReducedBody, Path], list[Path]]] = {
+    "uff": uff.write, "op4": nastran.write, "abaqus": abaqus.write, "npz": numpy_file.write,
+}  # fmt: skip
+"""Writers of a reduced body into a folder by the name of their format; each returns the files."""
+HEAD = ["row", "name", "unit", "node", "x [m]", "y [m]", "z [m]", "nx", "ny", "nz"]
+
+
+def export_part(job: Job, name: str, form: str) -> list[Path]:
+    """Write a body into the folder `parts` of the results and return the files, the table of its rows last.
+
+    Raises:
+        InputError: the scene has no such body, or its component does not suit the format.
+    """
+    run_job(job, "morph")
+    with held(job.out):
+        body, folder = reduced_body(job, name), job.out / "parts"
+        if form == "exudyn":
+            component = job.scene.component[job.scene.component_of(name)]
+            if body.mesh.cell_type in ("vertex", "line3", "beam2", "beam3", "triangle6") or component.supports:
+                raise InputError(
+                    f"{job.path}: export: body '{name}' given; format 'exudyn' needs a free solid, whose frame floats"
+                )
+            where = f"component.{job.scene.component_of(name)}"
+            model = build_model(body.mesh, component.material, (), where, component.geometry)
+            files = exudyn.write(body, model, folder)
+        else:
+            files = FORMATS[form](body, folder)
+        table = folder / f"{name}-rows.csv"
+        rows = [[str(k), row.name, row.unit, str(row.node), *map(repr, map(float, (*row.place, *row.direction)))]
+                for k, row in enumerate(body.rows)]  # fmt: skip
+        write_text(table, csv_text([HEAD, *rows]))
+    return [*files, table]

@@ -1,0 +1,98 @@
+"""Universal files: nodes (2411), elements (2412), groups of interfaces (2477), mode shapes (55).
+
+Units are SI (164). Elastic coordinates are real normal modes of modal mass 1, numbered from 1 with their frequency;
+rigid motions come first, at 0 Hz.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from gudgeon.pipeline.exporters.reduced import ReducedBody
+from gudgeon.pipeline.files import write_text
+
+ELEMENTS = {
+    "tetra10": (118, [0, 4, 1, 5, 2, 6, 7, 8, 9, 3]), "tetra": (111, [0, 1, 2, 3]),
+    "hexahedron": (115, list(range(8))),
+    "hexahedron20": (116, [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15]),
+    "wedge15": (113, [0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11]),
+    "triangle6": (92, [0, 3, 1, 4, 2, 5]), "line3": (11, [0, 1]), "beam2": (21, [0, 1]), "beam3": (21, [0, 1]),
+}  # fmt: skip
+"""Descriptor of an element and the order of its nodes, around and upwards with mid-edge nodes between corners."""
+LINES = (11, 21)
+"""Descriptors of elements with a record of their orientation."""
+
+
+def write(body: ReducedBody, folder: Path) -> list[Path]:
+    """Write `NAME.uff` and return it."""
+    path = folder / f"{body.name}.uff"
+    sets = [_head(body), _units(), _nodes(body), _groups(body)]
+    if body.mesh.cell_type in ELEMENTS:
+        sets.insert(3, _elements(body))
+    modes = (_mode(body, k) for k in range(body.shapes.shape[2]))
+    write_text(path, "".join(f"    -1\n{text}    -1\n" for text in (*sets, *modes)))
+    return [path]
+
+
+def _lines(values: Iterator[str] | list[str], each: int) -> str:
+    """Return fields, so many a line."""
+    words = list(values)
+    return "".join("".join(words[k : k + each]) + "\n" for k in range(0, len(words), each))
+
+
+def _head(body: ReducedBody) -> str:
+    lines = [f"Body {body.name}, written by Gudgeon", "NONE", "Gudgeon"]
+    blank = " " * 10 + " " * 10
+    return f"{151:6}\n" + "".join(f"{line[:80]}\n" for line in [*lines, blank, blank, "", ""])
+
+
+def _units() -> str:
+    number = "".join(f"{value:25.17E}".replace("E", "D") for value in (1.0, 1.0, 1.0))
+    return f"{164:6}\n{1:10}{'SI: Meter (newton)':20}{2:10}\n{number}\n{273.15:25.17E}\n".replace("E+", "D+")
+
+
+def _nodes(body: ReducedBody) -> str:
+    rows = (
+        f"{label:10}{1:10}{1:10}{11:10}\n" + "".join(f"{x:25.16E}".replace("E", "D") for x in place) + "\n"
+        for label, place in zip(body.labels, body.nodes, strict=True)
+    )
+    return f"{2411:6}\n" + "".join(rows)
+
+
+def _elements(body: ReducedBody) -> str:
+    descriptor, order = ELEMENTS[body.mesh.cell_type]
+    text = [f"{2412:6}\n"]
+    for number, cell in enumerate(body.mesh.cells, 1):
+        text.append("".join(f"{x:10}" for x in (number, descriptor, 1, 1, 7, len(order))) + "\n")
+        if descriptor in LINES:
+            text.append("".join(f"{x:10}" for x in (0, 1, 1)) + "\n")
+        text.append(_lines([f"{body.labels[cell[k]]:10}" for k in order], 8))
+    return "".join(text)
+
+
+def _groups(body: ReducedBody) -> str:
+    """Return the nodes of each named surface as a group."""
+    text = [f"{2477:6}\n"]
+    for number, (name, surface) in enumerate(body.mesh.surfaces.items(), 1):
+        members = body.labels[np.unique(surface.facets)]
+        text.append("".join(f"{x:10}" for x in (number, 0, 0, 0, 0, 0, 0, len(members))) + f"\n{name[:40]}\n")
+        text.append(_lines([f"{7:10}{label:10}{0:10}{0:10}" for label in members], 2))
+    return "".join(text)
+
+
+def _mode(body: ReducedBody, number: int) -> str:
+    """Return one shape as data at nodes: a normal mode, real, three translations a node."""
+    omega = float(np.sqrt(body.stiffness[number]))
+    rigid = number < body.rigid_count
+    name = f"rigid motion {number + 1}" if rigid else f"coordinate {number + 1}"
+    lines = [f"{body.name}: {name}", "Gudgeon", "NONE", f"{omega / (2 * np.pi):.9g} Hz, modal mass 1 kg", "NONE"]
+    head = "".join(f"{line[:80]}\n" for line in lines)
+    head += "".join(f"{x:10}" for x in (1, 2, 2, 8, 2, 3)) + "\n"
+    head += "".join(f"{x:10}" for x in (2, 4, 0, number + 1)) + "\n"
+    head += "".join(f"{x:13.5E}" for x in (omega / (2 * np.pi), 1.0, 0.0, 0.0)) + "\n"
+    rows = (
+        f"{label:10}\n" + "".join(f"{x:13.5E}" for x in u) + "\n"
+        for label, u in zip(body.labels, body.shapes[:, :, number], strict=True)
+    )
+    return f"{55:6}\n{head}" + "".join(rows)

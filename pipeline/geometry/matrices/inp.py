@@ -1,0 +1,139 @@
+"""Nodes, elements, sets and surfaces of a deck of Abaqus or CalculiX (.inp), with their labels."""
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.matrices.model import Block, Model, model_of
+
+KINDS = [
+    (re.compile(r"D?C3D4[A-Z]*"), "tetra", 4), (re.compile(r"D?C3D10[A-Z]*"), "tetra10", 10),
+    (re.compile(r"D?C3D8[A-Z]*"), "hexahedron", 8), (re.compile(r"D?C3D20[A-Z]*"), "hexahedron20", 20),
+    (re.compile(r"D?C3D6[A-Z]*"), "wedge", 6), (re.compile(r"D?C3D15[A-Z]*"), "wedge15", 15),
+]  # fmt: skip
+"""Solids by the name of their type; other elements are in the matrices, but not drawn."""
+MOST_MEMBERS = 10_000_000
+"""Members of a set that a line of a deck stands for."""
+Sides = list[tuple[str, str]]
+"""Element or set of elements, and face, of each line of a surface."""
+
+
+def read_inp(path: str) -> Model:
+    """Read a deck with one part.
+
+    Raises:
+        InputError: it is missing, has two parts or instances, or a line that is no such data.
+    """
+    labels: list[int] = []
+    points: list[list[float]] = []
+    blocks: list[Block] = []
+    sets: dict[str, dict[str, list[np.ndarray]]] = {"NSET": {}, "ELSET": {}}
+    sides: dict[str, Sides] = {}
+    counts = {"PART": 0, "INSTANCE": 0}
+    for keyword, options, rows in _keywords(path):
+        if keyword in counts:
+            counts[keyword] += 1
+            if counts[keyword] > 1 or (keyword == "INSTANCE" and rows):
+                raise InputError(f"{path}: has a second or moved *{keyword}; allowed: one part where it was modelled")
+        elif keyword == "INCLUDE":
+            raise InputError(f"{path}: has *INCLUDE; allowed: a deck in one file")
+        elif keyword == "NODE":
+            numbers = [_numbers(row, path)[:4] for row in rows]
+            own = [int(row[0]) for row in numbers]
+            labels += own
+            points += [(row[1:] + [0.0] * 3)[:3] for row in numbers]
+            _add(sets["NSET"], options.get("NSET"), np.array(own, int))
+        elif keyword == "ELEMENT":
+            block = _block(options.get("TYPE", ""), rows, path)
+            if block is not None:
+                blocks.append(block)
+                _add(sets["ELSET"], options.get("ELSET"), block.labels)
+        elif keyword in sets:
+            name = options.get(keyword)
+            if name is None:
+                raise InputError(f"{path}: *{keyword} without a name")
+            _add(sets[keyword], name, _members(sets[keyword], rows, "GENERATE" in options, path))
+        elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT" and "NAME" in options:
+            lines = sides.setdefault(options["NAME"], [])
+            lines += [(one[0], one[1].upper()) for row in rows if len(one := _words(row)) > 1]
+    node_sets = {name: np.unique(np.concatenate(parts)) for name, parts in sets["NSET"].items()}
+    return model_of(
+        np.array(labels, int), np.array(points, float).reshape(-1, 3), blocks, node_sets,
+        {name: _sides(lines, sets["ELSET"], path) for name, lines in sides.items()}, path,
+    )  # fmt: skip
+
+
+def _keywords(path: str) -> Iterator[tuple[str, dict[str, str], list[str]]]:
+    """Yield each keyword with its options and data lines."""
+    try:
+        with open(path, errors="replace") as file:
+            lines = [line.strip() for line in file]
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}; expected a deck of Abaqus or CalculiX") from None
+    heads = [k for k, line in enumerate(lines) if line.startswith("*") and not line.startswith("**")]
+    for start, end in zip(heads, [*heads[1:], len(lines)], strict=True):
+        words = _words(lines[start])
+        rows = [line for line in lines[start + 1 : end] if line and not line.startswith("**")]
+        while words[-1] == "" and rows and "=" in rows[0]:
+            words = [*words[:-1], *_words(rows.pop(0))]
+        pairs = [word.partition("=") for word in words[1:]]
+        options = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
+        yield words[0].strip("* ").upper(), options, rows
+
+
+def _words(line: str) -> list[str]:
+    return [word.strip() for word in line.split(",")]
+
+
+def _numbers(row: str, path: str) -> list[float]:
+    try:
+        return [float(word) for word in _words(row) if word]
+    except ValueError:
+        raise InputError(f"{path}: {row[:60]!r}, expected numbers") from None
+
+
+def _block(kind: str, rows: list[str], path: str) -> Block | None:
+    """Return the elements of a block; None of a kind that is no solid."""
+    for pattern, name, count in KINDS:
+        if pattern.fullmatch(kind.upper()):
+            numbers = np.array([x for row in rows for x in _numbers(row, path)], int)
+            if len(numbers) % (count + 1):
+                raise InputError(f"{path}: *ELEMENT, TYPE={kind}: {len(numbers)} numbers, expected {count + 1} each")
+            table = numbers.reshape(-1, count + 1)
+            return Block(name, table[:, 0], table[:, 1:])
+    return None
+
+
+def _members(known: dict[str, list[np.ndarray]], rows: list[str], generate: bool, path: str) -> np.ndarray:
+    """Return the members of a set, those of other sets that it names included."""
+    found: list[np.ndarray] = [np.empty(0, int)]
+    for row in rows:
+        if generate:
+            first, last, *step = (int(x) for x in _numbers(row, path))
+            if (last - first) // (step or [1])[0] > MOST_MEMBERS:
+                raise InputError(f"{path}: {row!r} stands for more than {MOST_MEMBERS:,} members")
+            found.append(np.arange(first, last + 1, (step or [1])[0]))
+            continue
+        for word in filter(None, _words(row)):
+            found += [np.array([int(word)])] if word.isdigit() else known.get(word.strip('"'), [])
+    return np.concatenate(found)
+
+
+def _add(sets: dict[str, list[np.ndarray]], name: str | None, members: np.ndarray) -> None:
+    if name:
+        sets.setdefault(name, []).append(members)
+
+
+def _sides(lines: Sides, element_sets: dict[str, list[np.ndarray]], path: str) -> np.ndarray:
+    """Return elements and faces from 0 of a surface, (f, 2)."""
+    found = [np.empty((0, 2), int)]
+    for what, face in lines:
+        if not re.fullmatch(r"S[1-6]", face):
+            continue  # Faces of shells (SPOS, SNEG) are no sides of solids.
+        elements = [np.array([int(what)])] if what.isdigit() else element_sets.get(what.strip('"'))
+        if elements is None:
+            raise InputError(f"{path}: a surface names '{what}', which is no set of elements")
+        found += [np.column_stack([part, np.full(len(part), int(face[1]) - 1)]) for part in elements]
+    return np.concatenate(found)

@@ -1,0 +1,207 @@
+"""From the files of a body's matrices to its mesh record: degrees of freedom, units, named sets."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import ConvexHull, QhullError
+
+from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.matrices.ansys import read_archive, read_full
+from gudgeon.pipeline.geometry.matrices.inp import read_inp
+from gudgeon.pipeline.geometry.matrices.model import Block, Given, MatrixFiles, Model
+from gudgeon.pipeline.geometry.matrices.nastran import read_bulk, read_dmig, read_op4
+from gudgeon.pipeline.geometry.matrices.skin import boundary, nodal_areas
+from gudgeon.pipeline.geometry.matrices.text_matrix import read_text_matrices
+from gudgeon.pipeline.geometry.shape_fit import fit_shape
+from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylindrical, distance, true_surface
+
+TEXT, BULK = (".sti", ".mtx"), (".bdf", ".nas", ".dat", ".pch", ".dmig")
+MODELS: dict[str, Callable[[str], Model]] = {
+    ".inp": read_inp, ".cdb": read_archive, **dict.fromkeys(BULK, read_bulk),
+}  # fmt: skip
+"""Readers of nodes, elements and sets by the ending of the file's name."""
+DRAWN = ("tetra10", "tetra", "hexahedron", "hexahedron20", "wedge15")
+"""Kinds of element that pictures show, where a body has one kind only."""
+ZERO_AREA = 1e-9
+"""Area of a node over the largest one of its surface, of nodes that stand for none: corners of six-node facets."""
+OFF_SHAPE = 1e-5
+"""Farthest that a set may lie from its declared shape, over the shape's or the set's size."""
+
+
+def read_matrices(part: MatrixFiles) -> MeshRecord:
+    """Return the record of a body; in SI units.
+
+    Raises:
+        InputError: a file is missing or damaged, or they do not fit each other.
+    """
+    given, ending = _given(part), Path(part.model).suffix.lower()
+    if ending not in MODELS:
+        raise InputError(f"{part.model}: '{ending}' given; allowed: {', '.join(MODELS)}")
+    model = MODELS[ending](part.model)
+    dofs = _dofs(part, given, model)
+    system, kept, blocks = _system(part, given, dofs, model)
+    points = part.unit * model.points[kept]
+    place = np.full(len(model.labels), -1)
+    place[kept] = np.arange(len(kept))
+    blocks = [block._replace(nodes=place[block.nodes]) for block in blocks]
+    kinds = {block.kind for block in blocks}
+    kind = next(iter(kinds)) if len(kinds) == 1 and kinds <= set(DRAWN) else "nodes"
+    cells = np.concatenate([b.nodes for b in blocks]) if kind != "nodes" else np.arange(len(points))[:, None]
+    surfaces = _surfaces(part, model, points, place, blocks, kind)
+    return MeshRecord(points, cells, kind, surfaces, system)
+
+
+def _given(part: MatrixFiles) -> Given:
+    ending, mass = Path(part.stiffness).suffix.lower(), part.mass or part.stiffness
+    names = part.stiffness_name, part.mass_name
+    if ending in TEXT:
+        if part.mass is None:
+            raise InputError(f"{part.stiffness}: holds one matrix; geometry.mass is missing")
+        return read_text_matrices(part.stiffness, mass, part.dofs)
+    if ending == ".op4":
+        return read_op4(part.stiffness, mass, names, part.dofs)
+    if ending not in (*BULK, ".full"):
+        raise InputError(f"{part.stiffness}: '{ending}' given; allowed: {', '.join((*TEXT, '.op4', *BULK, '.full'))}")
+    if part.dofs is not None:
+        raise InputError(f"{part.dofs}: given, but {part.stiffness} names nodes and directions itself")
+    if ending == ".full" and part.mass is not None:
+        raise InputError(f"{part.mass}: given, but a .full holds both matrices; remove geometry.mass")
+    return read_full(part.stiffness) if ending == ".full" else read_dmig(part.stiffness, mass, names)
+
+
+def _dofs(part: MatrixFiles, given: Given, model: Model) -> np.ndarray:
+    """Return row of the model's node and direction of each degree of freedom, (N, 2)."""
+    size, count, source = given.K.shape[0], len(model.labels), part.dofs or part.stiffness
+    if given.dofs is None:
+        if size not in (3 * count, 6 * count):
+            raise InputError(
+                f"{part.stiffness}: has {size} rows, the {count} nodes of {part.model} have {3 * count} with three"
+                f" directions or {6 * count} with six; state node and direction of each row by geometry.dofs"
+            )
+        each = size // count
+        return np.column_stack([np.repeat(np.arange(count), each), np.tile(np.arange(each), count)])
+    dofs = given.dofs
+    if (wrong := dofs[(dofs[:, 1] < 0) | (dofs[:, 1] > 5)]).size:
+        raise InputError(f"{source}: node {wrong[0, 0]} has direction {wrong[0, 1] + 1}; allowed: 1 to 6")
+    rows = model.rows(dofs[:, 0], source)
+    _, first, times = np.unique(dofs, axis=0, return_index=True, return_counts=True)
+    if (times > 1).any():
+        node, direction = dofs[first[times > 1][0]]
+        raise InputError(f"{source}: node {node} direction {direction + 1} is given twice")
+    return np.column_stack([rows, dofs[:, 1]])
+
+
+def _system(
+    part: MatrixFiles, given: Given, dofs: np.ndarray, model: Model
+) -> tuple[SystemMatrices, np.ndarray, list[Block]]:
+    """Return matrices in SI units on the nodes that are kept, these nodes, and elements by rows of the model.
+
+    Rows without any entry, such as rotations of solids, are left out. Nodes without any row stay where an element
+    has them: they are held.
+    """
+    alive = np.flatnonzero(np.abs(given.K).sum(axis=1) + np.abs(given.M).sum(axis=1))
+    if not len(alive):
+        raise InputError(f"{part.stiffness}: all entries are zero")
+    dofs = dofs[alive]
+    blocks = [block._replace(nodes=model.rows(block.nodes, part.model)) for block in model.blocks]
+    kept = np.unique(np.concatenate([dofs[:, 0], *(block.nodes.ravel() for block in blocks)]))
+    order = np.lexsort((dofs[:, 1], dofs[:, 0]))
+    dofs, alive = dofs[order], alive[order]
+    # An entry between rotations has the unit of that between translations times one length for each rotation.
+    scale = sparse.diags(np.where(dofs[:, 1] > 2, part.unit, 1.0) * np.sqrt(part.mass_unit))
+    K, M = (sparse.csr_matrix(scale @ A[alive][:, alive] @ scale) for A in (given.K, given.M))
+    nodes = np.searchsorted(kept, dofs[:, 0])
+    return SystemMatrices(nodes, dofs[:, 1], model.labels[kept], upper_triangle(K), upper_triangle(M)), kept, blocks
+
+
+def _surfaces(
+    part: MatrixFiles, model: Model, points: np.ndarray, place: np.ndarray, blocks: list[Block], kind: str
+) -> dict[str, Surface]:
+    """Return the named sets as curved facets of tet10, or as nodes with areas and normals."""
+    facets, found = boundary(blocks), {}
+    shapes = part.surfaces
+    sets = {name: place[model.rows(labels, part.model)] for name, labels in model.node_sets.items()}
+    for name, nodes in (sets | {name: np.empty(0, int) for name in model.side_sets}).items():
+        if name in model.side_sets:
+            sides = model.side_sets[name] @ [10, 1]
+            chosen = [some.nodes[np.isin(some.owners @ [10, 1], sides)] for some in facets]
+            nodes = np.unique(np.concatenate([np.empty(0, int), *(some.ravel() for some in chosen)]))
+        else:
+            nodes = np.unique(nodes[nodes >= 0])
+            chosen = [some.nodes[np.isin(some.nodes, nodes).all(axis=1)] for some in facets]
+        if len(nodes):
+            found[name] = _surface(part, points, nodes, chosen, kind, shapes.get(name, {}))
+    if missing := shapes.keys() - found.keys():
+        have = ", ".join(sorted(found)) or "none"
+        raise InputError(f"{part.model}: has no set '{min(missing)}', of which geometry.surfaces states the shape;"
+                         f" it has {have}")  # fmt: skip
+    for name, shape in shapes.items():
+        _check_shape(part, name, points[np.unique(found[name].facets)], shape)
+    return found
+
+
+def _surface(
+    part: MatrixFiles, points: np.ndarray, nodes: np.ndarray, facets: list[np.ndarray], kind: str, shape: SurfaceRule
+) -> Surface:
+    if kind == "tetra10" and sum(map(len, facets)):
+        triangles = np.concatenate(facets)
+        a, b, c = np.moveaxis(points[triangles[:, :3]], 1, 0)
+        normals = np.cross(b - a, c - a)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        fitted = fit_shape(points[triangles].reshape(-1, 3), np.repeat(normals, triangles.shape[1], axis=0)).shape
+        return Surface(triangles, shape or fitted)
+    areas, vectors = nodal_areas(points, facets)
+    sizes = np.linalg.norm(vectors[nodes], axis=1)
+    bearing = (areas[nodes] > ZERO_AREA * areas[nodes].max(initial=0.0)) & (sizes > 0)
+    if not bearing.any():
+        return _loose(points, nodes, shape)
+    normals = np.zeros((len(nodes), 3))
+    normals[bearing] = vectors[nodes][bearing] / sizes[bearing, None]
+    shape = shape or fit_shape(points[nodes[bearing]], normals[bearing]).shape
+    return Surface(nodes[:, None], shape, np.where(bearing, areas[nodes], 0.0), normals)
+
+
+def _check_shape(part: MatrixFiles, name: str, nodes: np.ndarray, shape: SurfaceRule) -> None:
+    off, size = float(distance(nodes, shape).max()), shape.get("radius", float(np.ptp(nodes, axis=0).max()))
+    if off > OFF_SHAPE * size:
+        raise InputError(
+            f"{part.model}: set '{name}' lies up to {off:.3g} m off its {shape['kind']}, allowed:"
+            f" {OFF_SHAPE * size:.3g} m; check geometry.unit and the shape, which is in metres"
+        )
+
+
+def _loose(points: np.ndarray, nodes: np.ndarray, shape: SurfaceRule) -> Surface:
+    """Return a set of nodes that bounds no element: equal shares of the area that it spans, of 1 m² if it spans none.
+
+    Normals point away from the middle of all nodes: those of its plane, or of the shape that is declared.
+    """
+    own, middle = points[nodes], points.mean(axis=0)
+    centred = own - own.mean(axis=0)
+    _, spread, axes = np.linalg.svd(np.concatenate([centred, np.zeros((3, 3))]), full_matrices=False)
+    flat = spread[2] <= 1e-6 * spread[1]
+    normals, area = None, 1.0
+    if len(nodes) > 2 and spread[1] > 1e-6 * spread[0]:
+        try:
+            area = float(ConvexHull(centred @ axes[:2].T).volume)
+        except QhullError:
+            area = 1.0
+        if flat and not shape:
+            side = np.sign((own.mean(axis=0) - middle) @ axes[2]) or 1.0
+            normals = np.broadcast_to(side * axes[2], own.shape).copy()
+    if shape.get("kind") == "plane":
+        normals = true_surface(own, own - middle, shape)[1]
+    elif shape:
+        outside = float(np.mean(cylindrical(points, shape)[0])) > shape["radius"]
+        away = own - np.asarray(shape["origin"])
+        normals = true_surface(own, -away if outside else away, shape)[1]
+    return Surface(nodes[:, None], shape, np.full(len(nodes), area / len(nodes)), normals)
+
+
+def upper_triangle(A: sparse.csr_matrix) -> Triangle:
+    """Return the upper triangle of a symmetric matrix, without zeros."""
+    upper = sparse.triu(A).tocoo()
+    kept = upper.data != 0
+    return Triangle(upper.row[kept].astype(np.int64), upper.col[kept].astype(np.int64), upper.data[kept])

@@ -1,0 +1,103 @@
+"""Writers of other programs' files for tests: decks of Abaqus and CalculiX, their matrices, OUTPUT4 and DMIG."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.shapes.box import Box
+from gudgeon.pipeline.scenes.material import Material
+
+STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+SIZE = (0.03, 0.02, 0.05)
+STEP = ["*MATERIAL, NAME=STEEL", "*ELASTIC", "2.1e11, 0.3", "*DENSITY", "7850.",
+        "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL", "*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "10",
+        "*END STEP"]  # fmt: skip
+needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
+
+
+def block() -> tuple[MeshRecord, FEModel]:
+    """Return a block of tet10 and its model."""
+    box = Box(kind="box", lx=SIZE[0], ly=SIZE[1], lz=SIZE[2])
+    mesh = box.build(0.012)
+    return mesh, build_model(mesh, STEEL)
+
+
+def bricks(kind: str, counts: tuple[int, int, int] = (3, 2, 5)) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes [m] and cells of a block of hexahedra: C3D8, or C3D20 with mid-edge nodes."""
+    fine = np.array(counts) * (1 if kind == "C3D8" else 2)
+    grid = np.stack(np.meshgrid(*(np.arange(n + 1) for n in fine), indexing="ij"), axis=-1)
+    odd = (grid % 2).sum(axis=-1)
+    used = odd <= (3 if kind == "C3D8" else 1)
+    number = np.full(grid.shape[:3], -1)
+    number[used] = np.arange(used.sum())
+    nodes = grid[used] * (np.array(SIZE) / fine) - [SIZE[0] / 2, SIZE[1] / 2, 0]
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    edges = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+    stride = 1 if kind == "C3D8" else 2
+    places = [stride * np.array(c) for c in corners]
+    if kind == "C3D20":
+        places += [(places[a] + places[b]) // 2 for a, b in edges]
+    cells = [
+        [number[tuple(stride * np.array(at) + place)] for place in places] for at in np.ndindex(*counts)
+    ]  # fmt: skip
+    return nodes, np.array(cells)
+
+
+def write_deck(
+    path: Path, nodes: np.ndarray, cells: np.ndarray, kind: str, sets: dict[str, np.ndarray], extra: str = ""
+) -> Path:
+    """Write a deck; nodes and elements are numbered from 1."""
+    lines = ["*NODE, NSET=EVERY", *(f"{k},{x:.12e},{y:.12e},{z:.12e}" for k, (x, y, z) in enumerate(nodes, 1))]
+    lines.append(f"*ELEMENT, TYPE={kind}, ELSET=ALL")
+    for k, cell in enumerate(cells, 1):
+        words = [str(k), *(str(n + 1) for n in cell)]
+        lines += [", ".join(words[i : i + 11]) + ("," if i + 11 < len(words) else "") for i in range(0, len(words), 11)]
+    for name, members in sets.items():
+        lines += [f"*NSET, NSET={name}", *(f"{n + 1}," for n in members)]
+    path.write_text("\n".join([*lines, *([extra] if extra else []), *STEP]) + "\n")
+    return path
+
+
+def by_ccx(deck: Path) -> dict[str, str]:
+    """Run CalculiX on a deck and return its files as keys of a geometry."""
+    run = subprocess.run(
+        ["ccx", deck.stem], cwd=deck.parent, capture_output=True, text=True, timeout=300, check=False,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )  # fmt: skip
+    assert deck.with_suffix(".sti").is_file(), run.stdout[-2000:]
+    ends = {"stiffness": ".sti", "mass": ".mas", "dofs": ".dof", "model": ".inp"}
+    return {key: str(deck.with_suffix(end)) for key, end in ends.items()}
+
+
+def rows_of(A: sparse.csr_matrix, names: list[str] | None = None) -> str:
+    """Return the lower triangle of a matrix as lines `row column value`, or with names for rows and columns."""
+    low = sparse.tril(A).tocoo()
+    label = (lambda k: str(k + 1)) if names is None else names.__getitem__
+    return "".join(f"{label(i)} {label(j)} {v:.17e}\n" for i, j, v in zip(low.row, low.col, low.data, strict=True))
+
+
+def write_calculix(folder: Path, K: Any, M: Any, dofs: np.ndarray, deck: Path) -> dict[str, str]:
+    """Write matrices as CalculiX does; `dofs` are pairs of node from 1 and direction from 1."""
+    texts = {"part.sti": rows_of(K), "part.mas": rows_of(M), "part.dof": "".join(f"{a}.{b}\n" for a, b in dofs)}
+    for name, text in texts.items():
+        (folder / name).write_text(text)
+    return {
+        "stiffness": str(folder / "part.sti"), "mass": str(folder / "part.mas"), "dofs": str(folder / "part.dof"),
+        "model": str(deck),
+    }  # fmt: skip
+
+
+def frequencies(K: Any, M: Any, count: int) -> np.ndarray:
+    """Return the lowest elastic ω [rad/s] of a free body, (count,), by shift-invert on its matrices."""
+    shift = -1e-3 * float(K.diagonal().max() / M.diagonal().max())
+    values = sparse.linalg.eigsh(K, count + 6, M, sigma=shift, return_eigenvectors=False, tol=0)
+    return np.sqrt(np.sort(values)[6:])

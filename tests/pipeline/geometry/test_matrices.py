@@ -1,0 +1,305 @@
+"""Bodies of matrices that other programs assembled: read, checked, and reduced as bodies that are assembled here."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.model import FEModel
+from gudgeon.pipeline.geometry.matrices.part import Matrices
+from gudgeon.pipeline.modes.normal import normal_modes
+from gudgeon.pipeline.reduction.reduce import reduce_component
+from gudgeon.pipeline.scenes.component import Component
+from tests.pipeline.geometry import matrix_files as files
+from tests.pipeline.geometry.matrix_files import SIZE, STEEL, needs_ccx
+
+EXACT = 1e-9
+"""Relative difference of frequencies against shift-invert on the same matrices: both leave 1e-12."""
+
+
+@pytest.fixture(scope="module")
+def native() -> tuple[MeshRecord, FEModel]:
+    return files.block()
+
+
+def ends(nodes: np.ndarray) -> dict[str, np.ndarray]:
+    return {"BOTTOM": np.flatnonzero(nodes[:, 2] < 1e-9), "TOP": np.flatnonzero(nodes[:, 2] > SIZE[2] - 1e-9)}
+
+
+def deck_of(folder: Path, mesh: MeshRecord) -> Path:
+    return files.write_deck(folder / "part.inp", mesh.nodes, mesh.cells, "C3D10", ends(mesh.nodes))
+
+
+def all_dofs(mesh: MeshRecord) -> np.ndarray:
+    return np.array([(n + 1, d + 1) for n in range(len(mesh.nodes)) for d in range(3)])
+
+
+def read(given: dict[str, Any], **more: Any) -> tuple[MeshRecord, FEModel]:
+    mesh = Matrices(kind="matrices", **given, **more).build(None)
+    return mesh, build_model(mesh, None, (), "component.part")
+
+
+def assert_same(model: FEModel, native: FEModel) -> None:
+    """The matrices are those that were written, to the digits of the file, and so is all that follows from them."""
+    assert abs(model.K - native.K).max() <= 1e-15 * abs(native.K).max()
+    assert abs(model.M - native.M).max() <= 1e-15 * abs(native.M).max()
+    assert model.properties.mass == pytest.approx(native.properties.mass, rel=1e-12)
+    np.testing.assert_allclose(model.properties.centre, native.properties.centre, atol=1e-14)
+    np.testing.assert_allclose(model.properties.inertia, native.properties.inertia, atol=1e-16)
+    found, wanted = (normal_modes(one, 8).angular_frequencies for one in (model, native))
+    np.testing.assert_allclose(found, wanted, rtol=EXACT)
+
+
+def test_matrices_as_calculix_writes_them(tmp_path: Path, native: tuple[MeshRecord, FEModel]) -> None:
+    mesh, model = native
+    given = files.write_calculix(tmp_path, model.K, model.M, all_dofs(mesh), deck_of(tmp_path, mesh))
+    own, read_back = read(given)
+    assert_same(read_back, model)
+    assert own.cell_type == "tetra10"
+    assert own.surfaces["TOP"].shape["kind"] == "plane"
+    assert len(own.surfaces["TOP"].facets) == len(mesh.surfaces["top"].facets)
+
+
+@pytest.mark.parametrize("form", ["coordinate", "matrix input"])
+def test_matrices_as_abaqus_writes_them(tmp_path: Path, native: tuple[MeshRecord, FEModel], form: str) -> None:
+    mesh, model = native
+    names = None if form == "coordinate" else [f"{n}, {d}," for n, d in all_dofs(mesh)]
+    for name, A in (("STIF1", model.K), ("MASS1", model.M)):
+        (tmp_path / f"part_{name}.mtx").write_text("** a comment\n" + files.rows_of(A, names))
+    given = {key: str(tmp_path / f"part_{name}.mtx") for key, name in (("stiffness", "STIF1"), ("mass", "MASS1"))}
+    _, read_back = read({**given, "model": str(deck_of(tmp_path, mesh))})
+    assert_same(read_back, model)
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_output4_of_nastran_is_read_exactly(tmp_path: Path, native: tuple[MeshRecord, FEModel], binary: bool) -> None:
+    op4 = pytest.importorskip("pyyeti.nastran.op4", reason="pyyeti is not installed")
+    mesh, model = native
+    path = tmp_path / "part.op4"
+    op4.write(str(path), {"KGG": model.K, "MGG": model.M}, binary=binary, digits=17)
+    own, read_back = read({"stiffness": str(path), "model": str(deck_of(tmp_path, mesh))})
+    assert own.system is not None
+    wanted = sparse.triu(model.K).tocsr()
+    wanted.eliminate_zeros()
+    assert np.array_equal(np.sort(own.system.stiffness.values), np.sort(wanted.data)), "a number differs"
+    assert_same(read_back, model)
+
+
+def test_dmig_of_nastran_with_six_directions_a_node(tmp_path: Path) -> None:
+    """Rotations of solids have no entries: they are left out. Grid points, solids and sets are those of bulk data."""
+    bulk = pytest.importorskip("pyyeti.nastran.bulk", reason="pyyeti is not installed")
+    pandas = pytest.importorskip("pandas")
+    nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float) * 0.05
+    middle = [(nodes[a] + nodes[b]) / 2 for a, b in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))]
+    mesh = MeshRecord(np.concatenate([nodes, middle]), np.arange(10)[None], "tetra10", {})
+    model = build_model(mesh, STEEL)
+    K, M = (np.zeros((10, 6, 10, 6)) for _ in range(2))
+    for A, source in ((K, model.K), (M, model.M)):
+        A[:, :3, :, :3] = source.toarray().reshape(10, 3, 10, 3)
+    index = pandas.MultiIndex.from_product([range(101, 111), range(1, 7)], names=["id", "dof"])
+    tables = {
+        name: pandas.DataFrame(A.reshape(60, 60), index=index, columns=index) for name, A in (("KAAX", K), ("MAAX", M))
+    }
+    bulk.wtdmig(str(tmp_path / "part.pch"), tables)
+    lines = [
+        f"{'GRID*':8}{n:16}{'':16}{x:16.9e}{y:16.9e}\n{'*':8}{z:16.9e}" for n, (x, y, z) in enumerate(mesh.nodes, 101)
+    ]
+    lines += ["CTETRA,1,1,101,102,103,104,105,106", ",107,108,109,110", "SET1,7,101,102,103,105,106,107"]
+    (tmp_path / "part.bdf").write_text("BEGIN BULK\n" + "\n".join(lines) + "\nENDDATA\n")
+    own, read_back = read({"stiffness": str(tmp_path / "part.pch"), "model": str(tmp_path / "part.bdf")})
+    assert read_back.K.shape == (30, 30)
+    np.testing.assert_allclose(read_back.K.toarray(), model.K.toarray(), rtol=1e-9, atol=1e-9 * abs(model.K).max())
+    assert own.cell_type == "tetra10"
+    assert own.surfaces["set7"].shape["normal"] == pytest.approx([0, 0, -1])
+
+
+@needs_ccx
+@pytest.mark.parametrize("kind", ["C3D10", "C3D8", "C3D20", "C3D20R"])
+def test_matrices_of_calculix_itself(tmp_path: Path, native: tuple[MeshRecord, FEModel], kind: str) -> None:
+    mesh = native[0]
+    nodes, cells = (mesh.nodes, mesh.cells) if kind == "C3D10" else files.bricks(kind[:5].rstrip("R"))
+    deck = files.write_deck(tmp_path / "part.inp", nodes, cells, kind, ends(nodes))
+    own, model = read(files.by_ccx(deck))
+    found = normal_modes(model, 10).angular_frequencies
+    np.testing.assert_allclose(found, files.frequencies(model.K, model.M, 10), rtol=EXACT)
+    assert model.properties.mass == pytest.approx(7850.0 * np.prod(SIZE), rel=1e-9)
+    np.testing.assert_allclose(model.properties.centre, [0, 0, SIZE[2] / 2], atol=1e-9)
+    if kind != "C3D10":
+        top = own.surfaces["TOP"]
+        assert top.areas is not None
+        assert top.areas.sum() == pytest.approx(SIZE[0] * SIZE[1], rel=1e-12)
+        assert top.shape["kind"] == "plane"
+
+
+def test_a_surface_of_element_faces_is_that_of_its_nodes(tmp_path: Path) -> None:
+    """*SURFACE names faces of elements: the top of bricks is S2 of the upper layer, with areas by its nodes."""
+    nodes, cells = files.bricks("C3D8")
+    upper = np.flatnonzero(nodes[cells].max(axis=1)[:, 2] > SIZE[2] - 1e-9) + 1
+    text = "\n".join(
+        ["*ELSET, ELSET=LAYER", *(f"{k}," for k in upper), "*SURFACE, NAME=LID, TYPE=ELEMENT", "LAYER, S2"]
+    )
+    deck = files.write_deck(tmp_path / "part.inp", nodes, cells, "C3D8", ends(nodes), text)
+    size = 3 * len(nodes)
+    chain = sparse.diags([np.ones(size - 3), np.ones(size - 3)], [-3, 3], format="csr")
+    given = files.write_calculix(
+        tmp_path, sparse.eye(size) * 4 - chain, sparse.eye(size), np.array(list(np.ndindex(len(nodes), 3))) + 1, deck
+    )
+    mesh = Matrices(kind="matrices", **given).build(None)
+    lid, top = mesh.surfaces["LID"], mesh.surfaces["TOP"]
+    assert np.array_equal(lid.facets, top.facets)
+    assert lid.areas is not None
+    assert lid.normals is not None
+    np.testing.assert_allclose(lid.areas, top.areas)
+    np.testing.assert_allclose(lid.normals, np.tile([0, 0, 1], (len(lid.facets), 1)), atol=1e-15)
+    corner = np.argmin(nodes[lid.facets.ravel()].sum(axis=1))
+    assert lid.areas[corner] == pytest.approx(SIZE[0] / 3 * SIZE[1] / 2 / 4)
+
+
+def test_dofs_that_are_missing_are_held(tmp_path: Path, native: tuple[MeshRecord, FEModel]) -> None:
+    """A program that eliminates supports writes no rows of them: the body is the one that is supported here."""
+    mesh, model = native
+    held = np.isin(np.arange(len(mesh.nodes)), np.unique(mesh.surfaces["bottom"].facets)).repeat(3)
+    free = np.flatnonzero(~held)
+    given = files.write_calculix(
+        tmp_path, model.K[free][:, free], model.M[free][:, free], all_dofs(mesh)[free], deck_of(tmp_path, mesh)
+    )
+    _, read_back = read(given)
+    assert len(read_back.rigid_twists) == 0
+    found = normal_modes(read_back, 6).angular_frequencies
+    wanted = normal_modes(build_model(mesh, STEEL, ["bottom"]), 6).angular_frequencies
+    np.testing.assert_allclose(found, wanted, rtol=EXACT)
+
+
+def test_units_of_millimetres_tonnes_newtons(tmp_path: Path, native: tuple[MeshRecord, FEModel]) -> None:
+    mesh, model = native
+    deck = files.write_deck(tmp_path / "part.inp", 1e3 * mesh.nodes, mesh.cells, "C3D10", ends(mesh.nodes))
+    given = files.write_calculix(tmp_path, 1e-3 * model.K, 1e-3 * model.M, all_dofs(mesh), deck)
+    _, read_back = read(given, unit=1e-3, mass_unit=1e3)
+    assert_same(read_back, model)
+
+
+@pytest.mark.parametrize("interface", [
+    {"surface": "TOP", "kind": "patch"}, {"surface": "TOP", "kind": "mean"}, {"surface": "TOP", "kind": "pressure"},
+    {"surface": "TOP", "kind": "tie", "tie": "rbe2"}, {"surface": "TOP", "kind": "tie", "tie": "rbe3"},
+])  # fmt: skip
+def test_interfaces_on_bricks_carry_their_resultant(tmp_path: Path, interface: dict[str, str]) -> None:
+    """Sets of nodes have areas and normals, so that every kind of interface has the resultant of the true surface."""
+    modal, _ = brick_modes(tmp_path, {"on": interface})
+    if interface["kind"] == "patch":
+        patch = modal.interfaces["on"]
+        assert patch.areas[0] == pytest.approx(SIZE[0] * SIZE[1])
+        np.testing.assert_allclose(patch.points[0], [0, 0, SIZE[2]], atol=1e-12)
+        return
+    load = modal.loads["on"]
+    np.testing.assert_allclose(load.point, [0, 0, SIZE[2]], atol=1e-12)
+    force = {"pressure": [0, 0, -SIZE[0] * SIZE[1]]}.get(interface["kind"], [1, 0, 0])
+    np.testing.assert_allclose(load.resultant[0, :3], force, atol=1e-15)
+    assert modal.residual_flexibility.diagonal().min() >= 0
+
+
+def test_a_rigid_surface_of_bricks_does_not_deform(tmp_path: Path) -> None:
+    modal, mesh = brick_modes(tmp_path, {"on": {"surface": "TOP", "kind": "tie", "tie": "rbe2"}})
+    top = mesh.surfaces["TOP"].facets.ravel()
+    arm = mesh.nodes[top] - modal.loads["on"].point
+    for k, motion in enumerate(modal.loads["on"].rows.T):
+        expected = motion[:3] + np.cross(motion[3:], arm)
+        np.testing.assert_allclose(modal.shapes[top, :, k], expected, atol=1e-9 * np.abs(modal.shapes[:, :, k]).max())
+
+
+def brick_modes(folder: Path, interfaces: dict[str, dict[str, str]]) -> tuple[Any, MeshRecord]:
+    """Return modes and mesh of a block of tet10 whose sets are read as those of points without elements."""
+    mesh, model = files.block()
+    deck = deck_of(folder, mesh)
+    given = files.write_calculix(folder, model.K, model.M, all_dofs(mesh), deck)
+    component = Component.model_validate(
+        {"geometry": {"kind": "matrices", **given}, "interface": interfaces, "modes": {"normal_count": 8}}
+    )
+    own = component.geometry.build(None)  # type: ignore[call-arg]
+    nodal = MeshRecord(own.nodes, np.arange(len(own.nodes))[:, None], "nodes", sets_of(own), own.system)
+    return reduce_component(nodal, "", component, "part"), nodal
+
+
+def sets_of(mesh: MeshRecord) -> dict[str, Any]:
+    """Return the surfaces of tet10 as sets of nodes, with the areas and normals of their facets."""
+    from gudgeon.modaldb.records.mesh import Surface
+    from gudgeon.pipeline.interfaces.points import surface_weights
+
+    found = {}
+    for name, surface in mesh.surfaces.items():
+        nodes, areas, vectors = surface_weights(mesh, surface)
+        areas = np.where(areas > 1e-12 * areas.max(), areas, 0.0)
+        normals = np.divide(vectors, areas[:, None], out=np.zeros_like(vectors), where=areas[:, None] > 0)
+        found[name] = Surface(nodes[:, None], surface.shape, areas, normals)
+    return found
+
+
+def test_nodes_with_rotations(tmp_path: Path) -> None:
+    """A cantilever of beam elements with six directions a node: rigid motions turn nodes, a tie turns with them."""
+    K, M, nodes = frame(8)
+    deck = tmp_path / "part.inp"
+    deck.write_text("*NODE\n" + "".join(f"{k}, {x}, {y}, {z}\n" for k, (x, y, z) in enumerate(nodes, 1))
+                    + "*NSET, NSET=TIP\n9\n*NSET, NSET=ROOT\n1, 2, 3\n")  # fmt: skip
+    given = files.write_calculix(tmp_path, K, M, np.array(list(np.ndindex(len(nodes), 6))) + 1, deck)
+    _, model = read(given)
+    assert model.properties.mass == pytest.approx(M[::6, ::6].sum())
+    found = normal_modes(model, 6).angular_frequencies
+    np.testing.assert_allclose(found, files.frequencies(model.K, model.M, 6), rtol=EXACT)
+
+
+def frame(count: int) -> tuple[sparse.csr_matrix, sparse.csr_matrix, np.ndarray]:
+    """Return K, M and nodes of a bent line of Euler-Bernoulli elements with lumped mass and inertia."""
+    nodes = np.array([[0.1 * k, 0.02 * (k % 3), 0.01 * (k % 2)] for k in range(count + 1)])
+    EA, EI, GJ = 2e7, 2e3, 1.5e3
+    size = 6 * len(nodes)
+    K = np.zeros((size, size))
+    for k in range(count):
+        axis = nodes[k + 1] - nodes[k]
+        length = float(np.linalg.norm(axis))
+        x = axis / length
+        y = np.cross([0, 0, 1.0], x)
+        y /= np.linalg.norm(y)
+        T = np.kron(np.eye(4), np.array([x, y, np.cross(x, y)]))
+        local = np.zeros((12, 12))
+        for first, stiffness in ((0, EA / length), (3, GJ / length)):
+            local[np.ix_([first, first + 6], [first, first + 6])] = stiffness * np.array([[1, -1], [-1, 1]])
+        for w, r, sign in ((1, 5, 1), (2, 4, -1)):
+            at = [w, r, w + 6, r + 6]
+            a, b = 6 * length * sign, length**2
+            bend = np.array([[12, a, -12, a], [a, 4 * b, -a, 2 * b], [-12, -a, 12, -a], [a, 2 * b, -a, 4 * b]])
+            local[np.ix_(at, at)] += EI / length**3 * bend
+        dofs = np.arange(6 * k, 6 * k + 12)
+        K[np.ix_(dofs, dofs)] += T.T @ local @ T
+    mass = np.tile([0.5, 0.5, 0.5, 1e-4, 1e-4, 1e-4], len(nodes))
+    return sparse.csr_matrix(K), sparse.csr_matrix(np.diag(mass)), nodes
+
+
+def test_no_mesher_and_no_finite_elements_are_needed(
+    tmp_path: Path, native: tuple[MeshRecord, FEModel], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import sys
+
+    mesh, model = native
+    given = files.write_calculix(tmp_path, model.K, model.M, all_dofs(mesh), deck_of(tmp_path, mesh))
+    component = Component.model_validate({
+        "geometry": {"kind": "matrices", **given}, "interface": {"foot": {"surface": "BOTTOM", "kind": "mean"}},
+        "modes": {"normal_count": 6},
+    })  # fmt: skip
+    for name in ("gmsh", "skfem", "meshio"):
+        for loaded in [one for one in sys.modules if one.partition(".")[0] == name]:
+            monkeypatch.delitem(sys.modules, loaded)
+        monkeypatch.setitem(sys.modules, name, None)
+    own = component.geometry.build(None)  # type: ignore[call-arg]
+    nodal = MeshRecord(own.nodes, own.cells, own.cell_type, {"BOTTOM": loose(own)}, own.system)
+    modal = reduce_component(nodal, "", component, "part")
+    assert modal.angular_frequencies.min() > 0
+
+
+def loose(mesh: MeshRecord) -> Any:
+    from gudgeon.modaldb.records.mesh import Surface
+
+    nodes = np.unique(mesh.surfaces["BOTTOM"].facets)
+    return Surface(nodes[:, None], {}, np.full(len(nodes), 1e-6), np.tile([0, 0, -1.0], (len(nodes), 1)))
