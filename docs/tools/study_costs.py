@@ -69,7 +69,7 @@ def study_figures(places: dict[str, Path], count: int) -> None:
     logs = Path(os.environ[LOGS])
     asked = Asked(VARY, sampling=Sampling("latin", count), jobs=JOBS)
     begin, cpu = time.monotonic(), time.process_time()
-    report = run_study(job, str(places["db"]), asked, lambda stage, share: None, logged)
+    report = run_study(job, asked, lambda stage, share: None, logged)
     cpu = time.process_time() - cpu
     workers = {path.stem: [json.loads(line) for line in path.read_text().splitlines()] for path in logs.iterdir()}
     rows = [row for found in workers.values() for row in found if row[2] > 0]

@@ -61,7 +61,7 @@ def study_command(options: argparse.Namespace) -> int:
     if options.random or options.latin:
         how = Sampling("random" if options.random else "latin", options.random or options.latin, options.seed)
     asked = Asked(options.vary, options.over, how, options.quantity, options.jobs, options.executor)
-    report = run_study(opened(options)[1], options.db, asked, Console(options.json).progress)
+    report = run_study(opened(options)[1], asked, Console(options.json).progress)
     print(json.dumps(report.as_json(), indent=1) if options.json else study_text(report))
     for note, count in report.notes.items():
         such = "" if count == 1 else ", such as"

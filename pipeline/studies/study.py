@@ -12,7 +12,7 @@ from typing import Any
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import write_sealed
-from gudgeon.pipeline.kinds import DEFAULT_DB, open_job
+from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.scenes.reading import override_text
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.folder import claim, held
@@ -82,7 +82,7 @@ def study(
     latin: int = 0,
     seed: int = 0,
     set: Sequence[str] | Mapping[str, Any] = (),
-    db: str | Path = DEFAULT_DB,
+    db: str | Path | None = None,
     out: str | Path | None = None,
     jobs: int | None = None,
     executor: str | Callable[[], Executor] | None = None,
@@ -110,7 +110,7 @@ def study(
         raise InputError("study: random and latin are given; allowed: one of them")
     how = Sampling("random", random, seed) if random else Sampling("latin", latin, seed) if latin else Sampling()
     asked = Asked(_texts(vary), None if over is None else Path(over), how, quantities, jobs, executor)
-    return run_study(open_job(scene, set=set, db=db, out=out), str(db), asked, progress or (lambda stage, share: None))
+    return run_study(open_job(scene, set=set, db=db, out=out), asked, progress or (lambda stage, share: None))
 
 
 def _texts(vary: Sequence[str] | Mapping[str, Any]) -> list[str]:
@@ -127,12 +127,11 @@ def _texts(vary: Sequence[str] | Mapping[str, Any]) -> list[str]:
     return found
 
 
-def run_study(job: Any, db: str, asked: Asked, tell: Progress, work: Work = solve_design) -> StudyReport:
+def run_study(job: Any, asked: Asked, tell: Progress, work: Work = solve_design) -> StudyReport:
     """Run the designs of a job and write table and picture; see `study`.
 
     Args:
         job: Of the scene as written, a `SceneJob`.
-        db: Location of its database.
         work: What workers do with a task.
     """
     parameters, designs = _designs(asked)
@@ -143,7 +142,7 @@ def run_study(job: Any, db: str, asked: Asked, tell: Progress, work: Work = solv
     with held(job.out):
         claim(job)
         write_sealed(job.out / STUDY, _asked_text(job, asked, parameters, len(designs)))
-    where = db if "://" in db else os.path.abspath(os.path.expanduser(db))
+    where = job.store.location if "://" in job.store.location else os.path.abspath(job.store.location)
     source = Source(job.name, str(job.path.absolute()), json.dumps(tables), where, version_key())
     paths = [one.path for one in parameters]
     stages = job.stages[: job.stages.index(SOLVE) + 1]

@@ -1,5 +1,6 @@
 """Files of Ansys, read by ansys-mapdl-reader: matrices in .full, nodes, solids and components in an archive (.cdb)."""
 
+import importlib
 from types import ModuleType
 from typing import Any
 
@@ -69,12 +70,11 @@ def read_archive(path: str) -> Model:
 
 def _reader(path: str) -> ModuleType:
     try:
-        from ansys.mapdl import reader
+        return importlib.import_module("ansys.mapdl.reader")
     except ImportError:
         raise InputError(
             f"{path}: is read by ansys-mapdl-reader, which is not installed; run pip install ansys-mapdl-reader"
         ) from None
-    return reader
 
 
 def _whole(A: Any, path: str) -> sparse.csr_matrix:

@@ -3,6 +3,7 @@
 OUTPUT4 has rows only; DMIG names the grid points and directions of its entries.
 """
 
+import importlib
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any
@@ -30,10 +31,9 @@ def nastran(path: str) -> tuple[ModuleType, ModuleType]:
         InputError: it is not installed.
     """
     try:
-        from pyyeti.nastran import bulk, op4
+        return importlib.import_module("pyyeti.nastran.bulk"), importlib.import_module("pyyeti.nastran.op4")
     except ImportError:
         raise InputError(f"{path}: is read by pyyeti, which is not installed; run pip install pyyeti") from None
-    return bulk, op4
 
 
 def read_op4(stiffness: str, mass: str, names: tuple[str | None, str | None], dofs: str | None) -> Given:

@@ -90,7 +90,7 @@ def test_equal_designs_are_run_once(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     (tmp_path / "designs.csv").write_text(f"{VELOCITY}\n1.0\n2.0\n1.0\n")
     job = open_job(write_rod(tmp_path), db=tmp_path / "db", out=tmp_path / "out")
     asked = Asked(over=tmp_path / "designs.csv", executor=thread)
-    report = run_study(job, str(tmp_path / "db"), asked, lambda stage, share: None, cases.marked)
+    report = run_study(job, asked, lambda stage, share: None, cases.marked)
     # Mesh, modes and design, which both share, and the run.
     assert Counter(path.name.partition("-")[0] for path in (tmp_path / "marks").iterdir()) == {"1": 4, "2": 1}
     one, two, three = report.table.records()
@@ -169,7 +169,7 @@ def test_results_do_not_depend_on_workers(tmp_path: Path) -> None:
     try:
         job = open_job(scene, db=tmp_path / "two/db", out=tmp_path / "two/out")
         asked = Asked([f"{VELOCITY}=0.5:2:4", f"{SIZE}=0.05,0.1"], jobs=2)
-        report = run_study(job, str(tmp_path / "two/db"), asked, lambda stage, share: None, cases.killed_once)
+        report = run_study(job, asked, lambda stage, share: None, cases.killed_once)
     finally:
         del os.environ[cases.MARKS]
     assert report.counts == {"FINISHED": 8}
