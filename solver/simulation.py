@@ -57,10 +57,8 @@ class Steps:
             step: [s]; default: run.step, or the integrator's own. A step above its limit is refused.
 
         Raises:
-            SolverError: the scene has points that slide over another body, or the step is too long.
+            SolverError: the step is too long.
         """
-        if system.scene.masters():
-            raise SolverError("contact: points that slide over another body's surface cannot be stepped from Python")
         refuse_ambiguous_friction(system)
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)
@@ -128,19 +126,27 @@ class Steps:
     @property
     def ports(self) -> list[str]:
         """Names of the contacts, joints and forces that have ports."""
-        return [block.name for block in self._run.ports.blocks]
+        return [block.name for block in self._run.ports.blocks if block.kind != Kind.SURFACE]
 
     def port(self, name: str) -> PortState:
         """Return displacement and force of the ports of `contact.NAME`, `joint.NAME` or `force.NAME`."""
         if name not in self.ports:
             raise SolverError(f"port {_known(name, self.ports)}")
-        table, state = self._run.ports, self._state
+        moved, here = self._displaced(name), self._run.ports.of(name)
+        for contact in self.system.contacts:
+            if contact.master is not None and name == f"contact.{contact.name}":
+                slid = self.system.slid(contact, self._state.q)
+                moved = moved + contact.master.at_points(slid, self._displaced(f"surface.{contact.name}"))
+        return PortState(moved, self._state.unknown[here].copy())
+
+    def _displaced(self, name: str) -> np.ndarray:
+        """Return the displacement of ports by their own rows [m], (n,)."""
+        table, state, residual = self._run.ports, self._state, self._run.arrays.constants.residual
         here = table.of(name)
         moved = table.offset[here] + table.rows[here] @ state.q
-        residual = self._run.arrays.constants.residual
         for side in range(len(residual)):
             moved = moved + residual[side, here] @ state.held[side]
-        return PortState(moved, state.unknown[here].copy())
+        return moved
 
     def contact(self, name: str) -> PortState:
         """Return the gaps and normal forces of a contact's points."""
@@ -184,7 +190,7 @@ class Steps:
 
     def _arrays(self) -> list[tuple[str, Mapping[str, np.ndarray]]]:
         """Return all arrays that change from step to step."""
-        groups = {"state": self._state, "problem": self._problem, "log": self._log}
+        groups = {"state": self._state, "problem": self._problem, "log": self._log, "slides": self._state.slides}
         return [
             (name, {key: value for key, value in group._asdict().items() if isinstance(value, np.ndarray)})
             for name, group in groups.items()

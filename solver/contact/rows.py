@@ -100,14 +100,18 @@ class SlidingBlock:
 
     def at_points(self, slid: float, values: np.ndarray) -> np.ndarray:
         """Return a field [m] of the functions, (F,), at points that slid along [m], (c,); ∞ beside the space."""
+        numbers, weights, beside = self.weights(slid)
+        return np.where(beside, np.inf, (weights * values[numbers]).sum(axis=(1, 2)))
+
+    def weights(self, slid: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the functions that points touch, slid along [m], their weights, (c, 4, 4), and which are beside."""
         columns, lines = self.counts
         where = (self.height + slid - self.chart[0]) / self.chart[1]
         line = np.clip(np.floor(where), 0, lines - 4)
         weights = np.einsum("cb,ca->cba", cubic_weights(where - line), self.across)
         corner = np.maximum(self.place, 0) + line.astype(int) * columns
         numbers = corner[:, None, None] + columns * np.arange(4)[:, None] + np.arange(4)
-        beside = (self.place < 0) | (where < -1e-9) | (where > lines - 3 + 1e-9)
-        return np.where(beside, np.inf, (weights * values[numbers]).sum(axis=(1, 2)))
+        return numbers, weights, (self.place < 0) | (where < -1e-9) | (where > lines - 3 + 1e-9)
 
 
 @dataclass(frozen=True)

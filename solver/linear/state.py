@@ -12,8 +12,8 @@ import numpy as np
 
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.ports.members import contact_ports, ports_of, probe_ports
-from gudgeon.solver.ports.table import Ports
+from gudgeon.solver.ports.members import contact_ports, ports_of, probe_ports, with_surfaces
+from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.scene.probe import PointProbe
 from gudgeon.solver.system.system import System
 
@@ -55,12 +55,11 @@ def linearised(system: System, closed: Collection[str] = ()) -> Linearised:
     Raises:
         SceneError: there is no such contact, or a law without stiffness holds at no force.
     """
-    ports, contacts = ports_of(system), [f"contact.{name}" for name in system.scene.contact]
+    ports = with_surfaces(system, ports_of(system), system.position)
+    contacts = [f"contact.{name}" for name in system.scene.contact]
     for name in closed:
         if name not in contacts:
             raise SceneError(f"--closed '{name}': {known(name, contacts)}")
-    if system.scene.masters():
-        raise SceneError("contact: points that slide over another body's surface have no linear analysis")
     found, points = list[Holding](), dict[str, int]()
     for contact in system.contacts:
         own = _closed(system, ports, contact, every=f"contact.{contact.name}" in closed)
@@ -97,9 +96,12 @@ def _closed(system: System, ports: Ports, contact: ContactRows, *, every: bool) 
     found, normals = list[Holding](), contact_ports(ports, contact)
     last = ports.of(f"contact.{contact.name}").stop
     each = (last - int(normals[0])) // len(normals)
+    beside: Collection[int] = ()
+    if contact.master is not None:
+        beside = np.flatnonzero(contact.master.weights(system.slid(contact, system.position))[2])
     for normal, row in zip(normals, range(contact.rows.start, contact.rows.stop), strict=True):
         force = float(system.start_forces[row])
-        if every or force > 0:
+        if row - contact.rows.start not in beside and (every or force > 0):
             tangent = _tangent(system, row, force, contact.name)
             damper = float(system.law[row, 3]) if np.isfinite(tangent) else 0.0
             found += [(int(normal), tangent, damper)] + [(int(normal) + b, np.inf, 0.0) for b in range(1, each)]
@@ -162,7 +164,7 @@ def places(found: Linearised, name: str, key: str) -> list[Place]:
     system, ports = found.system, found.ports
     read = {f"probe.{n}": n for n, one in system.scene.probe.items()
             if isinstance(one, PointProbe) and one.kind in ("displacement", "rotation")}  # fmt: skip
-    able = [block.name for block in ports.blocks] + list(read)
+    able = [block.name for block in ports.blocks if block.kind != Kind.SURFACE] + list(read)
     if base not in able:
         raise SceneError(f"{key} '{name}': {known(base, able)}")
     if base in read:

@@ -23,6 +23,27 @@ def ports_of(system: System) -> Ports:
     return gathered(blocks, list(system.bodies.values()), len(system.velocity))
 
 
+def with_surfaces(system: System, ports: Ports, position: np.ndarray) -> Ports:
+    """Return the table with rows of points that slide as they are at a position, (m,): with those of functions."""
+    moving = [contact for contact in system.contacts if contact.master is not None]
+    if not moving:
+        return ports
+    weight = np.eye(len(ports.offset))
+    for contact in moving:
+        over = contact.master
+        assert over is not None
+        numbers, values, beside = over.weights(system.slid(contact, position))
+        normals, first = contact_ports(ports, contact), ports.of(f"surface.{contact.name}").start
+        for normal, number, value in zip(normals[~beside], numbers[~beside], values[~beside], strict=True):
+            weight[normal, first + number.ravel()] = value.ravel()
+    own, other = ports.residual
+    other = other + own @ (weight - np.eye(len(weight))).T
+    return replace(
+        ports, rows=weight @ ports.rows, residual=np.stack([weight @ own, weight @ other]),
+        weights={name: found @ weight.T for name, found in ports.weights.items()},
+    )  # fmt: skip
+
+
 def tangents(normals: np.ndarray, line: np.ndarray | None = None) -> np.ndarray:
     """Return two unit vectors across each normal, right-handed with it, (c, 2, 3).
 

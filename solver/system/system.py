@@ -159,11 +159,15 @@ class System:
         change, inward = self.rows @ position, self.functions @ position
         for contact in self.contacts:
             if (over := contact.master) is not None:
-                own, other = (self.bodies[name] for name in (contact.body, over.body))
-                moved = [body.centre_motion(position[body.rigid])[:3] for body in (own, other)]
-                slid = float(over.direction @ (moved[0] - moved[1]))
-                change[contact.rows] += over.at_points(slid, inward[contact.functions])
+                change[contact.rows] += over.at_points(self.slid(contact, position), inward[contact.functions])
         return change
+
+    def slid(self, contact: ContactRows, position: np.ndarray) -> float:
+        """Return how far a contact's points have slid over their traction space by coordinates, (m,) [m]."""
+        assert contact.master is not None
+        own, other = (self.bodies[name] for name in (contact.body, contact.master.body))
+        moved = [body.centre_motion(position[body.rigid])[:3] for body in (own, other)]
+        return float(contact.master.direction @ (moved[0] - moved[1]))
 
     @property
     def rigid_contact(self) -> np.ndarray:

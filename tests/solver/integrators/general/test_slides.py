@@ -8,8 +8,12 @@ from pydantic import ValidationError
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.modaldb.stores.folder import Store
+from gudgeon.solver.linear.modes import assembled_modes
+from gudgeon.solver.linear.state import linearised
+from gudgeon.solver.ports.members import contact_ports, ports_of, with_surfaces
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
+from gudgeon.solver.simulation import Steps
 from gudgeon.solver.system.compile import compile_system
 from tests.solver.features import DURATION, draft_of, store_of, system_of
 from tests.solver.systems import keys_of
@@ -93,3 +97,50 @@ def test_points_leave_the_end_of_the_surface(store: Store, tmp_path: Path, over_
     found = simulate(compile_system(store, Scene.model_validate(draft.scene), keys_of(("elastic", "rigid"))))
     assert found.result in ("FINISHED", "OFFSET")
     assert np.isfinite(found.energy_drift)
+
+
+def test_rows_at_a_position_are_those_of_the_gaps(store: Store) -> None:
+    system = system_of(store, ("sliding", "damping"))
+    position = np.random.default_rng(0).normal(scale=1e-6, size=len(system.position))
+    ports = ports_of(system)
+    joined, normals = with_surfaces(system, ports, position), contact_ports(ports, system.contacts[0])
+    np.testing.assert_allclose(joined.rows[normals] @ position, system.moved_gaps(position), rtol=1e-12)
+    whole = joined.residual.sum(axis=0)
+    own = ports.residual.sum(axis=0)
+    assert (whole.diagonal()[normals] > own.diagonal()[normals]).all()
+    np.testing.assert_allclose(whole, whole.T, rtol=0, atol=1e-14 * np.abs(whole).max())
+
+
+def test_it_is_stepped_from_python_and_continues_with_the_same_bits(store: Store) -> None:
+    system = system_of(store, ("sliding",), step=1e-6)
+    steps = Steps(system)
+    steps.step(until=4e-4)
+    found, layer = steps.contact("slide"), float(system.layer[0])
+    assert found.force.max() > 0
+    np.testing.assert_allclose(found.displacement, -layer * found.force, rtol=0, atol=1e-13)
+    assert "surface.slide" not in steps.ports
+    held = steps.checkpoint()
+    steps.step(until=DURATION)
+    again = Steps(system)
+    again.load(held)
+    again.step(until=DURATION)
+    assert again.body("part").velocity.tobytes() == steps.body("part").velocity.tobytes()
+    inside = simulate(system).quantities["part.velocity_x"]["value"]
+    assert steps.body("part").velocity[0] == pytest.approx(inside, rel=1e-9)
+
+
+def test_closed_points_of_a_sliding_pair_in_linear_analysis(store: Store) -> None:
+    """Both bodies' flexibilities and the layer are in series with the rows of the gap."""
+    system = system_of(store, ("sliding", "residual"))
+    contact = next(one for one in system.contacts if one.master is not None)
+    over, row = contact.master, contact.rows.start
+    assert over is not None
+    normal = np.array([system.moved_gaps(1e-9 * one)[row] for one in np.eye(len(system.position))]) / 1e-9
+    touched = np.array([over.at_points(0.0, one)[0] for one in np.eye(len(over.order))])
+    compliance = system.layer[row] + system.residual[row, row] + touched @ over.residual @ touched
+    squared = np.linalg.eigvalsh(np.diag(system.stiffness) + np.outer(normal, normal) / compliance)
+    found = linearised(system, closed=["contact.slide"])
+    assert found.closed["slide"] == 1
+    wanted = np.sqrt(squared[squared > 1e-9 * squared.max()]) / (2 * np.pi)
+    frequencies = assembled_modes(found).frequencies
+    np.testing.assert_allclose(np.sort(frequencies[frequencies > 1e-3]), wanted, rtol=1e-9)
