@@ -1,8 +1,8 @@
 """One word for each thing: retired words stand in no text of the product. docs/glossary.md has the terms.
 
 Searched are names, strings, docstrings and comments of the product, scenes, documents and the page's script; of the
-glossary all but the column that lists what a term replaces. Free: the changelog, references (`*.json`, which carry
-their sources' words), old names in records (`FORMER`), and pointers into references.
+glossary all but the column that lists what a term replaces. Free: the changelog, libraries (`vendor/`), references
+(`*.json`, which carry their sources' words), old names in records (`FORMER`), and pointers into references.
 """
 
 import re
@@ -52,7 +52,7 @@ def offenders(path: str, text: str) -> list[str]:
 def searched() -> list[str]:
     """Return the files of the product that are searched, by their path from the root."""
     listed = subprocess.run(["git", "ls-files", *SEARCHED], cwd=ROOT, capture_output=True, text=True, check=True)
-    return [path for path in listed.stdout.splitlines() if (ROOT / path).is_file()]
+    return [path for path in listed.stdout.splitlines() if (ROOT / path).is_file() and "/vendor/" not in path]
 
 
 def test_retired_words_stand_nowhere() -> None:

@@ -7,7 +7,7 @@ from starlette.routing import Match, Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from gudgeon.modaldb.records import READABLE_VERSIONS, SCHEMA_VERSION
-from gudgeon.pipeline.service import files, records
+from gudgeon.pipeline.service import files, records, views
 from gudgeon.pipeline.service.context import EXPLAINED, Service, explain, problem
 
 ABOUT = """Records of a modal database, and parts of their arrays. Every error is JSON with `error` and `detail`."""
@@ -30,6 +30,8 @@ def build_app(service: Service) -> FastAPI:
         return {"databases": list(service.stores), "schema_versions": list(READABLE_VERSIONS),
                 "token_needed": service.access.guarded}  # fmt: skip
 
+    app.include_router(views.page)
+    app.include_router(views.router)
     app.include_router(records.router)
     app.include_router(files.router)
     return app

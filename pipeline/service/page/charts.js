@@ -1,0 +1,127 @@
+// Charts as SVG: spectrum with error bars, curves over time, provenance, MAC matrix.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+export function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  return filled(made, attributes, children);
+}
+
+function drawn(name, attributes = {}, ...children) {
+  return filled(document.createElementNS(SVG, name), attributes, children);
+}
+
+function filled(made, attributes, children) {
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key === "style") made.style.cssText = value; // The page's policy allows no style in markup.
+    else if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
+    else if (value !== null && value !== undefined) made.setAttribute(key, value);
+  }
+  made.append(...children);
+  return made;
+}
+
+export function short(number) {
+  if (number === null || number === undefined) return "";
+  const size = Math.abs(number);
+  const digits = Number(number.toPrecision(5));
+  return size !== 0 && (size >= 1e5 || size < 1e-3) ? digits.toExponential() : String(digits);
+}
+
+function ticks(low, high, count = 5) {
+  const raw = (high - low) / count || 1, power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map((one) => one * power).find((one) => one >= raw);
+  const found = [];
+  for (let value = Math.ceil(low / step) * step; value <= high + step * 1e-9; value += step) found.push(value);
+  return found;
+}
+
+function framed(width, height, x, y, labels) {
+  const left = 64, bottom = height - 34;
+  const svg = drawn("svg", { class: "chart", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": labels.title });
+  const placeX = (value) => left + ((value - x[0]) / (x[1] - x[0] || 1)) * (width - left - 26);
+  const placeY = (value) => bottom - ((value - y[0]) / (y[1] - y[0] || 1)) * (bottom - 18);
+  for (const value of ticks(...y)) {
+    svg.append(drawn("line", { class: "grid", x1: left, x2: width - 26, y1: placeY(value), y2: placeY(value) }));
+    svg.append(drawn("text", { x: left - 6, y: placeY(value) + 4, "text-anchor": "end" }, short(value)));
+  }
+  for (const value of ticks(...x)) svg.append(drawn("text", { x: placeX(value), y: bottom + 15, "text-anchor": "middle" }, short(value)));
+  svg.append(drawn("path", { class: "axis", d: `M${left} 16V${bottom}H${width - 26}` }));
+  svg.append(drawn("text", { x: (left + width) / 2, y: height - 4, "text-anchor": "middle" }, labels.x));
+  svg.append(drawn("text", { x: 12, y: 9, "text-anchor": "start", dy: 2 }, labels.y));
+  return { svg, placeX, placeY };
+}
+
+export function spectrum(found, pick) {
+  const modes = found.frequencies.slice(0, found.normal_count);
+  const top = Math.max(...modes) * 1.06 || 1;
+  const { svg, placeX, placeY } = framed(620, 240, [0.2, modes.length + 0.8], [0, top], { x: "mode", y: "frequency [Hz], bar: estimated error of the mesh", title: "spectrum" });
+  modes.forEach((frequency, mode) => {
+    const error = found.discretisation_errors?.[mode], x = placeX(mode + 1), y = placeY(frequency);
+    const group = drawn("g", { class: "bar", "data-mode": mode, onclick: () => pick(mode) });
+    if (error) {
+      const end = placeY(frequency * (1 - error));
+      group.append(drawn("path", { stroke: "#b32d2a", "stroke-width": 1.5, fill: "none", d: `M${x} ${y}V${end}M${x - 4} ${end}h8` }));
+    }
+    group.append(drawn("circle", { cx: x, cy: y, r: 4, fill: "#1f5fa8" }));
+    group.append(drawn("title", {}, `mode ${mode + 1}: ${short(frequency)} Hz${error ? `, error ${(100 * error).toPrecision(2)} %` : ""}`));
+    svg.append(group);
+  });
+  return svg;
+}
+
+const COLOURS = ["#1f5fa8", "#b9540f", "#2b7a3d", "#7b3fa0", "#8a1538", "#0b7285"];
+
+export function curves(times, series, labels) {
+  const values = series.flatMap((one) => one.values);
+  const low = Math.min(0, ...values), high = Math.max(0, ...values) || 1;
+  const { svg, placeX, placeY } = framed(620, 240, [0, times.at(-1) || 1], [low, high], labels);
+  let legend = 110;
+  series.forEach((one, index) => {
+    const line = one.values.map((value, at) => `${at ? "L" : "M"}${placeX(times[at]).toFixed(1)} ${placeY(value).toFixed(1)}`).join("");
+    svg.append(drawn("path", { d: line, fill: "none", stroke: COLOURS[index % COLOURS.length], "stroke-width": 1.3 }));
+    svg.append(drawn("text", { x: legend, y: 11, style: `fill:${COLOURS[index % COLOURS.length]}` }, one.name));
+    legend += 7 * one.name.length + 14;
+  });
+  return svg;
+}
+
+export function graph(found, here, open) {
+  const level = {}, below = new Map(found.records.map((row) => [row.key, []]));
+  for (const [target, one] of found.edges) below.get(one)?.push(target);
+  const depth = (key) => (level[key] ??= 1 + Math.max(-1, ...below.get(key).map(depth)));
+  const columns = [];
+  for (const row of found.records) (columns[depth(row.key)] ??= []).push(row);
+  const filledColumns = columns.filter(Boolean), height = 16 + 46 * Math.max(...filledColumns.map((one) => one.length));
+  const wide = 150, place = new Map();
+  const width = Math.max(filledColumns.length * (wide + 40), 420);
+  const svg = drawn("svg", { viewBox: `0 0 ${width} ${height}`, role: "group", "aria-label": "provenance", style: `max-width:${1.1 * width}px` });
+  filledColumns.forEach((rows, column) => rows.forEach((row, index) => place.set(row.key, [8 + column * (wide + 40), 8 + 46 * index])));
+  for (const [target, one] of found.edges) {
+    const [x1, y1] = place.get(target), [x2, y2] = place.get(one);
+    svg.append(drawn("path", { class: "axis", d: `M${x1 + wide} ${y1 + 18}C${x1 + wide + 20} ${y1 + 18} ${x2 - 20} ${y2 + 18} ${x2} ${y2 + 18}` }));
+  }
+  for (const row of found.records) {
+    const [x, y] = place.get(row.key), uses = row.uses.map((use) => use.join(", "))[0] ?? row.key.slice(0, 12);
+    const node = drawn("g", { class: row.key === here ? "node here" : "node", tabindex: 0, role: "link", "data-key": row.key, transform: `translate(${x} ${y})`,
+      onclick: () => open(row.key), onkeydown: (event) => event.key === "Enter" && open(row.key) });
+    node.append(drawn("rect", { width: wide, height: 36, rx: 4 }), drawn("text", { x: 8, y: 15, style: "font-weight:600" }, row.kind), drawn("text", { x: 8, y: 29 }, uses.slice(0, 22)), drawn("title", {}, `${row.kind} ${row.key}`));
+    svg.append(node);
+  }
+  return svg;
+}
+
+export function matrix(found, pick) {
+  const rows = found.mac.length, columns = found.mac[0]?.length ?? 0, cell = Math.max(6, Math.min(18, 420 / Math.max(rows, columns)));
+  const svg = drawn("svg", { viewBox: `0 0 ${60 + columns * cell} ${36 + rows * cell}`, role: "img", "aria-label": "MAC matrix", style: `max-width:${1.4 * (60 + columns * cell)}px` });
+  found.mac.forEach((line, row) => line.forEach((value, column) => {
+    const made = drawn("rect", { x: 44 + column * cell, y: 20 + row * cell, width: cell, height: cell, fill: "#1f5fa8", "fill-opacity": value, stroke: "#d9dfe5", "stroke-width": 0.4, onclick: () => pick(row, column) });
+    made.append(drawn("title", {}, `mode ${row + 1} and mode ${column + 1}: MAC ${value.toFixed(3)}`));
+    svg.append(made);
+  }));
+  for (const [count, put] of [[rows, (n) => ({ x: 38, y: 20 + (n + 0.75) * cell, "text-anchor": "end" })], [columns, (n) => ({ x: 44 + (n + 0.5) * cell, y: 14, "text-anchor": "middle" })]]) {
+    const step = Math.ceil(14 / cell);
+    for (let n = 0; n < count; n += step) svg.append(drawn("text", put(n), String(n + 1)));
+  }
+  return svg;
+}

@@ -1,0 +1,207 @@
+// The page of a modal database: search, one record, two bases beside each other.
+
+import { curves, element, graph, matrix, short, spectrum } from "./charts.js";
+import { View } from "./view.js";
+
+const KINDS = ["mesh", "modes", "morph", "trajectory", "nodal", "cyclic", "wheel", "measurement", "report"];
+const byId = (id) => document.getElementById(id);
+const state = { database: "", key: "", views: [] };
+window.gudgeon = state;
+
+async function ask(path, kind = "json") {
+  const token = sessionStorage.getItem("token");
+  const answer = await fetch(path, { headers: token ? { Authorization: `Bearer ${token}` } : {} });
+  if (answer.status === 401) byId("login").hidden = false;
+  if (!answer.ok) throw new Error((await answer.json()).detail);
+  return kind === "json" ? answer.json() : answer.arrayBuffer();
+}
+
+const base = () => `../${state.database}`;
+const record = (key) => `${base()}/records/${key}`;
+
+async function told(work) {
+  byId("message").textContent = "";
+  try {
+    return await work();
+  } catch (error) {
+    byId("message").textContent = error.message;
+    return undefined;
+  }
+}
+
+async function search() {
+  const asked = new URLSearchParams({ limit: 300 });
+  for (const [name, value] of new FormData(byId("search"))) {
+    if (value && name === "since") asked.set(name, new Date(value).getTime() / 1000);
+    else if (value) asked.append(name, value);
+  }
+  const rows = await ask(`${base()}/records?${asked}`);
+  byId("count").textContent = `${rows.length === 300 ? "the newest 300" : rows.length} records`;
+  byId("records").replaceChildren(...rows.map(item));
+}
+
+function item(row) {
+  const parts = [...new Set(row.uses.map((use) => use[1]))].join(", "), scenes = [...new Set(row.uses.map((use) => use[0]))].join(", ");
+  const button = element("button", { type: "button", "data-key": row.key, onclick: () => open(row.key) },
+    element("span", { class: "what" }, row.kind), element("span", {}, parts || row.key.slice(0, 12)), element("small", {}, bytes(row.size)),
+    element("small", { class: "wide" }, `${new Date(1000 * row.made).toLocaleString()}  ${scenes}  `, ...row.tags.map((tag) => element("span", { class: "tag" }, tag))));
+  return element("li", {}, button);
+}
+
+function bytes(size) {
+  return size < 1e6 ? `${short(Math.round(size / 1e3))} kB` : `${short(Number((size / 1e6).toPrecision(3)))} MB`;
+}
+
+function open(key) {
+  location.hash = `${state.database}/${key}`;
+}
+
+async function show(key) {
+  state.key = key;
+  for (const one of document.querySelectorAll("#records button")) one.setAttribute("aria-current", String(one.dataset.key === key));
+  const place = byId("record");
+  const [info, related] = await Promise.all([ask(`${record(key)}/info`), ask(`${record(key)}/graph`)]);
+  if (state.key !== key) return;
+  state.views = [];
+  const own = related.records.find((row) => row.key === key);
+  place.replaceChildren(
+    element("h2", {}, `${info.kind} `, ...(own?.tags ?? []).map((tag) => element("span", { class: "tag" }, tag))),
+    element("p", { class: "faint" }, `${key}, ${bytes(info.size)}`));
+  place.scrollTop = 0;
+  if (info.kind === "modes") await told(() => modes(place, key));
+  if (info.kind === "mesh" || info.kind === "morph") await told(() => still(place, key));
+  if (info.kind === "trajectory") await told(() => run(place, key, info));
+  place.append(element("h3", {}, "provenance"), graph(related, key, open));
+  if (related.left_out) place.append(element("p", { class: "faint" }, `and ${related.left_out} more`));
+  place.append(element("h3", {}, "made from"), table(flat(info.inputs)), element("h3", {}, "arrays"),
+    table(info.fields.map((row) => [row.path, row.shape.join(" × "), bytes(row.bytes)])));
+  place.focus({ preventScroll: true });
+}
+
+function flat(inputs, prefix = "") {
+  return Object.entries(inputs).flatMap(([name, value]) =>
+    value && typeof value === "object" && !Array.isArray(value) && Object.keys(value).length
+      ? flat(value, `${prefix}${name}.`) : [[`${prefix}${name}`, JSON.stringify(value).slice(0, 160)]]);
+}
+
+function table(rows, heads) {
+  const cells = (row, name) => element("tr", {}, ...row.map((text, n) => element(name, { class: n && typeof text === "number" ? "number" : null }, typeof text === "number" ? short(text) : String(text))));
+  return element("div", { class: "scroll" }, element("table", {}, ...(heads ? [cells(heads, "th")] : []), ...rows.map((row) => cells(row, "td"))));
+}
+
+const numbers = (text, Kind) => new Kind(Uint8Array.from(atob(text), (one) => one.charCodeAt(0)).buffer);
+
+async function stageOf(key, title) {
+  const stage = element("div", { class: "stage" }, element("p", {}, title)), skin = await ask(`${record(key)}/skin`);
+  const view = new View(stage);
+  view.show({ points: numbers(skin.points, Float32Array), triangles: numbers(skin.triangles, Uint32Array) });
+  state.views.push(view);
+  return { stage, view };
+}
+
+async function still(place, key) {
+  const { stage, view } = await stageOf(key, "");
+  view.coloured = false;
+  place.append(stage);
+}
+
+async function modes(place, key) {
+  const found = await ask(`${record(key)}/spectrum`);
+  const choice = element("select", { id: "mode", onchange: () => pick(Number(choice.value)) },
+    ...found.frequencies.slice(0, found.normal_count).map((one, mode) => element("option", { value: mode }, `${mode + 1}: ${short(one)} Hz`)));
+  const scale = element("input", { id: "scale", type: "range", min: 0, max: 0.4, step: 0.01, value: 0.15, oninput: () => sized() });
+  const colour = element("input", { id: "colour", type: "checkbox", checked: "", onchange: () => state.views.forEach((one) => (one.coloured = colour.checked)) });
+  const stop = element("button", { id: "stop", type: "button", onclick: () => state.views.forEach((one) => (one.running = !one.running)) }, "stop, go");
+  const others = (await ask(`${base()}/records?kind=modes&limit=200`)).filter((row) => row.key !== key);
+  const beside = element("select", { id: "beside", onchange: () => told(() => compare(beside.value)) }, element("option", { value: "" }, "nothing"),
+    ...others.map((row) => element("option", { value: row.key }, `${row.uses[0]?.join(", ") ?? ""} ${row.key.slice(0, 12)}`)));
+  const stages = element("div", { class: "columns" }), below = element("div", {});
+  const sized = () => state.views.forEach((one) => (one.scale = Number(scale.value)));
+  let second = null;
+
+  const shaped = async (view, from, mode) => view.vibrate(new Float32Array(await ask(`${record(from)}/skin/${mode}`, "bytes")));
+  async function pick(mode, other) {
+    choice.value = mode;
+    await told(async () => {
+      await shaped(first.view, key, mode);
+      if (second) await shaped(second.view, second.key, other ?? Math.min(second.best[mode] ?? mode, second.count - 1));
+    });
+  }
+  async function compare(other) {
+    second?.stage.remove();
+    below.replaceChildren();
+    state.views = [first.view];
+    second = null;
+    if (!other) return;
+    const result = await ask(`${record(key)}/mac/${other}`);
+    const made = await stageOf(other, `beside: ${other.slice(0, 12)}`);
+    second = { ...made, key: other, count: result.frequencies[1].length, best: result.modes.map((row) => (row.other ?? row.mode) - 1) };
+    stages.append(made.stage);
+    sized();
+    below.append(element("div", { class: "columns" },
+      element("div", {}, element("h3", {}, "MAC matrix: this basis downwards, the other one to the right"), matrix(result, pick)),
+      element("div", {}, element("h3", {}, "which mode is which"), table(result.modes.map((row) => [row.mode, row.frequency, row.other ?? "–", row.change === null ? "" : `${(100 * row.change).toFixed(2)} %`, row.mac]), ["mode", "[Hz]", "other", "change", "MAC"]))));
+    await pick(Number(choice.value));
+  }
+
+  const controls = element("div", { class: "controls" }, element("label", {}, "mode ", choice), element("label", {}, "scale ", scale),
+    element("label", {}, colour, " colour by displacement ", element("span", { class: "scale" })), stop, element("label", {}, "beside ", beside));
+  place.append(element("h3", {}, "frequencies"), spectrum(found, (mode) => pick(mode)), element("h3", {}, "shape"), controls, stages, below);
+  const first = await stageOf(key, "drag or arrow keys: turn; wheel, + and −: zoom; space: stop");
+  stages.append(first.stage);
+  sized();
+  await pick(0);
+}
+
+async function run(place, key, info) {
+  const field = async (path) => ask(`${record(key)}/field/${path.split("/").map(encodeURIComponent).join("/")}?format=json`);
+  const times = (await field("times")).values, contacts = info.fields.filter((row) => /^contacts\/[^/]+\/force$/.test(row.path));
+  const series = [];
+  for (const row of contacts.slice(0, 6)) {
+    const { values } = await field(row.path);
+    series.push({ name: row.path.split("/")[1], values: times.map((_, at) => Math.hypot(values[3 * at], values[3 * at + 1], values[3 * at + 2])) });
+  }
+  if (series.length) place.append(element("h3", {}, "contact forces"), curves(times, series, { x: "time [s]", y: "force [N]", title: "contact forces" }));
+  const energies = await field("energies"), columns = energies.shape[1];
+  const named = ["kinetic", "strain", "contact", "dissipated", "work of loads"].slice(0, columns);
+  place.append(element("h3", {}, "energies"), curves(times, named.map((name, n) => ({ name, values: times.map((_, at) => energies.values[columns * at + n]) })), { x: "time [s]", y: "energy [J]", title: "energies" }));
+  const quantities = JSON.parse(info.attributes.quantities ?? "{}");
+  place.append(element("h3", {}, `result: ${info.attributes.result}`), table(Object.entries(quantities).map(([name, one]) => [name, one.value, one.unit])));
+}
+
+async function start() {
+  const health = await ask("../health");
+  const place = byId("database");
+  place.replaceChildren(...health.databases.map((name) => element("option", {}, name)));
+  for (const kind of KINDS) document.querySelector("#search select[name=kind]").append(element("option", {}, kind));
+  byId("login").hidden = !health.token_needed || Boolean(sessionStorage.getItem("token"));
+  state.database = health.databases[0];
+  await follow(true);
+}
+
+async function follow(fresh) {
+  const [database, key] = location.hash.slice(1).split("/");
+  const before = state.database;
+  if (database && [...byId("database").options].some((one) => one.value === database)) state.database = database;
+  byId("database").value = state.database;
+  if (fresh || before !== state.database) await told(search);
+  if (key) await told(() => show(key));
+  document.body.dataset.ready = key ?? "list";
+}
+
+byId("search").addEventListener("submit", (event) => { event.preventDefault(); told(search); });
+byId("database").addEventListener("change", (event) => { location.hash = event.target.value; });
+byId("login").addEventListener("submit", (event) => {
+  event.preventDefault();
+  sessionStorage.setItem("token", byId("token").value);
+  byId("login").hidden = true;
+  told(() => follow(true));
+});
+byId("records").addEventListener("keydown", (event) => {
+  const step = { ArrowDown: 1, ArrowUp: -1 }[event.key], all = [...document.querySelectorAll("#records button")];
+  if (!step) return;
+  event.preventDefault();
+  all[all.indexOf(document.activeElement) + step]?.focus();
+});
+window.addEventListener("hashchange", () => follow(false));
+told(start);

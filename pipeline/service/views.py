@@ -1,0 +1,118 @@
+"""What the page asks for beside records: skins and shapes, provenance as a graph, MAC matrices; and the page itself."""
+
+from importlib.resources import files
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path
+from fastapi.responses import JSONResponse, RedirectResponse, Response
+
+from gudgeon.modaldb.stores.folder import FolderStore
+from gudgeon.modaldb.stores.query import Entry
+from gudgeon.pipeline.comparison.modes import compare_modes
+from gudgeon.pipeline.service import arrays, skin
+from gudgeon.pipeline.service.context import KEY, PROBLEMS, Key, Reader
+from gudgeon.pipeline.service.files import headers_of
+
+router = APIRouter(prefix="/{database}", tags=["views"])
+page = APIRouter(include_in_schema=False)
+PAGE = files("gudgeon.pipeline.service") / "page"
+TYPES = {"html": "text/html; charset=utf-8", "js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8"}
+STATIC = ("page.js", "view.js", "charts.js", "page.css", "vendor/three.module.js", "vendor/three.core.js")
+POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:"
+"""What the page may load: nothing that is not of this server."""
+MOST_RELATED = 100
+"""Records of a graph."""
+
+
+@router.get("/records/{key}/skin", responses=PROBLEMS)
+def get_skin(key: Key, asked: Reader) -> JSONResponse:
+    """Return the outside of the mesh of a record of modes, of a design or of a mesh, as triangles."""
+    return JSONResponse(skin.skin_json(_mesh(asked.store, key)), headers=headers_of(key))
+
+
+@router.get(
+    "/records/{key}/skin/{mode}", response_class=Response,
+    responses=PROBLEMS | {200: {"content": {"application/octet-stream": {}}, "description": "float32, point by point"}},
+)  # fmt: skip
+def get_shape(key: Key, mode: Annotated[int, Path(ge=0, le=10**6)], asked: Reader) -> Response:
+    """Return a mode shape at the points of the skin, scaled to a largest displacement of 1; modes count from 0."""
+    nodes = skin.skin_of(_mesh(asked.store, key)).nodes
+    with asked.store.opened(key, "modes") as (source, head):
+        dataset = arrays.dataset_of(head, "shapes")
+        column = arrays.chosen(str(mode), dataset.shape[2], "mode")
+        found = arrays.read_part(source, dataset, nodes, column)[:, :, 0]
+    return Response(skin.shape_bytes(found), 200, headers_of(key), "application/octet-stream")
+
+
+def _mesh(store: FolderStore, key: str) -> Any:
+    with store.opened(key) as (_, head):
+        mesh = key if head.kind == "mesh" else head.root.attributes.get("mesh_key")
+        if not isinstance(mesh, str):
+            raise arrays.Wrong(f"a {head.kind} record has no mesh")
+    return store.get(mesh, "mesh", only=["nodes", "cells", "cell_type"])
+
+
+@router.get("/records/{key}/graph", responses=PROBLEMS)
+def get_graph(key: Key, asked: Reader) -> dict[str, Any]:
+    """Return what a record was made from, directly or not, and what was made from it, as rows and pairs of keys."""
+    with asked.store.opened(key):
+        pass
+    entries = {one.key: one for one in asked.store.find()}
+    makes: dict[str, list[str]] = {}
+    for one in entries.values():
+        for target in one.refers:
+            makes.setdefault(target, []).append(one.key)
+    above = _reached(key, lambda one: entries[one].refers if one in entries else ())
+    below = _reached(key, lambda one: makes.get(one, ()))
+    found = [one for one in dict.fromkeys([*above, *below]) if one in entries][:MOST_RELATED]
+    rows = [_row(entries[one]) for one in found]
+    edges = [[target, one] for one in found for target in entries[one].refers if target in found]
+    return {"records": rows, "edges": edges, "left_out": max(len({*above, *below}) - len(found), 0)}
+
+
+def _reached(key: str, following: Any) -> list[str]:
+    found: dict[str, None] = {}
+    rest = [key]
+    while rest:
+        one = rest.pop(0)
+        if one not in found:
+            found[one] = None
+            rest += following(one)
+    return list(found)
+
+
+def _row(one: Entry) -> dict[str, Any]:
+    return {"key": one.key, "kind": one.kind, "made": one.made, "uses": [list(use) for use in one.uses],
+            "tags": list(one.tags)}  # fmt: skip
+
+
+@router.get("/records/{key}/mac/{other}", responses=PROBLEMS)
+def get_mac(key: Key, other: Annotated[str, Path(pattern=KEY)], asked: Reader) -> dict[str, Any]:
+    """Return the MAC matrix of the normal modes of two bases, and which mode is which."""
+    return compare_modes(asked.store, key, other).as_json()
+
+
+@page.get("/")
+def first() -> Response:
+    """Lead to the page."""
+    return RedirectResponse("page/", 307)
+
+
+@page.get("/page/")
+def html() -> Response:
+    """Return the page."""
+    return _file("page.html")
+
+
+@page.get("/page/{name:path}")
+def static(name: str) -> Response:
+    """Return one of the page's files."""
+    if name not in STATIC:
+        raise arrays.Wrong(f"the page has no file '{name[:80]}'", 404)
+    return _file(name)
+
+
+def _file(name: str) -> Response:
+    text = (PAGE / name).read_bytes()
+    headers = {"Content-Security-Policy": POLICY, "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
+    return Response(text, 200, headers, TYPES[name.rpartition(".")[2]])

@@ -1,0 +1,174 @@
+"""The page in headless Chromium, clicked and typed at by Playwright, at two sizes; nothing leaves the machine."""
+
+import shutil
+import time
+from collections.abc import Iterator
+from importlib.util import find_spec
+from typing import Any
+
+import pytest
+
+pytest.importorskip("fastapi", reason="the extra 'service' is not installed")
+if find_spec("playwright") is None:
+    pytest.skip("playwright is not installed", allow_module_level=True)
+
+import gudgeon
+from gudgeon.pipeline.gudgeon import run
+from tests.pipeline.service.serving import TOKEN, served
+from tests.pipeline.small import write_scene
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SIZES = {"wide": (1366, 900), "narrow": (420, 800)}
+SOON = 20_000
+"""Longest wait for something to appear [ms]."""
+
+
+@pytest.fixture(scope="module")
+def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A server with a run, and the modes of a coarser mesh, which have a tag."""
+    folder = tmp_path_factory.mktemp("page")
+    scene, places = write_scene(folder / "skirt"), {"db": folder / "db", "out": folder / "out"}
+    run(scene, until="solve", **places)
+    coarse = run(scene, until="modes", set={"component.skirt.mesh.size": 0.016}, **places)
+    gudgeon.open(folder / "db").tag("coarse", coarse.stages["modes"].keys["skirt"])
+    with served(folder / "db") as place:
+        yield place
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if found is None:
+        pytest.skip("Chromium is not installed: run `make browser`")
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=found, args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(params=SIZES)
+def page(request: pytest.FixtureRequest, browser: Any, url: str) -> Iterator[Any]:
+    """The page with the token given; afterwards no complaint must be in its log, and no request to elsewhere."""
+    width, height = SIZES[request.param]
+    found = browser.new_page(viewport={"width": width, "height": height})
+    complaints, asked = [], []
+    # A refusal, which the page tells its user, is an error on the console, too.
+    found.on(
+        "console",
+        lambda one: complaints.append(one.text) if one.type == "error" and "a status of 4" not in one.text else None,
+    )
+    found.on("pageerror", lambda error: complaints.append(str(error)))
+    found.on("request", lambda one: asked.append(one.url))
+    found.goto(url)
+    found.wait_for_selector("#login:not([hidden])", timeout=SOON)
+    found.fill("#token", TOKEN)
+    found.press("#token", "Enter")
+    found.wait_for_selector("#records button", timeout=SOON)
+    yield found
+    found.close()
+    assert complaints == []
+    assert {one.partition("/page")[0].partition("/default")[0].rstrip("/") for one in asked
+            if not one.startswith("data:")} <= {url, f"{url}/health"}  # fmt: skip
+
+
+def until(page: Any, condition: str) -> None:
+    """Wait until an expression is true; the page's policy forbids Playwright's own way, which evaluates texts in it."""
+    end = time.monotonic() + SOON / 1000
+    while not page.evaluate(condition):
+        assert time.monotonic() < end, condition
+        page.wait_for_timeout(50)
+
+
+def texts(page: Any, place: str) -> list[str]:
+    return page.locator(place).all_inner_texts()
+
+
+def picture(page: Any, place: str = "canvas") -> bytes:
+    return page.locator(place).first.screenshot()
+
+
+def test_a_search_and_a_click(page: Any) -> None:
+    assert len(texts(page, "#records button")) == 6
+    page.select_option("select[name=kind]", "modes")
+    page.fill("input[name=where]", "material.rho>1000")
+    page.click("#search button")
+    until(page, "document.querySelectorAll('#records button').length === 2")
+    page.fill("input[name=where]", "material.rho>1e6")
+    page.press("input[name=where]", "Enter")
+    until(page, "document.querySelectorAll('#records button').length === 0")
+    page.fill("input[name=where]", "nonsense")
+    page.press("input[name=where]", "Enter")
+    until(page, "document.getElementById('message').textContent.includes('where')")
+
+
+def test_a_mode_is_drawn_and_moves(page: Any) -> None:
+    page.click("#records button:has-text('coarse')")
+    until(page, "window.gudgeon.views[0]?.frames > 5")
+    until(page, "document.querySelectorAll('#record svg .bar').length === 8")
+    first = picture(page)
+    page.wait_for_timeout(400)
+    assert picture(page) != first  # It vibrates.
+    page.click("#stop")
+    page.evaluate("window.gudgeon.views[0].phase = 0.3")
+    page.wait_for_timeout(200)
+    still = picture(page)
+    page.wait_for_timeout(300)
+    assert picture(page) == still
+    page.select_option("#mode", "4")
+    page.wait_for_timeout(500)
+    assert picture(page) != still
+    page.focus("canvas")
+    before = page.evaluate("window.gudgeon.views[0].turn.about")
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("window.gudgeon.views[0].turn.about") > before
+    page.uncheck("#colour")
+    assert page.evaluate("window.gudgeon.views[0].uniforms.coloured.value") == 0
+    page.fill("#scale", "0.4")
+    amplitude = page.evaluate("window.gudgeon.views[0].uniforms.amplitude.value / window.gudgeon.views[0].radius")
+    assert amplitude == pytest.approx(0.4)
+
+
+def test_two_bases_beside_each_other(page: Any) -> None:
+    page.click("#records button:has-text('coarse')")
+    page.wait_for_selector("#beside", timeout=SOON)
+    page.select_option("#beside", index=1)
+    until(page, "window.gudgeon.views.length === 2 && window.gudgeon.views[1].frames > 2")
+    page.wait_for_selector("svg[aria-label='MAC matrix'] rect", timeout=SOON)
+    assert page.locator("svg[aria-label='MAC matrix'] rect").count() == 64
+    page.locator("svg[aria-label='MAC matrix'] rect").nth(8 * 2).click()
+    until(page, "document.getElementById('mode').value === '2'")
+    page.select_option("#beside", "")
+    until(page, "window.gudgeon.views.length === 1")
+
+
+def test_a_run_and_where_it_came_from(page: Any) -> None:
+    page.click("#records button:has-text('trajectory')")
+    page.wait_for_selector("svg[aria-label='contact forces'] path", timeout=SOON)
+    page.wait_for_selector("svg .node", timeout=SOON)
+    assert page.locator("svg .node").count() == 4
+    assert "bore.impulse" in page.inner_text("#record")
+    page.locator("svg .node:has-text('modes')").click()
+    until(page, "document.querySelector('#record h2').textContent.startsWith('modes')")
+    page.go_back()
+    until(page, "document.querySelector('#record h2').textContent.startsWith('trajectory')")
+
+
+def test_by_keyboard_alone(page: Any) -> None:
+    page.focus("#records button")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    until(page, "document.querySelector('#record h2')?.textContent.startsWith('mesh')")
+    page.locator("svg .node:has-text('modes')").focus()
+    page.keyboard.press("Enter")
+    until(page, "document.querySelector('#record h2').textContent.startsWith('modes')")
+
+
+def test_nothing_is_wider_than_the_window(page: Any) -> None:
+    for kind in ("modes", "trajectory", "mesh"):
+        page.locator(f"#records button:has-text('{kind}')").first.click()
+        until(page, f"document.querySelector('#record h2')?.textContent.startsWith('{kind}')")
+        page.wait_for_selector("svg .node", timeout=SOON)
+        assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
