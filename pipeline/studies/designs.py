@@ -32,7 +32,7 @@ def sampled(parameters: Sequence[Parameter], how: Sampling) -> list[tuple[Any, .
     """Return the values of each design, in the order of the parameters.
 
     Raises:
-        InputError: there are too many designs.
+        InputError: there are too many designs, or the seed is negative.
     """
     if how.kind == "full":
         lists = [one.listed() for one in parameters]
@@ -45,6 +45,8 @@ def sampled(parameters: Sequence[Parameter], how: Sampling) -> list[tuple[Any, .
         return list(itertools.product(*lists))
     if not 1 <= how.count <= MOST:
         raise InputError(f"--{how.kind} {how.count}: allowed: 1 to {MOST} designs")
+    if how.seed < 0:
+        raise InputError(f"--seed {how.seed}: allowed: 0 or more")
     return [
         tuple(parameter.at(float(share)) for parameter, share in zip(parameters, row, strict=True))
         for row in _shares(len(parameters), how)

@@ -41,7 +41,7 @@ def _with_lists(tables: dict[str, Any], full: Mapping[str, Any], parameter: Para
         if isinstance(node, list):
             if not part.isdecimal() or int(part) >= len(node):
                 raise InputError(f"{parameter.source}: no item '{part}'; allowed: 0 to {len(node) - 1}")
-            tables = merged(_defaults(tables, parts[:depth], node), {})
+            tables = _defaults(tables, parts[:depth], node)
             node = node[int(part)]
         elif isinstance(node, Mapping) and part in node:
             node = node[part]
@@ -71,7 +71,7 @@ def _defaults(tables: dict[str, Any], parts: Sequence[str], items: list[Any]) ->
 
 def _checked(job: Any, tables: dict[str, Any], parameter: Parameter) -> Parameter:
     """Return a parameter whose values its key allows; those of a range are whole numbers where it needs them."""
-    for value in parameter.extremes():
+    for value in parameter.representatives():
         if (message := _refusal(job, tables, parameter.path, value)) is not None:
             raise InputError(f"{parameter.place(value)}: {message}")
     ends = (parameter.low, parameter.high)
@@ -82,7 +82,10 @@ def _checked(job: Any, tables: dict[str, Any], parameter: Parameter) -> Paramete
 
 
 def _refusal(job: Any, tables: dict[str, Any], path: str, value: Any) -> str | None:
-    """Return why a key does not allow a value, None where it does; contradictions with other keys do not count."""
+    """Return why a key does not allow a value, None where it does; contradictions with other keys do not count.
+
+    Where the scene has no such key yet, all that is wrong beside it counts, too.
+    """
     changed = merged(tables, nested(path.split("."), value))
     try:
         check_scene(job.path, changed, type(job.scene))
@@ -97,12 +100,12 @@ def _refusal(job: Any, tables: dict[str, Any], path: str, value: Any) -> str | N
 
 
 def _exists(job: Any, path: str) -> bool:
+    """Return whether a scene with its defaults has something at a path."""
     node: Any = job.scene.model_dump(mode="json")
     for part in path.split("."):
-        if isinstance(node, list) and part.isdecimal() and int(part) < len(node):
-            node = node[int(part)]
-        elif isinstance(node, Mapping) and part in node:
-            node = node[part]
-        else:
+        items = dict(enumerate(node)) if isinstance(node, list) else node if isinstance(node, Mapping) else {}
+        key: Any = int(part) if isinstance(node, list) and part.isdecimal() else part
+        if key not in items:
             return False
+        node = items[key]
     return True

@@ -66,7 +66,7 @@ class Parameter:
             return values[min(int(share * len(values)), len(values) - 1)]
         return self._between(share, DRAWN_DIGITS)
 
-    def extremes(self) -> tuple[Any, ...]:
+    def representatives(self) -> tuple[Any, ...]:
         """Return the values that are checked before any design runs: those of a list, and the ends of a range."""
         return self.values or tuple(dict.fromkeys(self._between(share, SPREAD_DIGITS) for share in (0.0, 1.0)))
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +27,10 @@ PREFERRED = (
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, "#8a5fb0", "#b08a2e", "#1a9aa8", style.GREY)
 FEW = 4
 """Number of values of a parameter up to which its axis has a tick at each."""
+LOG_RANGE = 30.0
+"""Ratio of the ends of a logarithmic axis, at least."""
+LABEL = 64
+"""Characters of the labels of all columns in one line."""
 CONSTANT = 1e-9
 """Relative spread below which a quantity does not depend on the designs."""
 Found = tuple[Sequence[Sequence[Any]], Mapping[int, Row]]
@@ -83,18 +86,20 @@ def _figure(
     failed = sum(row.result != Result.FINISHED.name for row in rows.values())
     parts = [f"{len(rows)} designs"]
     parts += [f"{failed} without result"] if failed else []
-    parts += [f"{left} more quantities in study.csv"] if left else []
-    height = 420 + 400 * len(shown)
+    parts += [f"{len(shown)} of {len(shown) + left} quantities"] if left else []
+    parts += [f"{len(columns)} of {len(which[0])} parameters"] if len(which[0]) > len(columns) else []
+    height = 460 + 400 * len(shown)
     figure = style.new_figure(f"Study of {name}", "  ·  ".join(parts), height=height)
-    borders = {"left": 0.15, "right": 0.975, "bottom": 145 / height, "top": 1 - 275 / height}
+    borders = {"left": 0.15, "right": 0.975, "bottom": 185 / height, "top": 1 - 275 / height}
     grid = figure.add_gridspec(len(shown), len(columns), hspace=0.14, wspace=0.08, **borders)
     axes = grid.subplots(squeeze=False, sharex="col", sharey="row")
     for column, parameter in enumerate(columns):
         lines = _lines(designs, rows, parameter, which[0])
         for quantity, here in zip(shown, axes[:, column], strict=True):
             _panel(here, quantity, lines, rows, [one[parameter] for one in designs])
-        _finish(axes[-1, column], paths[parameter], [one[parameter] for one in designs])
-        _legend(axes[0, column], lines, paths, failed > 0)
+        axes[-1, column].set_xlabel(_wrapped(paths[parameter], LABEL // len(columns)))
+        _abscissa(axes[-1, column], [one[parameter] for one in designs], 3 if len(columns) > 2 else 5)
+        _legend(axes[0, column], lines, paths, failed > 0 and column == 0)
     for quantity, here in zip(shown, axes[:, 0], strict=True):
         _label(here, quantity, rows)
     figure.align_ylabels(axes[:, 0])
@@ -103,15 +108,14 @@ def _figure(
 
 def _lines(
     designs: Sequence[Sequence[Any]], rows: Mapping[int, Row], parameter: int, varied: Sequence[int]
-) -> dict[tuple[tuple[int, str], ...], list[int]]:
-    """Return the numbers of the designs of each line, by what else varies; one entry without key: points alone."""
-    lines: dict[tuple[tuple[int, str], ...], list[int]] = {}
+) -> dict[tuple[tuple[int, str], ...] | None, list[int]]:
+    """Return the numbers of the designs of each line, by what else varies; by None where points are not joined."""
+    lines: dict[tuple[tuple[int, str], ...] | None, list[int]] = {}
     for number in sorted(rows):
         others = tuple((one, str(designs[number - 1][one])) for one in varied if one != parameter)
         lines.setdefault(others, []).append(number)
-    many = len(varied) > 1
-    if many and (len(lines) > MOST_LINES or min(map(len, lines.values())) < 2):
-        return {(): sorted(rows)}
+    if len(varied) > 1 and (len(lines) > MOST_LINES or min(map(len, lines.values())) < 2):
+        return {None: sorted(rows)}
     return lines
 
 
@@ -120,7 +124,7 @@ def _panel(
 ) -> None:
     """Draw a quantity over one parameter, with stated errors, and crosses at designs without result."""
     places = _places(values)
-    joined = len(lines) > 1 or len({*places}) == len(places)
+    joined = None not in lines
     for colour, numbers in zip(COLOURS, lines.values(), strict=False):
         done = [one for one in numbers if rows[one].result == Result.FINISHED.name and quantity in rows[one].quantities]
         done.sort(key=lambda one: places[one - 1])
@@ -145,24 +149,34 @@ def _places(values: Sequence[Any]) -> list[float]:
     return [order[str(one)] for one in values]
 
 
-def _finish(axes: Axes, path: str, values: Sequence[Any]) -> None:
-    """Label the abscissa of a column with its parameter, and its values where these are no numbers."""
+def _abscissa(axes: Axes, values: Sequence[Any], ticks: int) -> None:
+    """Set scale and ticks for the values of a parameter; those that are no numbers are named."""
     places = _places(values)
-    label = path if len(path) <= 40 else "…" + path[-39:]
-    axes.set_xlabel(label)
     names = dict(zip(places, map(str, values), strict=True))
     if not all(isinstance(one, int | float) and not isinstance(one, bool) for one in values):
         axes.set_xticks([*names], [text if len(text) < 18 else text[:16] + "…" for text in names.values()])
         axes.set_xlim(min(places) - 0.3, max(places) + 0.3)
         return
-    if len(names) <= FEW:
-        axes.set_xticks([*names], [f"{value:g}".replace("-", "−") for value in names])
-        return
-    ratios = [b / a for a, b in pairwise(sorted({*places})) if a > 0]
-    if len(ratios) > 1 and min(places) > 0 and max(places) / min(places) > 30:
+    low, high, middle = min(places), max(places), float(np.median([*names]))
+    if low > 0 and high / low > LOG_RANGE and middle**2 < math.sqrt(low * high) * (low + high) / 2:
         axes.set_xscale("log")
+    elif len(names) <= FEW:
+        axes.set_xticks([*names])
     else:
-        axes.xaxis.set_major_locator(MaxNLocator(5))
+        axes.xaxis.set_major_locator(MaxNLocator(ticks))
+    if axes.get_xscale() == "linear":
+        axes.xaxis.set_major_formatter(lambda value, position: f"{value:.6g}".replace("-", "−").replace("e+", "e"))
+
+
+def _wrapped(path: str, width: int) -> str:
+    """Return a path in lines of a width at most, broken before points."""
+    lines = [""]
+    for number, part in enumerate(path.split(".")):
+        word = f".{part}" if number else part
+        if lines[-1] and len(lines[-1]) + len(word) > width:
+            lines.append("")
+        lines[-1] += word if len(word) <= width else word[: width - 1] + "…"
+    return "\n".join(lines)
 
 
 def _legend(axes: Axes, lines: Mapping[Any, Sequence[int]], paths: Sequence[str], failed: bool) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import write_sealed
 from gudgeon.pipeline.kinds import open_job
-from gudgeon.pipeline.scenes.reading import override_text
+from gudgeon.pipeline.scenes.reading import override_text, override_texts
 from gudgeon.pipeline.stages.base import SceneJob
 from gudgeon.pipeline.stages.folder import claim, held
 from gudgeon.pipeline.stages.run_report import Progress
@@ -116,13 +116,14 @@ def study(
 def _texts(vary: Sequence[str] | Mapping[str, Any]) -> list[str]:
     """Return the texts of parameters that are given as texts or as a mapping."""
     if not isinstance(vary, Mapping):
-        return [vary] if isinstance(vary, str) else list(vary)
+        return [vary] if isinstance(vary, str) else override_texts(vary)
     found = []
     for path, values in vary.items():
         if isinstance(values, str):
             found.append(f"{path}={values}")
             continue
-        listed = values.tolist() if hasattr(values, "tolist") else list(values)
+        listed = values.tolist() if hasattr(values, "tolist") else values
+        listed = list(listed) if isinstance(listed, Iterable) and not isinstance(listed, Mapping) else [listed]
         found.append(f"{path}={override_text(path, listed).partition('=')[2].strip()[1:-1]}")
     return found
 
@@ -171,6 +172,8 @@ def _designs(asked: Asked) -> tuple[list[Parameter], list[tuple[Any, ...]]]:
 
 
 def _workers(asked: Asked) -> Workers:
+    if asked.jobs is not None and asked.jobs < 1:
+        raise InputError(f"study: jobs: {asked.jobs} given; allowed: 1 or more")
     if asked.executor is None:
         return processes(asked.jobs or len(os.sched_getaffinity(0)))
     if isinstance(asked.executor, str):

@@ -104,6 +104,8 @@ def test_random_designs_are_within_their_ranges() -> None:
     designs = sampled(parse_parameters(["a.b=5:2", "a.c=1e-6:1:log"], drawn=True), Sampling("random", 200, 1))
     assert all(2 <= one <= 5 for one, _ in designs)
     assert 0.3 < sum(other < 1e-3 for _, other in designs) / 200 < 0.7
+    with pytest.raises(InputError, match="--seed -1: allowed: 0 or more"):
+        sampled(parse_parameters(["a.b=5:2"], drawn=True), Sampling("latin", 3, -1))
     with pytest.raises(InputError, match="--random 0: allowed: 1 to"):
         sampled(parse_parameters(["a.b=5:2"], drawn=True), Sampling("random", 0))
 

@@ -328,6 +328,11 @@ def test_function_takes_arrays_and_texts(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="allowed: one of them"):
         done(scene, VELOCITIES, tmp_path, random=2, latin=2)
     assert len(done(scene, {VELOCITY: "1:2"}, tmp_path, latin=3, seed=1).table.rows) == 3
+    assert len(done(scene, {VELOCITY: 1.0}, tmp_path).table.rows) == 1
+    with pytest.raises(InputError, match=r"set: 5 given; allowed: texts"):
+        done(scene, [5], tmp_path)
+    with pytest.raises(InputError, match="jobs: 0 given; allowed: 1 or more"):
+        done(scene, VELOCITIES, tmp_path, jobs=0)
 
 
 def test_progress_is_the_share_of_what_was_missing(tmp_path: Path) -> None:
