@@ -38,6 +38,8 @@ class Flexibility:
         self._weight = 1 / np.sqrt(mass)[:, None]
         free = model.free
         self._places, self._size = np.searchsorted(free, self.dofs), len(free)
+        self._rigid_free, self._M_rigid_free = self.rigid[free], self.M_rigid[free]
+        self._pinned = np.setdiff1d(np.arange(len(free)), self._places, True)
         pinned = _pinned(model.free_matrices()[0], np.setdiff1d(free, self.dofs, True), free)
         condensed = None
         if rows is not None and model.parts is None:
@@ -70,6 +72,14 @@ class Flexibility:
                 f"modes: static solutions leave {rest:.2g} of their load unbalanced, allowed: {SOLVED:g}. A part is"
                 " connected by too few nodes, the mesh has slivers, or the mesh is much finer than its shape needs"
             )
+        return answer
+
+    def displaced(self, loads: np.ndarray) -> np.ndarray:
+        """Return G·loads over the free dofs, (free, k), unchecked; the loads [N] are overwritten."""
+        loads -= self._M_rigid_free @ (self._rigid_free.T @ loads)
+        loads[self._pinned] = 0.0
+        answer = self.factor.solve(loads)
+        answer -= self._rigid_free @ (self._M_rigid_free.T @ answer)
         return answer
 
     def solve(self, forces: np.ndarray) -> np.ndarray:

@@ -6,12 +6,14 @@ Rigid modes that the supports leave are deflated. The modes are zero where the b
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from gudgeon.pipeline.errors import StageError
 from gudgeon.pipeline.fem.model import FEModel, LineStiffness
 from gudgeon.pipeline.linalg import EvenedFactor, factorise
 from gudgeon.pipeline.modes import slepc
-from gudgeon.pipeline.modes.block_method import block_pairs
+from gudgeon.pipeline.modes.block_method import block_pairs, suits
+from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.lanczos import SPARE, lanczos_pairs, lower_shift
 from gudgeon.pipeline.modes.problem import Pairs, Problem, count_shift
 
@@ -38,8 +40,11 @@ def largest_count(model: FEModel) -> int:
     return len(model.free) - len(model.rigid_twists) - 3
 
 
-def normal_modes(model: FEModel, count: int) -> NormalModes:
+def normal_modes(model: FEModel, count: int, flexibility: Flexibility | None = None) -> NormalModes:
     """Return the lowest `count` elastic modes.
+
+    Args:
+        flexibility: Of the model, if it is factorised already.
 
     Raises:
         StageError: rigid and elastic modes cannot be separated, a mode was missed, or a residual is too large.
@@ -51,7 +56,7 @@ def normal_modes(model: FEModel, count: int) -> NormalModes:
         )
     problem = Problem.of(model)
     floor = np.finfo(float).eps * problem.highest
-    pairs = _pairs(model, problem, count)
+    pairs = _pairs(model, problem, count, flexibility)
     values, vectors = pairs.values, pairs.vectors[:, :count]
     if floor > MIXING_LIMIT * values[0]:
         raise StageError(
@@ -92,10 +97,15 @@ def _unmixed(parts: LineStiffness, Phi: np.ndarray) -> tuple[np.ndarray, np.ndar
     return Phi, values
 
 
-def _pairs(model: FEModel, problem: Problem, count: int) -> Pairs:
+def shared_flexibility(model: FEModel, rows: sparse.csr_matrix, count: int) -> Flexibility | None:
+    """Return the flexibility of a model at rows (c, dofs) if `normal_modes` takes it for so many modes, else None."""
+    return Flexibility(model, rows) if slepc.command() is None and suits(model, count) else None
+
+
+def _pairs(model: FEModel, problem: Problem, count: int, flexibility: Flexibility | None) -> Pairs:
     """Return the lowest pairs by SLEPc if the environment configures it, else by the block method or Lanczos."""
     if slepc.command() is None:
-        return block_pairs(model, problem, count) or lanczos_pairs(model, problem, count)
+        return block_pairs(model, problem, count, flexibility) or lanczos_pairs(model, problem, count)
     shift = lower_shift(model, problem)
     return Pairs(*slepc.slepc_pairs(problem.K, problem.M, problem.rigid, shift, count + SPARE))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
-from gudgeon.pipeline.modes.normal import normal_modes
+from gudgeon.pipeline.modes.normal import normal_modes, shared_flexibility
 from gudgeon.pipeline.reduction.methods.craig_bampton import LARGEST_BOUNDARY
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, completed
 from gudgeon.pipeline.scenes.modes import ModesSettings
@@ -19,7 +19,11 @@ from gudgeon.pipeline.scenes.modes import ModesSettings
 
 def macneal(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
     """Reduce a body to its lowest normal modes and static correction."""
-    return completed(model, rows, normal_modes(model, settings.normal_count))
+    flexibility = shared_flexibility(model, rows.B, settings.normal_count)
+    reduction = completed(model, rows, normal_modes(model, settings.normal_count, flexibility), flexibility)
+    if flexibility is not None:
+        flexibility.free()
+    return reduction
 
 
 def normal_static(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
