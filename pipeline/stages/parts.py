@@ -33,18 +33,23 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
     from gudgeon.pipeline.fem.assemble import build_model
     from gudgeon.pipeline.fem.elements.materials import densities
     from gudgeon.pipeline.fem.elements.solid import mass_properties
+    from gudgeon.pipeline.interfaces.point_mass import with_point_masses
 
     material = component.material
     solid = mesh.cell_type == "tetra10" and mesh.system is None
+    where = f"component.{name}"
     if solid and material is not None:
-        properties = mass_properties(mesh, densities(mesh, material))
+        own = properties = mass_properties(mesh, densities(mesh, material))
     else:
-        properties = build_model(mesh, material, (), f"component.{name}", component.geometry).properties
+        own = properties = build_model(mesh, material, (), where, component.geometry).properties
+    if component.point_mass:
+        model = build_model(mesh, material, (), where, component.geometry)
+        properties = with_point_masses(model, component, where).properties
     return {
         "nodes": len(mesh.nodes),
         "cells": len(mesh.cells),
         "extents": np.ptp(mesh.nodes, axis=0).tolist(),
-        "volume": _volume(mesh, material, properties.mass),
+        "volume": _volume(mesh, material, own.mass),
         "mass": properties.mass,
         "centre": properties.centre.tolist(),
         "principal_inertia": np.linalg.eigvalsh(properties.inertia).tolist(),
