@@ -61,5 +61,7 @@ class MeshRecord:
     `vertex`, a rigid body without mesh. Only with a `system`: `tetra`, `hexahedron`, `hexahedron20`, `wedge15`, solids
     whose cells are only drawn; `nodes`, points without cells."""
     surfaces: dict[str, Surface]
+    volumes: dict[str, Array] = field(default_factory=dict, metadata=rule("k'", "int", below="e"))
+    """Cells of each named part of a solid of several, (k,) each."""
     system: SystemMatrices | None = None
     """Matrices that were read, not assembled from the cells."""

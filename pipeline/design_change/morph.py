@@ -97,14 +97,14 @@ def reuse(
     modal: ModalRecord,
     surfaces: dict[str, str],
     movement: Movement,
-    rho: float,
+    rho: float | np.ndarray,
 ) -> MorphRecord:
     """Return the design record with the modes of the original design, moved nodes and contact points, and new mass.
 
     Args:
         keys: Of the mesh and of the modes.
         surfaces: The surface of each interface with contact points.
-        rho: Density [kg/m^3].
+        rho: Density, or that of each element (e,) [kg/m^3].
 
     Raises:
         InputError: supports leave some rigid motions but not all, or the profile does not fit the mesh.

@@ -8,6 +8,7 @@ from gudgeon.pipeline.exporters import abaqus, exudyn, nastran, numpy_file, uff
 from gudgeon.pipeline.exporters.reduced import ReducedBody, reduced_body
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.interfaces.point_mass import with_point_masses
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
@@ -36,6 +37,7 @@ def export_part(job: Job, name: str, form: str) -> list[Path]:
                 )
             where = f"component.{job.scene.component_of(name)}"
             model = build_model(body.mesh, component.material, (), where, component.geometry)
+            model = with_point_masses(model, component, where)
             files = exudyn.write(body, model, folder)
         else:
             files = FORMATS[form](body, folder)

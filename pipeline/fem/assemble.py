@@ -43,6 +43,9 @@ def build_model(
         if material is None:
             raise InputError(f"{where}.material: is missing; an elastic body needs E, nu and rho")
         refuse_pieces(mesh, where)
+        if mesh.cell_type != "tetra10" and not material.simple:
+            key = "volumes" if material.volumes else "orthotropic"
+            raise InputError(f"{where}.material.{key}: given; allowed for solids of tet10")
         try:
             model = ASSEMBLERS[mesh.cell_type](mesh, material, geometry)
         except InputError as error:

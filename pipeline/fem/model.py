@@ -74,6 +74,8 @@ class FEModel:
     """Mass-normalised rigid motions that no support prevents: translation, rotation about the centre, (r, 6)."""
     held: np.ndarray
     """Which dofs a support holds at zero, (dofs,); K and M contain them too."""
+    added_mass: bool = False
+    """Whether point masses are part of M, which is then not that of the elements alone."""
     parts: LineStiffness | None = None
     """Elements of a bar or a beam, None for other bodies."""
 

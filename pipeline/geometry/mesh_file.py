@@ -40,8 +40,8 @@ FLAT = 1e-9
 MID_REACH = 0.35
 """How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
 SOLIDS = ("tetra", "tetra10")
-FACETS = {1: ("line", "line3"), 2: ("triangle", "triangle6")}
-"""Types of the cells that can name a boundary, by their dimension."""
+FACETS = {1: ("line", "line3"), 2: ("triangle", "triangle6"), 3: SOLIDS}
+"""Types of the cells that can name a boundary or a volume, by their dimension."""
 READABLE = "allowed: .msh (saved without Mesh.SaveAll), .inp, .vtu, .unv, .med, .bdf, .cdb or another format of meshio"
 
 
@@ -96,7 +96,7 @@ class MeshFile(Strict):
         if straight:
             _lift(nodes, facets, shapes)
         surfaces = {name: Surface(facets[name], (fitted | shapes)[name]) for name in facets}
-        record = MeshRecord(nodes, cells, "tetra10", surfaces)
+        record = MeshRecord(nodes, cells, "tetra10", surfaces, _named_cells(mesh, number, cells))
         refuse_pieces(record, self.path)
         return record
 
@@ -232,6 +232,16 @@ def named_facets(mesh: Any, number: np.ndarray, facets: np.ndarray, dimension: i
     for name, nodes in sets.items():
         found.setdefault(name.strip('"'), np.asarray(np.isin(facets, number[nodes]).all(axis=1)))
     return {name: chosen for name, chosen in found.items() if chosen.any()}
+
+
+def _named_cells(mesh: Any, number: np.ndarray, cells: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the cells of each named volume of a file, by sets of tetrahedra; `number` as of `named_facets`."""
+    corners, found = np.sort(cells[:, :4], axis=1), {}
+    for name, chosen in _facet_sets(mesh, 3).items():
+        rows = np.concatenate([corners, np.sort(number[chosen], axis=1)])
+        code = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
+        found[name] = np.flatnonzero(np.isin(code[: len(corners)], code[len(corners) :]))
+    return found
 
 
 def _marks(name: str, values: np.ndarray) -> bool:

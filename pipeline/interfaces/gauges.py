@@ -5,12 +5,16 @@ A beam's stress at a fibre is σ = E z θ′, −E z w″ without shear; a solid
 load on the rows of B with any number of coordinates.
 """
 
+import contextlib
+
 import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.beam import turn_gradient
+from gudgeon.pipeline.fem.elements.materials import material_parts
+from gudgeon.pipeline.fem.elements.reference import DIMENSIONS
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.geometry.cells import FACES, side_counts
@@ -47,17 +51,48 @@ def gauge_rows(model: FEModel, component: Component, where: str) -> dict[str, sp
         if isinstance(component.geometry, Beam):
             found[name] = sparse.csr_matrix(gauge_row(mesh, component.geometry, material, gauge))
             continue
-        law = complete_strain(material, getattr(component.geometry, "state", "solid"))
+        if mesh.cell_type not in DIMENSIONS:
+            raise InputError(f"{where}.gauge.{name}: given, but stress needs elements of ten nodes, the part has"
+                             f" {mesh.cell_type}")  # fmt: skip
+        own, part, around = _part_of(mesh, material, gauge, f"{where}.gauge.{name}")
+        law = complete_strain(own, getattr(component.geometry, "state", "solid"))
         if gauge.quantity != "strain":
-            law = hooke(material) @ law
+            law = hooke(own) @ law
         if gauge.point is not None:
-            nodes, N = interpolation(mesh, np.array(gauge.point), f"{where}.gauge.{name}.point")
+            nodes, N = interpolation(part, np.array(gauge.point), f"{where}.gauge.{name}.point")
             mean = sparse.kron(sparse.csr_matrix(N), law)
         else:
             nodes = gauge_nodes(mesh, gauge, f"{where}.gauge.{name}.surface")
+            nodes = nodes if part is mesh else np.searchsorted(around, nodes)
             mean = sparse.kron(sparse.eye(len(nodes)), law)
-        found[name] = model.on_dofs(sparse.csr_matrix(mean @ strain_rows(mesh, nodes)))
+        rows = sparse.csr_matrix(mean @ strain_rows(part, nodes)).tocoo()
+        columns = 3 * around[rows.col // 3] + rows.col % 3
+        shape = (rows.shape[0], 3 * len(mesh.nodes))
+        found[name] = model.on_dofs(sparse.csr_matrix((rows.data, (rows.row, columns)), shape=shape))
     return found
+
+
+def _part_of(mesh: MeshRecord, material: Material, gauge: Gauge, where: str) -> tuple[Material, MeshRecord, np.ndarray]:
+    """Return the material at a gauge, the mesh of its cells, and the nodes of these in the whole mesh.
+
+    Raises:
+        InputError: the point lies outside the part, or the surface on several materials.
+    """
+    parts = list(material_parts(mesh, material))
+    if len(parts) == 1:
+        return parts[0]
+    if gauge.point is not None:
+        interpolation(mesh, np.array(gauge.point), f"{where}.point")
+        for part in parts:
+            with contextlib.suppress(InputError):
+                interpolation(part[1], np.array(gauge.point), where)
+                return part
+    nodes = gauge_nodes(mesh, gauge, f"{where}.surface") if gauge.surface is not None else np.empty(0, int)
+    for part in parts:
+        if len(nodes) and np.isin(nodes, part[2]).all():
+            return part
+    raise InputError(f"{where}: '{gauge.surface}' given, it lies on several materials, between which stress jumps; give"
+                     " a surface of one of them")  # fmt: skip
 
 
 def gauge_nodes(mesh: MeshRecord, gauge: Gauge, where: str) -> np.ndarray:

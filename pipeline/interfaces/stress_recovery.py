@@ -13,6 +13,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.elements.materials import elasticity_matrix
 from gudgeon.pipeline.fem.elements.reference import DIMENSIONS, extrapolation, quadrature, shape_functions
 from gudgeon.pipeline.scenes.material import Material
 
@@ -84,6 +85,8 @@ def complete_strain(material: Material, state: str) -> np.ndarray:
 
 def hooke(material: Material) -> np.ndarray:
     """Return the matrix from the components of strain to those of stress [Pa], (6, 6)."""
+    if material.orthotropic is not None:
+        return elasticity_matrix(material, PAIRS, 2.0)
     lam, _ = material.lame
     D = material.E / (1 + material.nu) * np.eye(6)
     D[:3, :3] += lam

@@ -92,7 +92,7 @@ def _with_gaps(theta: np.ndarray, rho: np.ndarray, offsets: np.ndarray, between:
 
 def _mass_norms(model: FEModel, rest: np.ndarray, whole: bool) -> np.ndarray:
     """Return ‖r‖_{M⁻¹} of columns over the free dofs, or an upper bound, (m,)."""
-    if whole and model.mesh.cell_type in LUMPED and model.mesh.system is None:
+    if whole and model.mesh.cell_type in LUMPED and model.mesh.system is None and not model.added_mass:
         lumped = model.M.diagonal()[model.free]
         return np.sqrt((rest**2 / lumped[:, None]).sum(axis=0) / lumped_share(model.mesh))
     mass = model.free_matrices()[1]

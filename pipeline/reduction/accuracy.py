@@ -12,6 +12,7 @@ from gudgeon.pipeline.modes.bounds import algebraic_errors, residuals
 from gudgeon.pipeline.modes.estimate import discretisation_errors
 from gudgeon.pipeline.reduction.methods import Reduction
 from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.material import Material
 
 INCOMPRESSIBLE = 0.48
 """ν from which quadratic elements may lock: displacements must preserve the volume of each."""
@@ -57,20 +58,30 @@ def refuse_locking(
         StageError: ν is high, and the estimated errors are larger than the size of the elements explains.
     """
     material = component.material
-    if material is None or material.nu < INCOMPRESSIBLE or errors is None or np.isnan(errors).all():
+    if material is None or errors is None or np.isnan(errors).all():
+        return
+    highest = max(material.nu, *(one.nu for one in material.volumes.values()), -1.0)
+    if highest < INCOMPRESSIBLE:
         return
     worst = int(np.nanargmax(errors))
     if (error := float(errors[worst])) <= ACCEPTED:
         return
-    soft = reduced(component.model_copy(update={"material": material.model_copy(update={"nu": COMPRESSIBLE})}))
+    soft = reduced(component.model_copy(update={"material": _compressible(material)}))
     usual = float(np.nanmax(soft)) if soft is not None and not np.isnan(soft).all() else 0.0
     if error > (allowed := max(ACCEPTED, LOCKING_RATIO * usual)):
         raise StageError(
-            f"{where}.material.nu: {material.nu:g} given, elements of this size lock: the frequency of mode"
+            f"{where}.material.nu: {highest:g} given, elements of this size lock: the frequency of mode"
             f" {worst + 1}, {frequencies[worst] / (2 * np.pi):.4g} Hz, is too high by about {error:.1%}, allowed:"
             f" {allowed:.1%} (the larger of {ACCEPTED:.0%} and {LOCKING_RATIO:g} times the error at"
             f" ν = {COMPRESSIBLE:g}); refine the mesh, keep fewer modes, or reduce nu"
         )
+
+
+def _compressible(material: Material) -> Material:
+    """Return a material without volumes that are nearly incompressible."""
+    nu = COMPRESSIBLE if material.nu >= INCOMPRESSIBLE else material.nu
+    volumes = {name: _compressible(one) for name, one in material.volumes.items()}
+    return material.model_copy(update={"nu": nu, "volumes": volumes})
 
 
 def frequency_errors(

@@ -10,12 +10,12 @@ from scipy import linalg, sparse
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import InertiaCouplings, InterfaceModes, LoadModes, ModalRecord, TractionModes
 from gudgeon.pipeline.errors import InputError, StageError
-from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.interfaces.gauges import gauge_rows, refuse_large
 from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
 from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
+from gudgeon.pipeline.interfaces.point_mass import component_model
 from gudgeon.pipeline.interfaces.points import ContactPoints, surface_coordinates
 from gudgeon.pipeline.interfaces.tangential import TangentialRows, tangential_rows
 from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, tie_of, tie_rows
@@ -77,7 +77,7 @@ def reduce_component(
     """
     where = f"component.{name}"
     places = _places(mesh, component, f"{where}.interface")
-    model = build_model(mesh, component.material, component.supports, where, component.geometry)
+    model = component_model(mesh, component, where)
     acting = _acting(places, component, model, rubbed, f"{where}.interface")
     rigid = {key: tie for key, tie in places.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
     tied, spread = made_rigid(model, rigid, f"{where}.interface")

@@ -6,13 +6,14 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry import Geometry
 from gudgeon.pipeline.geometry.matrices.part import FILES, Matrices
+from gudgeon.pipeline.geometry.numbers import Point
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.scenes.gauge import Gauge
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
-from gudgeon.pipeline.scenes.modes import ModesSettings
+from gudgeon.pipeline.scenes.modes import ModesSettings, optional
 from gudgeon.pipeline.scenes.supports import SupportEntry
-from gudgeon.solver.numbers import Coordinate, Length, Name, PositiveRatio, Ratio, Strict
+from gudgeon.solver.numbers import Coordinate, Length, Mass, Moment, Name, PositiveRatio, Ratio, Strict
 
 BAR_COUNT = 150
 """Default number of normal modes of a bar: with 100, impacts by and on it have errors of 1 % in impulse and rebound."""
@@ -57,6 +58,17 @@ class Change(Strict):
     profile: Profile = Profile()
 
 
+class PointMass(Strict):
+    """A mass that is not meshed, on a surface: its place moves with the mean motion of the surface."""
+
+    surface: str = Field(description="Name of a surface of the mesh")
+    mass: Mass
+    at: Point | None = Field(default=None, description="Its centre of mass [m]; default: the centroid of the surface")
+    inertia: tuple[Moment, Moment, Moment] | None = Field(
+        default=None, description="Moments of inertia about its centre along x, y, z [kg m^2]; default: zero"
+    )
+
+
 class Component(Strict):
     """One part of a machine."""
 
@@ -73,6 +85,7 @@ class Component(Strict):
     gauge: dict[Name, Gauge] = Field(
         default={}, validate_default=True, description="Places where stress or strain is recorded"
     )
+    point_mass: dict[Name, PointMass] = optional("Masses on surfaces that are not meshed", default={})
     modes: ModesSettings = Field(default=ModesSettings(), validate_default=True)
     change: Change = Change()
 
@@ -123,6 +136,9 @@ class Component(Strict):
     def _can_move(cls, value: Change, info: ValidationInfo) -> Change:
         if _kind(info) == "matrices" and (value.profile.table is not None or value.profile.offset != 0):
             raise ValueError("profile given; the matrices of another program do not follow a moved surface")
+        moves = value.profile.table is not None or value.profile.offset != 0
+        if moves and value.update == "reuse" and info.data.get("point_mass"):
+            raise ValueError("update 'reuse' given; with point masses a moved surface needs update 'recompute'")
         return value
 
     @field_validator("modes")

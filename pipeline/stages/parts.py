@@ -11,6 +11,7 @@ from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.geometry.cells import EDGES
 from gudgeon.pipeline.geometry.surfaces import distance
 from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.material import Material
 
 NUMBERED, SKIN = re.compile(r"face\d+"), "skin"
 """Names of surfaces that every CAD part has."""
@@ -30,25 +31,40 @@ def part_row(mesh: MeshRecord, component: Component, name: str) -> dict[str, Any
         name: The component's name, for messages.
     """
     from gudgeon.pipeline.fem.assemble import build_model
+    from gudgeon.pipeline.fem.elements.materials import densities
     from gudgeon.pipeline.fem.elements.solid import mass_properties
+    from gudgeon.pipeline.interfaces.point_mass import with_point_masses
 
     material = component.material
     solid = mesh.cell_type == "tetra10" and mesh.system is None
+    where = f"component.{name}"
     if solid and material is not None:
-        properties = mass_properties(mesh, material.rho)
+        own = properties = mass_properties(mesh, densities(mesh, material))
     else:
-        properties = build_model(mesh, material, (), f"component.{name}", component.geometry).properties
+        own = properties = build_model(mesh, material, (), where, component.geometry).properties
+    if component.point_mass:
+        model = build_model(mesh, material, (), where, component.geometry)
+        properties = with_point_masses(model, component, where).properties
     return {
         "nodes": len(mesh.nodes),
         "cells": len(mesh.cells),
         "extents": np.ptp(mesh.nodes, axis=0).tolist(),
-        "volume": None if material is None or mesh.system is not None else properties.mass / material.rho,
+        "volume": _volume(mesh, material, own.mass),
         "mass": properties.mass,
         "centre": properties.centre.tolist(),
         "principal_inertia": np.linalg.eigvalsh(properties.inertia).tolist(),
         "quality": element_quality(mesh) if solid else None,
         "surfaces": surface_rows(mesh) if solid and component.path is not None else {},
     }
+
+
+def _volume(mesh: MeshRecord, material: Material | None, mass: float) -> float | None:
+    """Return the volume [m^3]; None of a rigid body and of matrices."""
+    from gudgeon.pipeline.fem.elements.solid import mass_properties
+
+    if material is None or mesh.system is not None:
+        return None
+    return mass_properties(mesh, 1.0).mass if material.volumes else mass / material.rho
 
 
 def element_quality(mesh: MeshRecord) -> dict[str, float]:

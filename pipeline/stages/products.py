@@ -30,6 +30,8 @@ LIBRARIES = {
     "measurement": ("numpy", "scipy", "numba", "gmsh"),
     "report": (),
 }
+SHAPING = ("mesh", "material", "interface", "supports", "point_mass")
+"""Inputs of modes on which full FE depends too."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ def component_products(name: str, component: Component, folder: Path, rubbed: Se
     recompute = bool(change) and component.change.update == "recompute"
     moved = {"base": base.key, "profile": change, "morph": code_digests()["morph"]}
     mesh = product("mesh", name, moved) if recompute else base
+    masses = {key: item.model_dump(mode="json") for key, item in component.point_mass.items()}
     modes = product(
         "modes", name,
         {
@@ -72,7 +75,8 @@ def component_products(name: str, component: Component, folder: Path, rubbed: Se
             "gauge": {key: item.model_dump(mode="json") for key, item in component.gauge.items()},
             "modes": component.modes.model_dump(mode="json"),
         }
-        | ({"friction_on": list(rubbed)} if rubbed else {}),
+        | ({"friction_on": list(rubbed)} if rubbed else {})
+        | ({"point_mass": masses} if masses else {}),
     )  # fmt: skip
     update = component.change.update if change else "none"
     morph = product("morph", name, {"modes": modes.key, "update": update, "profile": change})
@@ -91,7 +95,7 @@ def nodal_product(
     """
     shapes = {}
     for component, (modes, morph) in parts.items():
-        shapes[component] = {key: modes[key] for key in ("mesh", "material", "interface", "supports") if key in modes}
+        shapes[component] = {key: modes[key] for key in SHAPING if key in modes}
         shapes[component] |= {"profile": morph["profile"]}
     run = {key: dynamics["run"][key] for key in ("duration", "gravity", "frames")}
     return product("nodal", name, {"scene": dict(dynamics) | {"run": run}, "bodies": shapes, "step": step})

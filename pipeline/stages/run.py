@@ -144,11 +144,12 @@ def _reused(
     """Return a design with the modes of the base mesh, and the estimates of what that neglects in its quality."""
     from gudgeon.pipeline.design_change import estimate, morph
     from gudgeon.pipeline.fem.assemble import build_model
+    from gudgeon.pipeline.fem.elements.materials import densities
 
     material, geometry = component.material, component.geometry
     assert material is not None
     surfaces = {key: item.surface for key, item in component.interface.items()}
-    design = morph.reuse(base, keys, modal, surfaces, movement, material.rho)
+    design = morph.reuse(base, keys, modal, surfaces, movement, densities(base, material))
     if not len(modal.angular_frequencies) or design.nodes is None:
         return design
     moved = estimate.slightly_moved(base, design.nodes)

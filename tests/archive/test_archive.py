@@ -45,6 +45,7 @@ def check_mesh_10(record: Any) -> None:
     assert np.array_equal(record.surfaces["set"].areas, ramp(2, start=1.0))
     assert np.array_equal(record.surfaces["set"].normals, ramp(2, 3))
     assert record.surfaces["skirt"].areas is None
+    assert record.volumes["core"].tolist() == [0]
     system = record.system
     assert (system.nodes.tolist(), system.directions.tolist()) == ([0, 9], [2, 5])
     assert system.labels.tolist() == list(range(101, 111))

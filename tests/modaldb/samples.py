@@ -42,6 +42,7 @@ def mesh() -> MeshRecord:
             "open_end": Surface(np.array([[0, 1, 3, 4, 8, 7]]), {}),
             "set": Surface(np.array([[3], [7]]), {}, ramp(2, start=1.0), ramp(2, 3)),
         },
+        volumes={"core": np.array([0])},
         system=SystemMatrices(
             nodes=np.array([0, 9]),
             directions=np.array([2, 5]),

@@ -10,7 +10,8 @@ from pydantic import BaseModel
 from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
-from gudgeon.pipeline.fem.elements.assembly import NodePairs, isotropic
+from gudgeon.pipeline.fem.elements.assembly import NodePairs
+from gudgeon.pipeline.fem.elements.materials import densities, material_cells, stiffness_of
 from gudgeon.pipeline.fem.elements.reference import MASS_ORDER, STIFFNESS_ORDER, quadrature, reference, shape_functions
 from gudgeon.pipeline.fem.model import FEModel, MassProperties, point_masses
 from gudgeon.pipeline.geometry.cells import EDGES
@@ -27,20 +28,25 @@ def assemble_solid(mesh: MeshRecord, material: Material, geometry: BaseModel | N
     """Assemble a solid: elements with straight edges in closed form, curved ones by quadrature."""
     pairs = NodePairs(mesh.cells, len(mesh.nodes))
     stiffness, mass = np.zeros(()), np.zeros(())
-    straight = straight_elements(mesh)
+    straight, owner = straight_elements(mesh), np.zeros(len(mesh.cells), int)
+    materials = material_cells(mesh, material)
+    for number, (_, own) in enumerate(materials):
+        owner[own] = number
     for start in range(0, len(mesh.cells), BATCH):
         cells = slice(start, min(start + BATCH, len(mesh.cells)))
         blocks = np.empty((cells.stop - start, 3, 3, len(pairs.first)))
         weights = np.empty((cells.stop - start, 1, 1, len(pairs.first)))
-        for chosen, form in ((straight[cells], _closed_form), (~straight[cells], _by_quadrature)):
-            if chosen.any():
-                numbers = start + np.flatnonzero(chosen)
-                blocks[chosen], weights[chosen, 0, 0] = form(mesh, material, numbers, pairs)
+        for number, (own, _) in enumerate(materials):
+            for kind, form in ((True, _closed_form), (False, _by_quadrature)):
+                chosen = (straight[cells] == kind) & (owner[cells] == number)
+                if chosen.any():
+                    found = form(mesh, own, start + np.flatnonzero(chosen), pairs)
+                    blocks[chosen], weights[chosen, 0, 0] = found
         stiffness = stiffness + pairs.sum_blocks(blocks, cells)
         mass = mass + pairs.sum_blocks(weights, cells)
     K = pairs.matrix(stiffness)
     M = sparse.kron(pairs.matrix(mass), sparse.eye(3), format="csr")
-    properties = mass_properties(mesh, material.rho)
+    properties = mass_properties(mesh, densities(mesh, material))
     twists, held = solid_twists(properties), np.zeros(K.shape[0], bool)
     return FEModel(
         K=K, M=M, mesh=mesh, directions=np.eye(3), rotations=np.zeros((3, 3)), properties=properties,
@@ -69,7 +75,7 @@ def _closed_form(
     refuse_degenerate(x, det[:, None], cells)
     g = np.linalg.inv(J)
     products = np.einsum("emi,enj->eijmn", g, g)
-    strain = isotropic(products, *material.lame) * det[:, None, None, None, None]
+    strain = stiffness_of(products, material) * det[:, None, None, None, None]
     _, dN, W = reference("tetra10", 2)
     gradients = np.einsum("amq,bnq,q->mnab", dN, dN, W)[:, :, pairs.first, pairs.second]
     stiffness = strain.reshape(-1, 9) @ gradients.reshape(9, -1)
@@ -93,7 +99,7 @@ def _by_quadrature(
     det = _determinants(x, dN)
     refuse_degenerate(x, det, cells)
     masses = material.rho * np.matmul(N * (det * W)[:, None], N.T)
-    return isotropic(G, *material.lame), masses[:, pairs.first, pairs.second]
+    return stiffness_of(G, material), masses[:, pairs.first, pairs.second]
 
 
 def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
@@ -104,11 +110,15 @@ def nodal_jacobians(mesh: MeshRecord) -> np.ndarray:
     return _determinants(mesh.nodes[mesh.cells], dN)
 
 
-def mass_properties(mesh: MeshRecord, rho: float) -> MassProperties:
-    """Integrate mass, centre and inertia of a tet10 mesh over its curved elements, by the rule of the mass matrix."""
+def mass_properties(mesh: MeshRecord, rho: float | np.ndarray) -> MassProperties:
+    """Integrate mass, centre and inertia of a tet10 mesh over its curved elements, by the rule of the mass matrix.
+
+    Args:
+        rho: Density, or that of each element (e,) [kg/m^3].
+    """
     N, dN, W = reference("tetra10", MASS_ORDER)
     x = mesh.nodes[mesh.cells]
-    weights = (rho * W * _determinants(x, dN)).ravel()
+    weights = (np.reshape(rho, (-1, 1)) * W * _determinants(x, dN)).ravel()
     return point_masses(np.matmul(N.T, x).reshape(-1, 3), weights)
 
 

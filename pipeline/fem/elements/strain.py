@@ -12,9 +12,9 @@ from pydantic import BaseModel
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.beam import element_lengths, hermite_curvature, timoshenko_strains
+from gudgeon.pipeline.fem.elements.materials import elasticity_matrix
 from gudgeon.pipeline.fem.elements.plane import plane_lame
 from gudgeon.pipeline.fem.elements.reference import extrapolation, quadrature, reference
-from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.plane import PlanePart
 from gudgeon.pipeline.scenes.material import Material
@@ -48,16 +48,18 @@ class StrainSamples:
     """From dof columns (dofs, k) to D^½ ε, whose square is the density of twice the strain energy, (e, q, s, k)."""
 
 
-def strain_samples(model: FEModel, material: Material, geometry: BaseModel | None) -> StrainSamples | None:
-    """Return the strain samples of a model; None for cell types without them."""
-    make = SAMPLERS.get(model.mesh.cell_type)
-    return None if make is None else make(model.mesh, material, geometry)
+def strain_samples(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples | None:
+    """Return the strain samples of a mesh of one material; None for cell types without them."""
+    make = SAMPLERS.get(mesh.cell_type)
+    return None if make is None else make(mesh, material, geometry)
 
 
 def _continuum(mesh: MeshRecord, material: Material, geometry: BaseModel | None) -> StrainSamples:
     _, grad, dx = quadrature(mesh, GAUSS_ORDER)
     if mesh.cell_type == "tetra10":
         D = elasticity(*material.lame, 3)
+        if material.orthotropic is not None:
+            D = elasticity_matrix(material, [(0, 0), (1, 1), (2, 2), *SHEARS], 1.0)
     elif isinstance(geometry, PlanePart):
         D = geometry.thickness * elasticity(*plane_lame(material, geometry), 2)
     elif mesh.cell_type == "line3":

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -12,7 +13,7 @@ from pydantic import Field, field_validator
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.faces import Face, distances, faces_of
-from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_volume
+from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_name, solid_volume
 from gudgeon.pipeline.geometry.cad.selection import FaceRule, Number, faces_by_name
 from gudgeon.pipeline.geometry.cad.units import model_scale
 from gudgeon.pipeline.geometry.cells import GMSH_ORDER
@@ -87,6 +88,8 @@ class CadPart(Strict):
             _set_sizes(gmsh, size / scale, self.around, fine)
             generate(gmsh.model.mesh, size, repair=True)
             record = _collected(gmsh, named, scale, self.path)
+            if len(part.solids) > 1:
+                record = replace(record, volumes=_volumes(gmsh, part.solids))
         refuse_pieces(record, self.path)
         return record
 
@@ -167,6 +170,19 @@ def _collected(gmsh: Any, named: Mapping[str, tuple[list[Face], SurfaceRule]], s
         surfaces[name] = Surface(skin[_places(corners, np.sort(triangles[:, :3], axis=1))], shape)
     surfaces[SKIN] = surfaces.get(SKIN, Surface(skin))
     return MeshRecord(nodes * scale, cells, "tetra10", surfaces)
+
+
+def _volumes(gmsh: Any, solids: Sequence[int]) -> dict[str, np.ndarray]:
+    """Return the elements of each solid by its name, if only one has it, and as `solid1`, `solid2`, …"""
+    every = gmsh.model.mesh.getElementsByType(GMSH_TETRA10)[0]
+    order = np.argsort(every)
+    found, names = {}, [solid_name(gmsh, tag) for tag in solids]
+    for number, (tag, name) in enumerate(zip(solids, names, strict=True), 1):
+        own = gmsh.model.mesh.getElementsByType(GMSH_TETRA10, tag)[0]
+        found[f"solid{number}"] = np.sort(order[np.searchsorted(every, own, sorter=order)])
+        if name and names.count(name) == 1:
+            found[name] = found[f"solid{number}"]
+    return found
 
 
 def _places(rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:

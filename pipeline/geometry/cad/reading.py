@@ -192,7 +192,7 @@ def _drop(gmsh: Any, solids: list[int]) -> None:
 def _glued(gmsh: Any, path: str, solids: list[int]) -> list[int]:
     """Divide the faces of touching solids where they touch, and return the solids, in their order."""
     pairs = [(3, tag) for tag in solids]
-    labels = {tag: gmsh.model.getEntityName(3, tag) for tag in solids}
+    labels = {tag: gmsh.model.getEntityName(3, tag) or solid_name(gmsh, tag) for tag in solids}
     _, images = gmsh.model.occ.fragment(pairs[:1], pairs[1:])
     gmsh.model.occ.synchronize()
     kept = []

@@ -51,7 +51,7 @@ def read_matrices(part: MatrixFiles) -> MeshRecord:
     kind = next(iter(kinds)) if len(kinds) == 1 and kinds <= set(DRAWN) else "nodes"
     cells = np.concatenate([b.nodes for b in blocks]) if kind != "nodes" else np.arange(len(points))[:, None]
     surfaces = _surfaces(part, model, points, place, blocks, kind)
-    return MeshRecord(points, cells, kind, surfaces, system)
+    return MeshRecord(points, cells, kind, surfaces, system=system)
 
 
 def _given(part: MatrixFiles) -> Given:

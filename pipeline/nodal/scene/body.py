@@ -7,9 +7,9 @@ from scipy import sparse
 
 from gudgeon.pipeline.design_change.morph import moved_mesh
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
+from gudgeon.pipeline.interfaces.point_mass import component_model
 from gudgeon.pipeline.interfaces.points import ContactPoints
 from gudgeon.pipeline.interfaces.tie import refuse_rigid
 from gudgeon.pipeline.nodal.problem import NodalBody
@@ -75,7 +75,7 @@ def load_part(job: Job, name: str, field: np.ndarray) -> Part:
     mesh = base if movement is None else moved_mesh(base, movement)
     where = f"component.{component_name}"
     refuse_rigid(component.interface, f"{job.path}: {where}", "report.full_fe")
-    model = build_model(mesh, component.material, component.supports, where, component.geometry)
+    model = component_model(mesh, component, where)
     settings, properties = job.scene.body[name], model.properties
     Q = np.eye(3) if settings.orientation is None else settings.orientation.matrix()
     # The mesh keeps its axes: what the scene gives is turned back.

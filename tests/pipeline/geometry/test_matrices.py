@@ -219,7 +219,7 @@ def brick_modes(folder: Path, interfaces: dict[str, dict[str, str]]) -> tuple[An
         {"geometry": {"kind": "matrices", **given}, "interface": interfaces, "modes": {"normal_count": 8}}
     )
     own = component.geometry.build(None)  # type: ignore[call-arg]
-    nodal = MeshRecord(own.nodes, np.arange(len(own.nodes))[:, None], "nodes", sets_of(own), own.system)
+    nodal = MeshRecord(own.nodes, np.arange(len(own.nodes))[:, None], "nodes", sets_of(own), system=own.system)
     return reduce_component(nodal, "", component, "part"), nodal
 
 
@@ -293,7 +293,7 @@ def test_no_mesher_and_no_finite_elements_are_needed(
             monkeypatch.delitem(sys.modules, loaded)
         monkeypatch.setitem(sys.modules, name, None)
     own = component.geometry.build(None)  # type: ignore[call-arg]
-    nodal = MeshRecord(own.nodes, own.cells, own.cell_type, {"BOTTOM": loose(own)}, own.system)
+    nodal = MeshRecord(own.nodes, own.cells, own.cell_type, {"BOTTOM": loose(own)}, system=own.system)
     modal = reduce_component(nodal, "", component, "part")
     assert modal.angular_frequencies.min() > 0
 

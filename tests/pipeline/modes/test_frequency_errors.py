@@ -181,7 +181,7 @@ def test_both_norms_are_bounds_of_each_other(case: Case, dense: tuple[np.ndarray
 def test_strains_hold_the_energy(case: Case) -> None:
     """Straight elements: the Gauss rule is exact for the squares of linear strains."""
     model, geometry = case
-    samples = strain_samples(model, STEEL, geometry)
+    samples = strain_samples(model.mesh, STEEL, geometry)
     assert samples is not None
     u = np.random.default_rng(1).standard_normal((len(model.held), 3))
     values = samples.strains(u)
@@ -191,7 +191,7 @@ def test_strains_hold_the_energy(case: Case) -> None:
 
 def test_linear_strains_are_recovered_exactly(case: Case) -> None:
     model, geometry = case
-    samples = strain_samples(model, STEEL, geometry)
+    samples = strain_samples(model.mesh, STEEL, geometry)
     assert samples is not None
     slopes = np.random.default_rng(2).standard_normal((3, samples.components, 2))
     values = 1.0 + np.einsum("eqi,isk->eqsk", samples.points, slopes)
@@ -204,7 +204,7 @@ def test_linear_strains_are_recovered_exactly(case: Case) -> None:
 def test_quadratic_strains_show_their_lack() -> None:
     """What a straight element cannot carry of x²: its error against the best linear fit, known in closed form."""
     model, geometry = bar(20)
-    samples = strain_samples(model, STEEL, geometry)
+    samples = strain_samples(model.mesh, STEEL, geometry)
     assert samples is not None
     places = samples.points[:, :, :1, None]
     # Through the Gauss points goes the linear part; what is left is h⁴/180 an element (Legendre's second polynomial).

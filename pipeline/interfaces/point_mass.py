@@ -1,0 +1,85 @@
+"""Point masses on a surface: their place moves with the mean motion of the surface, as the point of an RBE3 tie.
+
+With the rows W of the tie, its translation and rotation over the dofs, M′ = M + Wᵀ diag(m, m, m, J) W. A rigid motion
+of the surface is one of the point, so that mass, centre and inertia of the body are exact.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import sparse
+
+from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.fem.elements.solid import solid_twists
+from gudgeon.pipeline.fem.model import FEModel, MassProperties
+from gudgeon.pipeline.interfaces.tie import tie_of, tie_rows
+from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.interface import Interface
+
+MOST_NODES = 3000
+"""Nodes with a share of a point mass: all pairs of them get an entry of M."""
+SHARE = 1e-9
+"""Share of a node in a motion, over the largest one, that is round-off: that of corners of quadratic facets."""
+
+
+def component_model(mesh: MeshRecord, component: Component, where: str) -> FEModel:
+    """Return the model of a component with its supports and point masses; errors as of `build_model`, and see below."""
+    model = build_model(mesh, component.material, component.supports, where, component.geometry)
+    return with_point_masses(model, component, where)
+
+
+def with_point_masses(model: FEModel, component: Component, where: str) -> FEModel:
+    """Return a model with the point masses of its component; `where` is the component's key, for messages.
+
+    Raises:
+        InputError: the mesh has no such surface, or it has too few or too many nodes.
+    """
+    if not component.point_mass:
+        return model
+    M, properties = model.M, model.properties
+    for name, mass in component.point_mass.items():
+        key = f"{where}.point_mass.{name}"
+        tie = tie_of(model.mesh, Interface(surface=mass.surface, kind="tie", tie="rbe3", point=mass.at), key)
+        size = np.abs(tie.weights).max(axis=(1, 2), keepdims=True)
+        weights = np.where(np.abs(tie.weights) > SHARE * size, tie.weights, 0.0)
+        count = int(weights.any(axis=(0, 2)).sum())
+        if count > MOST_NODES:
+            raise InputError(
+                f"{key}.surface: '{mass.surface}' given, its mass would couple {count} nodes, allowed: {MOST_NODES};"
+                " use a smaller surface"
+            )
+        W = tie_rows(model, replace(tie, weights=weights)).B
+        inertia = np.array(mass.inertia or (0.0, 0.0, 0.0))
+        own = np.concatenate([np.full(3, mass.mass), inertia])
+        weight = (np.abs(tie.twists) @ own)[:, None]
+        M = sparse.csr_matrix(M + W.T @ sparse.csr_matrix(W.multiply(weight)))
+        properties = _joined(properties, MassProperties(mass.mass, tie.point, np.diag(inertia)))
+    M.sort_indices()
+    heavier = replace(model, M=sparse.csr_matrix(0.5 * (M + M.T)), properties=properties, added_mass=True)
+    return replace(heavier, rigid_twists=_twists(model, heavier))
+
+
+def _joined(one: MassProperties, other: MassProperties) -> MassProperties:
+    """Return the mass properties of two bodies together."""
+    mass = one.mass + other.mass
+    centre = (one.mass * one.centre + other.mass * other.centre) / mass
+    inertia = np.zeros((3, 3))
+    for part in (one, other):
+        arm = part.centre - centre
+        inertia += part.inertia + part.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+    return MassProperties(mass, centre, inertia)
+
+
+def _twists(model: FEModel, heavier: FEModel) -> np.ndarray:
+    """Return the rigid motions of a model, mass-normalised with its point masses and about its new centre, (r, 6)."""
+    if len(model.rigid_twists) == 6:
+        return solid_twists(heavier.properties)
+    if not len(model.rigid_twists):
+        return model.rigid_twists
+    Phi = model.rigid_modes
+    scale = np.linalg.inv(np.linalg.cholesky(Phi.T @ (heavier.M @ Phi)))
+    moved = model.rigid_twists.copy()
+    moved[:, :3] += np.cross(moved[:, 3:], heavier.properties.centre - model.properties.centre)
+    return scale @ moved
