@@ -69,6 +69,15 @@ def _no_export(job: SceneJob, what: str, every: int) -> list[Path]:
     raise InputError(f"{job.path}: export: {what} of a wheel cannot be exported; its records hold shapes and response")
 
 
+def _refused(command: str, instead: str) -> Callable[..., Any]:
+    """Return the function of a command that a kind of scene does not have."""
+
+    def refuse(job: SceneJob, *arguments: Any) -> Any:
+        raise InputError(f"{job.path}: {command}: a scene of conductors has none; {instead}")
+
+    return refuse
+
+
 def _no_linear(job: SceneJob, asked: Any, progress: Progress) -> Any:
     raise InputError(f"{job.path}: linear: a wheel has its own response over frequency; run `gudgeon run`")
 
@@ -93,6 +102,16 @@ KINDS: dict[str, Kind] = {
         robustness=_late("gudgeon.pipeline.wheel.robustness:robustness_wheel"),
         export=_no_export,
         linear=_no_linear,
+    ),
+    "conductor": Kind(
+        model="gudgeon.pipeline.electrostatics.scene:FieldFile",
+        open=_late("gudgeon.pipeline.electrostatics.job:field_job"),
+        run=_late("gudgeon.pipeline.electrostatics.stages:run_field"),
+        plan=_late("gudgeon.pipeline.electrostatics.stages:plan_field"),
+        report=_refused("report", "`gudgeon run` gives the error of every capacitance"),
+        robustness=_refused("robustness", "its cases change bodies and materials"),
+        export=_refused("export", "its record holds panels and charges"),
+        linear=_refused("linear", "it has no modes"),
     ),
 }
 """Kinds by the table that identifies them; the first if a file has none of these tables."""

@@ -55,7 +55,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("pipeline.stages",),
     ("pipeline.nodal", "pipeline.robustness", "pipeline.exporters", "pipeline.linear", "pipeline.drafts"),
     ("pipeline.report",),
-    ("pipeline.wheel",),
+    ("pipeline.wheel", "pipeline.electrostatics"),
     ("pipeline.kinds", "pipeline.doctor"),
     ("pipeline",),
     ("gudgeon",),
@@ -86,9 +86,14 @@ HOMES: dict[str, tuple[str, ...]] = {
     "gmsh": ("pipeline/geometry/*",),
     "skfem": ("pipeline/fem/*", "pipeline/interfaces/*"),
     "meshio": ("pipeline/geometry/mesh_file.py", "pipeline/geometry/decks/*", "pipeline/exporters/*"),
-    "pyvista": ("pipeline/plots/*", "pipeline/wheel/pictures/*"),
-    "PIL": ("pipeline/plots/*", "pipeline/wheel/pictures/*"),
-    "matplotlib": ("pipeline/plots/*", "pipeline/*/picture.py", "pipeline/wheel/pictures/*"),
+    "pyvista": ("pipeline/plots/*", "pipeline/wheel/pictures/*", "pipeline/electrostatics/pictures/*"),
+    "PIL": ("pipeline/plots/*", "pipeline/wheel/pictures/*", "pipeline/electrostatics/pictures/*"),
+    "matplotlib": (
+        "pipeline/plots/*",
+        "pipeline/*/picture.py",
+        "pipeline/wheel/pictures/*",
+        "pipeline/electrostatics/pictures/*",
+    ),
     "imageio": ("pipeline/plots/*",),
 }
 """Where a library may be imported, as patterns of paths."""

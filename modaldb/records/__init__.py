@@ -6,14 +6,15 @@ n nodes, e cells, m elastic coordinates, c contact rows of an interface, s sampl
 """
 
 from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.field import FieldRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.report import MeasurementRecord, ReportRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 
-SCHEMA_VERSION = 9
-READABLE_VERSIONS = (1, 2, 3, 4, 5, 6, 7, 8, 9)
+SCHEMA_VERSION = 10
+READABLE_VERSIONS = (1, 2, 3, 4, 5, 6, 7, 8, 9, 10)
 """A field that an older version lacks takes its default; a renamed field has its former name in its metadata."""
 
 KINDS: dict[str, type] = {
@@ -26,5 +27,6 @@ KINDS: dict[str, type] = {
     "wheel": WheelRecord,
     "measurement": MeasurementRecord,
     "report": ReportRecord,
+    "field": FieldRecord,
 }
 """Kinds of record by their name in the file."""

@@ -56,14 +56,24 @@ class Change(Strict):
     profile: Profile = Profile()
 
 
-class Component(Strict):
-    """One part of a machine."""
+class Meshed(Strict):
+    """A part with a mesh."""
 
     geometry: Geometry
+    mesh: MeshSettings = MeshSettings()
+
+    @property
+    def path(self) -> str | None:
+        """Name of the geometry's file, of a mesh or of CAD; None for shapes."""
+        return getattr(self.geometry, "path", None)
+
+
+class Component(Meshed):
+    """One part of a machine."""
+
     material: Material | None = Field(
         default=None, validate_default=True, description="Needed, except for rigid bodies"
     )
-    mesh: MeshSettings = MeshSettings()
     supports: tuple[SupportEntry, ...] = Field(
         default=(),
         description="Surfaces whose nodes are held: names (all directions) or tables; none for a free body",
@@ -79,11 +89,6 @@ class Component(Strict):
     def from_file(self) -> bool:
         """Whether the mesh is read from a file."""
         return self.geometry.kind in ("file", "plane-file")
-
-    @property
-    def path(self) -> str | None:
-        """Name of the geometry's file, of a mesh or of CAD; None for shapes."""
-        return getattr(self.geometry, "path", None)
 
     @field_validator("material")
     @classmethod

@@ -266,7 +266,7 @@ def test_newer_schema_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         path = written(tmp_path / "r.h5", "mesh", mesh())
     hdf5.verify_record(path)
     message = (
-        rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, 6, 7, 8, {SCHEMA_VERSION}"
+        rf"r\.h5: schema version {SCHEMA_VERSION + 1}, this release reads 1, 2, 3, 4, 5, 6, 7, 8, 9, {SCHEMA_VERSION}"
     )
     with pytest.raises(RecordMismatch, match=message):
         hdf5.read_record(path, "mesh")
