@@ -6,6 +6,7 @@ from typing import Any
 
 from gudgeon.modaldb.blocks import Malformed
 from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.field import FieldRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.nodal import NodalRecord
@@ -132,10 +133,22 @@ def _trajectory(record: Trajectory, outline: Outline) -> None:
             raise Malformed(f"peaks: {name}: {number}, which peak_times lacks")
 
 
-def _quantities(record: Trajectory | NodalRecord | WheelRecord, outline: Outline) -> None:
+def _quantities(record: Trajectory | NodalRecord | WheelRecord | FieldRecord, outline: Outline) -> None:
     for name, entry in record.quantities.items():
         if not isinstance(entry, dict) or not _number(entry.get("value")) or not isinstance(entry.get("unit"), str):
             raise Malformed(f"quantities: {name}: expected value and unit")
+
+
+def _field(record: FieldRecord, outline: Outline) -> None:
+    _quantities(record, outline)
+    names = record.conductors.get("names")
+    if not isinstance(names, list) or len(names) != outline.letters["k"] or not all(isinstance(n, str) for n in names):
+        raise Malformed(f"conductors: names: expected {outline.letters['k']} texts")
+    if not _number(record.medium.get("permittivity"), finite=True):
+        raise Malformed("medium: permittivity: expected a number")
+    for name, order in (("panel", record.panel), ("coarse", record.coarse)):
+        if len(order) and (order[0] != 0 or not set(map(int, order[1:] - order[:-1])) <= {0, 1}):
+            raise Malformed(f"{name}: numbers that do not ascend one by one")
 
 
 def _ranges(found: Mapping[str, Any], rows: Mapping[str, int], end: float, field: str) -> None:
@@ -179,4 +192,5 @@ CHECKS: dict[type, Callable[[Any, Outline], None]] = {
     NodalRecord: _quantities,
     Trajectory: _trajectory,
     WheelRecord: _quantities,
+    FieldRecord: _field,
 }

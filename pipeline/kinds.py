@@ -77,6 +77,15 @@ def _no_part(job: SceneJob, body: str, form: str) -> list[Path]:
     raise InputError(f"{job.path}: export: a wheel has no reduced body; its records hold shapes and response")
 
 
+def _refused(command: str, instead: str) -> Callable[..., Any]:
+    """Return the function of a command that a kind of scene does not have."""
+
+    def refuse(job: SceneJob, *arguments: Any) -> Any:
+        raise InputError(f"{job.path}: {command}: a scene of conductors has none; {instead}")
+
+    return refuse
+
+
 def _no_linear(job: SceneJob, asked: Any, progress: Progress) -> Any:
     raise InputError(f"{job.path}: linear: a wheel has its own response over frequency; run `gudgeon run`")
 
@@ -105,6 +114,18 @@ KINDS: dict[str, Kind] = {
         export=_no_export,
         export_part=_no_part,
         linear=_no_linear,
+    ),
+    "conductor": Kind(
+        model="gudgeon.pipeline.electrostatics.scene:FieldFile",
+        open=_late("gudgeon.pipeline.electrostatics.job:field_job"),
+        run=_late("gudgeon.pipeline.electrostatics.stages:run_field"),
+        solve=_refused("study", "its record holds capacitances, one file a design"),
+        plan=_late("gudgeon.pipeline.electrostatics.stages:plan_field"),
+        report=_refused("report", "`gudgeon run` gives the error of every capacitance"),
+        robustness=_refused("robustness", "its cases change bodies and materials"),
+        export=_refused("export", "its record holds panels and charges"),
+        export_part=_refused("export", "it has no reduced body"),
+        linear=_refused("linear", "it has no modes"),
     ),
 }
 """Kinds by the table that identifies them; the first if a file has none of these tables."""

@@ -26,11 +26,13 @@ RECORDS = {
 }  # fmt: skip
 ROOTS: dict[str, tuple[str, ...]] = {
     **RECORDS,
-    "plot": ("pipeline.plots", "pipeline.wheel.pictures"),
+    "plot": ("pipeline.plots", "pipeline.wheel.pictures", "pipeline.electrostatics.pictures"),
     "nodal": ("pipeline.nodal.scene.problem", "pipeline.nodal.sliding.loop", "pipeline.stages.mesh",
               "pipeline.nodal.scene.runs:_timed"),
     "cyclic": ("pipeline.wheel.response", "pipeline.stages.mesh", "pipeline.wheel.stages:_make"),
     "wheel": ("pipeline.wheel.response", "pipeline.stages.mesh", "pipeline.wheel.stages:_make"),
+    "field": ("pipeline.electrostatics.capacitance", "pipeline.electrostatics.conductors", "pipeline.stages.mesh",
+              "pipeline.electrostatics.stages:_make"),
     "measurement": (*(root for roots in RECORDS.values() for root in roots), "pipeline.report.timing"),
     "report": ("pipeline.report.sweep", "pipeline.report.errors", "pipeline.report.choice"),
 }  # fmt: skip

@@ -17,6 +17,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "kg/m^3": (1e-24, 1e24), "N": (1e-40, 1e40), "Pa": (1e-18, 1e24), "N/m": (1e-40, 1e40), "N/m^3": (1e-30, 1e45),
     "N/m^exponent": (1e-45, 1e60), "N s/m": (1e-45, 1e45), "N m": (1e-60, 1e52),
     "N m/rad": (1e-45, 1e45), "N/rad": (1e-45, 1e45), "N m s/rad": (1e-45, 1e45), "N s/rad": (1e-45, 1e45),
+    "V": (1e-12, 1e12), "C": (1e-30, 1e12),
 }  # fmt: skip
 """Smallest and largest magnitude of a number of a scene by its unit."""
 MOST = 1_000_000
@@ -71,6 +72,8 @@ AngularVelocity = Annotated[float, signed("rad/s"), sizeable("rad/s")]
 Area = Annotated[float, above_zero("m^2"), sizeable("m^2")]
 BushingDamping = Annotated[float, signed("N s/m"), sizeable("N s/m")]
 BushingStiffness = Annotated[float, signed("N/m"), sizeable("N/m")]
+Charge = Annotated[float, signed("C"), sizeable("C")]
+"""Electric."""
 Coordinate = Annotated[float, signed("m"), sizeable("m")]
 CouplingDamping = Annotated[float, signed("N s/rad"), sizeable("N s/rad")]
 CouplingStiffness = Annotated[float, signed("N/rad"), sizeable("N/rad")]
@@ -88,8 +91,11 @@ Mass = Annotated[float, above_zero("kg"), sizeable("kg")]
 Modulus = Annotated[float, above_zero("Pa"), sizeable("Pa")]
 Moment = Annotated[float, from_zero("kg m^2"), sizeable("kg m^2")]
 """Of inertia."""
+Permittivity = Annotated[float, Field(ge=1, le=1e6, allow_inf_nan=False, json_schema_extra={"unit": "1"})]
+"""Relative."""
 Poisson = Annotated[float, Field(gt=-1, lt=0.5, json_schema_extra={"unit": "1"}), AfterValidator(_invertible)]
 """Poisson's ratio."""
+Potential = Annotated[float, signed("V"), sizeable("V")]
 PositiveAcceleration = Annotated[float, above_zero("m/s^2"), sizeable("m/s^2")]
 PositiveRatio = Annotated[float, above_zero("1"), sizeable("1")]
 Pressure = Annotated[float, signed("Pa"), sizeable("Pa")]

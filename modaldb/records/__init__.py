@@ -6,6 +6,7 @@ n nodes, e cells, m elastic coordinates, c contact rows of an interface, s sampl
 """
 
 from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.field import FieldRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.nodal import NodalRecord
@@ -26,5 +27,6 @@ KINDS: dict[str, type] = {
     "wheel": WheelRecord,
     "measurement": MeasurementRecord,
     "report": ReportRecord,
+    "field": FieldRecord,
 }
 """Kinds of record by their name in the file."""

@@ -12,6 +12,7 @@ from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.bladed_sector import BladedSector
 from gudgeon.pipeline.geometry.shapes.box import Box
+from gudgeon.pipeline.geometry.shapes.cylinder import Cylinder
 from gudgeon.pipeline.geometry.shapes.liner import Liner
 from gudgeon.pipeline.geometry.shapes.piston import Piston
 from gudgeon.pipeline.geometry.shapes.plane import Rectangle
@@ -27,6 +28,7 @@ Geometry = Annotated[
     | Box
     | Plate
     | Sphere
+    | Cylinder
     | Rectangle
     | Bar
     | Beam

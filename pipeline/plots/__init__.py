@@ -56,7 +56,7 @@ DRIVEN: Pictures = {
 FILES = (
     "force.png", "energy.png", "impacts.png", "gauges.png", "probes.png", "pressure.png", "cycle.png",
     "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png",
-    "wheel.png",
+    "wheel.png", "charge.png",
 )  # fmt: skip
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""
 

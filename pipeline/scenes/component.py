@@ -69,14 +69,30 @@ class PointMass(Strict):
     )
 
 
-class Component(Strict):
-    """One part of a machine."""
+class Meshed(Strict):
+    """A part with a mesh."""
 
     geometry: Geometry
+    mesh: MeshSettings = MeshSettings()
+
+    @property
+    def path(self) -> str | None:
+        """Name of the geometry's file, of a mesh or of CAD; None for shapes."""
+        return getattr(self.geometry, "path", None)
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Names of all files of the geometry, by the key that gives each."""
+        keys = FILES if isinstance(self.geometry, Matrices) else ("path",)
+        return {key: name for key in keys if (name := getattr(self.geometry, key, None)) is not None}
+
+
+class Component(Meshed):
+    """One part of a machine."""
+
     material: Material | None = Field(
         default=None, validate_default=True, description="Needed, except for rigid bodies and matrices"
     )
-    mesh: MeshSettings = MeshSettings()
     supports: tuple[SupportEntry, ...] = Field(
         default=(),
         description="Surfaces whose nodes are held: names (all directions) or tables; none for a free body",
@@ -93,17 +109,6 @@ class Component(Strict):
     def from_file(self) -> bool:
         """Whether the mesh is read from a file."""
         return self.geometry.kind in ("file", "plane-file", "matrices")
-
-    @property
-    def path(self) -> str | None:
-        """Name of the geometry's file, of a mesh or of CAD; None for shapes."""
-        return getattr(self.geometry, "path", None)
-
-    @property
-    def files(self) -> dict[str, str]:
-        """Names of all files of the geometry, by the key that gives each."""
-        keys = FILES if isinstance(self.geometry, Matrices) else ("path",)
-        return {key: name for key in keys if (name := getattr(self.geometry, key, None)) is not None}
 
     @field_validator("material")
     @classmethod

@@ -28,7 +28,9 @@ RENAMED = {
     "full_fe": {FORMER: "nodal"}, "explicit": {FORMER: "kick"}, "implicit": {FORMER: "trapezoid"},
 }  # fmt: skip
 """Keys and values with a former name, which is not accepted, but for which the message names the present one."""
-KEY = re.compile(r"(component|wheel|body|contact|joint|force|motion|probe|report|run|robustness)\.")
+KEY = re.compile(
+    r"(component|wheel|body|contact|joint|force|motion|probe|report|run|robustness|conductor|panels|half_space|poses)\."
+)
 
 
 def scene_path(scene: str | Path) -> Path:

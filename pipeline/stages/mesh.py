@@ -6,12 +6,15 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.design_change.morph import Movement
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.scenes.change import deviation_of
-from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.component import Component, Meshed
 from gudgeon.pipeline.scenes.reading import find_file
 
 
-def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
-    """Mesh a component, or read its mesh file; relative paths start at the scene's folder.
+def build_mesh(component: Meshed, folder: Path, name: str, table: str = "component") -> MeshRecord:
+    """Mesh a part, or read its mesh file; relative paths start at the scene's folder.
+
+    Args:
+        table: The scene's table of such parts, for messages.
 
     Raises:
         InputError: the size is missing, or the file is not readable.
@@ -19,7 +22,7 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
     """
     geometry = component.geometry
     found = {
-        key: str(find_file(file, folder, f"component.{name}.geometry.{key}")) for key, file in component.files.items()
+        key: str(find_file(file, folder, f"{table}.{name}.geometry.{key}")) for key, file in component.files.items()
     }
     geometry = geometry.model_copy(update=found)
     if (
@@ -30,15 +33,15 @@ def build_mesh(component: Component, folder: Path, name: str) -> MeshRecord:
     ):
         return geometry.build(None)
     if component.mesh.size is None:
-        raise InputError(f"component.{name}.mesh.size: is missing; give an edge length [m]")
+        raise InputError(f"{table}.{name}.mesh.size: is missing; give an edge length [m]")
     try:
         return geometry.build(component.mesh.size)
     except InputError as error:
         if not str(error).startswith("mesh."):
             raise
-        raise InputError(f"component.{name}.{error}") from error
+        raise InputError(f"{table}.{name}.{error}") from error
     except StageError as error:
-        raise StageError(f"component.{name}.geometry: {error}") from error
+        raise StageError(f"{table}.{name}.geometry: {error}") from error
 
 
 def movement_of(component: Component, folder: Path, name: str) -> Movement | None:

@@ -16,7 +16,7 @@ from typing import Any
 from gudgeon.modaldb.keys import content_key, file_digest
 from gudgeon.modaldb.records import SCHEMA_VERSION
 from gudgeon.pipeline.scenes.change import moved_surface
-from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.component import Component, Meshed
 from gudgeon.pipeline.scenes.reading import find_file
 from gudgeon.pipeline.sources import code_digests
 
@@ -29,6 +29,7 @@ LIBRARIES = {
     "plot": ("pyvista", "matplotlib"),
     "measurement": ("numpy", "scipy", "numba", "gmsh"),
     "report": (),
+    "field": ("numpy", "scipy", "numba"),
 }
 SHAPING = ("mesh", "material", "interface", "supports", "point_mass")
 """Inputs of modes on which full FE depends too."""
@@ -59,7 +60,7 @@ def component_products(name: str, component: Component, folder: Path, rubbed: Se
     Raises:
         InputError: a file that the component names is missing.
     """
-    base = product("mesh", name, {"geometry": _geometry(component, folder, name), "size": component.mesh.size})
+    base = mesh_product(name, component, folder)
     change = _profile(component, folder, name)
     recompute = bool(change) and component.change.update == "recompute"
     moved = {"base": base.key, "profile": change, "morph": code_digests()["morph"]}
@@ -81,6 +82,16 @@ def component_products(name: str, component: Component, folder: Path, rubbed: Se
     update = component.change.update if change else "none"
     morph = product("morph", name, {"modes": modes.key, "update": update, "profile": change})
     return {"base-mesh": base, "mesh": mesh, "modes": modes, "morph": morph}
+
+
+def mesh_product(name: str, part: Meshed, folder: Path, table: str = "component") -> Product:
+    """Return the mesh of a part of a scene; `table` is the scene's table of such parts.
+
+    Raises:
+        InputError: a file that it names is missing.
+    """
+    where = f"{table}.{name}.geometry"
+    return product("mesh", name, {"geometry": _geometry(part, folder, where), "size": part.mesh.size})
 
 
 def nodal_product(
@@ -129,10 +140,10 @@ def _supports(component: Component) -> list[Any]:
     return [entries[key] for key in sorted(entries)]
 
 
-def _geometry(component: Component, folder: Path, name: str) -> dict[str, Any]:
-    described = component.geometry.model_dump(mode="json")
-    for key, file in component.files.items():
-        described[key] = file_digest(find_file(file, folder, f"component.{name}.geometry.{key}"))
+def _geometry(part: Meshed, folder: Path, where: str) -> dict[str, Any]:
+    described = part.geometry.model_dump(mode="json")
+    for key, file in part.files.items():
+        described[key] = file_digest(find_file(file, folder, f"{where}.{key}"))
     return described
 
 

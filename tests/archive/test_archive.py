@@ -290,6 +290,22 @@ def check_nodal_5(record: Any) -> None:
     assert record.quantities == {f"{front(record.forces)}.start": {"value": 0.25, "unit": "s"}}
 
 
+def check_field(record: Any) -> None:
+    assert record.conductors == {"names": ["comb", "tip"], "mesh_keys": {"comb": "ab" * 32, "tip": "cd" * 32}}
+    assert (record.medium["permittivity"], record.medium["image_factor"]) == (8.8e-12, -1.0)
+    assert np.array_equal(record.facets, ramp(5, 3, 3))
+    assert record.panel.tolist() == [0, 1, 2, 2, 3]
+    assert record.conductor.tolist() == record.coarse.tolist() == [0, 0, 1, 1]
+    assert np.array_equal(record.density, ramp(4, 2, start=1.0))
+    assert np.array_equal(record.capacitance, ramp(2, 2, start=2.0))
+    assert np.array_equal(record.panel_error, ramp(2, 2, start=3.0))
+    assert np.array_equal(record.shape_error, ramp(2, 2, start=4.0))
+    assert np.array_equal(record.potentials, ramp(2, start=5.0))
+    assert np.array_equal(record.charges, ramp(2, start=6.0))
+    assert record.quantities == {"comb.capacitance": {"value": 2.0, "unit": "F"}}
+    assert record.counts == {"panels": 4, "coarse_panels": 2, "cpu_seconds": 0.5}
+
+
 CHECKS: dict[str, Callable[[Any], None]] = {
     "mesh": check_mesh,
     "modes": check_modes,
@@ -300,6 +316,7 @@ CHECKS: dict[str, Callable[[Any], None]] = {
     "wheel": check_wheel,
     "measurement": check_measurement,
     "report": check_report,
+    "field": check_field,
 }
 """What the files of all versions hold."""
 OWN: dict[str, dict[str, Callable[[Any], None]]] = {

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.records import KINDS, cyclic, mesh, modes, nodal, report, trajectory
+from gudgeon.modaldb.records import KINDS, cyclic, field, mesh, modes, nodal, report, trajectory
 
 SCALARS = (str, int, float)
 
@@ -93,7 +93,7 @@ def test_lives_among_the_records(cls: type) -> None:
 
 def test_every_record_class_is_reached() -> None:
     """A dataclass of the schema that no kind holds is dead, unless a report writes it as rows."""
-    families = (cyclic, mesh, modes, nodal, report, trajectory)
+    families = (cyclic, field, mesh, modes, nodal, report, trajectory)
     held = [item for family in families for item in vars(family).values()]
     there = {item for item in held if isinstance(item, type) and dataclasses.is_dataclass(item)}
     assert there == set(ALL)

@@ -7,6 +7,7 @@ import numpy as np
 
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
+from gudgeon.modaldb.records.field import FieldRecord
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.modaldb.records.modes import (
     GaugeModes,
@@ -280,9 +281,29 @@ def report() -> ReportRecord:
     return ReportRecord(document={"schema": 1, "scene": "skirt", "runs": [], "choice": None})
 
 
+def field() -> FieldRecord:
+    """Return two conductors of four panels on five facets."""
+    return FieldRecord(
+        conductors={"names": ["comb", "tip"], "mesh_keys": {"comb": "ab" * 32, "tip": "cd" * 32}},
+        medium={"permittivity": 8.8e-12, "point": [0.0, 0.0, -1.0], "normal": [0.0, 0.0, 1.0], "image_factor": -1.0},
+        facets=ramp(5, 3, 3),
+        panel=np.array([0, 1, 2, 2, 3]),
+        conductor=np.array([0, 0, 1, 1]),
+        coarse=np.array([0, 0, 1, 1]),
+        density=ramp(4, 2, start=1.0),
+        capacitance=ramp(2, 2, start=2.0),
+        panel_error=ramp(2, 2, start=3.0),
+        shape_error=ramp(2, 2, start=4.0),
+        potentials=ramp(2, start=5.0),
+        charges=ramp(2, start=6.0),
+        quantities={"comb.capacitance": {"value": 2.0, "unit": "F"}},
+        counts={"panels": 4, "coarse_panels": 2, "cpu_seconds": 0.5},
+    )
+
+
 SAMPLES = {
     "mesh": mesh, "modes": modes, "morph": morph, "nodal": nodal, "trajectory": trajectory, "cyclic": cyclic,
-    "wheel": wheel, "measurement": measurement, "report": report,
+    "wheel": wheel, "measurement": measurement, "report": report, "field": field,
 }  # fmt: skip
 """Maker of each kind's sample."""
 WITHOUT_ARRAYS = {"measurement", "report"}

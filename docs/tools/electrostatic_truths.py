@@ -1,0 +1,104 @@
+"""`python -m docs.tools.electrostatic_truths [--db FOLDER] [NAME…]`: capacitances of exactly known conductors.
+
+Each scene of data/electrostatics with a reference runs on four meshes, whose triangles shrink as their strips grow in
+number; the table has the error, its estimate, and the order over the mesh sizes by a fit.
+"""
+
+import argparse
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gudgeon.pipeline.kinds import open_job, run
+
+DATA = Path(__file__).parents[2] / "data" / "electrostatics"
+
+
+class Truth(NamedTuple):
+    """A scene and its meshes."""
+
+    scene: str
+    size: float
+    """Edge length of the coarsest mesh [m]."""
+    strips: tuple[int, ...]
+    """Coarse strips; the size is in inverse proportion."""
+    changes: dict[str, Any]
+
+
+def gap(name: str, value: float) -> dict[str, Any]:
+    """Return the position of a conductor in z."""
+    return {f"conductor.{name}.position": [0.0, 0.0, value]}
+
+
+def squares(row: int, value: float) -> Truth:
+    """Return two squares at a gap [m], row of the reference."""
+    entry = {"report.quantities": {"lower.upper.mutual_capacitance": f"table/{row}/C"}}
+    return Truth("squares", 5e-4, (2, 3, 4, 5), gap("upper", value) | entry)
+
+
+def discs(row: int, value: float) -> Truth:
+    """Return two discs at a gap [m], row of the reference."""
+    entry = {"report.quantities": {"lower.upper.mutual_capacitance": f"table/{row}/C"}}
+    return Truth("scene", 6e-4, (2, 3, 4, 5), gap("upper", value - 1e-3) | entry)
+
+
+def spheres(row: int, distance: float) -> Truth:
+    """Return two spheres at a distance of their centres [m], row of the reference."""
+    entry = {"report.quantities": {"left.right.mutual_capacitance": f"two_spheres/{row}/C_mutual"}}
+    places = {
+        "conductor.left.position": [-distance / 2, 0.0, 0.0],
+        "conductor.right.position": [distance / 2, 0.0, 0.0],
+    }
+    return Truth("spheres", 8e-4, (2, 3, 4, 8), places | entry)
+
+
+def over_plane(row: int, height: float) -> Truth:
+    """Return a sphere over a plane, row of the reference."""
+    entry = {"report.quantities": {"ball.capacitance": f"sphere_plane/{row}/C"}}
+    return Truth("sphere-plane", 8e-4, (2, 3, 4, 8), gap("ball", height) | entry)
+
+
+TRUTHS: dict[str, Truth] = {
+    "cube": Truth("cube", 0.7, (1, 2, 3, 4), {}),
+    "square plate": Truth("square-plate", 0.6, (2, 3, 4, 6), {}),
+    **{f"discs, gap {value * 1e3:g} mm": discs(row, value) for row, value in enumerate((5e-5, 1e-4, 2e-4, 5e-4, 1e-3))},
+    **{f"squares, gap {value * 1e3:g} mm": squares(row, value) for row, value in enumerate((1e-4, 2.5e-4, 1e-3))},
+    **{f"spheres, {value * 1e3:g} mm apart": spheres(row, value) for row, value in enumerate((2.2e-3, 3e-3, 5e-3))},
+    **{f"sphere at {value * 1e3:g} mm": over_plane(row, value) for row, value in enumerate((1.1e-3, 1.5e-3, 3e-3))},
+}
+
+
+def rows_of(truth: Truth, db: Path, out: Path) -> list[tuple[float, int, float, float]]:
+    """Return mesh size, panels, relative error and its estimate on each mesh."""
+    path, rows = DATA / f"{truth.scene}.toml", []
+    names = list(open_job(path, db=db).scene.conductor)
+    for strips in truth.strips:
+        size = truth.size * truth.strips[0] / strips
+        changes = truth.changes | {"panels.strips": strips} | {f"conductor.{name}.mesh.size": size for name in names}
+        report = run(path, set=changes, db=db, out=out / truth.scene, until="solve")
+        entry = next(one for one in report.quantities.values() if one["reference"] is not None)
+        job = open_job(path, set=changes, db=db)
+        panels = job.store.get(job.field().key, "field", only=["counts"]).counts["panels"]
+        rows.append((size, panels, entry["error"], sum(report.estimates.values())))
+    return rows
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", help=f"of {', '.join(TRUTHS)}")
+    parser.add_argument("--db", type=Path, default=None)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        for name in options.names or TRUTHS:
+            rows = rows_of(TRUTHS[name], options.db or Path(folder) / "db", Path(folder) / "out")
+            for size, panels, error, estimate in rows:
+                print(f"{name:24} size {size:8.3g} m  {panels:6} panels  error {error:+.2e}  estimate {estimate:.1e}")
+            sizes, errors = np.array([row[0] for row in rows]), np.abs([row[2] for row in rows])
+            print(f"{name:24} order {np.polyfit(np.log(sizes), np.log(errors), 1)[0]:.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

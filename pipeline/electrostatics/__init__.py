@@ -1,0 +1,1 @@
+"""Electrostatics of conductors by boundary elements; only scenes with conductors import it."""

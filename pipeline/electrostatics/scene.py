@@ -1,0 +1,92 @@
+"""The scene file of conductors: their shapes, places, potentials or charges, the medium, panels and poses."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from gudgeon.pipeline.scenes.component import Meshed
+from gudgeon.solver.numbers import Charge, Name, Permittivity, Potential, Strict
+from gudgeon.solver.scene.orientation import Orientation
+from gudgeon.solver.vectors import Direction, Place, unit
+
+WITHOUT_SURFACE = ("bar", "beam", "rigid")
+
+
+class Conductor(Meshed):
+    """A conductor: the boundary of a solid, or a sheet of named surfaces."""
+
+    surfaces: tuple[str, ...] = Field(
+        default=(), description="Surfaces of the geometry that alone are the conductor, as a thin sheet; default: all"
+    )
+    position: Place = Field(default=(0.0, 0.0, 0.0), description="Position of the geometry's origin [m]")
+    orientation: Orientation | None = Field(
+        default=None, description="Rotation about the geometry's origin, before `position`; default: none"
+    )
+    potential: Potential | None = Field(default=None, description="Given potential [V]")
+    charge: Charge | None = Field(default=None, description="Given charge of a floating conductor [C]")
+
+    @model_validator(mode="after")
+    def _one_condition(self) -> "Conductor":
+        if (self.potential is None) == (self.charge is None):
+            given = "both" if self.charge is not None else "neither"
+            raise ValueError(f"{given} given; one of potential [V] and, of a floating conductor, charge [C] is needed")
+        if self.geometry.kind in WITHOUT_SURFACE:
+            raise ValueError(f"geometry '{self.geometry.kind}' has no surface; a conductor is a solid or a plane part")
+        return self
+
+
+class PanelSettings(Strict):
+    """How surfaces are cut into panels of uniform charge density."""
+
+    strips: int = Field(
+        default=4,
+        ge=1,
+        le=20,
+        description="Coarse strips of a mesh triangle at an edge; there are twice as many panels",
+    )
+    exponent: float = Field(
+        default=4.0, ge=1, le=8, description="Strips end at (k/strips)^exponent of the triangle's height"
+    )
+    corner_divisions: int = Field(default=3, ge=0, le=12, description="Divisions of triangles towards corners")
+    curved_divisions: int = Field(default=1, ge=0, le=4, description="Divisions of a curved panel into flat facets")
+
+
+class HalfSpaceSettings(Strict):
+    """A plane beyond which there is a dielectric or a grounded conductor."""
+
+    point: Place = Field(default=(0.0, 0.0, 0.0), description="A point of the plane [m]")
+    normal: Direction = Field(default=(0.0, 0.0, 1.0), description="Towards the conductors, of any length")
+    permittivity: Permittivity | Literal["conductor"] = Field(
+        description="Relative permittivity beyond the plane, or 'conductor' for a grounded one"
+    )
+
+    def image_factor(self, medium: float) -> float:
+        """Return image charge over charge for a medium of relative permittivity `medium` on the conductors' side."""
+        if isinstance(self.permittivity, str):
+            return -1.0
+        return (medium - self.permittivity) / (medium + self.permittivity)
+
+    @property
+    def unit_normal(self) -> np.ndarray:
+        """The normal at length 1, (3,)."""
+        return unit(self.normal)
+
+
+class FieldReport(Strict):
+    """Reference values."""
+
+    reference: str | None = Field(default=None, description="JSON file with reference values, relative to the scene")
+    quantities: dict[str, str] = Field(
+        default={}, description="Quantity of the run → name under `expected` in the reference"
+    )
+
+
+class FieldFile(Strict):
+    """A whole scene file of conductors."""
+
+    conductor: dict[Name, Conductor] = Field(min_length=1)
+    permittivity: Permittivity = Field(default=1.0, description="Relative permittivity around the conductors")
+    half_space: HalfSpaceSettings | None = None
+    panels: PanelSettings = PanelSettings()
+    report: FieldReport = FieldReport()

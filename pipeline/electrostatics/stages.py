@@ -1,0 +1,187 @@
+"""The stages of a scene of conductors, `mesh → field → plot`: what each of them computes and reports."""
+
+import time
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gudgeon.modaldb.records.field import FieldRecord
+from gudgeon.pipeline.electrostatics.job import FieldJob
+from gudgeon.pipeline.electrostatics.scene import FieldFile
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.files import csv_text, write_text
+from gudgeon.pipeline.stages.make import Task, run_stages
+from gudgeon.pipeline.stages.run_report import Progress, RunReport
+from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
+
+CAPACITANCE = "capacitance.csv"
+
+
+def run_field(job: FieldJob, until: str = "plot", progress: Progress | None = None) -> RunReport:
+    """Compute the records of a scene of conductors that are missing, up to and including the stage `until`.
+
+    Raises:
+        InputError: there is no such stage, or the conductors overlap or have too many panels.
+        StageError: a numerical routine failed.
+    """
+    tell = progress or (lambda stage, share: None)
+    tasks = partial(_tasks, job, tell=tell)
+    return run_stages(job, until, tell, tasks, partial(_finish, job), partial(_draw, job, tell))
+
+
+def _tasks(job: FieldJob, stage: str, tell: Progress) -> list[Task]:
+    return [Task(product, partial(_make, job, product.name, stage, tell)) for product in job.products([stage]).values()]
+
+
+def _make(job: FieldJob, name: str, stage: str, tell: Progress) -> Any:
+    """Compute one record. Heavy libraries are imported here, where they are needed."""
+    if stage == "mesh":
+        from gudgeon.pipeline.stages.mesh import build_mesh
+
+        return build_mesh(job.scene.conductor[name], job.path.parent, name, "conductor")
+    from gudgeon.pipeline.electrostatics import capacitance, conductors
+    from gudgeon.pipeline.electrostatics.panels import Grading, joined
+
+    begin, scene = time.process_time(), job.scene
+    keys = {name: one.key for name, one in job.meshes().items()}
+    meshes = {name: job.store.get(key, "mesh") for name, key in keys.items()}
+    parts = conductors.conductor_panels(scene.conductor, meshes, Grading(**scene.panels.model_dump()))
+    half_space = half_space_of(scene)
+    conductors.refuse_overlap(dict(zip(scene.conductor, parts, strict=True)), half_space)
+    panels, permittivity = joined(parts), capacitance.VACUUM * scene.permittivity
+    charged = capacitance.charge(panels, len(parts), permittivity, half_space, tell)
+    potentials = [np.nan if one.potential is None else one.potential for one in scene.conductor.values()]
+    charges = [one.charge or 0.0 for one in scene.conductor.values()]
+    state = capacitance.state(charged.capacitance, np.array(potentials), np.array(charges))
+    coarse = capacitance.state(charged.coarse, np.array(potentials), np.array(charges))
+    medium: dict[str, Any] = {"permittivity": permittivity}
+    if half_space is not None:
+        medium |= {"point": half_space.point.tolist(), "normal": half_space.normal.tolist()}
+        medium["image_factor"] = half_space.factor
+    quantities = _quantities(list(scene.conductor), charged.capacitance, state)
+    energy = state.co_energy
+    quantities["co_energy.error"] = {
+        "value": (
+            capacitance.COARSE_SHARE * abs(energy - coarse.co_energy)
+            + capacitance.RULES * abs(energy)
+            + 0.5 * float(np.abs(state.potentials) @ charged.shape_error @ np.abs(state.potentials))
+        ),
+        "unit": "J",
+    }
+    counts = {"panels": len(panels), "coarse_panels": int(panels.coarse[-1]) + 1}
+    return FieldRecord(
+        conductors={"names": list(scene.conductor), "mesh_keys": keys}, medium=medium, facets=panels.facets,
+        panel=panels.panel, conductor=panels.conductor, coarse=panels.coarse, density=charged.density,
+        capacitance=charged.capacitance, panel_error=charged.panel_error, shape_error=charged.shape_error,
+        potentials=state.potentials, charges=state.charges, quantities=quantities,
+        counts=counts | {"cpu_seconds": time.process_time() - begin},
+    )  # fmt: skip
+
+
+def half_space_of(scene: FieldFile) -> Any:
+    """Return the `HalfSpace` of a scene, or None."""
+    from gudgeon.pipeline.electrostatics.capacitance import HalfSpace
+
+    if (given := scene.half_space) is None:
+        return None
+    return HalfSpace(np.array(given.point), given.unit_normal, given.image_factor(scene.permittivity))
+
+
+def _quantities(names: list[str], C: np.ndarray, state: Any) -> dict[str, Any]:
+    """Return capacitances, potentials, charges and co-energy of conductors.
+
+    The mutual capacitance of two conductors is that between Q on one and −Q on the other, and no charge on the rest.
+    """
+    found: dict[str, Any] = {}
+    for i, name in enumerate(names):
+        found[f"{name}.capacitance"] = {"value": float(C[i, i]), "unit": "F"}
+        found[f"{name}.potential"] = {"value": float(state.potentials[i]), "unit": "V"}
+        found[f"{name}.charge"] = {"value": float(state.charges[i]), "unit": "C"}
+    P = np.linalg.inv(C)
+    for i, name in enumerate(names):
+        for j in range(i):
+            mutual = 1 / (P[i, i] + P[j, j] - 2 * P[i, j])
+            found[f"{names[j]}.{name}.mutual_capacitance"] = {"value": float(mutual), "unit": "F"}
+    return found | {"co_energy": {"value": state.co_energy, "unit": "J"}}
+
+
+def _finish(job: FieldJob, until: str) -> RunReport:
+    """Write summary and capacitances unless they are up to date, and return the report."""
+    if until == "mesh":
+        return RunReport(job.name, None, out=str(job.out))
+    key = job.field().key
+    record: FieldRecord = job.store.get(key, "field", only=RESULTS)
+    _refuse_unknown(job, record.quantities)
+    summary = read_summary(job.out, key, CAPACITANCE, job.expected)
+    if summary is None:
+        write_text(job.out / CAPACITANCE, _table(record))
+        quantities = {name: _compared(one, job.expected.get(name)) for name, one in record.quantities.items()}
+        summary = {"key": key, "expected": job.expected, "quantities": quantities, "counts": record.counts}
+        summary = seal_summary(job.out, summary, CAPACITANCE)
+    estimates = {
+        "panels": _largest(record.panel_error, record.capacitance),
+        "shape": _largest(record.shape_error, record.capacitance),
+    }
+    return RunReport(
+        job.name, "FINISHED", {}, summary["quantities"], estimates=estimates, out=str(job.out),
+        files=(SUMMARY, CAPACITANCE),
+    )  # fmt: skip
+
+
+RESULTS = ("conductors", "medium", "capacitance", "panel_error", "shape_error", "quantities", "counts")
+
+
+def _refuse_unknown(job: FieldJob, quantities: Mapping[str, Any]) -> None:
+    for name in job.scene.report.quantities:
+        if name not in quantities:
+            raise InputError(
+                f"{job.path}: report.quantities: '{name}' given; the run has {', '.join(sorted(quantities))}"
+            )
+
+
+def _compared(entry: Mapping[str, Any], reference: float | None) -> dict[str, Any]:
+    error = None if reference is None else entry["value"] / reference - 1 if reference else entry["value"]
+    return dict(entry) | {"reference": reference, "error": error}
+
+
+def _largest(error: np.ndarray, C: np.ndarray) -> float:
+    """Return the largest error of a capacitance, relative to those of its two conductors."""
+    own = np.sqrt(np.diag(C))
+    return float((error / np.outer(own, own)).max())
+
+
+def _table(record: FieldRecord) -> str:
+    """Return Maxwell's matrix with both errors of each entry, as CSV."""
+    names = record.conductors["names"]
+    rows = [["conductor", "conductor", "C [F]", "error by panels [F]", "error by shape [F]"]]
+    for i, first in enumerate(names):
+        for j, second in enumerate(names[: i + 1]):
+            values = (record.capacitance[i, j], record.panel_error[i, j], record.shape_error[i, j])
+            rows.append([first, second, *(f"{value:.9g}" for value in values)])
+    return csv_text(rows)
+
+
+def plan_field(job: FieldJob) -> dict[str, Any]:
+    """Return the terms of a field, with the reason for each; nothing is read by a solver."""
+    from gudgeon.pipeline.stages.plan import term_row
+
+    scene, floating = job.scene, [name for name, one in job.scene.conductor.items() if one.potential is None]
+    half = scene.half_space
+    terms = [
+        ("conductors", True, f"{len(scene.conductor)}: {', '.join(scene.conductor)}", ()),
+        ("floating conductors", bool(floating), f"charge is given for {', '.join(floating) or 'none'}", ()),
+        ("images", half is not None, "half_space is given" if half is not None else "no half_space", ()),
+    ]
+    rows = [term_row(job.store, {"field": job.field().key}, job.name, term)[0] for term in terms]
+    return {"scene": job.name, "terms": rows, "bytes": 0}
+
+
+def _draw(job: FieldJob, tell: Progress) -> tuple[list[Path], list[str]]:
+    from gudgeon.pipeline.electrostatics.pictures import FIELD
+    from gudgeon.pipeline.plots import render
+
+    tell("plot", 0.0)
+    return render(job.store.location, job.field().key, job.out, job.name, pictures=FIELD)
