@@ -16,6 +16,8 @@ from scipy import linalg
 
 from gudgeon.pipeline.modes.problem import Pairs, Problem
 
+EVEN = 1e-3
+"""If the weakest direction is stronger than this share of the strongest, one normalisation leaves 1e-13."""
 BLOCK = 8
 """Columns of a step: of more the solves are cheaper each, but more of them are needed; 6 to 16 take the same time."""
 DEPENDENT = 1e-24
@@ -87,6 +89,8 @@ class Basis:
             root = np.sqrt(strength[kept])
             Q = self._gemm(1.0, Q, scale[:, None] * turn[:, kept] / root)
             beta = (root[:, None] * turn[:, kept].conj().T * size) @ beta
+            if new.all() and strength[0] > EVEN * strength[-1]:
+                break
         if inverted:
             last = slice(self.count - inverted, self.count)
             self._T[: self.count, last] = inside
