@@ -296,6 +296,7 @@ OWN: dict[str, dict[str, Callable[[Any], None]]] = {
     "v7": {"modes": check_modes_7, "nodal": check_nodal_5, "trajectory": check_trajectory_7},
     "v8": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_7},
     "v9": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
+    "v10": {"modes": check_modes_8, "nodal": check_nodal_5, "trajectory": check_trajectory_9},
 }
 """What those of one version hold, or lack."""
 
