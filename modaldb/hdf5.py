@@ -35,7 +35,7 @@ from gudgeon.modaldb.schema import (
     type_hints,
 )
 from gudgeon.modaldb.source import FileSource
-from gudgeon.modaldb.structure import Dataset, Group, read_structure
+from gudgeon.modaldb.structure import LABELS, Dataset, Group, read_structure
 
 MAGIC = b"GUDGEON-RECORD 1\n"
 BESIDE = {"encoding-type", "encoding-version", "provenance"}
@@ -217,7 +217,10 @@ def _write_field(group: Any, name: str, value: Any, field: tuple[Any, Any, str])
             value.astype(float) if rule.dtype == "float" and value.dtype.kind in "iu" else np.ascontiguousarray(value)
         )
         check_values(array, rule, {}, path)
-        group.create_dataset(name, data=array, track_times=False)
+        dataset = group.create_dataset(name, data=array, track_times=False)
+        for attribute, text in zip(LABELS, (rule.unit, rule.name, rule.columns), strict=True):
+            if text:
+                dataset.attrs[attribute] = text
     elif is_dataclass(value):
         _write_group(group.create_group(name), value, f"{path}/")
     elif (member := member_type(hint)) is not None:

@@ -34,6 +34,10 @@ FOREIGN = {0x07: "external storage", 0x0B: "a filter", 0x0F: "a shared type", 0x
 SHARED = 0x02
 
 
+LABELS = ("units", "long_name", "columns")
+"""Attributes that an array may have, texts for other programs; nothing here depends on them."""
+
+
 class Dataset(NamedTuple):
     """An array: what it is and where it stands."""
 
@@ -170,8 +174,14 @@ class _Objects:
         for kind in (DATASPACE, DATATYPE, LAYOUT):
             if len(messages.get(kind, ())) != 1:
                 raise Malformed(f"{path}: an array without its shape, type or place")
-        if unknown := messages.keys() & {LINK, LINK_INFO, ATTRIBUTE}:
+        if unknown := messages.keys() & {LINK, LINK_INFO}:
             raise Malformed(f"{path}: an array with messages {sorted(unknown)}")
+        labels: dict[str, Any] = {}
+        for body in [*messages.get(ATTRIBUTE, ()), *self._dense(messages, ATTRIBUTE_INFO, 2)]:
+            name, value = self._attribute(body, path)
+            if name not in LABELS or not isinstance(value, str):
+                raise Malformed(f"{path}: an array with an attribute {name!r}")
+            _put(labels, name, value, path)
         space, layout = messages[DATASPACE][0], messages[LAYOUT][0]
         dtype = DTYPES.get(messages[DATATYPE][0].hex())
         if dtype is None:

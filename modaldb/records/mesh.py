@@ -9,14 +9,16 @@ from gudgeon.modaldb.records.types import Array, Json, rule
 class Surface:
     """A named part of a mesh's boundary."""
 
-    facets: Array = field(metadata=rule("f' 6|3|1", "int", below="n"))
+    facets: Array = field(metadata=rule("f' 6|3|1", "int", below="n", unit="1", name="node numbers of each facet"))
     """Node numbers of each facet, corners first: (facets, 6) on tet10, (facets, 3) on triangles with the part on their
     left, (facets, 1) on a line or a rigid body, or the nodes of a set."""
     shape: Json = field(default_factory=dict)
     """The true surface, `{"kind": "cylinder", "radius", "axis", "origin"}` or `{}` where only the nodes are known."""
-    areas: Array | None = field(default=None, metadata=rule("f'"))
+    areas: Array | None = field(default=None, metadata=rule("f'", unit="m^2", name="area of each node"))
     """Of a set of nodes, the part of the surface that each stands for [m^2], (facets,)."""
-    normals: Array | None = field(default=None, metadata=rule("f' 3"))
+    normals: Array | None = field(
+        default=None, metadata=rule("f' 3", unit="1", name="outward unit normals", columns="x, y, z")
+    )
     """Outward unit normal at each of these nodes, zero where its area is, (facets, 3); None where it is unknown."""
 
 
@@ -24,11 +26,11 @@ class Surface:
 class Triangle:
     """Upper triangle, with the diagonal, of a sparse symmetric matrix over N degrees of freedom."""
 
-    rows: Array = field(metadata=rule("k'", "int", below="N"))
+    rows: Array = field(metadata=rule("k'", "int", below="N", unit="1", name="row of each entry"))
     """(k,)"""
-    columns: Array = field(metadata=rule("k'", "int", below="N"))
+    columns: Array = field(metadata=rule("k'", "int", below="N", unit="1", name="column of each entry"))
     """Not below the row, (k,)."""
-    values: Array = field(metadata=rule("k'"))
+    values: Array = field(metadata=rule("k'", unit="SI", name="entries of the matrix"))
     """(k,)"""
 
 
@@ -36,11 +38,11 @@ class Triangle:
 class SystemMatrices:
     """Stiffness and mass of a body as another program assembled them, in SI units."""
 
-    nodes: Array = field(metadata=rule("N", "int", below="n"))
+    nodes: Array = field(metadata=rule("N", "int", below="n", unit="1", name="node of each degree of freedom"))
     """Node of each degree of freedom, (N,). Those that a node with others lacks are held at zero."""
-    directions: Array = field(metadata=rule("N", "int"))
+    directions: Array = field(metadata=rule("N", "int", unit="1", name="direction of each degree of freedom"))
     """Its direction, (N,): 0, 1, 2 are x, y, z [m], 3, 4, 5 rotations about them [rad]."""
-    labels: Array = field(metadata=rule("n", "int"))
+    labels: Array = field(metadata=rule("n", "int", unit="1", name="node numbers in the other program"))
     """Number of each node in the other program, (n,)."""
     stiffness: Triangle
     """[N/m], of rotations [N m]."""
@@ -52,16 +54,20 @@ class SystemMatrices:
 class MeshRecord:
     """Nodes, cells and named surfaces of one component."""
 
-    nodes: Array = field(metadata=rule("n 3"))
+    nodes: Array = field(metadata=rule("n 3", unit="m", name="nodal positions", columns="x, y, z"))
     """Nodal positions [m], (n, 3)."""
-    cells: Array = field(metadata=rule("e 20|15|10|8|6|4|3|2|1", "int", below="n"))
+    cells: Array = field(
+        metadata=rule("e 20|15|10|8|6|4|3|2|1", "int", below="n", unit="1", name="node numbers of each cell")
+    )
     """Node numbers of each cell in meshio's order, (e, 10), (e, 6), (e, 3), (e, 2) or (e, 1)."""
     cell_type: str
     """`tetra10`; `triangle6`, a plane part in z = 0; `line3`, a bar; `beam2` and `beam3`, a beam;
     `vertex`, a rigid body without mesh. Only with a `system`: `tetra`, `hexahedron`, `hexahedron20`, `wedge15`, solids
     whose cells are only drawn; `nodes`, points without cells."""
     surfaces: dict[str, Surface]
-    volumes: dict[str, Array] = field(default_factory=dict, metadata=rule("k'", "int", below="e"))
+    volumes: dict[str, Array] = field(
+        default_factory=dict, metadata=rule("k'", "int", below="e", unit="1", name="cells of a named volume")
+    )
     """Cells of each named part of a solid of several, (k,) each."""
     system: SystemMatrices | None = None
     """Matrices that were read, not assembled from the cells."""

@@ -9,22 +9,31 @@ from gudgeon.modaldb.records.types import FORMER, Array, Json, rule
 class InterfaceModes:
     """Contact points of a named interface of a body, and their displacement rows; one row per point."""
 
-    nodes: Array = field(metadata=rule("c'", "int", below="n"))
+    nodes: Array = field(metadata=rule("c'", "int", below="n", unit="1", name="node of each contact point"))
     """Node number of each contact point, (c,)."""
-    points: Array = field(metadata=rule("c' 3"))
+    points: Array = field(metadata=rule("c' 3", unit="m", name="contact points", columns="x, y, z"))
     """Contact points on the true surface [m], (c, 3)."""
-    normals: Array = field(metadata=rule("c' 3"))
+    normals: Array = field(metadata=rule("c' 3", unit="1", name="outward unit normals", columns="x, y, z"))
     """Outward unit normals of the true surface, (c, 3)."""
-    areas: Array = field(metadata=rule("c'"))
+    areas: Array = field(metadata=rule("c'", unit="m^2", name="tributary areas"))
     """Tributary areas [m^2], (c,)."""
-    edge: Array = field(metadata=rule("c'", "bool"))
+    edge: Array = field(
+        metadata=rule("c'", "bool", unit="1", name="whether a point borders on surface outside the interface")
+    )
     """Whether a point borders on surface that is not part of the interface, (c,); contact may extend beyond it."""
-    rows: Array = field(metadata=rule("c' m"))
+    rows: Array = field(
+        metadata=rule("c' m", unit="kg^-0.5", name="outward normal displacement per elastic coordinate")
+    )
     """B Φ: outward normal displacement per unit of each elastic coordinate [kg^-½], (c, m)."""
-    tangents: Array | None = field(default=None, metadata=rule("c' 2 3"))
+    tangents: Array | None = field(
+        default=None,
+        metadata=rule("c' 2 3", unit="1", name="unit vectors t1, t2 across each normal", columns="x, y, z"),
+    )
     """Unit vectors t1, t2 across each normal, right-handed with it, (c, 2, 3); see `modaldb.tangents`. None where no
     friction acts."""
-    tangential_rows: Array | None = field(default=None, metadata=rule("c' 2 m"))
+    tangential_rows: Array | None = field(
+        default=None, metadata=rule("c' 2 m", unit="kg^-0.5", name="displacement along t1, t2 per elastic coordinate")
+    )
     """Displacement along t1 and t2 per unit of each elastic coordinate [kg^-½], (c, 2, m)."""
 
 
@@ -38,11 +47,11 @@ class SplineGrid:
     chart: Json
     """What `across` and `along` mean: `{"kind": "cylinder", "axis", "origin", "radius", "middle"}` or
     `{"kind": "plane", "origin", "normal", "across", "along"}`."""
-    start: Array = field(metadata=rule("2"))
+    start: Array = field(metadata=rule("2", unit="m", name="least coordinates of the space", columns="across, along"))
     """Least coordinates of the space, across and along [m], (2,)."""
-    spacing: Array = field(metadata=rule("2"))
+    spacing: Array = field(metadata=rule("2", unit="m", name="knot spacing", columns="across, along"))
     """Knot spacing across and along [m], (2,)."""
-    counts: Array = field(metadata=rule("2", "int"))
+    counts: Array = field(metadata=rule("2", "int", unit="1", name="number of splines", columns="across, along"))
     """Number of splines across and along, f = their product, (2,)."""
 
     @property
@@ -56,9 +65,19 @@ class TractionModes(SplineGrid):
     """A smooth traction space on a surface that many points slide over; a traction is N_a / ∫ N_a dA, of unit
     resultant."""
 
-    rows: Array = field(metadata=rule("f' m"))
+    rows: Array = field(
+        metadata=rule(
+            "f' m",
+            unit="kg^-0.5",
+            name="mean outward normal displacement under each unit traction per elastic coordinate",
+        )
+    )
     """B Φ: mean outward normal displacement under each traction per unit of each elastic coordinate [kg^-½], (f, m)."""
-    resultant: Array = field(metadata=rule("f' 6"))
+    resultant: Array = field(
+        metadata=rule(
+            "f' 6", unit="1, m", name="force and moment of each unit traction", columns="Fx, Fy, Fz, Mx, My, Mz"
+        )
+    )
     """Force and moment about the component's origin of each unit traction along the outward normal [1, m], (f, 6)."""
 
 
@@ -66,11 +85,21 @@ class TractionModes(SplineGrid):
 class LoadModes:
     """A load, or a point held by a joint: k generalised forces and their displacements."""
 
-    rows: Array = field(metadata=rule("k' m"))
+    rows: Array = field(
+        metadata=rule(
+            "k' m",
+            unit="conjugate to unit, per kg^0.5 m",
+            name="displacement conjugate to each force per elastic coordinate",
+        )
+    )
     """B Φ: displacement conjugate to each force per unit of each elastic coordinate, (k, m)."""
-    resultant: Array = field(metadata=rule("k' 6"))
+    resultant: Array = field(
+        metadata=rule(
+            "k' 6", unit="per unit", name="force and moment of each unit force", columns="Fx, Fy, Fz, Mx, My, Mz"
+        )
+    )
     """Force and moment about the component's origin per unit, (k, 6)."""
-    point: Array = field(metadata=rule("3"))
+    point: Array = field(metadata=rule("3", unit="m", name="point of action", columns="x, y, z"))
     """Its point of action: the mean of its surface, or the reference point of a tie [m], (3,)."""
     unit: str
     """Of the generalised force: `N` of a mean's three, `N, N m` on a tie's reference point, `Pa` of a pressure."""
@@ -84,14 +113,22 @@ class GaugeModes:
     strain as ε_xy and not γ_xy; k = 6 s are these at s nodes of a surface, node by node.
     """
 
-    rows: Array = field(metadata=rule("k' m"))
+    rows: Array = field(metadata=rule("k' m", unit="unit per kg^0.5 m", name="gauge value per elastic coordinate"))
     """Value per unit of each elastic coordinate, (k, m)."""
-    residual: Array = field(metadata=rule("k' C or k' 0"))
+    residual: Array = field(
+        metadata=rule(
+            "k' C or k' 0",
+            unit="unit per N",
+            name="quasi-static gauge value per force of each row of the residual flexibility",
+        )
+    )
     """Quasi-static value per unit force of each row of R, the part of the truncated modes, (k, C); (k, 0) of a surface
     where the reduction makes no R."""
     unit: str
     """Of the value, `Pa` or `1`."""
-    nodes: Array | None = field(default=None, metadata=rule("s'", "int", below="n"))
+    nodes: Array | None = field(
+        default=None, metadata=rule("s'", "int", below="n", unit="1", name="nodes of the gauge's surface")
+    )
     """Node numbers of a surface, (s,), ascending; None for a point."""
 
 
@@ -100,11 +137,19 @@ class StaticResponses:
     """Static displacement of a solid under k smooth pressures on its interfaces of contact, balanced by inertia if the
     body is free: what a design change with unchanged modes is judged by."""
 
-    shapes: Array = field(metadata=rule("n 3 k'"))
+    shapes: Array = field(metadata=rule("n 3 k'", unit="m per unit", name="displacement under each smooth pressure"))
     """Y = G f, nodal displacement per unit of each pressure, (n, 3, k)."""
-    compliance: Array = field(metadata=rule("k' k'"))
+    compliance: Array = field(
+        metadata=rule(
+            "k' k'", unit="conjugate to unit", name="displacement conjugate to each pressure per unit of each"
+        )
+    )
     """fᵀ G f, displacement conjugate to each pressure per unit of each, (k, k)."""
-    resultant: Array = field(metadata=rule("k' 6"))
+    resultant: Array = field(
+        metadata=rule(
+            "k' 6", unit="N, N m per unit", name="force and moment of each pressure", columns="Fx, Fy, Fz, Mx, My, Mz"
+        )
+    )
     """Force and moment about the component's origin of each pressure, (k, 6)."""
     columns: Json
     """First and last + 1 pressure of each interface."""
@@ -114,11 +159,15 @@ class StaticResponses:
 class InertiaCouplings:
     """Constant tensors of the nodal floating frame from the consistent mass (Zwölfer & Gerstmayr 2020)."""
 
-    translation: Array = field(metadata=rule("3 m"))
+    translation: Array = field(
+        metadata=rule("3 m", unit="kg^0.5", name="coupling of translations and elastic coordinates")
+    )
     """Tᵀ M Φ [kg^½], (3, m); zero for free-free modes."""
-    rotation: Array = field(metadata=rule("3 m"))
+    rotation: Array = field(metadata=rule("3 m", unit="kg^0.5 m", name="coupling of rotations and elastic coordinates"))
     """x̃ᵀ M Φ about the centre of mass [kg^½ m], (3, m); zero for free-free modes."""
-    rotation_gradient: Array = field(metadata=rule("3 m m"))
+    rotation_gradient: Array = field(
+        metadata=rule("3 m m", unit="1", name="gradient of the coupling of rotations and elastic coordinates")
+    )
     """∂(ũᵀ M Φ)/∂q [1], (3, m, m), antisymmetric in the last two."""
 
 
@@ -130,23 +179,35 @@ class ModalRecord:
     reduction: str = field(metadata={FORMER: "recipe"})
     normal_count: int
     static_count: int
-    angular_frequencies: Array = field(metadata=rule("m"))
+    angular_frequencies: Array = field(
+        metadata=rule("m", unit="rad/s", name="angular frequencies of the elastic coordinates")
+    )
     """ω [rad/s], (m,): normal modes first, then the static correction shapes' own."""
     mass: float
     """[kg]"""
-    centre: Array = field(metadata=rule("3"))
+    centre: Array = field(metadata=rule("3", unit="m", name="centre of mass", columns="x, y, z"))
     """Centre of mass [m], (3,)."""
-    inertia: Array = field(metadata=rule("3 3"))
+    inertia: Array = field(
+        metadata=rule("3 3", unit="kg m^2", name="inertia about the centre of mass", columns="x, y, z")
+    )
     """Inertia about the centre of mass [kg m^2], (3, 3)."""
-    rigid_twists: Array = field(metadata=rule("r 6"))
+    rigid_twists: Array = field(
+        metadata=rule(
+            "r 6", unit="kg^-0.5, kg^-0.5 m^-1", name="mass-normalised rigid motions", columns="ux, uy, uz, rx, ry, rz"
+        )
+    )
     """Mass-normalised rigid motions (translation, rotation about the centre) [kg^-½, kg^-½ m^-1], (r, 6)."""
     interfaces: dict[str, InterfaceModes]
     interface_rows: Json
     """First and last + 1 row of each interface, traction space and load in the residual flexibility."""
-    residual_flexibility: Array | None = field(metadata=rule("C C"))
+    residual_flexibility: Array | None = field(
+        metadata=rule("C C", unit="m/N", name="residual flexibility between the rows of all interfaces")
+    )
     """R = B (G − Φ Λ⁻¹ Φᵀ) Bᵀ [m/N] over the rows of all interfaces, (C, C), symmetric positive semidefinite; first
     those of `interface_rows`, then the tangential ones. None where the reduction makes none."""
-    shapes: Array | None = field(metadata=rule("n 3 m"))
+    shapes: Array | None = field(
+        metadata=rule("n 3 m", unit="kg^-0.5", name="nodal displacement per elastic coordinate")
+    )
     """Φ, nodal displacement per unit of each elastic coordinate, (n, 3, m)."""
     inertia_couplings: InertiaCouplings | None
     quality: Json
@@ -156,15 +217,26 @@ class ModalRecord:
     loads: dict[str, LoadModes] = field(default_factory=dict)
     """Loads by interface; `interface_rows` has their rows in R."""
     gauges: dict[str, GaugeModes] = field(default_factory=dict)
-    residuals: Array | None = field(default=None, metadata=rule("m", finite=False))
+    residuals: Array | None = field(
+        default=None, metadata=rule("m", finite=False, unit="1", name="relative residuals of the elastic coordinates")
+    )
     """‖KΦ − MΦω²‖ / ‖KΦ‖ of each coordinate over the free dofs, (m,): round-off for a normal mode, larger for
     a Ritz vector; None in records before version 4."""
-    algebraic_errors: Array | None = field(default=None, metadata=rule("m", finite=False))
+    algebraic_errors: Array | None = field(
+        default=None,
+        metadata=rule("m", finite=False, unit="1", name="bounds on the relative algebraic errors of the frequencies"),
+    )
     """Bound on |δω|/ω of each coordinate against the nearest exact frequency of the same mesh, (m,)."""
-    discretisation_errors: Array | None = field(default=None, metadata=rule("m", finite=False))
+    discretisation_errors: Array | None = field(
+        default=None,
+        metadata=rule("m", finite=False, unit="1", name="estimated relative discretisation errors of the frequencies"),
+    )
     """Estimate of (ω − ω_exact)/ω of each normal mode, the discretisation error, (m,); NaN for static shapes
     and Ritz vectors; None where the elements have no estimate."""
-    participation: Array | None = field(default=None, metadata=rule("3 m"))
+    participation: Array | None = field(
+        default=None,
+        metadata=rule("3 m", unit="kg^0.5", name="participation of the elastic coordinates in unit translations"),
+    )
     """Tᵀ M Φ with T the unit translations [kg^½], (3, m): the load of gravity on each coordinate; None without
     supports, since free modes take no part in translations."""
     static_responses: StaticResponses | None = None
@@ -188,13 +260,23 @@ class MorphRecord:
     modes_key: str
     update: str = field(metadata={FORMER: "rung"})
     """`none`, `reuse` or `recompute`."""
-    points: dict[str, Array] = field(metadata=rule("c' 3"))
+    points: dict[str, Array] = field(
+        metadata=rule("c' 3", unit="m", name="contact points of this design", columns="x, y, z")
+    )
     """Contact points of each interface in this design [m], (c, 3)."""
     mass: float
-    centre: Array = field(metadata=rule("3"))
-    inertia: Array = field(metadata=rule("3 3"))
-    rigid_twists: Array = field(metadata=rule("r 6"))
+    centre: Array = field(metadata=rule("3", unit="m", name="centre of mass", columns="x, y, z"))
+    inertia: Array = field(
+        metadata=rule("3 3", unit="kg m^2", name="inertia about the centre of mass", columns="x, y, z")
+    )
+    rigid_twists: Array = field(
+        metadata=rule(
+            "r 6", unit="kg^-0.5, kg^-0.5 m^-1", name="mass-normalised rigid motions", columns="ux, uy, uz, rx, ry, rz"
+        )
+    )
     """As in ModalRecord, always recomputed for this design."""
-    nodes: Array | None = field(metadata=rule("n 3"))
+    nodes: Array | None = field(
+        metadata=rule("n 3", unit="m", name="nodal positions of this design", columns="x, y, z")
+    )
     """Nodal positions of this design [m], (n, 3); None where no node moved."""
     quality: Json

@@ -21,23 +21,64 @@ class ContactHistory:
 
     body: str
     interface: str
-    force: Array = field(metadata=rule("s 3", finite=False))
+    force: Array = field(
+        metadata=rule(
+            "s 3",
+            finite=False,
+            unit="N",
+            name="mean resultant on the body over each sample interval",
+            columns="x, y, z",
+        )
+    )
     """Resultant on the body, mean over each sample interval, so that its sum × interval is the impulse [N], (s, 3)."""
-    multipliers: Array = field(metadata=rule("f c'", finite=False))
+    multipliers: Array = field(
+        metadata=rule("f c'", finite=False, unit="N", name="contact force of each point at each frame")
+    )
     """Contact force of each point at each frame [N], (f, c)."""
-    areas: Array | None = field(metadata=rule("c'", finite=False))
+    areas: Array | None = field(metadata=rule("c'", finite=False, unit="m^2", name="tributary areas"))
     """Tributary areas [m^2], (c,); None where the scene does not use them."""
-    points: Array = field(metadata=rule("c' 3", finite=False))
+    points: Array = field(
+        metadata=rule(
+            "c' 3", finite=False, unit="m", name="contact points in the body's design position", columns="x, y, z"
+        )
+    )
     """Contact points in the body's own design position [m], (c, 3)."""
-    master: Array | None = field(default=None, metadata=rule("f u'", finite=False))
+    master: Array | None = field(
+        default=None,
+        metadata=rule(
+            "f u'",
+            finite=False,
+            unit="m",
+            name="mean outward normal displacement under each traction function at each frame",
+        ),
+    )
     """For a contact on another body's traction space: mean outward normal displacement under each of its functions at
     each frame [m], (f, functions)."""
-    path: Array | None = field(default=None, metadata=rule("s 1|2", finite=False))
+    path: Array | None = field(
+        default=None,
+        metadata=rule(
+            "s 1|2",
+            finite=False,
+            unit="m",
+            name="displacement along the force at the contact point, own and other body's",
+        ),
+    )
     """Of a contact of one point: displacement along the force on the body, of its point and of the other body's, at the
     end of each sample interval [m], (s, 1 or 2)."""
-    peak_multipliers: Array | None = field(default=None, metadata=rule("p c'", finite=False))
+    peak_multipliers: Array | None = field(
+        default=None,
+        metadata=rule("p c'", finite=False, unit="N", name="contact force of each point at each of peak_times"),
+    )
     """Contact force of each point at each of `Trajectory.peak_times` [N], (p, c)."""
-    peak_master: Array | None = field(default=None, metadata=rule("p u'", finite=False))
+    peak_master: Array | None = field(
+        default=None,
+        metadata=rule(
+            "p u'",
+            finite=False,
+            unit="m",
+            name="mean outward normal displacement under each traction function at each of peak_times",
+        ),
+    )
     """As `master`, at each of `Trajectory.peak_times` [m], (p, functions)."""
 
 
@@ -47,11 +88,15 @@ class JointHistory:
 
     body: str
     interface: str
-    angle: Array = field(metadata=rule("s", finite=False))
+    angle: Array = field(metadata=rule("s", finite=False, unit="rad", name="crank angle from upper dead centre"))
     """Of the crank, from its upper dead centre, at the end of each sample interval [rad], (s,)."""
-    force: Array = field(metadata=rule("s 3", finite=False))
+    force: Array = field(
+        metadata=rule(
+            "s 3", finite=False, unit="N", name="mean force on the body over each sample interval", columns="x, y, z"
+        )
+    )
     """On the body, mean over each sample interval [N], (s, 3)."""
-    violation: Array = field(metadata=rule("s", finite=False))
+    violation: Array = field(metadata=rule("s", finite=False, unit="m", name="length error"))
     """Length error at the end of each sample interval [m], (s,)."""
 
 
@@ -61,7 +106,9 @@ class ProbeHistory:
 
     kind: str
     """`displacement`, `velocity`, `acceleration`, `rotation`, `distance`, `force` or `centre`."""
-    values: Array = field(metadata=rule("s *", finite=False))
+    values: Array = field(
+        metadata=rule("s *", finite=False, unit="as the group's unit", name="probe values; columns as the group's")
+    )
     """At the end of each sample interval; accelerations and forces of contacts and joints: the mean over it, (s, k)."""
     unit: str
     """Of the values; `N, N m` of force and moment."""
@@ -81,17 +128,27 @@ class Trajectory:
     """Key of each body's MorphRecord."""
     coordinate_offsets: Json
     """First coordinate of each body: its rigid ones (as many as its rigid twists), then its elastic ones."""
-    times: Array = field(metadata=rule("s", finite=False))
+    times: Array = field(metadata=rule("s", finite=False, unit="s", name="ends of the sample intervals"))
     """Ends of the sample intervals [s], (s,)."""
-    energies: Array = field(metadata=rule("s 4|5", finite=False))
+    energies: Array = field(
+        metadata=rule(
+            "s 4|5",
+            finite=False,
+            unit="J",
+            name="energies",
+            columns="kinetic, strain, contact, dissipated, work of loads",
+        )
+    )
     """Kinetic, strain, contact (½ λᵀCλ) and dissipated energy, and the work of loads and joints so far, at the end of
     each interval [J], (s, 5); without the work in version 1, (s, 4)."""
     contacts: dict[str, ContactHistory]
-    frame_times: Array = field(metadata=rule("f", finite=False))
+    frame_times: Array = field(metadata=rule("f", finite=False, unit="s", name="times of the frames"))
     """[s], (f,)"""
-    frames: Array = field(metadata=rule("f q", finite=False))
+    frames: Array = field(metadata=rule("f q", finite=False, unit="m kg^0.5", name="all coordinates at each frame"))
     """All coordinates at each frame [m kg^½], (f, coordinates)."""
-    velocities: Array = field(metadata=rule("f q", finite=False))
+    velocities: Array = field(
+        metadata=rule("f q", finite=False, unit="m kg^0.5/s", name="rates of all coordinates at each frame")
+    )
     """All velocities at each frame [m kg^½/s], (f, coordinates)."""
     quantities: Json
     """name → {"value", "unit"}."""
@@ -101,26 +158,55 @@ class Trajectory:
     """Steps, substeps per given step, steps in contact, pivots, coordinates, bytes read; `reason`, with figures, where
     the run left the range of its model; `basis_reason` where the run that estimates the error of the basis failed."""
     joints: dict[str, JointHistory] = field(default_factory=dict)
-    motion: dict[str, Array] = field(default_factory=dict, metadata=rule("s 12", finite=False))
+    motion: dict[str, Array] = field(
+        default_factory=dict,
+        metadata=rule(
+            "s 12",
+            finite=False,
+            unit="m, rad, m/s, rad/s",
+            name="rigid motion of each body",
+            columns="ux, uy, uz, rx, ry, rz, vx, vy, vz, wx, wy, wz",
+        ),
+    )
     """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass
     since the start [m, rad], their rates [m/s, rad/s], (s, 12)."""
     impacts: dict[str, Array] = field(
-        default_factory=dict, metadata=rule("b' 7|9", finite=False) | {FORMER: "episodes", COLUMNS: IMPACT_COLUMNS}
+        default_factory=dict,
+        metadata=rule(
+            "b' 7|9",
+            finite=False,
+            unit="s, N, m/s",
+            name="impacts of each contact",
+            columns="begin [s], end [s], impulse [N s], peak [N], peak time [s], closing speed [m/s],"
+            " opening speed [m/s], windowed peak [N], its time [s]",
+        )
+        | {FORMER: "episodes", COLUMNS: IMPACT_COLUMNS},
     )
     """Contact by contact, each impact: first and last time [s], impulse [N s], largest force [N], its time [s], closing
     speed at the first time and opening speed at the last [m/s], largest mean force over the window [N], middle of this
     window [s], (b, 9). NaN where unknown, as the last two up to version 6."""
-    gauges: dict[str, Array] = field(default_factory=dict, metadata=rule("s or s *", finite=False))
+    gauges: dict[str, Array] = field(
+        default_factory=dict,
+        metadata=rule("s or s *", finite=False, unit="as the gauge of the modes", name="gauge values"),
+    )
     """`body.gauge` → value at the end of each sample interval, (s, k)."""
     probes: dict[str, ProbeHistory] = field(default_factory=dict)
     peaks: Json = field(default_factory=dict)
     """Number of each contact's own largest force among `peak_times`; without those that were open throughout."""
-    peak_times: Array | None = field(default=None, metadata=rule("p", finite=False))
+    peak_times: Array | None = field(
+        default=None,
+        metadata=rule("p", finite=False, unit="s", name="sample of the largest mean force of each contact"),
+    )
     """End of the sample of the largest mean force of each contact that ever closed [s], (p,). Pictures show a contact
     at this time."""
-    peak_frames: Array | None = field(default=None, metadata=rule("p q", finite=False))
+    peak_frames: Array | None = field(
+        default=None, metadata=rule("p q", finite=False, unit="m kg^0.5", name="all coordinates at each of peak_times")
+    )
     """All coordinates at each of `peak_times` [m kg^½], (p, coordinates)."""
-    peak_velocities: Array | None = field(default=None, metadata=rule("p q", finite=False))
+    peak_velocities: Array | None = field(
+        default=None,
+        metadata=rule("p q", finite=False, unit="m kg^0.5/s", name="rates of all coordinates at each of peak_times"),
+    )
     """All velocities at each of `peak_times` [m kg^½/s], (p, coordinates)."""
     estimates: Json = field(default_factory=dict)
     """Estimated relative errors of the run by name, such as `step.impulse`; empty where none was made."""

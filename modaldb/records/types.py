@@ -26,8 +26,16 @@ class ArrayRule(NamedTuple):
     """Whether NaN, infinities and numbers whose square overflows are refused."""
     below: str
     """Letter of the dimension that its numbers count, so that 0 ≤ number < dimension; empty: any numbers."""
+    unit: str
+    """Of its numbers, as an attribute of the dataset tells other programs; several where columns differ."""
+    name: str
+    """What it is, likewise."""
+    columns: str
+    """Names along its last axis, separated by a comma and a blank, likewise; empty: coordinates, points or nodes."""
 
 
-def rule(shape: str, dtype: str = "float", *, finite: bool = True, below: str = "") -> dict[str, Any]:
+def rule(
+    shape: str, dtype: str = "float", *, finite: bool = True, below: str = "", unit: str, name: str, columns: str = ""
+) -> dict[str, Any]:
     """Return the metadata of a field of one array or of a named group of arrays, see `ArrayRule`."""
-    return {ARRAY: ArrayRule(shape, dtype, finite, below)}
+    return {ARRAY: ArrayRule(shape, dtype, finite, below, unit=unit, name=name, columns=columns)}

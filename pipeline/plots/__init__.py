@@ -65,7 +65,7 @@ ALONE: Mapping[str, str] = MappingProxyType({})
 
 
 def render(
-    store: str,
+    store: str | Path,
     key: str,
     out: Path,
     scene_name: str,
@@ -77,7 +77,7 @@ def render(
     """Draw all pictures of a trajectory, or of a wheel, into a folder.
 
     Args:
-        store: Location of the database.
+        store: Folder or URL of the database.
         key: Of the trajectory, or of the wheel's response.
         compare: Keys of other runs of the same scene, by their labels in `cycle.png`; the trajectory's own key may be
             among them, for its label.
@@ -92,7 +92,7 @@ def render(
         InputError: the folder cannot be written.
     """
     # Named before it is made: Ctrl-C within mkdtemp would leave a folder of unknown name.
-    place = store if "://" in store else str(Path(store).resolve())
+    place = str(store) if "://" in str(store) else str(Path(store).resolve())
     scratch = out / f".drawing-{uuid.uuid4().hex}"
     drawn: list[str] = []
     notes: list[str] = []

@@ -286,3 +286,32 @@ def test_equal_records_are_equal_files(tmp_path: Path) -> None:
     """No time of writing inside: the same record has the same bytes."""
     one, other = (written(tmp_path / name, "modes", modes()) for name in ("a.h5", "b.h5"))
     assert one.read_bytes() == other.read_bytes()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_array_tells_unit_and_name(kind: str, tmp_path: Path) -> None:
+    """To programs that know HDF5 only; the names of columns are as many as the columns, unless old files have fewer."""
+    seen = []
+
+    def look(name: str, item: Any) -> None:
+        if not isinstance(item, h5py.Dataset):
+            return
+        seen.append(name)
+        assert set(item.attrs) <= {"units", "long_name", "columns"}
+        assert item.attrs["units"]
+        assert len(item.attrs["long_name"]) > 3
+        if "columns" in item.attrs:
+            assert len(item.attrs["columns"].split(", ")) == item.shape[-1], name
+
+    with h5py.File(written(tmp_path / "r.h5", kind, SAMPLES[kind]())) as file:
+        file.visititems(look)
+    assert bool(seen) == (kind not in WITHOUT_ARRAYS)
+
+
+@pytest.mark.parametrize(("name", "value"), [("colour", "red"), ("units", 3), ("units", np.zeros(2))])
+def test_other_attributes_of_arrays_are_refused(name: str, value: Any, tmp_path: Path) -> None:
+    path = written(tmp_path / "r.h5", "mesh", mesh())
+    with h5py.File(path, "r+", libver=("v110", "v110")) as file:
+        file["nodes"].attrs[name] = value
+    with pytest.raises(RecordMismatch, match="nodes"):
+        head_of(path)

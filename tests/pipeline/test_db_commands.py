@@ -9,6 +9,7 @@ import pytest
 
 from gudgeon import modaldb
 from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.stores.query import Query
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.cli.records import moment
 from gudgeon.pipeline.gudgeon import run
@@ -143,6 +144,23 @@ def test_export(ask: Ask, made: Path, tmp_path: Path) -> None:
     code, text, _ = ask("export", key[:9], str(tmp_path / "run.h5"))
     assert (code, text) == (0, f"{tmp_path / 'run.h5'}\n")
     assert (tmp_path / "run.h5").read_bytes() == (made / "out" / "trajectory.h5").read_bytes()
+
+
+def test_an_export_is_read_as_the_page_says(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    """The Python lines of docs/format.md, which know h5py only."""
+    store = modaldb.open(made / "db")
+    store.export(store.find(Query(kind="modes"))[0].key, tmp_path / "skirt.h5")
+    text = (Path(__file__).parents[2] / "docs/format.md").read_text()
+    code = text.partition("## Reading a record elsewhere")[2].partition("```python\n")[2].partition("```")[0]
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("gudgeon-modes {'E': 72000000000.0")
+    assert lines[1].startswith("angular frequencies of the elastic coordinates rad/s [")
+    assert lines[-1].startswith("thrust (")
+    assert lines[-1].endswith(" kg^-0.5")
 
 
 def test_verify_and_gc(ask: Ask, place: str, made: Path) -> None:
