@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gudgeon.pipeline.scenes.component import Meshed
-from gudgeon.solver.numbers import MOST, Charge, Name, Permittivity, Potential, Strict
+from gudgeon.solver.numbers import MOST, Angle, Charge, Coordinate, Name, Permittivity, Potential, Strict
 from gudgeon.solver.scene.orientation import Orientation
 from gudgeon.solver.vectors import Direction, Place, unit
 
@@ -74,11 +74,11 @@ class HalfSpaceSettings(Strict):
 
 
 class Axis(Strict):
-    """Values of one component of the pose: ends and number, or a list."""
+    """Values of a translation: ends and number, or a list."""
 
-    ends: tuple[float, float] | None = Field(default=None, description="First and last value [m or deg]")
+    ends: tuple[Coordinate, Coordinate] | None = Field(default=None, description="First and last value [m]")
     points: int | None = Field(default=None, ge=4, le=MOST, description="Number of equidistant values")
-    values: tuple[float, ...] | None = Field(default=None, min_length=4, description="Values, ascending [m or deg]")
+    values: tuple[Coordinate, ...] | None = Field(default=None, min_length=4, description="Values, ascending [m]")
 
     @model_validator(mode="after")
     def _one_form(self) -> "Axis":
@@ -86,13 +86,20 @@ class Axis(Strict):
         if listed == regular or (regular and (self.ends is None or self.points is None)):
             raise ValueError("give ends and points, or values")
         steps = np.diff(self.array())
-        if not np.isfinite(steps).all() or not (steps > 0).all():
-            raise ValueError(f"{list(self.ends or self.values or ())} given; allowed: finite numbers that ascend")
+        if not (steps > 0).all():
+            raise ValueError(f"{list(self.ends or self.values or ())} given; allowed: numbers that ascend")
         return self
 
     def array(self) -> np.ndarray:
         """Return the values [m or deg], (n,)."""
         return np.array(self.values) if self.ends is None else np.linspace(*self.ends, self.points or 0)
+
+
+class Turn(Axis):
+    """Values of a component of the rotation vector: ends and number, or a list."""
+
+    ends: tuple[Angle, Angle] | None = Field(default=None, description="First and last value [deg]")
+    values: tuple[Angle, ...] | None = Field(default=None, min_length=4, description="Values, ascending [deg]")
 
 
 class Poses(Strict):
@@ -105,9 +112,9 @@ class Poses(Strict):
     x: Axis | None = Field(default=None, description="Translation along x [m]")
     y: Axis | None = Field(default=None, description="Translation along y [m]")
     z: Axis | None = Field(default=None, description="Translation along z [m]")
-    rx: Axis | None = Field(default=None, description="x of the rotation vector [deg]")
-    ry: Axis | None = Field(default=None, description="y of the rotation vector [deg]")
-    rz: Axis | None = Field(default=None, description="z of the rotation vector [deg]")
+    rx: Turn | None = Field(default=None, description="x of the rotation vector [deg]")
+    ry: Turn | None = Field(default=None, description="y of the rotation vector [deg]")
+    rz: Turn | None = Field(default=None, description="z of the rotation vector [deg]")
     hours: float = Field(
         default=24.0, gt=0, le=1e6, description="CPU time above which the grid is refused, by an estimate [h]"
     )
