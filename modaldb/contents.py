@@ -6,7 +6,7 @@ from typing import Any
 
 from gudgeon.modaldb.blocks import Malformed
 from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
-from gudgeon.modaldb.records.field import FieldRecord
+from gudgeon.modaldb.records.field import POSE_AXES, FieldRecord, PoseGridRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.nodal import NodalRecord
@@ -151,6 +151,21 @@ def _field(record: FieldRecord, outline: Outline) -> None:
             raise Malformed(f"{name}: numbers that do not ascend one by one")
 
 
+def _pose_grid(record: PoseGridRecord, outline: Outline) -> None:
+    shapes = {path.removeprefix("axes/"): one for path, one in outline.shapes.items() if path.startswith("axes/")}
+    if not shapes or not shapes.keys() <= set(POSE_AXES):
+        raise Malformed(f"axes: {', '.join(shapes) or 'none'}, expected some of {', '.join(POSE_AXES)}")
+    counts = [size for (size,) in shapes.values()]
+    if min(counts) < 4:
+        raise Malformed(f"axes: {min(counts)} values, expected four or more")
+    for name, values in record.axes.items():
+        if not (values[1:] > values[:-1]).all():
+            raise Malformed(f"axes: {name}: expected values that ascend")
+    for found, wanted in (("p", math.prod(counts)), ("c", math.prod(n - 1 for n in counts))):
+        if outline.letters[found] != wanted:
+            raise Malformed(f"axes: {wanted} points or cells, {outline.letters[found]} in the arrays")
+
+
 def _ranges(found: Mapping[str, Any], rows: Mapping[str, int], end: float, field: str) -> None:
     """Check ranges [first, last + 1] by name: within `end`, and as long as the rows of that name."""
     for name, one in found.items():
@@ -193,4 +208,5 @@ CHECKS: dict[type, Callable[[Any, Outline], None]] = {
     Trajectory: _trajectory,
     WheelRecord: _quantities,
     FieldRecord: _field,
+    PoseGridRecord: _pose_grid,
 }

@@ -33,6 +33,8 @@ ROOTS: dict[str, tuple[str, ...]] = {
     "wheel": ("pipeline.wheel.response", "pipeline.stages.mesh", "pipeline.wheel.stages:_make"),
     "field": ("pipeline.electrostatics.capacitance", "pipeline.electrostatics.conductors", "pipeline.stages.mesh",
               "pipeline.electrostatics.stages:_make"),
+    "poses": ("pipeline.electrostatics.poses", "pipeline.electrostatics.blocks"),
+    "posegrid": ("pipeline.electrostatics.poses", "pipeline.electrostatics.blocks"),
     "measurement": (*(root for roots in RECORDS.values() for root in roots), "pipeline.report.timing"),
     "report": ("pipeline.report.sweep", "pipeline.report.errors", "pipeline.report.choice"),
 }  # fmt: skip

@@ -1,17 +1,21 @@
-"""`python -m docs.tools.electrostatic_truths [--db FOLDER] [NAME…]`: capacitances of exactly known conductors.
+"""`python -m docs.tools.electrostatic_truths [NAME…]`: capacitances and forces of known conductors.
 
 Each scene of data/electrostatics with a reference runs on four meshes, whose triangles shrink as their strips grow in
-number; the table has the error, its estimate, and the order over the mesh sizes by a fit.
+number; the table has the error, its estimate, and the order over the mesh sizes by a fit. With `--forces` the gradient
+of the co-energy on a grid of seven gaps is compared.
 """
 
 import argparse
+import json
 import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from gudgeon.pipeline.electrostatics.stages import compute_poses
 from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.solver.forces.pose_field import PoseField
 
 DATA = Path(__file__).parents[2] / "data" / "electrostatics"
 
@@ -85,13 +89,70 @@ def rows_of(truth: Truth, db: Path, out: Path) -> list[tuple[float, int, float, 
     return rows
 
 
+class Pull(NamedTuple):
+    """A scene whose force is known, and the direction in which one conductor moves away."""
+
+    scene: str
+    changes: dict[str, Any]
+    moved: str
+    axis: str
+    gap: float
+    """[m]; the grid reaches 15 % of it to both sides."""
+    force: str
+    """Path in the reference."""
+
+
+PULLS: dict[str, Pull] = {
+    **{
+        f"discs, gap {value * 1e3:g} mm": Pull(
+            "scene", gap("upper", value - 1e-3), "upper", "z", value, f"table/{row}/force_attraction"
+        )
+        for row, value in enumerate((5e-5, 1e-4, 2e-4, 5e-4, 1e-3))
+    },
+    **{
+        f"squares, gap {value * 1e3:g} mm": Pull(
+            "squares", gap("upper", value), "upper", "z", value, f"table/{row}/force_attraction"
+        )
+        for row, value in enumerate((1e-4, 2.5e-4, 1e-3))
+    },
+    **{
+        f"spheres, {value * 1e3:g} mm apart": Pull(
+            "spheres", spheres(row, value).changes, "right", "x", value - 2e-3, f"two_spheres/{row}/force_attraction"
+        )
+        for row, value in enumerate((2.2e-3, 3e-3, 5e-3))
+    },
+}  # fmt: skip
+
+
+def pull_row(pull: Pull, db: Path) -> tuple[float, float]:
+    """Return the relative error of the force at the scene's own gap, and the largest estimate of a cell."""
+    shares = np.array([-0.15, -0.1, -0.05, 0.0, 0.05, 0.1, 0.15])
+    poses = {"moved": [pull.moved], pull.axis: {"values": (pull.gap * shares).tolist()}}
+    entry = {"report.quantities": "unset"}
+    path = DATA / f"{pull.scene}.toml"
+    job = open_job(path, set=pull.changes | entry | {"poses": poses}, db=db, out=db / "pulls" / pull.scene)
+    record = compute_poses(job)
+    potentials = record.potentials
+    force = PoseField.of(record).interaction({}, potentials).gradient[0]
+    found: Any = json.loads((DATA / job.scene.report.reference).read_text())["expected"]
+    for part in pull.force.split("/"):
+        found = found[int(part)] if isinstance(found, list) else found[part]
+    return -force / found - 1, float(record.cell_errors.max())
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help=f"of {', '.join(TRUTHS)}")
     parser.add_argument("--db", type=Path, default=None)
+    parser.add_argument("--forces", action="store_true", help="forces from grids of seven gaps, on the scene's mesh")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
+        if options.forces:
+            for name in options.names or PULLS:
+                error, estimate = pull_row(PULLS[name], options.db or Path(folder) / "db")
+                print(f"{name:24} force error {error:+.2e}  estimate of cells, of C {estimate:.1e}", flush=True)
+            return
         for name in options.names or TRUTHS:
             rows = rows_of(TRUTHS[name], options.db or Path(folder) / "db", Path(folder) / "out")
             for size, panels, error, estimate in rows:

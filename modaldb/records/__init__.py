@@ -6,7 +6,7 @@ n nodes, e cells, m elastic coordinates, c contact rows of an interface, s sampl
 """
 
 from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
-from gudgeon.modaldb.records.field import FieldRecord
+from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.nodal import NodalRecord
@@ -28,5 +28,7 @@ KINDS: dict[str, type] = {
     "measurement": MeasurementRecord,
     "report": ReportRecord,
     "field": FieldRecord,
+    "poses": PoseRecord,
+    "posegrid": PoseGridRecord,
 }
 """Kinds of record by their name in the file."""

@@ -4,6 +4,9 @@ from dataclasses import dataclass, field
 
 from gudgeon.modaldb.records.types import Array, Json, rule
 
+POSE_AXES = ("x", "y", "z", "rx", "ry", "rz")
+"""Components of a pose: translation [m] and rotation vector [rad]."""
+
 
 @dataclass(frozen=True)
 class FieldRecord:
@@ -37,3 +40,46 @@ class FieldRecord:
     """name → {"value", "unit"}."""
     counts: Json
     """`panels` and `coarse_panels`, CPU seconds."""
+
+
+@dataclass(frozen=True)
+class PoseRecord:
+    """Capacitances of k conductors at p poses of those that move, a part of a grid."""
+
+    field_key: str
+    """Key of the FieldRecord in whose places the poses begin."""
+    moved: Json
+    """`names` of the conductors that move, and the `pivot` about which they rotate [m]."""
+    poses: Array = field(metadata=rule("p 6"))
+    """Translation [m] and rotation vector [rad] of each pose, (p, 6)."""
+    capacitance: Array = field(metadata=rule("p k k"))
+    """Maxwell's capacitance matrix [F], (p, k, k)."""
+    panel_error: Array = field(metadata=rule("p k k"))
+    """Its estimated error by the size of the panels and by the rules of integration [F], (p, k, k)."""
+    counts: Json
+    """Iterations in all, CPU seconds."""
+
+
+@dataclass(frozen=True)
+class PoseGridRecord:
+    """Capacitances of k conductors on a grid of p poses of those that move."""
+
+    field_key: str
+    """Key of the FieldRecord in whose places the poses begin."""
+    moved: Json
+    """`names` of the conductors that move, and the `pivot` about which they rotate [m]."""
+    axes: dict[str, Array] = field(metadata=rule("a'"))
+    """Values of each axis of the grid, ascending, by name of `x`, `y`, `z` [m], `rx`, `ry`, `rz` [rad], (n,)."""
+    capacitance: Array = field(metadata=rule("p k k"))
+    """Maxwell's capacitance matrix [F] at the points of the grid, the last axis running fastest, (p, k, k)."""
+    panel_error: Array = field(metadata=rule("p k k"))
+    """Its estimated error by the size of the panels and by the rules of integration [F], (p, k, k)."""
+    cell_errors: Array = field(metadata=rule("c"))
+    """Estimated error of interpolation in each cell, relative to the largest |C|, the last axis running fastest,
+    (cells,)."""
+    potentials: Array = field(metadata=rule("k", finite=False))
+    """Given potentials of the scene, NaN for a floating conductor [V], (k,)."""
+    charges: Array = field(metadata=rule("k"))
+    """Given charges of floating conductors [C], (k,)."""
+    counts: Json
+    """Poses, iterations in all, CPU seconds."""

@@ -4,6 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+
+from gudgeon.pipeline.electrostatics.grid import Grid, Moved
 from gudgeon.pipeline.electrostatics.scene import FieldFile
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.reading import check_scene, named
@@ -12,7 +15,7 @@ from gudgeon.pipeline.stages.base import Place, SceneJob
 from gudgeon.pipeline.stages.products import Product, mesh_product, plot_inputs, product
 from gudgeon.pipeline.stages.summary import reference_values
 
-STAGES = ("mesh", "solve", "plot")
+STAGES = ("mesh", "solve", "poses", "plot")
 PLACED = {"surfaces", "position", "orientation", "potential", "charge"}
 """Settings of a conductor that its field depends on beside its mesh."""
 
@@ -43,10 +46,28 @@ class FieldJob(SceneJob):
         settings = self.scene.model_dump(mode="json", include={"permittivity", "half_space", "panels"})
         return product("field", self.name, {"conductors": conductors} | settings)
 
+    def grid(self) -> Grid | None:
+        """Return the grid of poses; None where the scene has none."""
+        if (poses := self.scene.poses) is None:
+            return None
+        pivot = self.scene.conductor[poses.moved[0]].position if poses.pivot is None else poses.pivot
+        return Grid(self.field().key, Moved(tuple(poses.moved), np.array(pivot, float)), poses.axes())
+
+    def pose_grid(self) -> dict[str, Product]:
+        """Return the product of the grid of poses by its place; empty where the scene has none."""
+        if (grid := self.grid()) is None:
+            return {}
+        conditions = {
+            name: one.model_dump(mode="json", include={"potential", "charge"})
+            for name, one in self.scene.conductor.items()
+        }
+        return {"poses": grid.product(self.name, conditions)}
+
     def products(self, stages: Sequence[str]) -> dict[str, Product]:
         makers: dict[str, Callable[[], dict[str, Product]]] = {
             "mesh": lambda: {f"{name}.mesh": one for name, one in self.meshes().items()},
             "solve": lambda: {"solve": self.field()},
+            "poses": self.pose_grid,
         }
         with named(self.path, InputError):
             return {place: one for stage in makers if stage in stages for place, one in makers[stage]().items()}

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gudgeon.pipeline.scenes.component import Meshed
-from gudgeon.solver.numbers import Charge, Name, Permittivity, Potential, Strict
+from gudgeon.solver.numbers import MOST, Angle, Charge, Coordinate, Name, Permittivity, Potential, Strict
 from gudgeon.solver.scene.orientation import Orientation
 from gudgeon.solver.vectors import Direction, Place, unit
 
@@ -73,6 +73,68 @@ class HalfSpaceSettings(Strict):
         return unit(self.normal)
 
 
+class Axis(Strict):
+    """Values of a translation: ends and number, or a list."""
+
+    ends: tuple[Coordinate, Coordinate] | None = Field(default=None, description="First and last value [m]")
+    points: int | None = Field(default=None, ge=4, le=MOST, description="Number of equidistant values")
+    values: tuple[Coordinate, ...] | None = Field(default=None, min_length=4, description="Values, ascending [m]")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> "Axis":
+        listed, regular = self.values is not None, self.ends is not None or self.points is not None
+        if listed == regular or (regular and (self.ends is None or self.points is None)):
+            raise ValueError("give ends and points, or values")
+        steps = np.diff(self.array())
+        if not (steps > 0).all():
+            raise ValueError(f"{list(self.ends or self.values or ())} given; allowed: numbers that ascend")
+        return self
+
+    def array(self) -> np.ndarray:
+        """Return the values [m or deg], (n,)."""
+        return np.array(self.values) if self.ends is None else np.linspace(*self.ends, self.points or 0)
+
+
+class Turn(Axis):
+    """Values of a component of the rotation vector: ends and number, or a list."""
+
+    ends: tuple[Angle, Angle] | None = Field(default=None, description="First and last value [deg]")
+    values: tuple[Angle, ...] | None = Field(default=None, min_length=4, description="Values, ascending [deg]")
+
+
+class Poses(Strict):
+    """A grid of poses of conductors that move as one, from their places in the scene."""
+
+    moved: tuple[Name, ...] = Field(min_length=1, description="Conductors that move")
+    pivot: Place | None = Field(
+        default=None, description="Point about which they rotate [m]; default: the position of the first one"
+    )
+    x: Axis | None = Field(default=None, description="Translation along x [m]")
+    y: Axis | None = Field(default=None, description="Translation along y [m]")
+    z: Axis | None = Field(default=None, description="Translation along z [m]")
+    rx: Turn | None = Field(default=None, description="x of the rotation vector [deg]")
+    ry: Turn | None = Field(default=None, description="y of the rotation vector [deg]")
+    rz: Turn | None = Field(default=None, description="z of the rotation vector [deg]")
+    hours: float = Field(
+        default=24.0, gt=0, le=1e6, description="CPU time above which the grid is refused, by an estimate [h]"
+    )
+
+    @model_validator(mode="after")
+    def _has_axes(self) -> "Poses":
+        if not self.axes():
+            raise ValueError("no axis given; at least one of x, y, z, rx, ry, rz is needed")
+        return self
+
+    def axes(self) -> dict[str, tuple[float, ...]]:
+        """Return the values of each axis that is given [m, rad]."""
+        given = {name: getattr(self, name) for name in ("x", "y", "z", "rx", "ry", "rz")}
+        return {
+            name: tuple((axis.array() if name in "xyz" else np.radians(axis.array())).tolist())
+            for name, axis in given.items()
+            if axis is not None
+        }
+
+
 class FieldReport(Strict):
     """Reference values."""
 
@@ -89,4 +151,15 @@ class FieldFile(Strict):
     permittivity: Permittivity = Field(default=1.0, description="Relative permittivity around the conductors")
     half_space: HalfSpaceSettings | None = None
     panels: PanelSettings = PanelSettings()
+    poses: Poses | None = None
     report: FieldReport = FieldReport()
+
+    @model_validator(mode="after")
+    def _moves_some(self) -> "FieldFile":
+        moved = () if self.poses is None else self.poses.moved
+        for name in moved:
+            if name not in self.conductor:
+                raise ValueError(f"poses.moved: no conductor '{name}'; the scene has {', '.join(self.conductor)}")
+        if set(moved) == set(self.conductor):
+            raise ValueError("poses.moved: all conductors given; at least one must stay")
+        return self

@@ -2,22 +2,27 @@
 
 import time
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gudgeon.modaldb.records.field import FieldRecord
+from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord
+from gudgeon.pipeline.electrostatics.grid import Grid
 from gudgeon.pipeline.electrostatics.job import FieldJob
 from gudgeon.pipeline.electrostatics.scene import FieldFile
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
-from gudgeon.pipeline.stages.make import Task, run_stages
+from gudgeon.pipeline.scenes.reading import named
+from gudgeon.pipeline.stages.make import Task, keep, run_stages
 from gudgeon.pipeline.stages.run_report import Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, seal_summary
 
 CAPACITANCE = "capacitance.csv"
+POSE_SHARE = 0.5
+"""Estimated time of a pose over that of the field: the integrals between fixed and moving panels are half of all."""
 
 
 def run_field(job: FieldJob, until: str = "plot", progress: Progress | None = None) -> RunReport:
@@ -42,6 +47,8 @@ def _make(job: FieldJob, name: str, stage: str, tell: Progress) -> Any:
         from gudgeon.pipeline.stages.mesh import build_mesh
 
         return build_mesh(job.scene.conductor[name], job.path.parent, name, "conductor")
+    if stage == "poses":
+        return _make_grid(job, tell)
     from gudgeon.pipeline.electrostatics import capacitance, conductors
     from gudgeon.pipeline.electrostatics.panels import Grading, joined
 
@@ -79,6 +86,49 @@ def _make(job: FieldJob, name: str, stage: str, tell: Progress) -> Any:
         potentials=state.potentials, charges=state.charges, quantities=quantities,
         counts=counts | {"cpu_seconds": time.process_time() - begin},
     )  # fmt: skip
+
+
+def _make_grid(job: FieldJob, tell: Progress, executor: Executor | None = None) -> PoseGridRecord:
+    from gudgeon.pipeline.electrostatics.blocks import compute_grid, grid_record
+
+    grid, conductors = job.grid(), job.scene.conductor.values()
+    assert grid is not None
+    assert job.scene.poses is not None
+    _refuse_long(job, grid, job.scene.poses.hours)
+    blocks = compute_grid(job.store.root, job.name, grid, tell, executor)
+    potentials = np.array([np.nan if one.potential is None else one.potential for one in conductors])
+    return grid_record(grid, blocks, potentials, np.array([one.charge or 0.0 for one in conductors]))
+
+
+def _refuse_long(job: FieldJob, grid: Grid, hours: float) -> None:
+    """Raise InputError where a grid would take longer than allowed, by the time of the field itself."""
+    record: FieldRecord = job.store.get(grid.field_key, "field", only=["counts"])
+    total = len(grid.poses()) * record.counts["cpu_seconds"] * POSE_SHARE / 3600
+    if total > hours:
+        sizes = ", ".join(f"{name}: {len(values)}" for name, values in grid.ordered.items())
+        raise InputError(
+            f"poses.hours: {hours:g} h allowed; {len(grid.poses())} poses ({sizes}) of {record.counts['panels']} panels"
+            f" would take about {total:.3g} h of CPU time. Give fewer points, fewer panels (panels.strips, mesh.size),"
+            " or more hours"
+        )
+
+
+def compute_poses(job: FieldJob, executor: Executor | None = None, progress: Progress | None = None) -> PoseGridRecord:
+    """Compute the grid of poses of a scene, its blocks by an executor, and keep it; see `blocks.compute_grid`.
+
+    Raises:
+        InputError: the scene has no poses, conductors overlap at one, or the grid would take too long.
+        StageError: a numerical routine failed.
+    """
+    if not (products := job.pose_grid()):
+        raise InputError(f"{job.path}: poses: is missing; the scene has no grid of poses")
+    tell = progress or (lambda stage, share: None)
+    run_field(job, "solve", progress)
+    (grid,) = products.values()
+    if not job.store.has(grid.key):
+        with named(job.path, InputError):
+            keep(job.store, grid, _make_grid(job, tell, executor))
+    return job.store.get(grid.key, "posegrid")
 
 
 def half_space_of(scene: FieldFile) -> Any:
@@ -121,7 +171,8 @@ def _finish(job: FieldJob, until: str) -> RunReport:
         quantities = {name: _compared(one, job.expected.get(name)) for name, one in record.quantities.items()}
         summary = {"key": key, "expected": job.expected, "quantities": quantities, "counts": record.counts}
         summary = seal_summary(job.out, summary, CAPACITANCE)
-    estimates = {
+    estimates = {} if until == "solve" or not job.pose_grid() else _interpolation(job)
+    estimates |= {
         "panels": _largest(record.panel_error, record.capacitance),
         "shape": _largest(record.shape_error, record.capacitance),
     }
@@ -132,6 +183,16 @@ def _finish(job: FieldJob, until: str) -> RunReport:
 
 
 RESULTS = ("conductors", "medium", "capacitance", "panel_error", "shape_error", "quantities", "counts")
+
+
+def _interpolation(job: FieldJob) -> dict[str, float]:
+    """Return the largest and the median estimated error of interpolation over the cells of the grid."""
+    (product,) = job.pose_grid().values()
+    record: PoseGridRecord = job.store.get(product.key, "posegrid", only=["cell_errors"])
+    return {
+        "interpolation.largest": float(record.cell_errors.max()),
+        "interpolation.median": float(np.median(record.cell_errors)),
+    }
 
 
 def _refuse_unknown(job: FieldJob, quantities: Mapping[str, Any]) -> None:

@@ -26,7 +26,7 @@ from gudgeon.pipeline.stages.status import fresh_pictures, remember
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.result import Result
 
-UNKNOWN = ("impacts", "discretisation_errors", "probes")
+UNKNOWN = ("impacts", "discretisation_errors", "probes", "potentials")
 """Fields in which NaN stands for what is unknown, by docs/format.md."""
 
 

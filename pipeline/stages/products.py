@@ -29,7 +29,7 @@ LIBRARIES = {
     "plot": ("pyvista", "matplotlib"),
     "measurement": ("numpy", "scipy", "numba", "gmsh"),
     "report": (),
-    "field": ("numpy", "scipy", "numba"),
+    **dict.fromkeys(("field", "poses", "posegrid"), ("numpy", "scipy", "numba")),
 }
 SHAPING = ("mesh", "material", "interface", "supports", "point_mass")
 """Inputs of modes on which full FE depends too."""

@@ -306,6 +306,26 @@ def check_field(record: Any) -> None:
     assert record.counts == {"panels": 4, "coarse_panels": 2, "cpu_seconds": 0.5}
 
 
+def check_poses(record: Any) -> None:
+    assert (record.field_key, record.moved) == ("ab" * 32, {"names": ["tip"], "pivot": [0.0, 0.0, 1.0]})
+    assert np.array_equal(record.poses, ramp(3, 6))
+    assert np.array_equal(record.capacitance, ramp(3, 2, 2, start=1.0))
+    assert np.array_equal(record.panel_error, ramp(3, 2, 2, start=2.0))
+    assert record.counts == {"iterations": 21}
+
+
+def check_posegrid(record: Any) -> None:
+    assert (record.field_key, record.moved) == ("ab" * 32, {"names": ["tip"], "pivot": [0.0, 0.0, 1.0]})
+    assert record.axes.keys() == {"x", "rz"}
+    assert np.array_equal(record.axes["rz"], ramp(4, start=1.0))
+    assert np.array_equal(record.capacitance, ramp(16, 2, 2))
+    assert np.array_equal(record.panel_error, ramp(16, 2, 2, start=2.0))
+    assert np.array_equal(record.cell_errors, ramp(9))
+    assert np.array_equal(record.potentials, [5.0, np.nan], equal_nan=True)
+    assert record.charges.tolist() == [0.0, 1e-12]
+    assert record.counts == {"poses": 16}
+
+
 CHECKS: dict[str, Callable[[Any], None]] = {
     "mesh": check_mesh,
     "modes": check_modes,
@@ -317,6 +337,8 @@ CHECKS: dict[str, Callable[[Any], None]] = {
     "measurement": check_measurement,
     "report": check_report,
     "field": check_field,
+    "poses": check_poses,
+    "posegrid": check_posegrid,
 }
 """What the files of all versions hold."""
 OWN: dict[str, dict[str, Callable[[Any], None]]] = {

@@ -7,7 +7,7 @@ import numpy as np
 
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.records.cyclic import CyclicHarmonic, CyclicRecord, WheelRecord
-from gudgeon.modaldb.records.field import FieldRecord
+from gudgeon.modaldb.records.field import FieldRecord, PoseGridRecord, PoseRecord
 from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.modaldb.records.modes import (
     GaugeModes,
@@ -301,9 +301,33 @@ def field() -> FieldRecord:
     )
 
 
+def poses() -> PoseRecord:
+    """Return three poses of two conductors."""
+    return PoseRecord(
+        field_key="ab" * 32, moved={"names": ["tip"], "pivot": [0.0, 0.0, 1.0]}, poses=ramp(3, 6),
+        capacitance=ramp(3, 2, 2, start=1.0), panel_error=ramp(3, 2, 2, start=2.0), counts={"iterations": 21},
+    )  # fmt: skip
+
+
+def posegrid() -> PoseGridRecord:
+    """Return a grid of four values of two axes for two conductors, of which one floats."""
+    return PoseGridRecord(
+        field_key="ab" * 32,
+        moved={"names": ["tip"], "pivot": [0.0, 0.0, 1.0]},
+        axes={"x": ramp(4), "rz": ramp(4, start=1.0)},
+        capacitance=ramp(16, 2, 2),
+        panel_error=ramp(16, 2, 2, start=2.0),
+        cell_errors=ramp(9),
+        potentials=np.array([5.0, np.nan]),
+        charges=np.array([0.0, 1e-12]),
+        counts={"poses": 16},
+    )
+
+
 SAMPLES = {
     "mesh": mesh, "modes": modes, "morph": morph, "nodal": nodal, "trajectory": trajectory, "cyclic": cyclic,
-    "wheel": wheel, "measurement": measurement, "report": report, "field": field,
+    "wheel": wheel, "measurement": measurement, "report": report, "field": field, "poses": poses,
+    "posegrid": posegrid,
 }  # fmt: skip
 """Maker of each kind's sample."""
 WITHOUT_ARRAYS = {"measurement", "report"}
