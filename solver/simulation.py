@@ -61,6 +61,10 @@ class Steps:
         """
         if system.scene.masters():
             raise SolverError("contact: points that slide over another body's surface cannot be stepped from Python")
+        if system.scene.capabilities.turns:
+            raise SolverError(
+                "run.integrator: bodies that turn by any angle, 'mechanism', cannot be stepped from Python"
+            )
         refuse_ambiguous_friction(system)
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)

@@ -14,7 +14,7 @@ import numpy as np
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
-from gudgeon.modaldb.records.trajectory import BASIS_REASON, FRICTION_NOTES, Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, FRICTION_NOTES, LINKAGE_NOTES, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import copy_file, csv_text, write_text
 from gudgeon.pipeline.measuring.stopping import stoppable
@@ -216,7 +216,8 @@ def _finish(job: Job, until: str) -> RunReport:
     own = law_notes(job.scene) + _step_notes(job, summary["counts"]) + _edge_notes(job, summary["quantities"])
     own += _energy_notes(job, summary) + _gap_notes(job, summary["quantities"])
     own += _probe_notes(job)
-    own += str(summary["counts"].get(FRICTION_NOTES, "")).splitlines()
+    for notes_of in (FRICTION_NOTES, LINKAGE_NOTES):
+        own += str(summary["counts"].get(notes_of, "")).splitlines()
     if summary["result"] == Result.FINISHED.name:
         own += impact_notes(job.scene, summary, partial(_last_force, job))
     windows = (entry["value"] for name, entry in summary["quantities"].items() if name.endswith(".force_window"))
