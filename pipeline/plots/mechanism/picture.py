@@ -61,7 +61,7 @@ def _bodies(figure: Figure, place, bodies: list[Moving]) -> None:  # type: ignor
                 axes.plot(*ends.T, color=style.BLUE, lw=1.6, alpha=shade)
             axes.plot(*ends.T, "o", color=style.ORANGE, ms=3.5, alpha=shade)
             if number == len(samples) - 1:
-                axes.text(*centre, f" {body.name}", fontsize=7.5, color=style.FAINT)
+                axes.text(*centre, f" {body.name}", fontsize=7.5, color=style.FAINT)  # type: ignore[call-arg]
     labels = [f"{NAMES[int(one)]} [m]" for one in shown]
     axes.set_xlabel(labels[0])
     axes.set_ylabel(labels[1])

@@ -55,8 +55,8 @@ class Linkage:
     frame: list[np.ndarray] = field(default_factory=list)
     terms: dict[Term, int] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
-    drives: list[str] = field(default_factory=list)
-    """Joints that are driven."""
+    drives: dict[str, Driven] = field(default_factory=dict)
+    """Joints that drive others, in the order of their numbers."""
 
     def point(self, body: str | None, at: tuple[float, float, float]) -> Point:
         """Return a point of a body, or of the ground."""
@@ -165,7 +165,7 @@ def _add_drive(found: Linkage, name: str, joint: Driven) -> None:
             " give a smooth motion"
         )
     pair, number = found.pairs[joint.joint], len(found.drives)
-    found.drives.append(name)
+    found.drives[name] = joint
     angle = motion == "angle"
     term = found.term(ANGLE, pair) if angle else found.term(ALONG, pair, 2)
     start = 0.0 if angle else found.start_along(pair, 2)

@@ -39,7 +39,7 @@ class Mechanism(Capabilities):
         self.work = work_of(self.model)
         self._table, self._times = tableau()
         self._loads = [(f"force.{name}", one) for name, one in system.scene.point_loads().items()]
-        self._drives = [(f"joint.{name}", system.scene.joint[name]) for name in self._linkage.drives]
+        self._drives = [(f"joint.{name}", drive) for name, drive in self._linkage.drives.items()]
         self.start = start_of(self._linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
         self._duration = system.scene.run.duration
         self._tolerance = max(FINEST, SHARE * (system.scene.run.accuracy or ACCURACY))
