@@ -31,6 +31,9 @@ class Feature(Enum):
     SPRING_TABLE = "springs by a table, and dampers without stiffness"
     SPRING_DAMPING = "dashpots beside springs"
     GRAVITY = "gravity"
+    MECHANISM = "joints between bodies that turn by any angle"
+    POINT_LOAD = "forces at points of rigid bodies, and torques, given over time"
+    POINT_SPRING = "springs between two points whose line turns with them"
 
 
 UNTOUCHED = 10.0
@@ -63,6 +66,8 @@ class Integrator:
     """Whether frames end half a step after their contact forces."""
     records_motion: ClassVar[bool] = True
     """Whether it records the rigid coordinates at every sample."""
+    turns: ClassVar[bool] = False
+    """Whether bodies turn by any angle, with gyroscopic terms; otherwise rotations are small."""
 
 
 class Explicit(Integrator):
@@ -79,11 +84,11 @@ class Explicit(Integrator):
 class Implicit(Integrator):
     """For every feature; stiff surfaces do not reduce its step. Driven and damped scenes have a loop of their own."""
 
-    carries = frozenset(Feature)
+    carries = frozenset(Feature) - {Feature.MECHANISM, Feature.POINT_SPRING}
     preferred = frozenset(
         {
             Feature.COMPLIANT_CONTACT, Feature.SLIDING_PAIR, Feature.DAMPING, Feature.JOINT, Feature.LOAD,
-            Feature.GRAVITY,
+            Feature.POINT_LOAD, Feature.GRAVITY,
         }
     )  # fmt: skip
     order = 2
@@ -136,11 +141,24 @@ class DiscreteGradient(Integrator):
     conserves_energy = True
 
 
+class Mechanism(Integrator):
+    """For rigid bodies that turn by any angle, held by joints. Steps of order 8 with projection."""
+
+    carries = frozenset(
+        {Feature.MECHANISM, Feature.POINT_LOAD, Feature.POINT_SPRING, Feature.GRAVITY, Feature.PROBES}
+    )  # fmt: skip
+    order = 8
+    promised_drift = 1e-6
+    own_steps = True
+    turns = True
+
+
 INTEGRATORS: dict[str, type[Integrator]] = {
     "explicit": Explicit,
     "implicit": Implicit,
     "event": Event,
     "collocation": Collocation,
     "discrete-gradient": DiscreteGradient,
+    "mechanism": Mechanism,
 }
 """Members by the name that a scene writes, in the order in which `auto` prefers them."""

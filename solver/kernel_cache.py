@@ -18,7 +18,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 SOURCES = ("solver/**/*.py", "pipeline/nodal/points/*.py", "pipeline/electrostatics/kernel.py")
-COMPILED = ("explicit", "implicit", "general", "collocation", "discrete-gradient")
+COMPILED = ("explicit", "implicit", "general", "collocation", "discrete-gradient", "mechanism")
 """Compiled time loops: those of integrators, and the implicit one over ports."""
 BLOCK = 1 << 16
 """Bytes that are written to see whether a disk is full."""

@@ -14,7 +14,7 @@ class Quantity(NamedTuple):
     """A quantity of one kind of owner, written `OWNER.name`; an N in the name is a number from 1."""
 
     owner: str
-    """`contact`, `body`, `force`, `gauge` or `component`: what the quantity belongs to."""
+    """`contact`, `body`, `force`, `joint`, `gauge` or `component`: what the quantity belongs to."""
     name: str
     unit: str
     definition: str
@@ -100,6 +100,16 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("force", "peak_time", "s", "Time of `deflection_peak`.", _SIZE, "of the frames"),
     Quantity("force", "deflection_end", "m", "Displacement under a moving force, along it, at the end of the run.",
              "positive: along the force"),
+    *(
+        Quantity("joint", f"{kind}_{name}", unit if name == "peak" else "s", text.format(kind), _SIZE, "of the samples")
+        for kind, unit in (("force", "N"), ("moment", "N m"))
+        for name, text in (
+            ("peak", "Largest size of the {} of a joint of bodies that turn, on its body, about its point."),
+            ("peak_time", "Time of the largest {} of a joint."),
+        )
+    ),
+    Quantity("joint", "angle_end", "rad", "Angle of a revolute, cylindrical or screw joint at the end of the run, since"
+             " the start, full turns included.", "right-handed about the axis"),
     Quantity("gauge", "von_mises_peak", "Pa", "Largest von Mises stress of a gauge that records a stress tensor, at"
              " samples.", _SIZE, "of the samples"),
     *(

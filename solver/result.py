@@ -50,6 +50,10 @@ class Result(Enum):
     SLIP_ACROSS = (
         "a contact point moved across its line of friction: friction acts along contact.NAME.friction.direction only"
     )
+    JAMMED = (
+        "the steps of the mechanism became too short: its joints jam, or reach a position beyond which they cannot"
+        " move; check lengths and drives, or shorten run.duration"
+    )
     STOPPED = "the run was stopped; its results end with the last frame before"
     RESTITUTION = (
         "an impact would increase the energy: Newton's restitution is not admissible with this friction; reduce"

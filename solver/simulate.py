@@ -116,7 +116,9 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         histories.multipliers[frame], histories.masters[frame] = now.multipliers, now.masters
         done = frame + 1
         times = schedule.interval * np.arange(here.start + 1, here.stop + 1)
-        left = limits.test(times, histories.samples.part(here), now.q, sampled=plan.integrator.records_motion)
+        left = None
+        if not plan.integrator.turns:
+            left = limits.test(times, histories.samples.part(here), now.q, sampled=plan.integrator.records_motion)
         if left is not None:
             result, reason = left
             break

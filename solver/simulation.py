@@ -59,6 +59,10 @@ class Steps:
         Raises:
             SolverError: the step is too long.
         """
+        if system.scene.capabilities.turns:
+            raise SolverError(
+                "run.integrator: bodies that turn by any angle, 'mechanism', cannot be stepped from Python"
+            )
         refuse_ambiguous_friction(system)
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)

@@ -8,6 +8,7 @@ it in a child process beside mesh and modes.
 import sys
 import time
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -37,18 +38,23 @@ CASES: dict[str, tuple[dict[str, Any], ...]] = {
     "general": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
     "collocation": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
     "discrete-gradient": ({"interface": "tip", "method": "penalty", "law": HERTZ},),
+    "mechanism": ({},),
 }
-"""Contacts that make every kind of argument, by time loop; `event` compiles nothing."""
+"""Contacts that make every kind of argument, by time loop; `event` compiles nothing, and a mechanism has none."""
+PENDULUM = {"pin": {"kind": "revolute", "body": "part", "against_at": [0.02, 0, 0], "axis": [0, 1, 0]}}
 
 
 class _Records:
     """A store in memory that holds modes and design of one body, for every key."""
 
+    def __init__(self, *, rigid: bool) -> None:
+        self._modes = replace(_modes(), reduction="rigid", angular_frequencies=OMEGA[:0]) if rigid else _modes()
+
     def has(self, key: str) -> bool:
         return True
 
     def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any:
-        return _modes() if kind == "modes" else _design()
+        return self._modes if kind == "modes" else _design()
 
     def sizes(self, key: str) -> dict[str, int]:
         return {"residual_flexibility": 1, "interfaces/face/rows": 1, "interfaces/tip/rows": 1, "tractions/top/rows": 1}
@@ -58,12 +64,16 @@ def warm_up(name: str) -> float:
     """Compile the time loop of an integrator and return the CPU seconds that it took."""
     begin = time.process_time()
     for case in CASES.get(name, ()):
-        simulate(compile_system(_Records(), _scene(name, case), {"part": "part", "plate": "plate"}))  # type: ignore[arg-type]
+        records = _Records(rigid=not case)
+        simulate(compile_system(records, _scene(name, case), {"part": "part", "plate": "plate"}))  # type: ignore[arg-type]
     note_compiled(name)
     return time.process_time() - begin
 
 
 def _scene(name: str, case: dict[str, Any]) -> Scene:
+    if not case:
+        run = {"duration": 2e-6, "samples": 10, "frames": 2, "gravity": [0, 0, -9.81]}
+        return Scene.model_validate({"body": {"part": {}}, "joint": PENDULUM, "run": run})
     contact = {"body": "part", "against": AGAINST[case.get("against", "wall")]}
     contact |= {key: value for key, value in case.items() if key != "against"}
     if name == "implicit":

@@ -9,7 +9,8 @@ from gudgeon.solver.scene.scene import Scene
 from tests.solver.features import CONTRADICTIONS, FEATURES, draft_of
 
 PAGE = Path(__file__).resolve().parents[1] / "features.md"
-LETTERS = {"event": "E", "explicit": "X", "collocation": "C", "discrete-gradient": "D", "implicit": "I"}
+LETTERS = {"event": "E", "explicit": "X", "collocation": "C", "discrete-gradient": "D", "implicit": "I",
+           "mechanism": "M"}  # fmt: skip
 HEAD = """# Features of a scene, each with each other
 
 Written by `python -m docs.tools.features` from the scenes of `tests/solver/features.py`, which

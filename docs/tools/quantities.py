@@ -20,6 +20,7 @@ is two steps with a law, else the shortest period that its steps resolve.
 """
 TITLES = {
     "contact": "`CONTACT.`: contacts", "body": "`BODY.`: bodies with rigid motions", "force": "`FORCE.`: moving forces",
+    "joint": "`JOINT.`: joints of bodies that turn",
     "gauge": "`BODY.GAUGE.`: gauges of stress tensors", "probe": "`PROBE.`: probes",
     "component": "`COMPONENT.`: components",
 }  # fmt: skip

@@ -50,11 +50,11 @@ class PoseRecord:
     """Key of the FieldRecord in whose places the poses begin."""
     moved: Json
     """`names` of the conductors that move, and the `pivot` about which they rotate [m]."""
-    poses: Array = field(metadata=rule("p 6"))
+    poses: Array = field(metadata=rule("p 6", unit="m, rad", name="poses", columns="x, y, z, rx, ry, rz"))
     """Translation [m] and rotation vector [rad] of each pose, (p, 6)."""
-    capacitance: Array = field(metadata=rule("p k k"))
+    capacitance: Array = field(metadata=rule("p k k", unit="F", name="capacitance matrices"))
     """Maxwell's capacitance matrix [F], (p, k, k)."""
-    panel_error: Array = field(metadata=rule("p k k"))
+    panel_error: Array = field(metadata=rule("p k k", unit="F", name="their errors by panels"))
     """Its estimated error by the size of the panels and by the rules of integration [F], (p, k, k)."""
     counts: Json
     """Iterations in all, CPU seconds."""
@@ -68,18 +68,18 @@ class PoseGridRecord:
     """Key of the FieldRecord in whose places the poses begin."""
     moved: Json
     """`names` of the conductors that move, and the `pivot` about which they rotate [m]."""
-    axes: dict[str, Array] = field(metadata=rule("a'"))
+    axes: dict[str, Array] = field(metadata=rule("a'", unit="m or rad", name="places of an axis"))
     """Values of each axis of the grid, ascending, by name of `x`, `y`, `z` [m], `rx`, `ry`, `rz` [rad], (n,)."""
-    capacitance: Array = field(metadata=rule("p k k"))
+    capacitance: Array = field(metadata=rule("p k k", unit="F", name="capacitance matrices"))
     """Maxwell's capacitance matrix [F] at the points of the grid, the last axis running fastest, (p, k, k)."""
-    panel_error: Array = field(metadata=rule("p k k"))
+    panel_error: Array = field(metadata=rule("p k k", unit="F", name="their errors by panels"))
     """Its estimated error by the size of the panels and by the rules of integration [F], (p, k, k)."""
-    cell_errors: Array = field(metadata=rule("c"))
+    cell_errors: Array = field(metadata=rule("c", unit="1", name="error of each cell"))
     """Estimated error of interpolation in each cell, relative to the largest |C|, the last axis running fastest,
     (cells,)."""
-    potentials: Array = field(metadata=rule("k", finite=False))
+    potentials: Array = field(metadata=rule("k", finite=False, unit="V", name="potentials"))
     """Given potentials of the scene, NaN for a floating conductor [V], (k,)."""
-    charges: Array = field(metadata=rule("k"))
+    charges: Array = field(metadata=rule("k", unit="C", name="charges"))
     """Given charges of floating conductors [C], (k,)."""
     counts: Json
     """Poses, iterations in all, CPU seconds."""

@@ -14,6 +14,9 @@ ONE_COORDINATE = "one elastic coordinate is kept"
 FRICTION_NOTES = "friction_notes"
 """Entry of `Trajectory.counts`: what is to be said of the coefficients of friction, one sentence a line."""
 
+LINKAGE_NOTES = "linkage_notes"
+"""Entry of `Trajectory.counts`: what is to be said of the start of a mechanism, one sentence a line."""
+
 
 @dataclass(frozen=True)
 class ContactHistory:
@@ -88,14 +91,12 @@ class JointHistory:
 
     body: str
     interface: str
-    angle: Array = field(metadata=rule("s", finite=False, unit="rad", name="crank angle from upper dead centre"))
-    """Of the crank, from its upper dead centre, at the end of each sample interval [rad], (s,)."""
-    force: Array = field(
-        metadata=rule(
-            "s 3", finite=False, unit="N", name="mean force on the body over each sample interval", columns="x, y, z"
-        )
-    )
-    """On the body, mean over each sample interval [N], (s, 3)."""
+    """Empty for joints of two markers."""
+    angle: Array = field(metadata=rule("s", finite=False, unit="rad", name="crank angle, or angle of a joint"))
+    """Of a crank, from its upper dead centre, at the end of each sample interval [rad], (s,); of a joint of two markers
+    since the start, 0 where it has none."""
+    force: Array = field(metadata=rule("s 3", finite=False, unit="N", name="force on the body", columns="x, y, z"))
+    """On the body, mean over each sample interval [N], (s, 3); of a joint of two markers at its end."""
     violation: Array = field(metadata=rule("s", finite=False, unit="m", name="length error"))
     """Length error at the end of each sample interval [m], (s,)."""
 

@@ -10,13 +10,15 @@ from gudgeon.pipeline.exporters.vtu import BodyRecords
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.stress import nodal_stress, stress_gauges
 from gudgeon.pipeline.stages.folder import EXPORTS, held
-from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.job import Job, refuse_turning
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.bodies.placing import turned_tensors
 
 
 def export(job: Job, what: str, every: int) -> list[Path]:
     """Write mode shapes (`modes`) or results (`results`) of every body as .vtu files into the job's `vtu` folder."""
+    if what != "modes":
+        refuse_turning(job, "export")
     run_job(job, "modes" if what == "modes" else "solve")
     with held(job.out):
         return _written(job, what, every)

@@ -10,7 +10,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, write_text
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.folder import claim, held
-from gudgeon.pipeline.stages.job import Job
+from gudgeon.pipeline.stages.job import Job, refuse_turning
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.pipeline.stages.run_report import Progress
 from gudgeon.solver.errors import SceneError, SolverError
@@ -65,6 +65,7 @@ def analyse(job: Job, asked: Asked, progress: Progress) -> Answer:
         InputError, SceneError, SolverError: a name, a range or the scene is wrong.
     """
     _refuse(asked)
+    refuse_turning(job, "linear")
     run_job(job, "morph", progress)
     progress("linear", 0.0)
     from gudgeon.solver.linear.modes import assembled_modes

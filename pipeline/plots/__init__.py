@@ -53,8 +53,17 @@ DRIVEN: Pictures = {
 }
 """Pictures of a scene that a joint drives."""
 
+TURNING: Pictures = {
+    "flat": {
+        "mechanism": "gudgeon.pipeline.plots.mechanism.picture:draw_mechanism",
+        **{name: PLOTS["flat"][name] for name in ("energy", "probes")},
+    },
+    "rendered": {},
+}
+"""Pictures of a scene whose bodies turn by any angle."""
+
 FILES = (
-    "force.png", "energy.png", "impacts.png", "gauges.png", "probes.png", "pressure.png", "cycle.png",
+    "mechanism.png", "force.png", "energy.png", "impacts.png", "gauges.png", "probes.png", "pressure.png", "cycle.png",
     "deformation.png", "stress.png", "modes.png", "impact.mp4", "cycle.mp4", "nodal-diameters.png", "blades.png",
     "wheel.png", "charge.png",
 )  # fmt: skip
@@ -81,7 +90,7 @@ def render(
         key: Of the trajectory, or of the wheel's response.
         compare: Keys of other runs of the same scene, by their labels in `cycle.png`; the trajectory's own key may be
             among them, for its label.
-        pictures: Of another kind of scene; the default is `PLOTS` or `DRIVEN`.
+        pictures: Of another kind of scene; the default is `PLOTS`, `DRIVEN` or `TURNING`.
         reference: Of the force in `force.png`: its `label`, and `times` [s] and `force` [N] or the `key` of a full-FE
             run.
 

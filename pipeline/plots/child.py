@@ -12,7 +12,7 @@ import traceback
 from pathlib import Path
 
 from gudgeon import modaldb
-from gudgeon.pipeline.plots import DRIVEN, PLOTS
+from gudgeon.pipeline.plots import DRIVEN, PLOTS, TURNING
 from gudgeon.pipeline.plots.base.run import Drawing
 
 
@@ -40,7 +40,8 @@ def main(job_path: str) -> None:
         reference=job["reference"],
     )
     foreign = job["pictures"]
-    for name, function in (foreign or (DRIVEN if drawing.driven else PLOTS))[job["group"]].items():
+    own = TURNING if drawing.turning else DRIVEN if drawing.driven else PLOTS
+    for name, function in (foreign or own)[job["group"]].items():
         module, _, attribute = function.partition(":")
         try:
             getattr(importlib.import_module(module), attribute)(drawing)

@@ -12,7 +12,9 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.fit import misfits
 from gudgeon.pipeline.scenes.reading import check_scene, find_file, named, refuse
 from gudgeon.pipeline.scenes.tables import check_closed, read_cycle, read_knots, read_pairs
+from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.registry import definition, names
+from gudgeon.solver.scene.body import ALL_FREE
 
 if TYPE_CHECKING:
     from gudgeon.pipeline.scenes.bodies import SceneFile
@@ -60,7 +62,7 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         (f"contact.{n}.against.interface", o.body, o.interface, ("traction",) if n in sliding else POINTS)
         for n, o in scene.others().items()
     ]
-    wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.joint.items()]
+    wanted += [(f"joint.{n}.interface", j.body, j.interface, ("mean",)) for n, j in scene.cranks().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("pressure",)) for n, f in scene.gas().items()]
     wanted += [(f"force.{n}.interface", f.body, f.interface, ("traction",)) for n, f in scene.moving().items()]
     for name, force in scene.over_time().items():
@@ -95,7 +97,28 @@ def _wrong_names(scene: "SceneFile") -> list[str]:
         elif (got := component.interface[interface].kind) not in kinds:
             needed = " or ".join(f"'{kind}'" for kind in kinds)
             lines.append(f"{where}: interface '{interface}' is of kind '{got}', kind {needed} is needed")
-    return lines + _counted_twice(scene) + _unknown_quantities(scene)
+    return lines + _wrong_turning(scene) + _counted_twice(scene) + _unknown_quantities(scene)
+
+
+def _wrong_turning(scene: "SceneFile") -> list[str]:
+    """List what a scene has that its bodies, rigid ones which joints alone hold, cannot have."""
+    if not scene.capabilities.turns:
+        return []
+    lines = []
+    for name, body in scene.body.items():
+        component = scene.component.get(owner := scene.component_of(name))
+        if component is None:
+            continue
+        if component.modes.reduction != "rigid":
+            lines.append(
+                f"component.{owner}.modes.reduction: '{component.modes.reduction}' given, but body '{name}' turns by"
+                " any angle (integrator 'mechanism'), which rigid bodies can: give 'rigid'"
+            )
+        if component.supports:
+            lines.append(f"component.{owner}.supports: body '{name}' turns by any angle; hold it by a joint instead")
+        if tuple(body.freedom) != ALL_FREE:
+            lines.append(f"body.{name}.freedom: the body turns by any angle; hold it by a joint instead")
+    return list(dict.fromkeys(lines))
 
 
 def _unknown_quantities(scene: "SceneFile") -> list[str]:
@@ -123,6 +146,7 @@ def _owners(scene: "SceneFile") -> dict[str, list[str]]:
         "contact": scene.contact,
         "body": scene.body,
         "force": scene.moving(),
+        "joint": scene.hinges(),
         "probe": scene.probe,
         "component": scene.component,
     }
@@ -200,11 +224,19 @@ def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
             motion = motions[name] = _tabled(motion, path, read_pairs(path, "time [s] and amount"))
         if (reason := motion.refusal(scene.run.duration)) is not None:
             raise InputError(f"motion.{name}.{reason}")
+    joints: dict[str, Any] = dict(scene.joint)
+    for name, drive in scene.joint.items():
+        if isinstance(drive, Driven):
+            if drive.table is not None:
+                path = find_file(drive.table, folder, f"joint.{name}.table")
+                drive = joints[name] = _tabled(drive, path, read_pairs(path, "time [s] and amount"))
+            if (reason := drive.refusal(scene.run.duration)) is not None:
+                raise InputError(f"joint.{name}.{reason}")
     for name, force in scene.springs().items():
         if force.kind == "spring" and force.table is not None:
             values = read_knots(find_file(force.table, folder, f"force.{name}.table"))
             forces[name] = force.model_copy(update={"values": values})
-    return scene.model_copy(update={"force": forces, "body": bodies, "motion": motions})
+    return scene.model_copy(update={"force": forces, "body": bodies, "motion": motions, "joint": joints})
 
 
 def _tabled(model: Model, path: Path, values: tuple[tuple[float, float], ...]) -> Model:

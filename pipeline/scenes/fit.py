@@ -35,7 +35,7 @@ def misfits(scene: "SceneFile", folder: Path) -> list[str]:
             continue
         lines += _clearance(scene, folder, name, slave, over)
         lines += _travel(scene, name, slave, over)
-    for name, joint in scene.joint.items():
+    for name, joint in scene.cranks().items():
         held = _surface(scene, joint.body, joint.interface)
         if held is None or "origin" not in held[1]:
             continue
@@ -98,7 +98,7 @@ def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, maste
 def _travel(scene: "SceneFile", name: str, slave: Shaped, master: Shaped) -> list[str]:
     """Check that the sliding surface stays within the height of the other one all along the stroke."""
     contact = scene.contact[name]
-    rod, joint = next(((key, item) for key, item in scene.joint.items() if item.body == contact.body), ("", None))
+    rod, joint = next(((key, item) for key, item in scene.cranks().items() if item.body == contact.body), ("", None))
     held = _surface(scene, contact.body, joint.interface) if joint is not None else None
     over = scene.masters()[name]
     geometry = scene.component[scene.component_of(over.body)].geometry

@@ -128,3 +128,12 @@ def free_twists(job: Job, body: str) -> "np.ndarray":
 
     morph = placed_design(job, body, ["mass", "inertia", "rigid_twists"])
     return small_motion.free_twists(morph, job.scene.body[body], body)
+
+
+def refuse_turning(job: Job, command: str) -> None:
+    """Raise an InputError where the bodies of a scene turn by any angle, which a command does not support."""
+    if job.scene.capabilities.turns:
+        raise InputError(
+            f"{job.path}: {command}: the bodies of this scene turn by any angle (integrator 'mechanism'), which this"
+            " command does not support; `gudgeon run` does"
+        )

@@ -18,8 +18,8 @@ NUMBER = 8
 
 
 def plan(job: Job) -> dict[str, Any]:
-    """Return the terms that the solver reads and omits, with reason, fields and bytes, the ports of the scene, and the
-    bytes read in all."""
+    """Return the terms that the solver reads and omits, with reason, fields and bytes, the ports of the scene, the
+    bytes read in all, and the integrator that the scene's features select."""
     from gudgeon.solver.ports.listing import port_rows
     from gudgeon.solver.system.requirements import Stock, scene_terms
 
@@ -37,7 +37,13 @@ def plan(job: Job) -> dict[str, Any]:
         if term.present:
             read |= {(term.body, path): size for path, size in sizes.items()}
     ports = [row._asdict() for row in port_rows(job.scene, partial(_port_count, job))]
-    return {"scene": job.name, "terms": rows, "ports": ports, "bytes": total(read.values())}
+    return {
+        "scene": job.name,
+        "terms": rows,
+        "ports": ports,
+        "bytes": total(read.values()),
+        "integrator": job.scene.integrator,
+    }
 
 
 def _port_count(job: Job, body: str, interface: str) -> int | None:

@@ -15,7 +15,7 @@ from gudgeon.modaldb.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
-from gudgeon.modaldb.records.trajectory import BASIS_REASON, FRICTION_NOTES, Trajectory
+from gudgeon.modaldb.records.trajectory import BASIS_REASON, FRICTION_NOTES, LINKAGE_NOTES, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, whole_file, write_text
 from gudgeon.pipeline.measuring.stopping import stoppable
@@ -244,7 +244,8 @@ def _report(job: Job, summary: dict[str, Any], stages: dict[str, StageReport]) -
     if summary["result"] != Result.NOT_CONVERGED.name:
         own += _gap_notes(job, summary["quantities"])
     own += _probe_notes(job)
-    own += str(summary["counts"].get(FRICTION_NOTES, "")).splitlines()
+    for notes_of in (FRICTION_NOTES, LINKAGE_NOTES):
+        own += str(summary["counts"].get(notes_of, "")).splitlines()
     if summary["result"] == Result.FINISHED.name:
         own += impact_notes(job.scene, summary, partial(_last_force, job))
     windows = (entry["value"] for name, entry in summary["quantities"].items() if name.endswith(".force_window"))

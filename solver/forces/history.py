@@ -14,12 +14,9 @@ GAUSS = np.polynomial.legendre.leggauss(4)
 """Places and weights of the mean of an expression over a step, of order 8."""
 
 
-class History(Strict):
-    """Amount over time; a member sets the unit of `values` and `expression`, and where and along what it acts."""
+class Amount(Strict):
+    """Amount over time by a table or an expression; a member sets the unit of `values` and `expression`."""
 
-    surface: ClassVar[str | None] = "mean"
-    """Kind of the interface on which it acts; None: on rigid bodies alone."""
-    body: str
     table: str | None = Field(default=None, description="CSV: time [s], amount; linear between the rows")
     values: tuple[tuple[float, float], ...] = ()
     expression: str | None = None
@@ -40,18 +37,6 @@ class History(Strict):
         if self.values and (len(times) < 2 or (np.diff(times) <= 0).any()):
             raise ValueError("values: at least two rows of rising times are needed")
         return self
-
-    def mix(self) -> np.ndarray:
-        """Return a unit of it over the forces of its interface, (1, k)."""
-        return np.ones((1, 1))
-
-    def wrench(self, turned: Callable[[Point], np.ndarray]) -> np.ndarray:
-        """Return force and moment of a unit of it about the component's origin of a rigid body, (6,).
-
-        Args:
-            turned: Turns a vector of the component into the axes of the scene.
-        """
-        raise NotImplementedError
 
     def refusal(self, duration: float) -> str | None:
         """Return why the amount does not reach over a run's duration [s], after the name of the force; else None."""
@@ -88,3 +73,23 @@ class History(Strict):
         inside = np.clip(times, knots[0], knots[-1])
         found = whole[at] + 0.5 * (values[at] + np.interp(inside, knots, values)) * (inside - knots[at])
         return found + np.minimum(times - knots[0], 0) * values[0] + np.maximum(times - knots[-1], 0) * values[-1]
+
+
+class History(Amount):
+    """Amount over time that acts on a body; a member sets where and along what."""
+
+    surface: ClassVar[str | None] = "mean"
+    """Kind of the interface on which it acts; None: on rigid bodies alone."""
+    body: str
+
+    def mix(self) -> np.ndarray:
+        """Return a unit of it over the forces of its interface, (1, k)."""
+        return np.ones((1, 1))
+
+    def wrench(self, turned: Callable[[Point], np.ndarray]) -> np.ndarray:
+        """Return force and moment of a unit of it about the component's origin of a rigid body, (6,).
+
+        Args:
+            turned: Turns a vector of the component into the axes of the scene.
+        """
+        raise NotImplementedError

@@ -6,8 +6,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gudgeon.solver.forces.ends import TwoEnds
-from gudgeon.solver.numbers import Coordinate, DampingConstant, ForceValue, Stiffness
-from gudgeon.solver.vectors import Direction
+from gudgeon.solver.numbers import Coordinate, DampingConstant, ForceValue, Length, Stiffness
+from gudgeon.solver.vectors import Direction, Place
 
 Knots = tuple[tuple[Coordinate, ForceValue], ...]
 
@@ -25,6 +25,16 @@ class Spring(TwoEnds):
         default=None, description="Stiffness [N/m]; it may be left out where a table or a damping is given"
     )
     damping: DampingConstant = 0.0
+    against_at: Place | None = Field(
+        default=None,
+        description="Point of the other body, as `at`, or place of the ground in the scene [m]: the spring acts along"
+        " the line between both points, which turns with them; for scenes of integrator mechanism",
+    )
+    length: Length | None = Field(
+        default=None,
+        description="Distance of the points without force [m], with `against_at`; default: that at the start less"
+        " `stretch`",
+    )
     stretch: Coordinate = Field(default=0.0, description="Elongation at the start [m]")
     preload: ForceValue = Field(
         default=0.0, description="Tension at zero elongation [N], added to that of stiffness or table"
@@ -48,9 +58,21 @@ class Spring(TwoEnds):
             raise ValueError("give stiffness [N/m], a table or damping [N s/m]")
         if not tabled and self.stiffness is None and self.preload:
             raise ValueError("preload needs a stiffness or a table")
+        if self.against_at is None and self.length is not None:
+            raise ValueError("length needs against_at: it is the distance of two points")
+        if self.against_at is not None:
+            self._check_points()
         if self.values:
             check_knots("values", np.array(self.values), 1)
         return self
+
+    def _check_points(self) -> None:
+        given = {"interface": self.interface, "against_interface": self.against_interface, "direction": self.direction}
+        beside = [key for key, value in given.items() if value is not None]
+        if beside or self.table is not None or self.values:
+            raise ValueError(f"{(beside or ['a table'])[0]} and against_at are given; give only one of them")
+        if self.length is not None and self.stretch:
+            raise ValueError("length and stretch are given; give only one of them")
 
     @property
     def tabled(self) -> bool:

@@ -1,10 +1,13 @@
 """The arrays that every integrator fills during a run, and the state and totals that it returns."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from gudgeon.modaldb.records.trajectory import JointHistory, ProbeHistory
+from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.integrators.paths import NO_PATHS, Paths
 from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.result import Result
@@ -59,6 +62,17 @@ class Samples(NamedTuple):
         self.paths.fill(here, p, pressed)
 
 
+class LinkageHistories(NamedTuple):
+    """What a mechanism records itself, of the samples so far."""
+
+    joints: dict[str, JointHistory]
+    probes: dict[str, ProbeHistory]
+    quantities: Json
+    momentum_residual: float
+    notes: list[str]
+    """What is to be said of the start, one sentence each."""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """State and totals of a run. Shapes: m coordinates, c contact rows, F functions of traction spaces, k contacts."""
@@ -89,6 +103,8 @@ class Outcome:
     """Impulse of each spring, positive where it pulls [N s], (b,)."""
     work: dict[str, int] = field(default_factory=dict)
     """Further counts by their names."""
+    linkage: Callable[[int], LinkageHistories] | None = None
+    """Of a mechanism, returns what it recorded of so many samples."""
 
 
 class Marching(Protocol):

@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.moving import MovingForce
+from gudgeon.solver.joints.coupled import Driven, Gear
+from gudgeon.solver.joints.markers import Marked
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.ports.table import BLOCK, Kind
 from gudgeon.solver.scene.contact import Contact
@@ -57,8 +59,16 @@ def contact_kind(contact: Contact) -> Kind:
 
 
 def _joints(scene: Scene) -> Iterator[PortRow]:
+    for name, crank in scene.cranks().items():
+        yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], BLOCK[Kind.BILATERAL], (crank.body,), "constant")
     for name, joint in scene.joint.items():
-        yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], BLOCK[Kind.BILATERAL], (joint.body,), "constant")
+        if isinstance(joint, Gear | Driven):
+            held = [scene.hinges()[one] for one in joint.joints]
+            bodies = tuple(dict.fromkeys(one for h in held for one in (h.body, h.against) if one is not None))
+            yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], 1, bodies, "moving")
+        elif isinstance(joint, Marked):
+            bodies = (joint.body, *((joint.against,) if joint.against is not None else ()))
+            yield PortRow(f"joint.{name}", WORDS[Kind.BILATERAL], joint.row_count, bodies, "moving")
 
 
 def _forces(scene: Scene, counts: Counts) -> Iterator[PortRow]:
@@ -70,7 +80,8 @@ def _forces(scene: Scene, counts: Counts) -> Iterator[PortRow]:
     for name, spring in scene.springs().items():
         count = len(spring.parts()[1]) if isinstance(spring, Bushing) else 1
         bodies = (spring.body, *((spring.against,) if spring.against is not None else ()))
-        yield PortRow(f"force.{name}", WORDS[Kind.SPRING], count, bodies, "constant")
+        rows = "moving" if name in scene.point_springs() else "constant"
+        yield PortRow(f"force.{name}", WORDS[Kind.SPRING], count, bodies, rows)
 
 
 def _readers(scene: Scene) -> Iterator[PortRow]:

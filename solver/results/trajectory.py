@@ -1,13 +1,14 @@
 """The record of a run from its histories."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import ContactHistory, JointHistory, Trajectory
+from gudgeon.modaldb.records.trajectory import LINKAGE_NOTES, ContactHistory, JointHistory, Trajectory
 from gudgeon.modaldb.records.types import Json
 from gudgeon.solver.contact.rows import ContactRows
-from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, Outcome, Samples
+from gudgeon.solver.integrators.outcome import CONTACT_STEPS, PIVOTS, LinkageHistories, Outcome, Samples
 from gudgeon.solver.integrators.peaks import Peaks
 from gudgeon.solver.integrators.steps import Plan, Schedule
 from gudgeon.solver.result import Result
@@ -95,7 +96,7 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
     }
     joints = _joints(system, times, samples)
     probes = recorded_probes(system, times, samples.probes, (contacts, joints, samples.loads))
-    return Trajectory(
+    whole = Trajectory(
         result=ending.result.name,
         bodies={name: body.morph_key for name, body in system.bodies.items()},
         coordinate_offsets=dict(system.offsets),
@@ -123,6 +124,16 @@ def trajectory_of(system: System, plan: Plan, end: Outcome, found: Histories, en
         peak_frames=peaks.q,
         peak_velocities=peaks.v,
     )
+    return whole if end.linkage is None else _with_linkage(whole, end.linkage(len(times)))
+
+
+def _with_linkage(found: Trajectory, own: LinkageHistories) -> Trajectory:
+    """Return a run with what its mechanism recorded itself."""
+    notes = {LINKAGE_NOTES: "\n".join(own.notes)} if own.notes else {}
+    return replace(
+        found, joints=own.joints, probes=own.probes, quantities=found.quantities | own.quantities,
+        momentum_residual=own.momentum_residual, counts=found.counts | notes,
+    )  # fmt: skip
 
 
 def _counts(system: System, plan: Plan, end: Outcome) -> Json:

@@ -9,13 +9,10 @@ from gudgeon.solver.forces.expression import values_of
 from gudgeon.solver.forces.given import BY_VALUES
 from gudgeon.solver.forces.given import EXPRESSION as GRAMMAR
 from gudgeon.solver.forces.history import History
+from gudgeon.solver.forces.jumps import jump_of
 from gudgeon.solver.forces.rates import rates_of
 from gudgeon.solver.numbers import Coordinate, Ratio, TimeValue
 from gudgeon.solver.vectors import Direction, Place
-
-JUMP = 1e-6
-"""Change of a motion in no time, relative to its largest, that is a jump."""
-HALVINGS = 60
 
 
 class Drive(History):
@@ -67,21 +64,9 @@ class Drive(History):
 
     def jump(self, times: np.ndarray, where: str) -> float | None:
         """Return a time [s] between given ones, (t,), at which the motion jumps, as by `step`; None without one."""
-        found = self.places(times, where)[:, 0]
         if self.expression is None or "step" not in self.expression:
             return None
-        least = JUMP * max(float(np.abs(found).max()), float(np.finfo(float).tiny))
-        for k in np.flatnonzero(np.abs(np.diff(found)) > least):
-            ends, (low, high) = times[k : k + 2].copy(), found[k : k + 2]
-            for _ in range(HALVINGS):
-                middle = 0.5 * ends.sum()
-                value = float(self.places(np.array([middle]), where)[0, 0])
-                later = abs(high - value) > abs(value - low)
-                ends[0 if later else 1] = middle
-                low, high = (value, high) if later else (low, value)
-            if abs(high - low) > least:
-                return float(ends[1])
-        return None
+        return jump_of(lambda at: self.places(at, where)[:, 0], times)
 
 
 class Translation(Drive):

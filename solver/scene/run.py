@@ -50,7 +50,7 @@ class Run(Strict):
         default=None,
         description="Relative error that determines the step where run.step is left out: with explicit, implicit and"
         " discrete-gradient of the impulse and the windowed force of each contact and of the energy balance (default"
-        " 1e-3); with collocation of the contact force (default 1e-8); not used by event",
+        " 1e-3); with collocation of the contact force, with mechanism of the motion (default 1e-8); not used by event",
         json_schema_extra={"unit": "1"},
     )
     checks: bool = Field(
@@ -64,12 +64,15 @@ class Run(Strict):
         " that are separated by less than it are one. Default: the longest of the shortest kept periods of the elastic"
         " bodies in contact, times 2.5 unless all contacts have nonlinear laws; no window for rigid bodies",
     )
-    integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit"] = Field(
-        default="auto",
-        description="event: exact motion between located events, for linear and rigid contact of a few points;"
-        " collocation: high order, for contact laws; discrete-gradient: conserves energy to round-off at any step;"
-        " explicit: contact impulses at the middle of each step; implicit: trapezoidal rule, for damping, joints, loads"
-        " and sliding pairs; auto: selected from the features of the scene",
+    integrator: Literal["auto", "event", "collocation", "discrete-gradient", "explicit", "implicit", "mechanism"] = (
+        Field(
+            default="auto",
+            description="event: exact motion between located events, for linear and rigid contact of a few points;"
+            " collocation: high order, for contact laws; discrete-gradient: conserves energy to round-off at any step;"
+            " explicit: contact impulses at the middle of each step; implicit: trapezoidal rule, for damping, cranks,"
+            " loads and sliding pairs; mechanism: order 8 with projection, for rigid bodies that turn by any angle, on"
+            " joints; auto: selected from the features of the scene",
+        )
     )
     gravity: Gravity = Field(default=(0.0, 0.0, 0.0), description="Acceleration of gravity [m/s^2]")
     start: Literal["rest", "undeformed"] = Field(

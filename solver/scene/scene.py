@@ -11,9 +11,13 @@ from gudgeon.solver.forces import Force, OverTime
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.gas import GasPressure
+from gudgeon.solver.forces.given import GivenForce, GivenTorque
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints import Joint
+from gudgeon.solver.joints.coupled import Driven, Gear
+from gudgeon.solver.joints.markers import Marked
+from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.numbers import Name, Strict
 from gudgeon.solver.scene.body import Body
@@ -38,7 +42,10 @@ class Scene(Strict):
     def _names(self) -> "Scene":
         named = [(f"contact.{name}.body", contact.body) for name, contact in self.contact.items()]
         named += [(f"contact.{name}.against.body", other.body) for name, other in self.others().items()]
-        named += [(f"joint.{name}.body", joint.body) for name, joint in self.joint.items()]
+        named += [
+            (f"joint.{name}.body", joint.body) for name, joint in [*self.cranks().items(), *self.hinges().items()]
+        ]
+        named += [(f"joint.{name}.against", joint.against) for name, joint in self.hinges().items() if joint.against]
         named += [(f"force.{name}.body", force.body) for name, force in self.force.items()]
         named += [(f"motion.{name}.body", motion.body) for name, motion in self.motion.items()]
         named += [(f"force.{n}.against", spring.against) for n, spring in self.springs().items() if spring.against]
@@ -55,9 +62,19 @@ class Scene(Strict):
                 hint = f"did you mean '{near[0]}'? " if near else ""
                 raise ValueError(f"{where}: no body '{body}', {hint}the scene has {', '.join(self.body)}")
         for name, force in self.gas().items():
-            if force.joint not in self.joint:
-                have = ", ".join(self.joint) or "none"
+            if force.joint not in self.cranks():
+                have = ", ".join(self.cranks()) or "none"
                 raise ValueError(f"force.{name}.joint: no joint '{force.joint}', the scene has {have}")
+        for name, joint in self.joint.items():
+            keys = {Gear: ("joint", "other"), Driven: ("joint",)}.get(type(joint), ())
+            for key in keys:
+                if (held := getattr(joint, key)) not in self.hinges():
+                    near = difflib.get_close_matches(held, self.hinges(), 1)
+                    hint = f"did you mean '{near[0]}'? " if near else ""
+                    have = ", ".join(self.hinges()) or "none"
+                    raise ValueError(
+                        f"joint.{name}.{key}: no joint '{held}' of two markers, {hint}the scene has {have}"
+                    )
         for name, other in self.others().items():
             if other.body == self.contact[name].body:
                 raise ValueError(f"contact.{name}.against.body: a contact needs two different bodies")
@@ -73,6 +90,23 @@ class Scene(Strict):
             near = difflib.get_close_matches(of, able, 1)
             hint = f"did you mean '{near[0]}'? " if near else ""
             raise ValueError(f"{where}: nothing to be read at '{of}', {hint}the scene has {', '.join(able) or 'none'}")
+
+    def cranks(self) -> dict[str, SliderCrank]:
+        """Return the cranks that move a point of a body by a massless rod, by name."""
+        return {n: j for n, j in self.joint.items() if isinstance(j, SliderCrank)}
+
+    def hinges(self) -> dict[str, Marked]:
+        """Return the joints of two markers by name, whose bodies turn by any angle."""
+        return {n: j for n, j in self.joint.items() if isinstance(j, Marked)}
+
+    def point_springs(self) -> dict[str, Spring]:
+        """Return the springs between two points, whose line turns with them, by name."""
+        return {n: f for n, f in self.force.items() if isinstance(f, Spring) and f.against_at is not None}
+
+    def point_loads(self) -> dict[str, GivenForce | GivenTorque]:
+        """Return forces over time at points of rigid bodies, and torques on them, by name."""
+        found = {n: f for n, f in self.force.items() if isinstance(f, GivenForce | GivenTorque)}
+        return {n: f for n, f in found.items() if isinstance(f, GivenTorque) or f.at is not None}
 
     def masters(self) -> dict[str, MasterSurface]:
         """Return the master surface of each contact that has one."""
@@ -145,6 +179,8 @@ class Scene(Strict):
             stepping = [name for name in able if self.run.step is None or math.isfinite(INTEGRATORS[name].order)]
             if able and not stepping:
                 _refuse_step(" and ".join(map(repr, able)))
+            if "mechanism" in able and self._turns_far:
+                return "mechanism"
             if able:
                 return stepping[0]
             least = min((_lacking(demands, name) for name in INTEGRATORS), key=len)
@@ -160,6 +196,12 @@ class Scene(Strict):
         if math.isinf(INTEGRATORS[named].order) and self.run.step is not None:
             _refuse_step(repr(named))
         return named
+
+    @property
+    def _turns_far(self) -> bool:
+        """Whether a body that keeps its angular velocity would turn beyond run.limits.angle."""
+        spins = [math.hypot(*body.angular_velocity) for body in self.body.values()]
+        return max(spins) * self.run.duration > self.run.limits.angle
 
     @property
     def capabilities(self) -> type[Integrator]:
@@ -196,12 +238,12 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
             yield f"body.{name}.gauges", Feature.GAUGES
     for name in scene.probe:
         yield f"probe.{name}", Feature.PROBES
-    for name in scene.joint:
-        yield f"joint.{name}", Feature.JOINT
+    for name, joint in scene.joint.items():
+        yield f"joint.{name}", Feature.JOINT if isinstance(joint, SliderCrank) else Feature.MECHANISM
     for name in scene.motion:
         yield f"motion.{name}", Feature.MOTION
     for name in scene.given():
-        yield f"force.{name}", Feature.LOAD
+        yield f"force.{name}", Feature.POINT_LOAD if name in scene.point_loads() else Feature.LOAD
     for name in scene.masters():
         yield f"the sliding pair contact.{name}", Feature.SLIDING_PAIR
     for name, contact in scene.contact.items():
@@ -220,6 +262,9 @@ def _demands(scene: Scene) -> Iterator[tuple[str, Feature]]:
         if contact.dashpot != "none":
             yield f"the dashpot of {where}", Feature.DASHPOT
     for name, spring in scene.springs().items():
+        if name in scene.point_springs():
+            yield f"the turning line of force.{name}", Feature.POINT_SPRING
+            continue
         yield f"force.{name}", Feature.SPRING
         if spring.elastic:
             yield f"the interface of force.{name}", Feature.ELASTIC_SPRING

@@ -86,7 +86,10 @@ def assembled(
     Raises:
         SceneError: as `compile_system`.
     """
-    size = max(body.elastic.stop for body in bodies.values())
+    size, whole = max(body.elastic.stop for body in bodies.values()), scene
+    if scene.capabilities.turns:
+        # Its joints, forces and probes turn with the bodies: the integrator builds them.
+        scene = scene.model_copy(update={"joint": {}, "force": {}, "probe": {}})
     contacts, arrays = _contacts(scene, bodies, size)
     sag = np.zeros_like(arrays["gap"]) if sag is None else sag
     arrays["gap"] = arrays["gap"] + sag
@@ -101,7 +104,7 @@ def assembled(
     _check_travel(contacts, driving)
     springs = compile_springs(scene, bodies, contacts, driving, size)
     system = System(
-        scene=scene, bodies=bodies, contacts=contacts, sag=sag,
+        scene=whole, bodies=bodies, contacts=contacts, sag=sag,
         stiffness=stiffness,
         damping=np.concatenate([body.damping_rates for body in bodies.values()]),
         rigid=rigid,
@@ -110,6 +113,8 @@ def assembled(
         terms=terms, probes=compile_probes(scene, bodies, contacts, springs, size), **arrays,
         **compile_gauges(bodies, contacts, size),
     )  # fmt: skip
+    if whole.capabilities.turns:
+        return system
     refuse_motion_across(system)
     return settled(system, held)
 

@@ -197,7 +197,7 @@ def compile_driving(
     given: list[GivenLoad] = []
     rows: list[np.ndarray] = []
     owners: list[Owner] = []
-    for name, joint in scene.joint.items():
+    for name, joint in scene.cranks().items():
         body = bodies[joint.body]
         load = _load(body, joint.interface, f"joint.{name}.interface")
         if len(load.rows) != 3:
@@ -301,7 +301,7 @@ def _over_time(scene: Scene, name: str, body: FlexibleBody) -> Made:
 def _pressing(scene: Scene, name: str, body: FlexibleBody) -> Made:
     """Return a gas pressure; one row."""
     force = scene.gas()[name]
-    load, joint = _load(body, force.interface, f"force.{name}.interface"), scene.joint[force.joint]
+    load, joint = _load(body, force.interface, f"force.{name}.interface"), scene.cranks()[force.joint]
     if len(load.rows) != 1:
         raise SceneError(f"force.{name}.interface: '{force.interface}' is no interface of kind 'pressure'")
     pressure = force.over_angle()

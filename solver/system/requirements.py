@@ -59,12 +59,12 @@ def scene_terms(scene: Scene, stocks: Mapping[str, Stock] | None = None) -> list
     for body in scene.body:
         stock = (stocks or {}).get(body, Stock())
         own = [
-            *_motion(body, stock),
+            *_motion(scene, body, stock),
             *_contacts(scene, body, stock),
             *_elements(scene, body),
             *_medium(scene, body, stock),
         ]
-        terms += [*own, *_unused(own, body, stock), *_never(body)]
+        terms += [*own, *_unused(own, body, stock), *_never(scene, body)]
     return terms
 
 
@@ -80,9 +80,11 @@ def fields_read(terms: list[Term], body: str, record: str) -> list[str]:
     ]
 
 
-def _motion(body: str, stock: Stock) -> Iterator[Term]:
+def _motion(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
+    turns = scene.capabilities.turns
+    reason = "turns by any angle, with gyroscopic terms" if turns else "motions that supports and freedom leave free"
     yield Term(
-        "rigid motion", body, True, "motions that supports and freedom leave free",
+        "rigid motion", body, True, reason,
         ("morph:centre", "morph:inertia", "morph:rigid_twists"),
     )  # fmt: skip
     reason = "modes are integrated exactly" if stock.elastic else "a rigid body does not deform"
@@ -150,8 +152,13 @@ def _elements(scene: Scene, body: str) -> Iterator[Term]:
     """Yield the joints, springs and loads of a body, or one omitted term for each kind that it lacks."""
     joints = [
         Term(f"joint {n}", body, True, f"a {j.kind} holds {j.interface}", (f"modes:loads/{j.interface}",))
-        for n, j in scene.joint.items()
+        for n, j in scene.cranks().items()
         if j.body == body
+    ]
+    joints += [
+        Term(f"joint {n}", body, True, f"a {scene.joint[n].kind} joint")
+        for n, j in scene.hinges().items()
+        if body in (j.body, j.against)
     ]
     springs = [
         Term(f"{s.kind} {n}", body, True, f"acts on {interface or 'rigid motion'}", _spring_fields(interface))
@@ -219,7 +226,7 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
 
 def _pulled(scene: Scene, body: str) -> bool:
     """Whether a joint, load, motion or spring acts on an interface of a body."""
-    loads = [*scene.joint.values(), *scene.given().values(), *scene.motion.values()]
+    loads = [*scene.cranks().values(), *scene.given().values(), *scene.motion.values()]
     return any(item.body == body for item in loads) or any(
         (item.body == body and item.interface) or (item.against == body and item.against_interface)
         for item in scene.springs().values()
@@ -260,9 +267,12 @@ def _unused(own: list[Term], body: str, stock: Stock) -> Iterator[Term]:
             yield Term(f"{kind or 'gauge'} {name}", body, False, reason, (f"modes:{place}", *points))
 
 
-def _never(body: str) -> list[Term]:
+def _never(scene: Scene, body: str) -> list[Term]:
+    reason = "motion is small: frame and elastic inertia do not couple"
+    if scene.capabilities.turns:
+        reason = "a rigid body does not deform"
     return [
-        Term("inertia couplings", body, False, "motion is small: frame and elastic inertia do not couple",
+        Term("inertia couplings", body, False, reason,
              ("modes:inertia_couplings",)),
         Term("mode shapes", body, False, "needed for pictures only", ("modes:shapes",)),
         Term("surface and volume mesh", body, False, "the modes contain the contact rows",

@@ -175,8 +175,14 @@ class Drawing:
 
     @property
     def driven(self) -> bool:
-        """Whether a joint drives the scene, so that the rigid motion is large and mostly prescribed."""
-        return bool(self.trajectory.joints)
+        """Whether a crank drives the scene, so that the rigid motion is large and mostly prescribed."""
+        return any(one.interface for one in self.trajectory.joints.values())
+
+    @property
+    def turning(self) -> bool:
+        """Whether the bodies turn by any angle."""
+        name = self.trajectory.counts.get("integrator")
+        return name is not None and INTEGRATORS[name].turns
 
     def cell_type(self, body: str) -> str:
         """Return a body's kind of cells without reading its mesh."""

@@ -1,0 +1,1 @@
+"""Pictures of bodies that turn by any angle, held by joints."""

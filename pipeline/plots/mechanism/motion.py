@@ -1,0 +1,61 @@
+"""Where the points of turning bodies are over time, from a run's record."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.solver.bodies.placing import turned_vectors
+from gudgeon.solver.scene.body import Body
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A body with its points: those of its joints and, last, its centre of mass."""
+
+    name: str
+    points: np.ndarray
+    """From the centre of mass, as the scene places the body [m], (k, 3)."""
+    centre: np.ndarray
+    """As the scene places it [m], (3,)."""
+    motion: np.ndarray
+    """As `Trajectory.motion`, (s, 12)."""
+
+    def places(self, samples: np.ndarray | slice) -> np.ndarray:
+        """Return where its points are at samples [m], (s, k, 3)."""
+        found = self.motion[samples]
+        return (self.centre + found[:, None, :3]) + np.einsum("sij,kj->ski", rotations(found[:, 3:6]), self.points)
+
+
+def rotations(vectors: np.ndarray) -> np.ndarray:
+    """Return the matrices of rotation vectors [rad], (s, 3), by Rodrigues' formula, (s, 3, 3)."""
+    angle = np.linalg.norm(vectors, axis=1)
+    axis = vectors / np.where(angle > 0, angle, 1.0)[:, None]
+    x, y, z = axis.T
+    zero = np.zeros(len(angle))
+    K = np.stack([np.stack(row, -1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))], -2)
+    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.eye(3) + sine * K + (1 - cosine) * (K @ K)
+
+
+def moving_bodies(drawing: Drawing) -> list[Moving]:
+    """Return the bodies of a mechanism."""
+    scene, found = drawing.scene, []
+    for name in drawing.trajectory.bodies:
+        settings = Body.model_validate(scene["body"][name])
+        centre = np.asarray(settings.position) + drawing.design(name, ["centre"]).centre
+        ends = [(joint["body"], joint["at"], joint) for joint in scene["joint"].values() if "at" in joint]
+        places = [_placed(scene, body, at) for body, at, _ in ends if body == name]
+        for body, at, joint in ends:
+            if joint.get("against") == name:
+                given = joint.get("against_at")
+                places.append(_placed(scene, body, at) if given is None else _placed(scene, name, given))
+        points = np.array([*places, centre]) - centre
+        found.append(Moving(name, points, centre, drawing.trajectory.motion[name]))
+    return found
+
+
+def _placed(scene: dict, body: str, at: tuple[float, float, float]) -> np.ndarray:
+    """Return where the scene places a point of a body [m], (3,)."""
+    settings = Body.model_validate(scene["body"][body])
+    return turned_vectors(settings, at) + np.asarray(settings.position)

@@ -1,0 +1,97 @@
+"""`mechanism.png`: the bodies of a mechanism at some times, with the paths of their points, angles and reactions."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
+
+SHOWN, MOST = 5, 8
+"""Positions that are drawn, and joints whose histories are."""
+FLAT = 1e-6
+"""Extent of a mechanism across a plane over its own, below which it is drawn in the plane."""
+NAMES = ("x", "y", "z")
+
+
+def draw_mechanism(drawing: Drawing) -> None:
+    """Draw the motion of a mechanism."""
+    if len(drawing.trajectory.times):
+        style.draw(drawing.file("mechanism.png"), _figure, drawing)
+
+
+def _figure(drawing: Drawing) -> Figure:
+    bodies, trajectory = moving_bodies(drawing), drawing.trajectory
+    end = float(trajectory.times[-1])
+    factor, unit = style.time_unit(end)
+    subtitle = f"{drawing.scene_name}  ·  {SHOWN} positions from the start, light, to {end * factor:.4g} {unit}, dark"
+    figure = style.new_figure("Motion of the bodies", subtitle, height=1900)
+    grid = figure.add_gridspec(3, 1, height_ratios=[2.2, 1.0, 1.0], left=0.1, right=0.965, bottom=0.06, top=0.92,
+                               hspace=0.36)  # fmt: skip
+    _bodies(figure, grid[0], bodies)
+    abscissa = style.over_time(trajectory.times, (0.0, end))
+    panels = [figure.add_subplot(grid[1]), figure.add_subplot(grid[2])]
+    _angles(panels[0], abscissa.values, drawing)
+    _reactions(panels[1], abscissa.values, drawing)
+    abscissa.finish(panels)
+    return figure
+
+
+def _bodies(figure: Figure, place, bodies: list[Moving]) -> None:  # type: ignore[no-untyped-def]
+    """Draw lines through the points of each body at some samples, and the paths of the points."""
+    every = [body.places(slice(None)) for body in bodies]
+    cloud = np.concatenate([one.reshape(-1, 3) for one in every])
+    extent = np.ptp(cloud, axis=0)
+    flat = extent.min() <= FLAT * extent.max()
+    shown = np.delete(np.arange(3), int(extent.argmin())) if flat else np.arange(3)
+    axes = figure.add_subplot(place) if flat else figure.add_subplot(place, projection="3d")
+    samples = np.unique(np.linspace(0, len(every[0]) - 1, SHOWN).astype(int))
+    for path in every:
+        for point in range(path.shape[1]):
+            axes.plot(*path[:, point, shown].T, color=style.GRID, lw=0.8, zorder=1)
+    for number, sample in enumerate(samples):
+        shade = 0.25 + 0.75 * number / max(1, len(samples) - 1)
+        for body, path in zip(bodies, every, strict=True):
+            points = path[sample, :, shown].T if flat else path[sample]
+            ends, centre = points[:-1], points[-1]
+            for one in ends if len(ends) != 2 else ():
+                axes.plot(*np.array([one, centre]).T, color=style.BLUE, lw=1.6, alpha=shade)
+            if len(ends) == 2:
+                axes.plot(*ends.T, color=style.BLUE, lw=1.6, alpha=shade)
+            axes.plot(*ends.T, "o", color=style.ORANGE, ms=3.5, alpha=shade)
+            if number == len(samples) - 1:
+                axes.text(*centre, f" {body.name}", fontsize=7.5, color=style.FAINT)  # type: ignore[call-arg]
+    labels = [f"{NAMES[int(one)]} [m]" for one in shown]
+    axes.set_xlabel(labels[0])
+    axes.set_ylabel(labels[1])
+    if flat:
+        axes.set_aspect("equal", adjustable="datalim")
+    else:
+        axes.set_zlabel(labels[2])  # type: ignore[attr-defined]
+        axes.locator_params(nbins=5)
+        axes.set_box_aspect(np.maximum(extent, 0.2 * extent.max()))  # type: ignore[arg-type]
+
+
+def _angles(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
+    """Draw the angles of the joints that have one."""
+    joints = drawing.trajectory.joints
+    turning = {name: one.angle for name, one in joints.items() if one.angle.any()}
+    for name, angle in list(turning.items())[:MOST]:
+        axes.plot(times, np.degrees(angle), lw=1.2, label=name)
+    axes.set_ylabel("angle of joint [deg]")
+    if turning:
+        style.legend(axes, columns=4)
+
+
+def _reactions(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
+    """Draw the sizes of the largest forces of joints."""
+    sizes = {name: np.linalg.norm(one.force, axis=1) for name, one in drawing.trajectory.joints.items()}
+    chosen = sorted(sizes, key=lambda name: -float(sizes[name].max()))[:MOST]
+    largest = max((float(sizes[name].max()) for name in chosen), default=0.0)
+    scale, unit = style.prefixed(largest, "N")
+    for name in (name for name in sizes if name in chosen):
+        axes.plot(times, sizes[name] * scale, lw=1.2, label=name)
+    axes.set_ylabel(f"force of joint [{unit}]")
+    if chosen:
+        style.legend(axes, columns=4)

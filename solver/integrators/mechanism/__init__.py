@@ -1,0 +1,1 @@
+"""Bodies that turn, held together by joints: the equations are in docs/mechanisms.md."""

@@ -1,0 +1,283 @@
+"""The model of a compiled scene's mechanism: bodies, markers, terms of its joints, and their rows."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.bodies.placing import turned_vectors
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.integrators.mechanism.arrays import (
+    ALONG,
+    ANGLE,
+    DISTANCE,
+    NONE,
+    SQUARE,
+    STAGES,
+    SUMS,
+    WIDTH,
+    Model,
+    Work,
+)
+from gudgeon.solver.joints.coupled import Driven, Gear
+from gudgeon.solver.joints.markers import Distance, Marked, Screw, Universal
+from gudgeon.solver.system.system import System
+
+Term = tuple[int, int, int, int]
+Point = tuple[int, np.ndarray]
+"""Number of a body, `NONE` of the ground, and an arm from its centre or a place in the scene [m], (3,)."""
+
+
+class Row(NamedTuple):
+    """One constraint: Σ factor · term = constant + drive."""
+
+    joint: str
+    terms: tuple[tuple[int, float], ...]
+    constant: float = 0.0
+    drive: int = NONE
+    length: bool = False
+    """Whether its unit is m."""
+
+
+@dataclass
+class Linkage:
+    """The parts of a mechanism while it is built."""
+
+    system: System
+    names: list[str]
+    """Of the bodies."""
+    centres: np.ndarray
+    """Of mass, as the scene places the bodies [m], (n, 3)."""
+    pairs: dict[str, int] = field(default_factory=dict)
+    """Number of the pair of markers of each joint that has one."""
+    owner: list[tuple[int, int]] = field(default_factory=list)
+    arm: list[np.ndarray] = field(default_factory=list)
+    frame: list[np.ndarray] = field(default_factory=list)
+    terms: dict[Term, int] = field(default_factory=dict)
+    rows: list[Row] = field(default_factory=list)
+    drives: dict[str, Driven] = field(default_factory=dict)
+    """Joints that drive others, in the order of their numbers."""
+
+    def point(self, body: str | None, at: tuple[float, float, float]) -> Point:
+        """Return a point of a body, or of the ground."""
+        if body is None:
+            return NONE, np.asarray(at, float)
+        number, settings = self.names.index(body), self.system.scene.body[body]
+        return number, turned_vectors(settings, at) + np.asarray(settings.position) - self.centres[number]
+
+    def place(self, point: Point) -> np.ndarray:
+        """Return where a point is as the scene places the bodies [m], (3,)."""
+        number, arm = point
+        return arm if number == NONE else self.centres[number] + arm
+
+    def ends(self, owner: tuple[str, str | None], at: tuple, against_at: tuple | None) -> tuple[Point, Point]:
+        """Return the point on the other side of an element, and its own; the former is at the latter by default."""
+        own = self.point(owner[0], at)
+        if against_at is not None:
+            return self.point(owner[1], against_at), own
+        number = NONE if owner[1] is None else self.names.index(owner[1])
+        place = self.place(own)
+        return (number, place if number == NONE else place - self.centres[number]), own
+
+    def term(self, *key: int) -> int:
+        """Return the number of a term: kind, pair, axis of the other marker, axis of the own one."""
+        full: Term = (*key, *(4 - len(key)) * (0,))  # type: ignore[assignment]
+        return self.terms.setdefault(full, len(self.terms))
+
+    def start_along(self, pair: int, axis: int) -> float:
+        """Return d along an axis of the other marker as the scene places the bodies [m]."""
+        a, b = ((self.owner[pair][side], self.arm[pair][side]) for side in range(2))
+        return float((self.place(b) - self.place(a)) @ self.frame[pair][0][:, axis])
+
+
+def linkage_of(system: System) -> Linkage:
+    """Return the parts of a scene's mechanism.
+
+    Raises:
+        SceneError: a body cannot turn or is elastic, or a joint cannot be coupled or driven so.
+    """
+    scene = system.scene
+    for name, body in system.bodies.items():
+        if len(body.modal.angular_frequencies):
+            raise SceneError(
+                f"body.{name}: its component is elastic; integrator 'mechanism' carries rigid bodies: set"
+                f" component.{scene.component_of(name)}.modes.reduction = 'rigid'"
+            )
+        if body.rigid_count < 6:
+            raise SceneError(
+                f"body.{name}: supports, freedom or an inertia of zero hold some of its rigid motions; integrator"
+                " 'mechanism' holds bodies by joints alone, and needs all three moments of inertia"
+            )
+    names = list(system.bodies)
+    centres = [np.asarray(scene.body[name].position) + body.morph.centre for name, body in system.bodies.items()]
+    found = Linkage(system, names, np.array(centres))
+    for name, joint in scene.hinges().items():
+        _add_hinge(found, name, joint)
+    for name, joint in scene.joint.items():
+        if isinstance(joint, Gear):
+            _add_gear(found, name, joint)
+        elif isinstance(joint, Driven):
+            _add_drive(found, name, joint)
+    return found
+
+
+def _add_hinge(found: Linkage, name: str, joint: Marked) -> None:
+    pair = found.pairs[name] = len(found.owner)
+    other, own = found.ends((joint.body, joint.against), joint.at, joint.against_at)
+    third, thither = joint.axes
+    frame = _frame(thither)
+    turned = _frame(third) if isinstance(joint, Universal) else _shortest(thither, third) @ frame
+    found.owner.append((other[0], own[0]))
+    found.arm.append(np.array([other[1], own[1]]))
+    found.frame.append(np.array([frame, turned]))
+    if isinstance(joint, Distance):
+        apart = float(np.linalg.norm(found.place(own) - found.place(other)))
+        if apart == 0:
+            raise SceneError(f"joint.{name}: its two points are at one place; a distance needs a direction")
+        found.rows.append(Row(name, ((found.term(DISTANCE, pair), 1.0),), joint.length or apart, length=True))
+        return
+    found.rows += [Row(name, ((found.term(ALONG, pair, i), 1.0),), length=True) for i in joint.along]
+    found.rows += [Row(name, ((found.term(SQUARE, pair, i, k), 1.0),)) for i, k in joint.squares]
+    if joint.turns:
+        found.term(ANGLE, pair)
+    if isinstance(joint, Screw):
+        terms = (found.term(ALONG, pair, 2), 1.0), (found.term(ANGLE, pair), -joint.pitch / (2 * np.pi))
+        found.rows.append(Row(name, terms, found.start_along(pair, 2), length=True))
+
+
+def _add_gear(found: Linkage, name: str, joint: Gear) -> None:
+    for key, one in (("joint", joint.joint), ("other", joint.other)):
+        _check_motion(found, f"joint.{name}.{key}", one, "angle")
+    if joint.joint == joint.other:
+        raise SceneError(f"joint.{name}.other: '{joint.other}' is also its joint; a gear couples two joints")
+    one, other = (found.term(ANGLE, found.pairs[key]) for key in (joint.joint, joint.other))
+    found.rows.append(Row(name, ((one, 1.0), (other, -joint.signed_ratio))))
+
+
+def _add_drive(found: Linkage, name: str, joint: Driven) -> None:
+    held = found.system.scene.hinges().get(joint.joint)
+    slides = held is not None and held.slides and not held.turns
+    motion = joint.motion or ("displacement" if slides else "angle")
+    _check_motion(found, f"joint.{name}.joint", joint.joint, motion)
+    if (jump := joint.jump(found.system.scene.run.duration, f"joint.{name}")) is not None:
+        raise SceneError(
+            f"joint.{name}.expression: its {jump[0]} jumps at {jump[1]:.6g} s, which asks for an infinite acceleration;"
+            " give a smooth motion"
+        )
+    pair, number = found.pairs[joint.joint], len(found.drives)
+    found.drives[name] = joint
+    angle = motion == "angle"
+    term = found.term(ANGLE, pair) if angle else found.term(ALONG, pair, 2)
+    start = 0.0 if angle else found.start_along(pair, 2)
+    found.rows.append(Row(name, ((term, 1.0),), start, number, length=not angle))
+
+
+def _check_motion(found: Linkage, where: str, name: str, motion: str) -> None:
+    """Raise a SceneError unless a joint leaves the motion that is to be coupled or driven."""
+    hinges = found.system.scene.hinges()
+    able = [key for key, one in hinges.items() if (one.turns if motion == "angle" else one.slides)]
+    if name in able:
+        return
+    what = "an angle" if motion == "angle" else "a displacement"
+    kind = f"of kind '{hinges[name].kind}' has none" if name in hinges else "does not exist"  # type: ignore[attr-defined]
+    raise SceneError(f"{where}: joint '{name}' {kind}: {what} is needed; {', '.join(able) or 'no joint'} has one")
+
+
+def _frame(axis: np.ndarray) -> np.ndarray:
+    """Return three axes as columns, the third one given, (3, 3)."""
+    first = np.eye(3)[np.abs(axis).argmin()]
+    first = first - (first @ axis) * axis
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(axis, first), axis])
+
+
+def _shortest(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the shortest rotation of a unit vector to another one less than 180 degrees away, (3, 3)."""
+    v = np.cross(one, other)
+    K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    return np.eye(3) + K + K @ K / (1 + one @ other)
+
+
+def model_of(found: Linkage) -> Model:
+    """Return the arrays of a mechanism."""
+    system, scene = found.system, found.system.scene
+    bodies, rows, terms = list(system.bodies.values()), found.rows, list(found.terms)
+    springs = [
+        (found.ends((one.body, one.against), one.at, one.against_at), one) for one in scene.point_springs().values()
+    ]
+    loads = list(scene.point_loads().values())
+    points = [found.point(one.body, getattr(one, "at", None) or (0.0, 0.0, 0.0)) for one in loads]
+    wrenches = [one.wrench(lambda at: np.zeros(3)) for one in loads]
+    inertia = np.array([body.morph.inertia for body in bodies])
+    size = reach_of(found)
+    filled = [(*row.terms, (NONE, 0.0))[:2] for row in rows]
+    row_terms = np.array([[t for t, _ in two] for two in filled], np.int64).reshape(-1, 2)
+    owner = np.array(found.owner, np.int64).reshape(-1, 2)
+    kinds = np.array(terms, np.int64).reshape(-1, 4)
+    return Model(
+        mass=np.array([body.morph.mass for body in bodies]), inertia=inertia, inverse=np.linalg.inv(inertia),
+        gravity=np.asarray(scene.run.gravity, float), owner=owner, arm=np.array(found.arm, float).reshape(-1, 2, 3),
+        frame=np.array(found.frame, float).reshape(-1, 2, 3, 3), terms=kinds, row_terms=row_terms,
+        factors=np.array([[f for _, f in two] for two in filled], float).reshape(-1, 2),
+        constant=np.array([row.constant for row in rows], float),
+        drive_of=np.array([row.drive for row in rows], np.int64),
+        row_pair=np.array([found.pairs.get(row.joint, NONE) for row in rows], np.int64),
+        reach=np.array([size if row.length else 1.0 for row in rows], float),
+        pairs=_coupled(row_terms, kinds, owner),
+        spring_owner=np.array([[end[0] for end in ends] for ends, _ in springs], np.int64).reshape(-1, 2),
+        spring_arm=np.array([[end[1] for end in ends] for ends, _ in springs], float).reshape(-1, 2, 3),
+        spring=np.array([_law(found, ends, one) for ends, one in springs], float).reshape(-1, 3),
+        load_owner=np.array([number for number, _ in points], np.int64),
+        load_arm=np.array([arm for _, arm in points], float).reshape(-1, 3),
+        load=np.array(wrenches, float).reshape(-1, 6),
+    )  # fmt: skip
+
+
+def _law(found: Linkage, ends: tuple[Point, Point], spring) -> tuple[float, float, float]:  # type: ignore[no-untyped-def]
+    """Return stiffness, damping and the length without force of a spring between two points."""
+    stiffness = spring.stiffness or 0.0
+    length = spring.length
+    if length is None:
+        length = float(np.linalg.norm(found.place(ends[1]) - found.place(ends[0]))) - spring.stretch
+    return stiffness, spring.damping, length - (spring.preload / stiffness if stiffness else 0.0)
+
+
+def reach_of(found: Linkage) -> float:
+    """Return the size of a mechanism: the diagonal of the box of its centres and markers [m]."""
+    places = [*found.centres]
+    for owner, arm in zip(found.owner, found.arm, strict=True):
+        places += [found.place((owner[side], arm[side])) for side in range(2)]
+    size = float(np.linalg.norm(np.ptp(np.array(places), axis=0)))
+    gyration = max(
+        float(np.sqrt(np.linalg.eigvalsh(body.morph.inertia)[-1] / body.morph.mass))
+        for body in found.system.bodies.values()
+    )
+    return max(size, gyration)
+
+
+def _coupled(row_terms: np.ndarray, kinds: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """Return the pairs of blocks of rows i ≥ j that belong to one body, (P, 4)."""
+    found, by_body = [], {}
+    for i, two in enumerate(row_terms):
+        for part, t in enumerate(two):
+            for side in range(2):
+                if t != NONE and (b := int(owner[kinds[t, 1], side])) != NONE:
+                    by_body.setdefault(b, []).append((i, 2 * part + side))
+    for blocks in by_body.values():
+        found += [(i, j, p, q) for i, p in blocks for j, q in blocks if i >= j]
+    return np.array(found, np.int64).reshape(-1, 4)
+
+
+def work_of(model: Model) -> Work:
+    """Return work arrays of a model."""
+    n, m, t = len(model.mass), len(model.row_terms), len(model.terms)
+    size = WIDTH * n + SUMS
+    shapes = {
+        "turn": (n, 3, 3), "omega": (n, 3), "back": (n, 3, 3), "rate": (n, 6), "push": (n, 6), "value": (t,),
+        "bend": (t,), "slope": (t, 2, 6), "turned": (t,), "block_owner": (m, 4), "block": (m, 4, 6),
+        "light": (m, 4, 6), "matrix": (m, m), "lower": (m, m), "scale": (m,), "order": (m,), "left": (m,),
+        "rank": (1,), "least": (1,), "right": (m,), "multiplier": (m,), "small": (m, m), "spare": (2, m),
+        "slopes": (STAGES, size), "stage": (size,), "lost": (SUMS,),
+    }  # fmt: skip
+    whole = ("block_owner", "order", "rank")
+    return Work(**{name: np.zeros(shape, np.int64 if name in whole else float) for name, shape in shapes.items()})

@@ -1,0 +1,78 @@
+"""What a mechanism records at its samples: reactions and angles of its joints, and what probes read."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.modaldb.records.trajectory import JointHistory
+from gudgeon.modaldb.records.types import Json
+from gudgeon.solver.integrators.mechanism.arrays import Model, Reading, Work
+from gudgeon.solver.integrators.mechanism.build import Linkage
+from gudgeon.solver.integrators.mechanism.energy import bodies_of, momentum_error
+from gudgeon.solver.integrators.mechanism.probes import Reader, States, readers
+from gudgeon.solver.integrators.mechanism.step import read
+from gudgeon.solver.integrators.outcome import LinkageHistories
+
+
+class Sample(NamedTuple):
+    """What is recorded of one state."""
+
+    state: np.ndarray
+    vectors: np.ndarray
+    """Rotation vector of each body [rad], (n, 3)."""
+    reading: Reading
+
+
+class Recorder:
+    """Reads states of a run, one after the other."""
+
+    def __init__(self, linkage: Linkage, model: Model, work: Work) -> None:
+        self._linkage, self._model, self._work = linkage, model, work
+        self.samples: list[Sample] = []
+        self.readers: list[Reader] = readers(linkage)
+
+    def take(self, state: np.ndarray, vectors: np.ndarray, given: np.ndarray, amounts: np.ndarray) -> None:
+        """Record a state with drives (d, 3) and loads (l,) at its time."""
+        pairs = len(self._model.owner)
+        found = Reading(np.zeros(len(self._model.row_terms)), np.zeros((pairs, 6)), np.zeros(pairs), np.zeros(pairs))
+        read(self._model, self._work, state, given, amounts, found)
+        self.samples.append(Sample(state, vectors, found))
+
+    def found(self, interval: float, notes: list[str], count: int) -> LinkageHistories:
+        """Return the histories of the first samples."""
+        kept = self.samples[: count + 1]
+        scene, linkage = self._linkage.system.scene, self._linkage
+        every = Reading(*(np.array(one) for one in zip(*(one.reading for one in kept), strict=True)))
+        wrenches, angles = every.wrenches, every.angles
+        lengths = every.violations * self._model.reach.max(initial=0.0)
+        joints = {
+            name: JointHistory(
+                scene.hinges()[name].body, "", angles[1:, pair], wrenches[1:, pair, :3].copy(), lengths[1:, pair]
+            )
+            for name, pair in linkage.pairs.items()
+        }
+        states = np.array([one.state for one in kept])
+        read_all = States(
+            bodies_of(self._model, states), np.array([one.vectors for one in kept]), wrenches,
+            every.multipliers, interval,
+        )  # fmt: skip
+        probes = {one.name: one.history(self._model, read_all) for one in self.readers}
+        times = interval * np.arange(1, len(kept))
+        return LinkageHistories(
+            joints, probes, _quantities(linkage, times, wrenches[1:], angles[1:]), momentum_error(self._model, states),
+            notes,
+        )  # fmt: skip
+
+
+def _quantities(linkage: Linkage, times: np.ndarray, wrenches: np.ndarray, angles: np.ndarray) -> Json:
+    """Return the quantities of joints, `JOINT.name` → {"value", "unit"}."""
+    found: Json = {}
+    for name, pair in linkage.pairs.items() if len(times) else ():
+        for key, unit, part in (("force", "N", slice(3)), ("moment", "N m", slice(3, 6))):
+            sizes = np.linalg.norm(wrenches[:, pair, part], axis=1)
+            most = int(sizes.argmax())
+            found[f"{name}.{key}_peak"] = {"value": float(sizes[most]), "unit": unit}
+            found[f"{name}.{key}_peak_time"] = {"value": float(times[most]), "unit": "s"}
+        if linkage.system.scene.hinges()[name].turns:
+            found[f"{name}.angle_end"] = {"value": float(angles[-1, pair]), "unit": "rad"}
+    return found

@@ -1,0 +1,193 @@
+"""Rigid bodies that turn by any angle, held by joints: Dormand and Prince's method with projection."""
+
+from functools import partial
+
+import numpy as np
+
+from gudgeon.solver.capabilities import Mechanism as Capabilities
+from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, TURN
+from gudgeon.solver.integrators.mechanism.build import linkage_of, model_of, reach_of, work_of
+from gudgeon.solver.integrators.mechanism.energy import angular_velocities, bodies_of, energies
+from gudgeon.solver.integrators.mechanism.histories import Recorder
+from gudgeon.solver.integrators.mechanism.rotation import rotation_vector
+from gudgeon.solver.integrators.mechanism.start import start_of
+from gudgeon.solver.integrators.mechanism.step import MAIN, Course, begin, interpolation, keep_angles, tableau
+from gudgeon.solver.integrators.mechanism.stepping import Stepping, Tried
+from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.system import System
+
+ACCURACY = 1e-8
+"""Default of run.accuracy."""
+SHARE = 1e-3
+"""Error of a step over run.accuracy: errors of hundreds of steps add up."""
+FINEST = 2e-13
+"""Least error of a step that is asked for: below is round-off."""
+RESOLVED = 1e-9
+"""Share of the work of gravity over the size of the scene below which an exchange of energy is round-off."""
+
+
+class Mechanism(Capabilities):
+    """A run whose samples are `interval` apart [s]; its steps are its own, or `fixed_step` [s]."""
+
+    failure = Result.JAMMED
+
+    def __init__(self, system: System, interval: float, *, fixed_step: float | None = None) -> None:
+        self._system, self._interval = system, interval
+        self._linkage = linkage_of(system)
+        self.model = model_of(self._linkage)
+        self.work = work_of(self.model)
+        self._table, self._times = tableau()
+        self._loads = [(f"force.{name}", one) for name, one in system.scene.point_loads().items()]
+        self._drives = [(f"joint.{name}", drive) for name, drive in self._linkage.drives.items()]
+        self.start = start_of(self._linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
+        self._duration = system.scene.run.duration
+        self._tolerance = max(FINEST, SHARE * (system.scene.run.accuracy or ACCURACY))
+        self._size, n = reach_of(self._linkage), len(self.model.mass)
+        self._before, self._time, self._state = 0.0, 0.0, self.start.state.copy()
+        self._old, self._old_slope = self._state.copy(), np.zeros_like(self._state)
+        self._dense = np.zeros((7, len(self._state)))
+        self._stepping = Stepping(self.model, self.work, self._tolerance, self._duration, fixed=fixed_step)
+        self._vectors = np.zeros((n, 3))
+        self._vectors = self._turned(self._state)
+        self._fastest = np.zeros(2)
+        self._recorder = Recorder(self._linkage, self.model, self.work)
+        given, amounts = self._given(np.zeros(1))
+        self._recorder.take(self._state, self._vectors, given[0], amounts[0])
+        self._energy = energies(self.model, self._state[None])[0]
+        self._extreme = np.array([float(self._energy @ (1, 1, 1, 1, -1)), 0.0, 0.0, 0.0])
+        begin(self.model, self.work, self._state, given[0], amounts[0])
+        q, v = self._coordinates(bodies_of(self.model, self._state[None]), self._vectors[None])
+        self._at = q[0], v[0]
+
+    def _turned(self, state: np.ndarray) -> np.ndarray:
+        """Return the rotation vectors of a state that continue those of the last step [rad], (n, 3)."""
+        turns = bodies_of(self.model, state)[:, TURN : TURN + 4]
+        return np.array([rotation_vector(e, before) for e, before in zip(turns, self._vectors, strict=True)])
+
+    def _given(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return drives (t, d, 3) and loads (t, l) at times [s], (t,)."""
+        given, amounts = np.zeros((len(times), len(self._drives), 3)), np.zeros((len(times), len(self._loads)))
+        for number, (name, drive) in enumerate(self._drives):
+            given[:, number] = drive.motions(times, name)
+        for number, (name, load) in enumerate(self._loads):
+            amounts[:, number] = load.amounts(times, name)
+        return given, amounts
+
+    def _course(self, time: float, h: float) -> Course:
+        """Return what a step from a time is taken with."""
+        given, amounts = self._given(time + h * self._times)
+        return Course(self._table, given, amounts, self._weights(), np.zeros(1, np.bool_))
+
+    def advance(self, first: int, stride: int, out: Samples) -> bool:
+        """Fill samples of `stride` intervals; False where the run cannot continue."""
+        count, r = len(out.forces), len(self._system.rigid)
+        states = np.zeros((count, len(self._state)))
+        vectors = np.zeros((count, len(self.model.mass), 3))
+        for number in range(count):
+            time = min(self._interval * (first + (number + 1) * stride), self._duration)
+            while self._time < time * (1 - 1e-14):
+                if not self._advance():
+                    return False
+            states[number] = self._interpolated(time)
+            vectors[number] = self._turned(states[number])
+            given, amounts = self._given(np.array([time]))
+            self._recorder.take(states[number], vectors[number], given[0], amounts[0])
+        out.energies[:] = energies(self.model, states)
+        self._note_energies(out.energies)
+        q, v = self._coordinates(bodies_of(self.model, states), vectors)
+        out.snapshots[:, :r], out.snapshots[:, r : 2 * r] = q, v
+        self._at = q[-1], v[-1]
+        return True
+
+    def _note_energies(self, found: np.ndarray) -> None:
+        total = found @ (1, 1, 1, 1, -1)
+        self._extreme[1] = max(self._extreme[1], float(np.abs(total - self._extreme[0]).max()))
+        exchanged = max(float(found[:, 0].max()), float(np.abs(found[:, 4] - self._energy[4]).max()))
+        weight = float(self.model.mass.sum() * np.linalg.norm(self.model.gravity)) * self._size
+        self._extreme[2] = max(self._extreme[2], exchanged, float(self._energy[0]), RESOLVED * weight)
+
+    def _advance(self) -> bool:
+        """Take one step; False where none is short enough."""
+        one = self._stepping.take(self._state, self._time, lambda h: self._course(self._time, h))
+        if one is None:
+            return False
+        self._accept(one)
+        return True
+
+    def _accept(self, one: Tried) -> None:
+        h, out, course = one.h, one.state, one.course
+        K = self.work.slopes
+        interpolation(self.model, self.work, course, self._state, h)
+        change = out - self._state
+        self._dense[0] = change
+        self._dense[1] = h * K[0] - change
+        self._dense[2] = 2 * change - h * (K[MAIN] + K[0])
+        self._dense[3:] = h * (self._table.dense @ K)
+        self._old, self._before = self._state, self._time
+        self._state, self._time = out, self._duration if self._time + h >= self._duration else self._time + h
+        self._note_speeds()
+        self._vectors = self._turned(out)
+        keep_angles(self.model, self.work, out)
+        K[0] = K[MAIN]
+
+    def _note_speeds(self) -> None:
+        """Keep the largest speed and angular velocity of the run, by which errors are measured."""
+        bodies = bodies_of(self.model, self._state)
+        spin = float(np.linalg.norm(angular_velocities(self.model, bodies), axis=1).max())
+        speed = float(np.linalg.norm(bodies[:, SPEED : SPEED + 3], axis=1).max())
+        self._fastest = np.maximum(self._fastest, [speed, spin])
+
+    def _weights(self) -> np.ndarray:
+        """Return what the error of each number is multiplied by, (13 n + SUMS,)."""
+        weights = np.zeros_like(self._state)
+        rate = 1.0 / self._duration
+        speed, spin = max(self._fastest[0], rate * self._size), max(self._fastest[1], rate)
+        bodies = bodies_of(self.model, weights)
+        bodies[:, PLACE : PLACE + 3] = 1 / self._size
+        bodies[:, TURN : TURN + 4] = 1.0
+        bodies[:, SPEED : SPEED + 3] = 1 / speed
+        bodies[:, SPIN : SPIN + 3] = 1 / spin
+        return weights
+
+    def _interpolated(self, time: float) -> np.ndarray:
+        """Return the state at a time within the last step [s]."""
+        if time >= self._time:
+            return self._state.copy()
+        x = (time - self._before) / (self._time - self._before)
+        found = np.zeros_like(self._state)
+        for number in range(7):
+            found = (found + self._dense[6 - number]) * (x if number % 2 == 0 else 1 - x)
+        found += self._old
+        turns = bodies_of(self.model, found)[:, TURN : TURN + 4]
+        turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+        return found
+
+    def _coordinates(self, bodies: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return coordinates and velocities of states (s, n, 13) with rotation vectors (s, n, 3), as records have them,
+        (s, 6 n)."""
+        omega, q, v = angular_velocities(self.model, bodies), [], []
+        for b, body in enumerate(self._system.bodies.values()):
+            to_momentum = np.zeros((6, 6))
+            to_momentum[:3, :3], to_momentum[3:, 3:] = body.morph.mass * np.eye(3), body.morph.inertia
+            rows = to_momentum @ body.twists.T
+            q.append(np.hstack([bodies[:, b, :3] - self._linkage.centres[b], vectors[:, b]]) @ rows)
+            v.append(np.hstack([bodies[:, b, SPEED : SPEED + 3], omega[:, b]]) @ rows)
+        return np.hstack(q), np.hstack(v)
+
+    def impacts(self) -> list[np.ndarray]:
+        """Return none: there are no contacts."""
+        return []
+
+    def outcome(self) -> Outcome:
+        (q, v), none = self._at, np.empty(0)
+        counts = {
+            "steps_taken": self._stepping.taken,
+            "steps_rejected": self._stepping.rejected,
+            "rows": self.start.rows,
+        }
+        return Outcome(
+            q=q, v=v, multipliers=none, impulses=none, extreme=self._extreme, counts=np.zeros(3),
+            work=counts | {"rank": self.start.rank},
+            linkage=partial(self._recorder.found, self._interval, self.start.notes),
+        )  # fmt: skip

@@ -1,0 +1,266 @@
+"""Accelerations of a mechanism, and projections on its constraints, in compiled functions."""
+
+import numpy as np
+
+from gudgeon.solver.compiled import inner
+from gudgeon.solver.integrators.mechanism.arrays import (
+    IMPULSE,
+    LOST,
+    MOMENT,
+    NONE,
+    PLACE,
+    SPEED,
+    SPIN,
+    TURN,
+    WIDTH,
+    WORK,
+)
+from gudgeon.solver.integrators.mechanism.rotation import rate_of, turn_by
+from gudgeon.solver.integrators.mechanism.rows import cross, set_matrix, set_poses, set_rows, violation
+from gudgeon.solver.integrators.mechanism.solve import factor, solve
+
+CLOSED = 1e-9
+"""Motion of a step of Newton's method over the size of the scene, or rotation [rad], after which it ends: it converges
+with the square."""
+FARTHEST = 1.0
+"""The same motion beyond which it ends, too: it diverges."""
+NEWTON = 12
+"""Steps of Newton's method at most."""
+
+
+@inner
+def _end(model, work, y, b, c):  # type: ignore[no-untyped-def]
+    """Return arm, place and velocity of a point of a body, or of the ground."""
+    if b == NONE:
+        return (0.0, 0.0, 0.0), (c[0], c[1], c[2]), (0.0, 0.0, 0.0)
+    Q, s, w = work.turn[b], WIDTH * b, work.omega[b]
+    r = (
+        Q[0, 0] * c[0] + Q[0, 1] * c[1] + Q[0, 2] * c[2],
+        Q[1, 0] * c[0] + Q[1, 1] * c[1] + Q[1, 2] * c[2],
+        Q[2, 0] * c[0] + Q[2, 1] * c[1] + Q[2, 2] * c[2],
+    )
+    u = cross(w, r)
+    return (
+        r,
+        (y[s + PLACE] + r[0], y[s + PLACE + 1] + r[1], y[s + PLACE + 2] + r[2]),
+        (y[s + SPEED] + u[0], y[s + SPEED + 1] + u[1], y[s + SPEED + 2] + u[2]),
+    )
+
+
+@inner
+def _press(work, b, r, force):  # type: ignore[no-untyped-def]
+    """Add a force at an arm to what acts on a body."""
+    if b == NONE:
+        return
+    moment = cross(r, force)
+    for i in range(3):
+        work.push[b, i] += force[i]
+        work.push[b, 3 + i] += moment[i]
+
+
+@inner
+def set_pushes(model, work, y, amounts, sums):  # type: ignore[no-untyped-def]
+    """Set force and moment on each body of gravity, springs and loads, and the rates of work and dissipation."""
+    for b in range(len(model.mass)):
+        for i in range(3):
+            work.push[b, i] = model.mass[b] * model.gravity[i]
+            work.push[b, 3 + i] = 0.0
+    for k in range(len(model.spring)):
+        a, b = model.spring_owner[k, 0], model.spring_owner[k, 1]
+        ra, pa, sa = _end(model, work, y, a, model.spring_arm[k, 0])
+        rb, pb, sb = _end(model, work, y, b, model.spring_arm[k, 1])
+        d0, d1, d2 = pb[0] - pa[0], pb[1] - pa[1], pb[2] - pa[2]
+        size = np.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
+        if size == 0.0:
+            continue
+        d0, d1, d2 = d0 / size, d1 / size, d2 / size
+        rate = d0 * (sb[0] - sa[0]) + d1 * (sb[1] - sa[1]) + d2 * (sb[2] - sa[2])
+        pull = model.spring[k, 0] * (size - model.spring[k, 2]) + model.spring[k, 1] * rate
+        sums[LOST] += model.spring[k, 1] * rate * rate
+        _press(work, a, ra, (pull * d0, pull * d1, pull * d2))
+        _press(work, b, rb, (-pull * d0, -pull * d1, -pull * d2))
+    for k in range(len(model.load)):
+        b, u = model.load_owner[k], model.load[k]
+        r, _, v = _end(model, work, y, b, model.load_arm[k])
+        f = amounts[k]
+        _press(work, b, r, (f * u[0], f * u[1], f * u[2]))
+        for i in range(3):
+            work.push[b, 3 + i] += f * u[3 + i]
+            sums[WORK] += f * (u[i] * v[i] + u[3 + i] * work.omega[b, i])
+
+
+@inner
+def _set_right(model, work, given):  # type: ignore[no-untyped-def]
+    """Set the right side of S λ: what the rows' second rates lack without multipliers."""
+    for i in range(len(model.row_terms)):
+        total = 0.0
+        if model.drive_of[i] != NONE:
+            total = given[model.drive_of[i], 2]
+        for part in range(2):
+            if model.row_terms[i, part] != NONE:
+                total -= model.factors[i, part] * work.bend[model.row_terms[i, part]]
+        for p in range(4):
+            b = work.block_owner[i, p]
+            if b != NONE:
+                for k in range(6):
+                    total -= work.block[i, p, k] * work.rate[b, k]
+        work.right[i] = total
+
+
+@inner
+def set_free_rates(model, work, y):  # type: ignore[no-untyped-def]
+    """Set the accelerations of unconstrained bodies, ω̇ = I⁻¹ (moment − ω × ℓ)."""
+    for b in range(len(model.mass)):
+        w, s = work.omega[b], WIDTH * b + SPIN
+        lag = cross(w, y[s : s + 3])
+        for i in range(3):
+            work.rate[b, i] = work.push[b, i] / model.mass[b]
+            total = 0.0
+            for j in range(3):
+                total += work.back[b, i, j] * (work.push[b, 3 + j] - lag[j])
+            work.rate[b, 3 + i] = total
+
+
+@inner
+def prepare(model, work, y, given, amounts, sums):  # type: ignore[no-untyped-def]
+    """Set all that the multipliers at a state follow from, and factor S."""
+    set_poses(model, work, y)
+    set_pushes(model, work, y, amounts, sums)
+    set_free_rates(model, work, y)
+    if len(model.row_terms):
+        set_rows(model, work, y)
+        set_matrix(model, work)
+        factor(work)
+        _set_right(model, work, given)
+
+
+@inner
+def add_multipliers(work, sign):  # type: ignore[no-untyped-def]
+    """Add sign Gᵀ λ to what acts on the bodies."""
+    for i in range(len(work.multiplier)):
+        amount = sign * work.multiplier[i]
+        if amount != 0.0:
+            for p in range(4):
+                b = work.block_owner[i, p]
+                if b != NONE:
+                    for k in range(6):
+                        work.push[b, k] += amount * work.block[i, p, k]
+
+
+@inner
+def rates(model, work, y, given, amounts, out):  # type: ignore[no-untyped-def]
+    """Set the rates of a state at a time with drives (d, 3) and loads (l,) of that time."""
+    n = len(model.mass)
+    sums = out[WIDTH * n :]
+    for i in range(len(sums)):
+        sums[i] = 0.0
+    prepare(model, work, y, given, amounts, sums)
+    if len(model.row_terms):
+        solve(work)
+        add_multipliers(work, 1.0)
+        for i in range(len(model.row_terms)):
+            if model.drive_of[i] != NONE:
+                sums[WORK] += work.multiplier[i] * given[model.drive_of[i], 1]
+    for b in range(n):
+        s = WIDTH * b
+        for i in range(3):
+            out[s + PLACE + i] = y[s + SPEED + i]
+            out[s + SPEED + i] = work.push[b, i] / model.mass[b]
+            out[s + SPIN + i] = work.push[b, 3 + i]
+            sums[IMPULSE + i] += work.push[b, i]
+        about = cross(y[s + PLACE : s + PLACE + 3], work.push[b])
+        for i in range(3):
+            sums[MOMENT + i] += about[i] + work.push[b, 3 + i]
+        rate_of(y[s + TURN : s + TURN + 4], work.omega[b], out[s + TURN : s + TURN + 4])
+
+
+@inner
+def worst_violation(model, work, given):  # type: ignore[no-untyped-def]
+    """Return the largest violation of a row over its reach, and leave all in `right`, negative."""
+    worst = 0.0
+    for i in range(len(model.row_terms)):
+        found = violation(model, work, given, i)
+        work.right[i] = -found
+        # Not by max, which may lose NaN.
+        if not abs(found) / model.reach[i] <= worst:
+            worst = abs(found) / model.reach[i]
+    return worst
+
+
+@inner
+def _move(model, work, y):  # type: ignore[no-untyped-def]
+    """Move the bodies by M⁻¹ Gᵀ λ; return the largest motion over the size of the scene, or rotation [rad]."""
+    for b in range(len(model.mass)):
+        for k in range(6):
+            work.rate[b, k] = 0.0
+    size = 0.0
+    for i in range(len(model.row_terms)):
+        if model.reach[i] > size:
+            size = model.reach[i]
+        for p in range(4):
+            b = work.block_owner[i, p]
+            if b != NONE:
+                for k in range(6):
+                    work.rate[b, k] += work.multiplier[i] * work.light[i, p, k]
+    largest = 0.0
+    for b in range(len(model.mass)):
+        s, move = WIDTH * b, work.rate[b]
+        for k in range(3):
+            y[s + PLACE + k] += move[k]
+            # Not by max, which may lose NaN.
+            if not abs(move[k]) / size <= largest:
+                largest = abs(move[k]) / size
+            if not abs(move[3 + k]) <= largest:
+                largest = abs(move[3 + k])
+        turn_by(y[s + TURN : s + TURN + 4], move[3], move[4], move[5])
+    return largest
+
+
+@inner
+def project_places(model, work, y, given):  # type: ignore[no-untyped-def]
+    """Move the bodies onto their constraints by Newton's method, by least kinetic energy.
+
+    It ends with the first motion whose square is round-off; near positions in which rows depend on each other, what
+    remains of the violation says less than the motion. Returns this motion, over the size of the scene.
+    """
+    moved = np.inf
+    for step in range(NEWTON):
+        set_poses(model, work, y)
+        set_rows(model, work, y)
+        worst_violation(model, work, given)
+        set_matrix(model, work)
+        factor(work)
+        solve(work)
+        before, moved = moved, _move(model, work, y)
+        if moved <= CLOSED or not moved < FARTHEST or (step > 3 and moved > 0.5 * before):
+            break
+    return moved
+
+
+@inner
+def project_speeds(model, work, y, given):  # type: ignore[no-untyped-def]
+    """Change velocities so that no row's rate is violated, by least kinetic energy."""
+    set_poses(model, work, y)
+    set_rows(model, work, y)
+    set_matrix(model, work)
+    factor(work)
+    for i in range(len(model.row_terms)):
+        total = 0.0
+        if model.drive_of[i] != NONE:
+            total = given[model.drive_of[i], 1]
+        for p in range(4):
+            b = work.block_owner[i, p]
+            if b != NONE:
+                s = WIDTH * b + SPEED
+                for k in range(3):
+                    total -= work.block[i, p, k] * y[s + k] + work.block[i, p, 3 + k] * work.omega[b, k]
+        work.right[i] = total
+    solve(work)
+    for i in range(len(model.row_terms)):
+        for p in range(4):
+            b = work.block_owner[i, p]
+            if b != NONE:
+                s = WIDTH * b
+                for k in range(3):
+                    y[s + SPEED + k] += work.multiplier[i] * work.block[i, p, k] / model.mass[b]
+                    y[s + SPIN + k] += work.multiplier[i] * work.block[i, p, 3 + k]

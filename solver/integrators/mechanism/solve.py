@@ -1,0 +1,116 @@
+"""Multipliers of constraint rows that may depend on each other: a factor that reveals the rank, and least norm."""
+
+import numpy as np
+
+from gudgeon.solver.compiled import inner
+
+INDEPENDENT = 1e-12
+"""Square of the sine of the least angle, in the metric of the inertia, between a row and those before it."""
+
+
+@inner
+def factor(work):  # type: ignore[no-untyped-def]
+    """Scale S to a diagonal of ones and factor it, S = L Lᵀ, by pivots on the diagonal; sets scale, order and rank.
+
+    A row that the others imply leaves a pivot of round-off; it and those after it are left out. The least pivot that
+    is kept, the square of the sine of an angle between rows, lowers `least`.
+    """
+    S, L, order, left, scale = work.matrix, work.lower, work.order, work.left, work.scale
+    m = len(order)
+    for i in range(m):
+        scale[i] = np.sqrt(S[i, i]) if S[i, i] > 0 else 1.0
+        order[i], left[i] = i, 1.0 if S[i, i] > 0 else 0.0
+    for i in range(m):
+        for j in range(i):
+            S[i, j] /= scale[i] * scale[j]
+            S[j, i] = S[i, j]
+        S[i, i] = left[i]
+    rank = 0
+    for k in range(m):
+        best = k
+        for i in range(k + 1, m):
+            if left[i] > left[best]:
+                best = i
+        if not left[best] > INDEPENDENT:
+            break
+        rank += 1
+        if left[best] < work.least[0]:
+            work.least[0] = left[best]
+        if best != k:
+            order[k], order[best] = order[best], order[k]
+            left[k], left[best] = left[best], left[k]
+            for l in range(k):
+                L[k, l], L[best, l] = L[best, l], L[k, l]
+        pivot = np.sqrt(left[k])
+        L[k, k] = pivot
+        for i in range(k + 1, m):
+            total = S[order[i], order[k]]
+            for l in range(k):
+                total -= L[i, l] * L[k, l]
+            L[i, k] = total / pivot
+            left[i] -= L[i, k] * L[i, k]
+    work.rank[0] = rank
+
+
+@inner
+def solve(work):  # type: ignore[no-untyped-def]
+    """Set multipliers that satisfy S λ = right on independent rows; those left out have none."""
+    L, order, scale, right, found, y = work.lower, work.order, work.scale, work.right, work.multiplier, work.spare[0]
+    r = work.rank[0]
+    for i in range(r):
+        total = right[order[i]] / scale[order[i]]
+        for k in range(i):
+            total -= L[i, k] * y[k]
+        y[i] = total / L[i, i]
+    for i in range(len(order)):
+        found[order[i]] = 0.0
+    for step in range(r):
+        i = r - 1 - step
+        total = y[i]
+        for k in range(i + 1, r):
+            total -= L[k, i] * y[k]
+        y[i] = total / L[i, i]
+        found[order[i]] = y[i] / scale[order[i]]
+
+
+@inner
+def solve_least(work):  # type: ignore[no-untyped-def]
+    """Set the multipliers of least norm that satisfy S λ = right: λ = L (LᵀL)⁻² Lᵀ right, rows scaled as by `factor`.
+
+    The norm is that of λ_i √S_ii, whose unit is the same for forces and moments.
+    """
+    L, N, order, scale = work.lower, work.small, work.order, work.scale
+    right, found, y, m, r = work.right, work.multiplier, work.spare[0], len(work.order), work.rank[0]
+    for i in range(r):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(i, m):
+                total += L[k, i] * L[k, j]
+            N[i, j] = total
+        total = 0.0
+        for k in range(i, m):
+            total += L[k, i] * right[order[k]] / scale[order[k]]
+        y[i] = total
+    for i in range(r):
+        for j in range(i + 1):
+            total = N[i, j]
+            for k in range(j):
+                total -= N[i, k] * N[j, k]
+            N[i, j] = total / N[j, j] if i > j else np.sqrt(total)
+    for _ in range(2):
+        for i in range(r):
+            total = y[i]
+            for k in range(i):
+                total -= N[i, k] * y[k]
+            y[i] = total / N[i, i]
+        for step in range(r):
+            i = r - 1 - step
+            total = y[i]
+            for k in range(i + 1, r):
+                total -= N[k, i] * y[k]
+            y[i] = total / N[i, i]
+    for k in range(m):
+        total = 0.0
+        for i in range(min(k + 1, r)):
+            total += L[k, i] * y[i]
+        found[order[k]] = total / scale[order[k]]

@@ -1,0 +1,237 @@
+"""The start of a mechanism: bodies moved onto their joints, velocities that obey them, and what joints leave free."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.bodies.placing import turned_vectors
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.integrators.mechanism.arrays import NONE, PLACE, SPEED, SPIN, SUMS, TURN, WIDTH, Model, Work
+from gudgeon.solver.integrators.mechanism.build import Linkage, reach_of
+from gudgeon.solver.integrators.mechanism.rotation import matrices, rotation_vector
+from gudgeon.solver.integrators.mechanism.step import close, keep_angles, match
+
+ASSEMBLED = 1e-12
+"""Violation over the size of the scene up to which a mechanism is closed."""
+SAID = 1e-9
+"""Motion by the assembly, over the size of the scene, and relative change of given velocities, that is said."""
+DEPENDENT = 1e-5
+"""Singular value of the scaled rows, of lengths 1, below which they depend on each other."""
+ASIDE = 1e-3
+"""Rotation by which the start is left along its free motions to see whether it is singular [rad]."""
+HEAVY = 1e9
+"""Factor on the inertia of bodies whose velocity is given, while those of others are found."""
+
+
+class Start(NamedTuple):
+    """State and findings at the start."""
+
+    state: np.ndarray
+    """(13 n + SUMS,)"""
+    rows: int
+    rank: int
+    notes: list[str]
+
+
+def start_of(found: Linkage, model: Model, work: Work, given: np.ndarray) -> Start:
+    """Return the start of a mechanism.
+
+    Args:
+        given: Places, rates and second rates of the drives at the start, (d, 3).
+
+    Raises:
+        SceneError: the joints cannot be closed, the position is singular, or a drive contradicts the joints.
+    """
+    state = _placed(found)
+    if not len(model.row_terms):
+        return Start(state, 0, 0, [])
+    size, placed = reach_of(found), state.copy()
+    _assemble(found, model, work, state, given)
+    notes = [*_moved(found, placed, state, size)]
+    keep_angles(model, work, state)
+    rank = _check_rows(found, model, work, state, given)
+    wanted = state.copy()
+    loaded = np.array([_speed_given(found, name) for name in found.names])
+    if loaded.any() and not loaded.all():
+        heavy = np.where(loaded, HEAVY, 1.0)
+        heavier = model._replace(
+            mass=model.mass * heavy, inertia=model.inertia * heavy[:, None, None],
+            inverse=model.inverse / heavy[:, None, None],
+        )  # fmt: skip
+        for _ in range(2):  # The second time, what the first one left of 1/HEAVY.
+            for b in np.flatnonzero(loaded):
+                at = slice(WIDTH * b + SPEED, WIDTH * b + SPIN + 3)
+                state[at] = wanted[at]
+                state[WIDTH * b + SPIN : WIDTH * b + SPIN + 3] *= HEAVY
+            match(heavier, work, state, given)
+            for b in np.flatnonzero(loaded):
+                state[WIDTH * b + SPIN : WIDTH * b + SPIN + 3] /= HEAVY
+    match(model, work, state, given)
+    notes += _changed(found, model, wanted, state)
+    m = len(model.row_terms)
+    if rank < m:
+        notes.append(
+            f"the joints have {m} rows of rank {rank}: {', '.join(_redundant(found, work))}"
+            f" {'repeats' if m - rank == 1 else 'repeat'} what other joints hold; the reactions of joints that share a"
+            " load are those of least norm"
+        )
+    return Start(state, m, rank, notes)
+
+
+def _placed(found: Linkage) -> np.ndarray:
+    """Return the state as the scene gives it."""
+    scene, bodies = found.system.scene, found.system.bodies
+    state = np.zeros(WIDTH * len(found.names) + SUMS)
+    for b, (name, body) in enumerate(bodies.items()):
+        settings, at = scene.body[name], WIDTH * b
+        omega, speed = np.asarray(settings.angular_velocity, float), np.asarray(settings.velocity, float)
+        if settings.velocity_at is not None:
+            speed = speed + np.cross(omega, body.morph.centre - turned_vectors(settings, settings.velocity_at))
+        state[at + PLACE : at + PLACE + 3], state[at + TURN] = found.centres[b], 1.0
+        state[at + SPEED : at + SPEED + 3], state[at + SPIN : at + SPIN + 3] = speed, body.morph.inertia @ omega
+    return state
+
+
+def _speed_given(found: Linkage, name: str) -> bool:
+    settings = found.system.scene.body[name]
+    return bool({"velocity", "angular_velocity"} & settings.model_fields_set)
+
+
+def _assemble(found: Linkage, model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> None:
+    """Move the bodies onto their joints, where Newton's method does not converge by steps from far."""
+    left = close(model, work, state, given)
+    for _ in range(20):
+        if left <= ASSEMBLED or not np.isfinite(state).all():
+            break
+        left = close(model, work, state, given)
+    if left <= ASSEMBLED and np.isfinite(state).all():
+        return
+    row = found.rows[int(np.nanargmax(np.abs(work.right) / model.reach))] if np.isfinite(left) else found.rows[0]
+    apart = f"{left * model.reach[0]:.3g} m" if row.length else f"{left:.3g} rad"
+    raise SceneError(
+        f"joint.{row.joint}: the joints do not close: {apart} are left there; check lengths, points and positions of"
+        " the bodies"
+    )
+
+
+def _moved(found: Linkage, placed: np.ndarray, state: np.ndarray, size: float) -> list[str]:
+    n = len(found.names)
+    one, other = (y[: WIDTH * n].reshape(n, WIDTH) for y in (placed, state))
+    moves = np.linalg.norm(other[:, :3] - one[:, :3], axis=1)
+    turns = np.array([np.linalg.norm(rotation_vector(e, np.zeros(3))) for e in other[:, TURN : TURN + 4]])
+    if moves.max() <= SAID * size and turns.max() <= SAID:
+        return []
+    far = int(np.maximum(moves / size, turns).argmax())
+    return [
+        f"the joints were closed at the start: body {found.names[far]} moved most, by {moves[far]:.3g} m and"
+        f" {turns[far]:.3g} rad"
+    ]
+
+
+def _changed(found: Linkage, model: Model, wanted: np.ndarray, state: np.ndarray) -> list[str]:
+    """Return a note where velocities that the scene gives do not obey the joints."""
+    n, notes = len(found.names), []
+    one, other = (y[: WIDTH * n].reshape(n, WIDTH) for y in (wanted, state))
+    turn = matrices(other[:, TURN : TURN + 4])
+    spins = [np.einsum("bij,bjk,blk,bl->bi", turn, model.inverse, turn, y[:, SPIN : SPIN + 3]) for y in (one, other)]
+    largest = max(float(np.abs(y[:, SPEED : SPEED + 3]).max()) for y in (one, other))
+    fastest = max(float(np.abs(spin).max()) for spin in spins)
+    for b, name in enumerate(found.names):
+        if not _speed_given(found, name):
+            continue
+        apart = float(np.linalg.norm(other[b, SPEED : SPEED + 3] - one[b, SPEED : SPEED + 3]))
+        turned = float(np.linalg.norm(spins[1][b] - spins[0][b]))
+        if apart > SAID * largest or turned > SAID * fastest:
+            notes.append(
+                f"body.{name}: its velocity at the start does not obey the joints; it was changed by {apart:.3g} m/s"
+                f" and {turned:.3g} rad/s"
+            )
+    return notes
+
+
+def jacobian(model: Model, work: Work) -> np.ndarray:
+    """Return all rows, each of length 1 in the metric of the inertia, of the poses that `work` has, (m, 6 n)."""
+    n, m = len(model.mass), len(model.row_terms)
+    rows = np.zeros((m, 6 * n))
+    for i in range(m):
+        for p, b in enumerate(work.block_owner[i]):
+            if b != NONE:
+                rows[i, 6 * b : 6 * b + 3] += work.block[i, p, :3] / np.sqrt(model.mass[b])
+                values, vectors = np.linalg.eigh(work.back[b])
+                rows[i, 6 * b + 3 : 6 * b + 6] += work.block[i, p, 3:] @ (vectors * np.sqrt(values)) @ vectors.T
+    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+    return rows / np.where(lengths > 0, lengths, 1.0)
+
+
+def _rank(rows: np.ndarray) -> int:
+    return int((np.linalg.svd(rows, compute_uv=False) > DEPENDENT).sum()) if len(rows) else 0
+
+
+def _check_rows(found: Linkage, model: Model, work: Work, state: np.ndarray, given: np.ndarray) -> int:
+    """Return the rank of the rows; raise a SceneError for drives that contradict joints, and singular positions."""
+    rows = jacobian(model, work)
+    driven = model.drive_of != NONE
+    before = _rank(rows[~driven])
+    for i in np.flatnonzero(driven):
+        after = _rank(rows[np.flatnonzero(~driven | (np.arange(len(rows)) <= i) & driven)])
+        if after == before:
+            raise SceneError(
+                f"joint.{found.rows[i].joint}: what it drives is held or driven already: no motion is left to joint"
+                f" '{found.system.scene.joint[found.rows[i].joint].joint}'; remove one of the drives"  # type: ignore[union-attr]
+            )
+        before = after
+    rank = _rank(rows)
+    _, _, right = np.linalg.svd(rows)
+    free = right[rank:]
+    if not len(free):
+        return rank
+    rng = np.random.default_rng(0)
+    for _ in range(2):
+        beside = state.copy()
+        _move(model, work, beside, rng.standard_normal(len(free)) @ free)
+        if not close(model, work, beside, given) <= ASSEMBLED:
+            continue
+        keep_angles(model, work, beside)
+        there = _rank(jacobian(model, work))
+        if there > rank:
+            keep_angles(model, work, state)
+            names = ", ".join(dict.fromkeys(row.joint for row in found.rows))
+            raise SceneError(
+                f"joint: the start is a singular position: the joints ({names}) leave {6 * len(found.names) - rank}"
+                f" motions there and {6 * len(found.names) - there} beside it, so that the motion is not determined;"
+                " start beside it"
+            )
+    work.turned[:] = 0.0
+    keep_angles(model, work, state)
+    return rank
+
+
+def _move(model: Model, work: Work, state: np.ndarray, direction: np.ndarray) -> None:
+    """Move a state along a direction of the metric of the inertia, until a body has turned or moved by `ASIDE`."""
+    n = len(model.mass)
+    moves = np.zeros((n, 6))
+    for b in range(n):
+        values, vectors = np.linalg.eigh(work.back[b])
+        part = direction[6 * b : 6 * b + 6]
+        moves[b, :3] = part[:3] / np.sqrt(model.mass[b])
+        moves[b, 3:] = (vectors * np.sqrt(values)) @ vectors.T @ part[3:]
+    size = max(float(np.abs(moves[:, 3:]).max()), float(np.abs(moves[:, :3]).max() / model.reach.max()))
+    moves *= ASIDE / size if size > 0 else 0.0
+    for b in range(n):
+        state[WIDTH * b : WIDTH * b + 3] += moves[b, :3]
+        _turn(state[WIDTH * b + TURN : WIDTH * b + TURN + 4], moves[b, 3:])
+
+
+def _turn(e: np.ndarray, vector: np.ndarray) -> None:
+    """Turn a quaternion by a small rotation vector [rad]."""
+    half = 0.5 * vector
+    w, v = float(e[0]), e[1:].copy()
+    e[0] = w - half @ v
+    e[1:] = v + w * half + np.cross(half, v)
+    e /= np.linalg.norm(e)
+
+
+def _redundant(found: Linkage, work: Work) -> list[str]:
+    """Return the joints of the rows that the last factor left out."""
+    left = work.order[work.rank[0] :]
+    return list(dict.fromkeys(f"joint.{found.rows[int(i)].joint}" for i in sorted(left)))

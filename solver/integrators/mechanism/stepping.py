@@ -1,0 +1,143 @@
+"""The steps of a mechanism: their size by the estimated error, and how they pass singular positions."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from gudgeon.solver.integrators.mechanism.arrays import Model, Work
+from gudgeon.solver.integrators.mechanism.step import ORDER, Course, step
+
+LEFT = 1e-8
+"""Last motion of Newton's method over the size of the scene; a step with more is repeated shorter."""
+SHORTEST = 1e-9
+"""Least step over the duration."""
+FIRST = 1e-4
+"""First step over the duration."""
+SAFETY, LEAST, MOST = 0.9, 0.2, 5.0
+"""Of the next step over what the error asks for; least and largest ratio of two steps."""
+NEAR = 1e-2
+"""Pivot, the square of the sine of an angle between rows, below which stages are projected, too."""
+SINGULAR = 1e-3
+"""Pivot at a stage below which a step that is refused is first tried with other sizes."""
+ROOM = 300.0
+"""Error over what is asked for of a step that passes a singular position, where none is good: 0.3 of run.accuracy."""
+LEAPS = (1.0, 0.8, 1.25, 0.63, 1.6, 0.5, 0.37, 2.0, 0.27)
+"""These sizes, over that of the last step elsewhere: stages that are not so near to the singular position serve."""
+
+
+class Tried(NamedTuple):
+    """A step that was computed."""
+
+    h: float
+    """[s]"""
+    course: Course
+    state: np.ndarray
+    slopes: np.ndarray
+    error: float
+    """Over what is asked for."""
+    sound: bool
+    """Whether Newton's method converged and all is finite."""
+    least: float
+    """Pivot."""
+
+    @property
+    def good(self) -> bool:
+        return self.sound and self.error <= 1
+
+
+class Stepping:
+    """Chooses steps."""
+
+    def __init__(
+        self, model: Model, work: Work, tolerance: float, duration: float, *, fixed: float | None = None
+    ) -> None:
+        """Begin with a small step, or take steps of one size.
+
+        Args:
+            tolerance: Error of a step.
+            duration: Of the run [s].
+            fixed: Size of all steps [s].
+        """
+        self._model, self._work, self._tolerance = model, work, tolerance
+        self._duration, self._fixed = duration, fixed
+        self._next = FIRST * duration if fixed is None else fixed
+        self._regular = self._next
+        self.taken, self.rejected = 0, 0
+
+    def take(self, state: np.ndarray, time: float, course: Callable[[float], Course]) -> Tried | None:
+        """Return the next step from a state, whose slope is the first of `slopes`; None where none is short enough.
+
+        Args:
+            time: [s]
+            course: Returns what a step of a size is taken with.
+        """
+        rest, leapt = self._duration - time, False
+        while True:
+            one = self._tried(state, self._fitted(self._next, rest), course)
+            if self._fixed is not None:
+                return one if one.sound else None
+            if not one.good and one.least < SINGULAR and not leapt:
+                leapt = True
+                one = self._leapt(state, rest, course) or one
+            if one.good or (leapt and one.sound and one.error <= ROOM):
+                break
+            self.rejected += 1
+            shrink = SAFETY * one.error ** (-1 / ORDER) if one.sound else LEAST
+            self._next = one.h * max(LEAST, min(shrink, SAFETY))
+            if self._next < SHORTEST * self._duration:
+                return None
+        self._next = one.h * (MOST if one.error == 0 else min(MOST, SAFETY * one.error ** (-1 / ORDER)))
+        if not one.least < SINGULAR:
+            self._regular = one.h if not one.least < NEAR else max(self._regular, one.h)
+        self.taken += 1
+        self._work.slopes[:] = one.slopes
+        return one
+
+    def _leapt(self, state: np.ndarray, rest: float, course: Callable[[float], Course]) -> Tried | None:
+        """Return the first good step over a singular position, or else the one of least error; None without one."""
+        best = None
+        for ratio in LEAPS:
+            one = self._tried(state, self._fitted(ratio * self._regular, rest), course)
+            if one.sound and (best is None or one.error < best.error):
+                best = one
+            if one.good:
+                return one
+        return best if best is not None and best.error <= ROOM else None
+
+    @staticmethod
+    def _fitted(h: float, rest: float) -> float:
+        """Return a step that ends with the run where it would end just before or beyond [s]."""
+        return rest if rest < 1.001 * h else h
+
+    def _tried(self, state: np.ndarray, h: float, course: Callable[[float], Course]) -> Tried:
+        """Compute a step.
+
+        Near a position in which joints depend on each other, errors of the stages across the constraints grow in the
+        accelerations, so that they are projected; very near to it the round-off of their projection grows, too, and
+        a step without it may be the better one.
+        """
+        plain = self._computed(state, h, course(h))
+        if not plain.least < NEAR:
+            return plain
+        projecting = course(h)
+        projecting.project[0] = True
+        other = self._computed(state, h, projecting)
+        if other.good or not plain.sound:
+            return other
+        return plain if plain.good or not other.sound or plain.error < other.error else other
+
+    def _computed(self, state: np.ndarray, h: float, course: Course) -> Tried:
+        out = np.empty_like(state)
+        self._work.least[0] = 1.0
+        error, left = step(self._model, self._work, course, state, h, out)
+        sound = bool(np.isfinite(out).all() and np.isfinite(error) and left <= LEFT)
+        return Tried(
+            h,
+            course,
+            out,
+            self._work.slopes.copy(),
+            error=error / self._tolerance,
+            sound=sound,
+            least=float(self._work.least[0]),
+        )

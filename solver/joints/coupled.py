@@ -1,0 +1,89 @@
+"""Joints on other joints: two that turn together, and one whose motion is given over time."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from gudgeon.solver.forces.expression import values_of
+from gudgeon.solver.forces.given import BY_VALUES, EXPRESSION
+from gudgeon.solver.forces.history import Amount
+from gudgeon.solver.forces.jumps import jump_of
+from gudgeon.solver.forces.rates import rates_of
+from gudgeon.solver.forces.second_rates import second_rates_of
+from gudgeon.solver.numbers import PositiveRatio, Ratio, Strict, TimeValue
+
+KINKED = ("step", "abs", "min", "max")
+"""Functions of expressions that jump, or whose rates do."""
+
+
+class Gear(Strict):
+    """Two joints that turn together: angle = ∓ ratio · angle of the other, each about its own axis since the start."""
+
+    kind: Literal["gear"]
+    joint: str = Field(description="Revolute, cylindrical or screw joint")
+    other: str = Field(description="Another one")
+    ratio: PositiveRatio = Field(description="Turns of `joint` for one turn of `other`; teeth of `other` over `joint`")
+    meshing: Literal["external", "internal"] = Field(
+        default="external",
+        description="external: the joints turn in opposite directions, seen along their axes; internal: in the same",
+    )
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints that it couples."""
+        return self.joint, self.other
+
+    @property
+    def signed_ratio(self) -> float:
+        """Angle of the joint over that of the other."""
+        return -self.ratio if self.meshing == "external" else self.ratio
+
+
+class Driven(Amount):
+    """The angle or displacement of a joint, given over time, in addition to what it is at the start."""
+
+    kind: Literal["driven"]
+    joint: str = Field(description="Revolute, cylindrical, screw or translational joint")
+    motion: Literal["angle", "displacement"] | None = Field(
+        default=None,
+        description="What is given; default: the displacement of a translational joint, the angle of others",
+    )
+    values: tuple[tuple[TimeValue, Ratio], ...] = Field(
+        default=(), description=BY_VALUES + ", by a cubic spline", json_schema_extra={"unit": ["s", "rad or m"]}
+    )
+    expression: str | None = Field(
+        default=None, description="Angle [rad] or displacement [m]" + EXPRESSION, json_schema_extra={"unit": "rad or m"}
+    )
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Name of the joint that it drives."""
+        return (self.joint,)
+
+    def motions(self, times: np.ndarray, where: str) -> np.ndarray:
+        """Return motion, rate and second rate at times [s], (t, 3).
+
+        Raises:
+            SceneError: one of them is not finite; it names the joint `where`.
+        """
+        if self.expression is not None:
+            key = f"{where}.expression"
+            given = values_of(self.expression, times, key), rates_of(self.expression, times, key)
+            return np.column_stack([*given, second_rates_of(self.expression, times, key)])
+        from scipy.interpolate import CubicSpline
+
+        knots, values = np.array(self.values, float).T
+        spline, inside = CubicSpline(knots, values), np.clip(times, knots[0], knots[-1])
+        return np.column_stack([spline(inside, order) for order in range(3)])
+
+    def jump(self, duration: float, where: str) -> tuple[str, float] | None:
+        """Return what jumps, 'motion' or 'velocity', and when [s]; None where the acceleration stays finite."""
+        if self.expression is None or not any(name in self.expression for name in KINKED):
+            return None
+        for order, what in enumerate(("motion", "velocity")):
+            grid = np.linspace(0.0, duration, 4001)
+            time = jump_of(lambda t, order=order: self.motions(t, where)[:, order], grid)
+            if time is not None:
+                return what, time
+        return None

@@ -1,0 +1,79 @@
+"""Mechanisms through the commands: results, pictures, and what is refused in one line."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.kinds import kind_of, open_job, plan, run
+from gudgeon.pipeline.linear.analysis import Asked
+from gudgeon.pipeline.report.effort import Effort
+from gudgeon.solver.errors import SceneError
+
+DATA = Path(__file__).parents[2] / "data"
+SHORT = {"run.duration": 0.05, "run.samples": 20, "run.frames": 4}
+
+
+def test_a_run_has_results_and_pictures(tmp_path: Path) -> None:
+    report = run(DATA / "four-bar", set=SHORT, db=tmp_path / "db", out=tmp_path / "out")
+    assert report.result == "FINISHED"
+    assert {"mechanism.png", "energy.png", "probes.png", "summary.json", "trajectory.h5"} <= {
+        path.name for path in (tmp_path / "out").iterdir()
+    }
+    assert report.quantities["ground0.angle_end"]["value"] == pytest.approx(-0.05, rel=2e-2)
+    assert any("35 rows of rank 29" in note for note in report.notes)
+
+
+def test_the_plan_says_how_it_runs(tmp_path: Path) -> None:
+    found = plan(DATA / "squeezer", db=tmp_path / "db")
+    assert found["integrator"] == "mechanism"
+    ports = {row["member"]: row for row in found["ports"]}
+    assert (ports["joint.o"]["number"], ports["joint.o"]["rows"]) == (5, "moving")
+    assert ports["force.spring"]["rows"] == "moving"
+
+
+@pytest.mark.parametrize("command", ["report", "robustness", "linear", "export"])
+def test_commands_for_small_motion_refuse(command: str, tmp_path: Path) -> None:
+    job = open_job(DATA / "top", db=tmp_path / "db", out=tmp_path / "out")
+    kind, nothing = kind_of(job), lambda stage, share: None
+    calls = {
+        "report": lambda: kind.report(job, Effort(1, 1, 0.01, same_mesh=False), nothing),
+        "robustness": lambda: kind.robustness(job, None, (), nothing),
+        "linear": lambda: kind.linear(job, Asked(), nothing),
+        "export": lambda: kind.export(job, "results", 1),
+    }
+    with pytest.raises(InputError, match=f"{command}: the bodies of this scene turn by any angle"):
+        calls[command]()
+
+
+BAD: dict[str, tuple[dict[str, Any], str]] = {
+    "contact": (
+        {"contact.floor": {"body": "top", "interface": "foot",
+                           "against": {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}}},
+        r"no integrator supports .* together with",
+    ),
+    "freedom": ({"body.top.freedom": ["x", "y", "z"]}, r"body\.top\.freedom: the body turns by any angle"),
+    "interface": ({"joint.pivot.interface": "bore"}, r"joint\.pivot\.interface: unknown key"),
+    "ratio": ({"joint.mesh": {"kind": "gear", "joint": "pivot", "other": "pivot", "ratio": -1.0}}, "greater than 0"),
+    "elastic": (
+        {"component.top.geometry": {"kind": "box", "lx": 0.1, "ly": 0.1, "lz": 0.2},
+         "component.top.material": {"E": 2e11, "nu": 0.3, "rho": 7850.0}, "component.top.mesh": {"size": 0.05},
+         "component.top.geometry.mass": "unset",
+         "component.top.geometry.inertia": "unset"},
+        r"component\.top\.modes\.reduction: .* give 'rigid'",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_cannot_turn_is_refused_before_any_stage(name: str, tmp_path: Path) -> None:
+    changes, text = BAD[name]
+    with pytest.raises(InputError, match=text):
+        open_job(DATA / "top", set=changes, db=tmp_path / "db")
+
+
+def test_a_chain_that_does_not_close_is_wrong_input(tmp_path: Path) -> None:
+    changes = SHORT | {"joint.ground2.against_at": [9.0, 0.0, 0.0]}
+    with pytest.raises((InputError, SceneError), match="the joints do not close"):
+        run(DATA / "four-bar", set=changes, db=tmp_path / "db", out=tmp_path / "out")

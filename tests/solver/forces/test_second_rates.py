@@ -1,0 +1,34 @@
+"""Second rates of expressions against differences of their rates, and where functions jump."""
+
+import numpy as np
+import pytest
+
+from gudgeon.solver.errors import SceneError
+from gudgeon.solver.forces.jumps import jump_of
+from gudgeon.solver.forces.rates import rates_of
+from gudgeon.solver.forces.second_rates import second_rates_of
+
+TIMES = np.linspace(0.11, 0.93, 23)
+SMOOTH = (
+    "3", "t", "-t**3", "2*t**2 - 4*t", "sin(3*t)*cos(t)", "tan(t/2)", "exp(-2*t)*t", "log(1 + t)/t", "sqrt(1 + t**2)",
+    "t**t", "2**t", "(1 + t)**-1.5", "abs(t - 2)**3", "min(t**2, 5)", "max(sin(t), -3*t)", "pi*t/(2 - t)",
+    "step(t)*t**2",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("text", SMOOTH)
+def test_they_are_the_rates_of_the_rates(text: str) -> None:
+    step = 1e-5
+    wanted = (rates_of(text, TIMES + step, "x") - rates_of(text, TIMES - step, "x")) / (2 * step)
+    np.testing.assert_allclose(second_rates_of(text, TIMES, "x"), wanted, rtol=1e-7, atol=1e-7)
+
+
+def test_what_is_not_finite_is_named() -> None:
+    with pytest.raises(SceneError, match=r"joint\.a: the rate of 'sqrt\(t\)' is not a finite number at t = 0 s"):
+        second_rates_of("1 + sqrt(t)", np.array([0.0, 1.0]), "joint.a")
+
+
+def test_jumps_are_found_where_they_are() -> None:
+    grid = np.linspace(0, 1, 101)
+    assert jump_of(lambda t: np.where(t < 0.3141, t, t + 1e-3), grid) == pytest.approx(0.3141, abs=1e-9)
+    assert jump_of(lambda t: np.sin(50 * t), grid) is None

@@ -1,0 +1,131 @@
+"""Free rotation, order, conservation, scale and interpolation of the integrator of mechanisms."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.scene.scene import Scene
+from tests.solver.integrators.mechanism.scenes import DOWN, INERTIA, hinge, solved
+
+SPIN = [0.01, 5.0, 0.02]
+"""About the middle axis, which is unstable [rad/s]."""
+BODIES: dict[str, Any] = {"part": {"position": [0.3, 0.1, 0]}, "mate": {"position": [0.8, 0.3, 0.1]}}
+CHAIN = {
+    "one": hinge("spherical", at=[-0.3, -0.1, 0]),
+    "two": hinge("revolute", "mate", at=[-0.2, 0, 0], against="part", axis=[0.3, 1, 0]),
+}
+"""A double pendulum in space."""
+
+
+def euler(times: np.ndarray) -> np.ndarray:
+    """Return the angular velocity in body axes of free rotation [rad/s], (t, 3)."""
+    J = np.array(INERTIA)
+    found = solve_ivp(lambda t, w: np.cross(J * w, w) / J, (0, times[-1]), SPIN, t_eval=times, method="DOP853",
+                      rtol=1e-13, atol=1e-13)  # fmt: skip
+    return found.y.T
+
+
+def test_free_rotation_about_the_middle_axis(tmp_path: Path) -> None:
+    body = {"angular_velocity": SPIN, "velocity": [1.0, 0.0, -2.0]}
+    found = solved(tmp_path, {"part": body}, {}, run={"duration": 6.0})
+    wanted = euler(found.times)
+    assert wanted[:, 1].min() < -4  # It turns over.
+    assert np.linalg.norm(found.motion["part"][:, 9:], axis=1) == pytest.approx(
+        np.linalg.norm(wanted, axis=1), rel=1e-7
+    )
+    kinetic = found.energies[:, 0]
+    np.testing.assert_allclose(kinetic, kinetic[0], rtol=1e-9)
+    np.testing.assert_allclose(found.motion["part"][:, :3], found.times[:, None] * [1, 0, -2], atol=1e-12)
+    assert found.momentum_residual < 1e-14  # Spin along the scene's axes is a coordinate of the integrator.
+
+
+def test_order_of_a_given_step(tmp_path: Path) -> None:
+    """Of the positions of a double pendulum in space."""
+    sizes = np.array([0.06, 0.05, 0.04, 0.03])
+    run = {"duration": 1.2, "gravity": DOWN}
+    exact = solved(tmp_path / "exact", BODIES, CHAIN, run=run | {"accuracy": 1e-12})
+    errors = []
+    for size in sizes:
+        found = solved(tmp_path / str(size), BODIES, CHAIN, run=run | {"step": size})
+        errors.append(np.abs(found.motion["mate"][-1, :6] - exact.motion["mate"][-1, :6]).max())
+    assert min(errors) > 1e-12
+    assert np.polyfit(np.log(sizes), np.log(errors), 1)[0] == pytest.approx(INTEGRATORS["mechanism"].order, abs=1.0)
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8, 1e-10])
+def test_errors_are_below_what_is_asked(accuracy: float, tmp_path: Path) -> None:
+    run = {"duration": 3.0, "gravity": DOWN}
+    exact = solved(tmp_path / "exact", BODIES, CHAIN, run=run | {"accuracy": 1e-12})
+    found = solved(tmp_path / "own", BODIES, CHAIN, run=run | {"accuracy": accuracy})
+    assert np.abs(found.motion["mate"][:, :6] - exact.motion["mate"][:, :6]).max() < accuracy
+    assert found.energy_drift < accuracy
+
+
+def test_samples_do_not_change_the_motion(tmp_path: Path) -> None:
+    """States between steps are interpolated: a run with few samples takes the same steps."""
+    run = {"duration": 2.0, "gravity": DOWN}
+    few = solved(tmp_path / "few", BODIES, CHAIN, run=run | {"samples": 10})
+    many = solved(tmp_path / "many", BODIES, CHAIN, run=run | {"samples": 1000})
+    assert few.counts["steps_taken"] == many.counts["steps_taken"] < 200
+    np.testing.assert_allclose(few.motion["mate"], many.motion["mate"][99::100], rtol=0, atol=1e-12)
+    exact = solved(tmp_path / "exact", BODIES, CHAIN, run=run | {"samples": 1000, "accuracy": 1e-12})
+    assert np.abs(many.motion["mate"][:, :3] - exact.motion["mate"][:, :3]).max() < 1e-8
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_lengths_do_not_matter(size: float, tmp_path: Path) -> None:
+    """With all lengths times k and times √k, angles are the same to round-off of the steps."""
+    scaled = {
+        name: {"position": (size * np.array(body["position"])).tolist(),
+               "inertia": tuple(size**2 * one for one in INERTIA)}
+        for name, body in BODIES.items()
+    }  # fmt: skip
+    joints = {name: one | {"at": (size * np.array(one["at"])).tolist()} for name, one in CHAIN.items()}
+    own = solved(tmp_path / "own", BODIES, CHAIN, run={"duration": 1.0, "gravity": DOWN})
+    other = solved(tmp_path / "other", scaled, joints, run={"duration": 1.0 * np.sqrt(size), "gravity": DOWN})
+    np.testing.assert_allclose(other.joints["two"].angle, own.joints["two"].angle, atol=1e-9)
+    np.testing.assert_allclose(other.joints["two"].force, own.joints["two"].force, rtol=1e-6, atol=1e-7)
+
+
+def test_probes_read_turning_points(tmp_path: Path) -> None:
+    """A body that turns steadily: places, velocities and accelerations of a point at 0.5 m."""
+    w = 3.0
+    probe = {
+        "place": {"kind": "displacement", "body": "part", "at": [0.5, 0, 0]},
+        "speed": {"kind": "velocity", "body": "part", "at": [0.5, 0, 0]},
+        "pull": {"kind": "acceleration", "body": "part", "at": [0.5, 0, 0], "direction": [1, 0, 0]},
+        "turn": {"kind": "rotation", "body": "part", "direction": [0, 0, 2]},
+        "apart": {"kind": "distance", "body": "part", "at": [0.5, 0, 0], "against": "mate"},
+    }
+    bodies = {"part": {"angular_velocity": [0, 0, w]}, "mate": {"position": [2.0, 0, 0]}}
+    joints = {"pin": hinge("revolute"), "base": hinge("fixed", "mate")}
+    found = solved(tmp_path, bodies, joints, probe=probe, run={"duration": 3.0})
+    t, read = found.times, {name: one.values for name, one in found.probes.items()}
+    circle = 0.5 * np.column_stack([np.cos(w * t), np.sin(w * t), 0 * t])
+    np.testing.assert_allclose(read["place"], circle - [0.5, 0, 0], atol=1e-8)
+    np.testing.assert_allclose(read["speed"], w * np.column_stack([-circle[:, 1], circle[:, 0], 0 * t]), atol=1e-8)
+    ends = np.append(0.0, t)
+    np.testing.assert_allclose(read["pull"][:, 0], np.diff(-0.5 * w * np.sin(w * ends)) / t[0], atol=1e-6)
+    np.testing.assert_allclose(read["turn"][:, 0], w * t, rtol=1e-8)
+    assert w * t[-1] > 2 * np.pi
+    np.testing.assert_allclose(read["apart"][:, 0], np.linalg.norm(circle - [2, 0, 0], axis=1), atol=1e-8)
+
+
+@pytest.mark.parametrize(("spin", "far"), [(2.0, True), (0.01, False)])
+def test_a_free_body_that_turns_far_is_taken(spin: float, far: bool) -> None:
+    scene = {"body": {"part": {"angular_velocity": [0, spin, 0]}}, "run": {"duration": 1.0}}
+    assert (Scene.model_validate(scene).integrator == "mechanism") is far
+
+
+def test_contact_on_a_mechanism_is_refused() -> None:
+    plane = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+    scene = {
+        "body": {"part": {}}, "joint": {"pin": hinge("revolute")},
+        "contact": {"floor": {"body": "part", "interface": "foot", "against": plane}}, "run": {"duration": 1.0},
+    }  # fmt: skip
+    with pytest.raises(ValueError, match=r"no integrator supports .* together with"):
+        Scene.model_validate(scene)
