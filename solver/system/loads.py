@@ -17,7 +17,7 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import OverTime
 from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.moving import MovingForce
-from gudgeon.solver.joints import Joint
+from gudgeon.solver.joints.slider_crank import SliderCrank
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.drives import CHECKED, DrivenRows, driven_rows, refuse_contradictions
@@ -36,7 +36,7 @@ class HeldPoint:
     """A joint, and the point of a body that it holds."""
 
     name: str
-    joint: Joint
+    joint: SliderCrank
     anchor: np.ndarray
     """Lateral and along coordinate of its point at q = 0 [m], (2,)."""
 

@@ -146,7 +146,7 @@ def _space(part: Part, interface: str, where: str) -> tuple[SplineGrid, sparse.c
 
 def _gas(job: Job, name: str, slave: Part) -> NodalLoad:
     force = job.scene.gas()[name]
-    joint = job.scene.joint[force.joint]
+    joint = job.scene.cranks()[force.joint]
     rows = load_rows(slave.model, slave.component.interface[force.interface], f"force.{name}.interface")
     return NodalLoad((rows.B @ slave.reduction).toarray(), lambda times: force.pressure(joint.angle(times))[:, None])
 
@@ -158,7 +158,7 @@ def _moving(job: Job, name: str, slave: Part) -> NodalLoad:
 
 
 def _rod(job: Job, slave: Part) -> NodalRod:
-    ((name, joint),) = job.scene.joint.items()
+    ((name, joint),) = job.scene.cranks().items()
     held = load_rows(slave.model, slave.component.interface[joint.interface], f"joint.{name}.interface")
     along, lateral = joint.axes
     axes = np.stack([lateral, along])

@@ -35,7 +35,7 @@ def differences(job: Job, run: Ran, reference: Ran, located: Ran) -> Errors:
     for name, (centres, expected) in bands[1].items():
         if name in bands[0] and len(bands[0][name][0]) == len(centres):
             errors[f"{name}.{VELOCITY}"] = distance(bands[0][name][1], expected)
-    for body in dict.fromkeys(joint.body for joint in job.scene.joint.values()):
+    for body in dict.fromkeys(joint.body for joint in job.scene.cranks().values()):
         own = {name: rows for name, rows in impacts.items() if job.scene.contact[name].body == body}
         if any(map(len, own.values())) and all(body in one.motion for one in runs):
             energies = []

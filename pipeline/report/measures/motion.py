@@ -61,7 +61,7 @@ def lateral_energy(job: Job, run: Ran, body: str) -> np.ndarray:
 
     Lateral motion of the centre and rotation, without the motion along the joint's axis.
     """
-    joint = next(joint for joint in job.scene.joint.values() if joint.body == body)
+    joint = next(joint for joint in job.scene.cranks().values() if joint.body == body)
     morph = placed_design(job, body, ["mass", "inertia"])
     along, _ = joint.axes
     velocity, rotation = run.motion[body][:, 6:9], run.motion[body][:, 9:12]
