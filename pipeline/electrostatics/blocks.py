@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future, as_completed
-from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from gudgeon.solver.forces.pose_field import cell_errors
 
 
 def compute_grid(
-    root: Path, scene: str, grid: Grid, tell: Progress, executor: Executor | None = None
+    root: str, scene: str, grid: Grid, tell: Progress, executor: Executor | None = None
 ) -> list[PoseRecord]:
     """Return the records of all blocks of a grid; those that are in the database at `root` are not computed again.
 
@@ -53,7 +52,7 @@ def compute_grid(
     return [store.get(one.key, "poses") for one, _ in blocks]
 
 
-def compute_block(root: Path, one: Product, grid: Grid, poses: np.ndarray) -> None:
+def compute_block(root: str, one: Product, grid: Grid, poses: np.ndarray) -> None:
     """Compute one block and write its record into the database at `root`."""
     store = modaldb.open(root)
     record: FieldRecord = store.get(grid.field_key, "field")

@@ -95,7 +95,7 @@ def _make_grid(job: FieldJob, tell: Progress, executor: Executor | None = None) 
     assert grid is not None
     assert job.scene.poses is not None
     _refuse_long(job, grid, job.scene.poses.hours)
-    blocks = compute_grid(job.store.root, job.name, grid, tell, executor)
+    blocks = compute_grid(job.store.location, job.name, grid, tell, executor)
     potentials = np.array([np.nan if one.potential is None else one.potential for one in conductors])
     return grid_record(grid, blocks, potentials, np.array([one.charge or 0.0 for one in conductors]))
 
