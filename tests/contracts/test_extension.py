@@ -93,10 +93,8 @@ CHANGED = {
     ),
     "solver/joints/__init__.py": (
         (
-            "Joint = SliderCrank",
-            "from typing import Annotated\nfrom pydantic import Field\n"
-            "from gudgeon.solver.joints.lifter import Lifter\n"
-            'Joint = Annotated[SliderCrank | Lifter, Field(discriminator="kind")]',
+            "Joint = Annotated[SliderCrank |",
+            "from gudgeon.solver.joints.lifter import Lifter\nJoint = Annotated[Lifter | SliderCrank |",
         ),
     ),
 }

@@ -16,7 +16,7 @@ from gudgeon.pipeline.geometry.shapes.plane import Rectangle
 from gudgeon.pipeline.geometry.shapes.skirt import Skirt
 from gudgeon.pipeline.interfaces.points import contact_points, surface_coordinates
 from gudgeon.pipeline.interfaces.tie import made_rigid, tie_of, tie_rows
-from gudgeon.pipeline.modes import normal, static
+from gudgeon.pipeline.modes import flexibility, normal
 from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
@@ -232,11 +232,11 @@ def test_reference_reaction_is_zero_for_normal_modes_only(
 
 
 def test_rigid_body_factorises_nothing(case: tuple[FEModel, ContactRows], monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(matrix: sparse.csr_matrix, **how: bool) -> None:
+    def refuse(matrix: sparse.csr_matrix, *rows: sparse.csr_matrix, **how: bool) -> None:
         raise AssertionError("factorised")
 
-    for module in (normal, static):
-        monkeypatch.setattr(module, "factorise", refuse)
+    for module, name in ((normal, "factorise"), (flexibility, "factorise"), (flexibility, "condense")):
+        monkeypatch.setattr(module, name, refuse)
     reduction = REDUCTIONS["rigid"](*case, ModesSettings(reduction="rigid", normal_count=10_000))
     assert reduction.residual_flexibility is None
     with pytest.raises(AssertionError, match="factorised"):
