@@ -109,15 +109,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("--cases", type=Path, metavar="FILE", help="TOML file with further cases, described in docs/robustness.md")
     text = "assembled modes of the scene at its start, and frequency responses between its ports"
     _linear_options(_command(names, "linear", text, commands.linear_command, LINEAR_HELP))
-    text = "write mode shapes or results as .vtu files for ParaView, or a reduced body for another program"
-    add = _command(names, "export", text, commands.export_command).add_argument
-    text = (
-        "modes: mode shapes; results: displacements and contact pressures over time; with --format the name of a body"
-    )
-    add("what", metavar="{modes,results,BODY}", help=text)
-    text = "reduced body: uff, universal file; op4, OUTPUT4 and DMIG; abaqus; exudyn, a script; npz, see docs/export.md"
-    add("--format", choices=("uff", "op4", "abaqus", "exudyn", "npz"), help=text)
-    add("--every", type=_positive, default=1, metavar="N", help="write every Nth frame (default 1: all)")
+    _add_export(names)
     _add_cad(names)
     text = "list missing packages, libraries and variables on this machine, each with the command that corrects it"
     add = _plain(names, "doctor", text, commands.doctor_command).add_argument
@@ -132,6 +124,19 @@ def build_parser() -> argparse.ArgumentParser:
     add_database(names, _plain)
     _plain(names, "schema", "print the JSON schema of a scene file", commands.schema_command)
     return parser
+
+
+def _add_export(names: Any) -> None:
+    """Add `gudgeon export`."""
+    text = "write mode shapes or results as .vtu files for ParaView, or a reduced body for another program"
+    add = _command(names, "export", text, commands.export_command).add_argument
+    text = (
+        "modes: mode shapes; results: displacements and contact pressures over time; with --format the name of a body"
+    )
+    add("what", metavar="{modes,results,BODY}", help=text)
+    text = "reduced body: uff, universal file; op4, OUTPUT4 and DMIG; abaqus; exudyn, a script; npz, see docs/export.md"
+    add("--format", choices=("uff", "op4", "abaqus", "exudyn", "npz"), help=text)
+    add("--every", type=_positive, default=1, metavar="N", help="write every Nth frame (default 1: all)")
 
 
 def _linear_options(command: argparse.ArgumentParser) -> None:

@@ -46,7 +46,11 @@ class PanelSettings(Strict):
         description="Coarse strips of a mesh triangle at an edge; there are twice as many panels",
     )
     exponent: float = Field(
-        default=4.0, ge=1, le=8, description="Strips end at (k/strips)^exponent of the triangle's height"
+        default=4.0,
+        ge=1,
+        le=8,
+        json_schema_extra={"unit": "1"},
+        description="Strips end at (k/strips)^exponent of the triangle's height",
     )
     corner_divisions: int = Field(default=3, ge=0, le=12, description="Divisions of triangles towards corners")
     curved_divisions: int = Field(default=1, ge=0, le=4, description="Divisions of a curved panel into flat facets")
@@ -116,7 +120,11 @@ class Poses(Strict):
     ry: Turn | None = Field(default=None, description="y of the rotation vector [deg]")
     rz: Turn | None = Field(default=None, description="z of the rotation vector [deg]")
     hours: float = Field(
-        default=24.0, gt=0, le=1e6, description="CPU time above which the grid is refused, by an estimate [h]"
+        default=24.0,
+        gt=0,
+        le=1e6,
+        json_schema_extra={"unit": "h"},
+        description="CPU time above which the grid is refused, by an estimate [h]",
     )
 
     @model_validator(mode="after")

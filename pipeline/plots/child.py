@@ -40,8 +40,8 @@ def main(job_path: str) -> None:
         reference=job["reference"],
     )
     foreign = job["pictures"]
-    own = TURNING if drawing.turning else DRIVEN if drawing.driven else PLOTS
-    for name, function in (foreign or own)[job["group"]].items():
+    own = foreign or (TURNING if drawing.turning else DRIVEN if drawing.driven else PLOTS)
+    for name, function in own[job["group"]].items():
         module, _, attribute = function.partition(":")
         try:
             getattr(importlib.import_module(module), attribute)(drawing)

@@ -64,6 +64,7 @@ class Drive(History):
 
     def jump(self, times: np.ndarray, where: str) -> float | None:
         """Return a time [s] between given ones, (t,), at which the motion jumps, as by `step`; None without one."""
+        self.places(times, where)  # Refuses an expression that is not finite at one of them.
         if self.expression is None or "step" not in self.expression:
             return None
         return jump_of(lambda at: self.places(at, where)[:, 0], times)

@@ -206,7 +206,7 @@ def test_the_nodes_of_a_surface(client: Client, store: FolderStore) -> None:
     assert np.array_equal(array(client.get(f"{RECORD}/field/shapes?surface=skirt")), modes().shapes[nodes])
     own = f"/default/records/{content_key(inputs)}/field/nodes?surface=open_end"
     assert len(array(client.get(own))) == len(np.unique(mesh().surfaces["open_end"].facets))
-    assert "there are open_end, skirt" in line_of(
+    assert "there are open_end, set, skirt" in line_of(
         client.get(f"{RECORD}/field/shapes?surface=bore"), 404, "RecordMissing"
     )
     line_of(client.get(f"{RECORD}/field/shapes?surface=a/b"), 404, "RecordMissing")

@@ -12,8 +12,7 @@ from gudgeon import modaldb
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.pipeline.modes import block_method as blocks
-from gudgeon.pipeline.modes import lanczos, normal, static
+from gudgeon.pipeline.modes import block_method, flexibility, lanczos, normal
 from gudgeon.pipeline.stages import mesh as mesh_stage
 from gudgeon.pipeline.stages.run_report import RunReport
 from gudgeon.pipeline.stages.status import status
@@ -47,7 +46,7 @@ def counts(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
         return call
 
     monkeypatch.setattr(mesh_stage, "build_mesh", counted("meshes", mesh_stage.build_mesh))
-    for module in (blocks, lanczos, normal, static):
+    for module in (block_method, flexibility, lanczos, normal):
         monkeypatch.setattr(module, "factorise", counted("factorisations", module.factorise))
     return found
 
