@@ -48,6 +48,7 @@ def counts(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     monkeypatch.setattr(mesh_stage, "build_mesh", counted("meshes", mesh_stage.build_mesh))
     for module in (block_method, flexibility, lanczos, normal):
         monkeypatch.setattr(module, "factorise", counted("factorisations", module.factorise))
+    monkeypatch.setattr(flexibility, "condense", counted("factorisations", flexibility.condense))
     return found
 
 
@@ -63,7 +64,7 @@ def test_first_run_counts(tmp_path: Path, counts: Counter[str]) -> None:
     write_scene(tmp_path / "scene")
     report = again(tmp_path)
     assert set(states(report).values()) == {"ran"}
-    # Shifted matrix, inertia count, held matrix.
+    # Shifted matrix, inertia count, held matrix with the contact rows.
     assert counts == {"meshes": 1, "factorisations": 3}
 
 
