@@ -142,13 +142,21 @@ def _delays(system: System, ports: Ports, delay: np.ndarray) -> np.ndarray:
 
 
 def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.ndarray:
-    """Return which contact ports have a force that jumps when they close, since a dashpot alone resists, (p,)."""
-    found = np.zeros(len(layer), np.bool_)
+    """Return which contact ports have a force that jumps when they close, since a dashpot alone resists, (p,).
+
+    It does not where one of two bodies yields without a dashpot.
+    """
+    found, yields = np.zeros(len(layer), np.bool_), np.einsum("sii->si", ports.residual) > 0
+    for item, here in zip(ports.blocks, ports.places, strict=True):
+        if item.kind == Kind.SURFACE:
+            yields[1, ports.of(f"contact.{item.name.partition('.')[2]}")] |= yields[0, here].any()
+    slow = beta > 0.5 * dt
+    alone = (yields & slow).any(axis=0) & ~(yields & ~slow).any(axis=0)
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind in (Kind.UNILATERAL, Kind.CONE):
             each = BLOCK.get(item.kind, 1)
             first = np.arange(here.start, here.stop, each)
-            found[here] = np.repeat((beta[:, first].max(axis=0) > 0.5 * dt) & (layer[first] == 0), each)
+            found[here] = np.repeat(alone[first] & (layer[first] == 0), each)
     return found
 
 
