@@ -37,21 +37,15 @@ def logged(task: Task) -> Row:
     return row
 
 
-def recomputed(places: dict[str, Path]) -> list[dict[str, float]]:
-    """Return the CPU seconds of each stage of designs whose modes are computed again, without loading and compiling."""
+def costs_of(update: str, places: dict[str, Path]) -> list[dict[str, float]]:
+    """Return the CPU seconds of each stage of designs, without loading and compiling.
+
+    Args:
+        update: `reuse` keeps their modes, `recompute` computes them again.
+    """
     found = []
     for number in range(RECOMPUTED + 1):
-        change = {f"{BASE}.update": "recompute", f"{BASE}.profile.offset": -1e-6 - 1e-7 * number}
-        report = kind_of(job := open_job(SCENE, set=change, **places)).solve(job, "solve", None)
-        found.append({name: stage.cpu for name, stage in report.stages.items()})
-    return found[1:]
-
-
-def reused(places: dict[str, Path]) -> list[dict[str, float]]:
-    """Return the same of designs that keep their modes."""
-    found = []
-    for number in range(RECOMPUTED + 1):
-        change = {f"{BASE}.update": "reuse", f"{BASE}.profile.offset": -1e-6 - 1e-7 * number}
+        change = {f"{BASE}.update": update, f"{BASE}.profile.offset": -1e-6 - 1e-7 * number}
         report = kind_of(job := open_job(SCENE, set=change, **places)).solve(job, "solve", None)
         found.append({name: stage.cpu for name, stage in report.stages.items()})
     return found[1:]
@@ -98,7 +92,7 @@ def main() -> None:
         os.environ[LOGS] = str(logs)
         places = {"db": Path(folder, "db"), "out": Path(folder, "out")}
         study_figures(places, options.designs)
-        kept, again = reused(places), recomputed(places)
+        kept, again = costs_of("reuse", places), costs_of("recompute", places)
         for name, rows in (("modes kept", kept), ("modes computed", again)):
             parts = ", ".join(f"{stage} {typical(rows, stage):.3f}" for stage in rows[0])
             print(f"{name:15} {parts} s CPU")
