@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from gudgeon.modaldb.records.types import Array, Json, rule
+from gudgeon.modaldb.records.types import MOTION, Array, Json, rule
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,7 @@ class NodalRecord:
     """Mean resultant on the body over each step, by contact and joint [N], (s, 3); `force` is the contacts' sum."""
     motion: dict[str, Array] = field(
         default_factory=dict,
-        metadata=rule(
-            "s 12",
-            finite=False,
-            unit="m, rad, m/s, rad/s",
-            name="rigid motion of each body",
-            columns="ux, uy, uz, rx, ry, rz, vx, vy, vz, wx, wy, wz",
-        ),
+        metadata=MOTION,
     )
     """As in Trajectory, at the end of each step, (s, 12)."""
     frame_times: Array | None = field(

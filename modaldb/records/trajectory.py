@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from gudgeon.modaldb.records.types import COLUMNS, FORMER, Array, Json, rule
+from gudgeon.modaldb.records.types import COLUMNS, FORMER, MOTION, Array, Json, rule
 
 BEGINS, ENDS, IMPULSE, PEAK, PEAK_TIME, CLOSING, OPENING, WINDOWED, WINDOWED_TIME = range(9)
 """Columns of `Trajectory.impacts`."""
@@ -161,13 +161,7 @@ class Trajectory:
     joints: dict[str, JointHistory] = field(default_factory=dict)
     motion: dict[str, Array] = field(
         default_factory=dict,
-        metadata=rule(
-            "s 12",
-            finite=False,
-            unit="m, rad, m/s, rad/s",
-            name="rigid motion of each body",
-            columns="ux, uy, uz, rx, ry, rz, vx, vy, vz, wx, wy, wz",
-        ),
+        metadata=MOTION,
     )
     """Rigid motion of each body at the end of each sample interval: translation and rotation of the centre of mass
     since the start [m, rad], their rates [m/s, rad/s], (s, 12)."""

@@ -39,3 +39,13 @@ def rule(
 ) -> dict[str, Any]:
     """Return the metadata of a field of one array or of a named group of arrays, see `ArrayRule`."""
     return {ARRAY: ArrayRule(shape, dtype, finite, below, unit=unit, name=name, columns=columns)}
+
+
+MOTION = rule(
+    "s 12",
+    finite=False,
+    unit="m, rad, m/s, rad/s",
+    name="rigid motion of each body",
+    columns="ux, uy, uz, rx, ry, rz, vx, vy, vz, wx, wy, wz",
+)
+"""Of translation and rotation of the centre of mass, and their rates, at s times."""
