@@ -211,32 +211,27 @@ def _with_tables(scene: "SceneFile", folder: Path) -> "SceneFile":
         else:
             check_closed(f"force.{name}.values", np.array(force.values))
         forces[name] = force
-    for name, force in scene.over_time().items():
-        if force.table is not None:
-            path = find_file(force.table, folder, f"force.{name}.table")
-            force = forces[name] = _tabled(force, path, read_pairs(path, "time [s] and amount"))
-        if (reason := force.refusal(scene.run.duration)) is not None:
-            raise InputError(f"force.{name}.{reason}")
-    motions: dict[str, Any] = dict(scene.motion)
-    for name, motion in scene.motion.items():
-        if motion.table is not None:
-            path = find_file(motion.table, folder, f"motion.{name}.table")
-            motion = motions[name] = _tabled(motion, path, read_pairs(path, "time [s] and amount"))
-        if (reason := motion.refusal(scene.run.duration)) is not None:
-            raise InputError(f"motion.{name}.{reason}")
-    joints: dict[str, Any] = dict(scene.joint)
-    for name, drive in scene.joint.items():
-        if isinstance(drive, Driven):
-            if drive.table is not None:
-                path = find_file(drive.table, folder, f"joint.{name}.table")
-                drive = joints[name] = _tabled(drive, path, read_pairs(path, "time [s] and amount"))
-            if (reason := drive.refusal(scene.run.duration)) is not None:
-                raise InputError(f"joint.{name}.{reason}")
+    motions, joints = dict[str, Any](scene.motion), dict[str, Any](scene.joint)
+    drives = {name: one for name, one in scene.joint.items() if isinstance(one, Driven)}
+    given = (("force", scene.over_time(), forces), ("motion", scene.motion, motions), ("joint", drives, joints))
+    for table, amounts, found in given:
+        for name, amount in amounts.items():
+            found[name] = _over_time(amount, f"{table}.{name}", folder, scene.run.duration)
     for name, force in scene.springs().items():
         if force.kind == "spring" and force.table is not None:
             values = read_knots(find_file(force.table, folder, f"force.{name}.table"))
             forces[name] = force.model_copy(update={"values": values})
     return scene.model_copy(update={"force": forces, "body": bodies, "motion": motions, "joint": joints})
+
+
+def _over_time(amount: Any, where: str, folder: Path, duration: float) -> Any:
+    """Return an amount over time with the values of its table; refuse one that does not reach over a run [s]."""
+    if amount.table is not None:
+        path = find_file(amount.table, folder, f"{where}.table")
+        amount = _tabled(amount, path, read_pairs(path, "time [s] and amount"))
+    if (reason := amount.refusal(duration)) is not None:
+        raise InputError(f"{where}.{reason}")
+    return amount
 
 
 def _tabled(model: Model, path: Path, values: tuple[tuple[float, float], ...]) -> Model:
