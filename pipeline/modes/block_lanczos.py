@@ -24,10 +24,10 @@ DEPENDENT = 1e-24
 """Least share of a column's squared norm outside the basis: less is round-off. Bending of slender bodies reaches it."""
 RANK_TOLERANCE = 1e-12
 """Directions of normalised columns below this share of the strongest are round-off too."""
-STEP_TOLERANCE, LEAST_STEP = 1e-8, 1e-12
+STEP_TOLERANCE, LEAST_STEP = 3e-9, 3e-13
 """Of ‖β y‖ / θ: residuals of pairs that reach the first are computed; further steps do not improve those at the second.
 """
-TOLERANCE, FLOORS = 1e-9, 3.0
+TOLERANCE, FLOORS = 3e-9, 3.0
 """Of ‖K φ − λ M φ‖ / ‖K φ‖; or so many times the round-off of the eigenvalues over the eigenvalue."""
 GUARD_SHARE, GUARD_TOLERANCE = 8, 1e-3
 """One further pair per so many wanted ones, and two, converge to this: eigenvalues above the wanted are then known."""

@@ -40,7 +40,7 @@ class Flexibility:
         self._places, self._size = np.searchsorted(free, self.dofs), len(free)
         self._rigid_free, self._M_rigid_free = self.rigid[free], self.M_rigid[free]
         self._pinned = np.setdiff1d(np.arange(len(free)), self._places, True)
-        pinned = _pinned(model.free_matrices()[0], np.setdiff1d(free, self.dofs, True), free)
+        pinned = _pinned(model.free_matrices()[0], self._pinned)
         condensed = None
         if rows is not None and model.parts is None:
             kept = np.zeros(model.K.shape[0])
@@ -48,7 +48,7 @@ class Flexibility:
             condensed = condense(pinned, sparse.csr_matrix((rows @ sparse.diags_array(kept))[:, free]))
         if condensed is not None:
             self.at_rows = condensed.flexibility
-        self.factor = condensed or factorise(pinned, definite=model.parts is not None)
+        self.factor = condensed or factorise(pinned, definite=True)
 
     def grounded(self, loads: np.ndarray) -> np.ndarray:
         """Return K_c⁻¹ loads over `dofs`, (c, k).
@@ -94,11 +94,15 @@ class Flexibility:
         self.factor.free()
 
 
-def _pinned(K: sparse.csr_matrix, pinned: np.ndarray, free: np.ndarray) -> sparse.csr_matrix:
-    """Return K over free dofs (free,), ascending, with pinned ones (p,) uncoupled; its blocks of dofs stay full."""
-    if not len(pinned):
-        return K
-    kept = np.ones(K.shape[0])
-    kept[np.searchsorted(free, pinned)] = 0.0
-    keep = sparse.diags_array(kept)
-    return sparse.csr_matrix(keep @ K @ keep + sparse.diags_array((1 - kept) * K.diagonal()))
+def _pinned(K: sparse.csr_matrix, pinned: np.ndarray) -> sparse.csr_matrix:
+    """Return K (n, n) with pinned dofs (p,) uncoupled from the others; its blocks of dofs stay full."""
+    answer = sparse.csr_matrix(K, copy=True)
+    if len(pinned):
+        held = np.zeros(K.shape[0], bool)
+        held[pinned] = True
+        answer.data[held[answer.indices]] = 0.0
+        for dof in pinned.tolist():
+            row = slice(answer.indptr[dof], answer.indptr[dof + 1])
+            answer.data[row] = 0.0
+            answer.data[row][answer.indices[row] == dof] = K[dof, dof]
+    return answer

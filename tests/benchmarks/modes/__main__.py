@@ -26,7 +26,7 @@ from tests.benchmarks.modes.runner import (
     run,
 )
 
-SIZES = {"27k": 6.0e-3, "109k": 3.4e-3, "318k": 2.25e-3}
+SIZES = {"27k": 6.0e-3, "109k": 3.4e-3, "318k": 2.25e-3, "700k": 1.695e-3, "1300k": 1.405e-3}
 """Edge length [m] by the dofs that it gives."""
 MODES = 30
 REPEAT_BELOW = 60.0
