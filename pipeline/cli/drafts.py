@@ -10,7 +10,11 @@ from gudgeon.pipeline.errors import InputError
 
 
 def faces_command(options: argparse.Namespace) -> int:
-    """List and draw the faces of a part."""
+    """List and draw the faces of a CAD part; list the sets and couplings of a model of another program."""
+    from gudgeon.pipeline.geometry.matrices.reading import MODELS
+
+    if Path(options.file).suffix.lower() in MODELS:
+        return _list_sets(options)
     from gudgeon.pipeline.drafts.faces import look_at
 
     picture = options.picture or Path(f"{Path(options.file).stem}-faces.png")
@@ -20,6 +24,17 @@ def faces_command(options: argparse.Namespace) -> int:
         print(f"\npicture: {look.picture}")
     for note in look.notes:
         print(f"gudgeon: {note}", file=sys.stderr)
+    return 0
+
+
+def _list_sets(options: argparse.Namespace) -> int:
+    from gudgeon.pipeline.drafts.sets import look_at_sets
+
+    for key in ("solid", "picture"):
+        if getattr(options, key):
+            raise InputError(f"--{key}: given with {options.file}; allowed: with STEP, IGES, BREP and .geo files")
+    sets = look_at_sets(options.file, _unit(options.unit))
+    print(json.dumps(sets.as_json(), indent=1) if options.json else sets.as_text())
     return 0
 
 

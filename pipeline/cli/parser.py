@@ -64,6 +64,7 @@ FACES_HELP = """\
 Print kind, area, centre and normal, radius or angle of every outer face of a STEP, IGES or BREP file or a script of
 gmsh, whether the face is a true plane, cylinder, cone or sphere, and by how much it is not. Below, for each face a rule
 that a scene can use under [component.NAME.geometry.surfaces]. The picture shows the part from two sides.
+Of a deck (.inp, .bdf, .cdb) it prints the named sets instead, and its couplings as interfaces of a scene.
 """
 NEW_HELP = """\
 Write FOLDER/scene.toml with comments, and a copy of the file beside it. The scene runs as it is: a steel part whose
@@ -174,8 +175,8 @@ def _plain(names: Any, name: str, text: str, action: Action | None, description:
 
 
 def _add_cad(names: Any) -> None:
-    text = "list the faces of a CAD part and draw them with their numbers"
-    add = _cad(names, "faces", text, drafts.faces_command, FACES_HELP).add_argument
+    text = "list the faces of a CAD part and draw them with their numbers, or the sets of a deck"
+    add = _cad(names, "faces", text, drafts.faces_command, FACES_HELP, more="; or a deck").add_argument
     add("--picture", type=Path, metavar="PATH", help="PNG to write (default ./FILE-faces.png without its ending)")
     add("--json", action="store_true", help="print one JSON document on stdout")
     text = "write a scene in which a CAD part is thrown at a plane"
@@ -183,11 +184,13 @@ def _add_cad(names: Any) -> None:
     add("--folder", metavar="PATH", type=Path, help="new folder, must not exist (default ./FILE without its ending)")
 
 
-def _cad(names: Any, name: str, text: str, action: Action, description: str) -> argparse.ArgumentParser:
-    """Add a command on a CAD file."""
+def _cad(
+    names: Any, name: str, text: str, action: Action, description: str, *, more: str = ""
+) -> argparse.ArgumentParser:
+    """Add a command on a CAD file, or on `more`."""
     command = _plain(names, name, text, action, description)
     add = command.add_argument
-    add("file", metavar="FILE", help="STEP, IGES or BREP file, or script of gmsh (.geo)")
+    add("file", metavar="FILE", help="STEP, IGES or BREP file, or script of gmsh (.geo)" + more)
     add("--unit", metavar="M", help="metres per unit of length, such as 0.001; needed for BREP and .geo")
     text = "number or name of a solid to take; may be repeated (default all, glued)"
     add("--solid", action="append", default=[], metavar="S", help=text)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.matrices.couplings import DeckCouplings
 from gudgeon.pipeline.geometry.matrices.model import Block, Model, model_of
 
 KINDS = [
@@ -32,7 +33,9 @@ def read_inp(path: str) -> Model:
     sets: dict[str, dict[str, list[np.ndarray]]] = {"NSET": {}, "ELSET": {}}
     sides: dict[str, Sides] = {}
     counts = {"PART": 0, "INSTANCE": 0}
+    coupled = DeckCouplings(path, _words)
     for keyword, options, rows in _keywords(path):
+        coupled.take(keyword, options, rows)
         if keyword in counts:
             counts[keyword] += 1
             if counts[keyword] > 1 or (keyword == "INSTANCE" and rows):
@@ -55,13 +58,18 @@ def read_inp(path: str) -> Model:
             if name is None:
                 raise InputError(f"{path}: *{keyword} without a name")
             _add(sets[keyword], name, _members(sets[keyword], rows, "GENERATE" in options, path))
+        elif keyword == "SURFACE" and "NAME" in options and options.get("TYPE", "").upper() == "NODE":
+            _add(sets["NSET"], options["NAME"], _members(sets["NSET"], [_words(row)[0] for row in rows], False, path))
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT" and "NAME" in options:
             lines = sides.setdefault(options["NAME"], [])
             lines += [(one[0], one[1].upper()) for row in rows if len(one := _words(row)) > 1]
+    for name, members in coupled.node_sets.items():
+        _add(sets["NSET"], name, _members(sets["NSET"], members, False, path))
     node_sets = {name: np.unique(np.concatenate(parts)) for name, parts in sets["NSET"].items()}
+    side_sets = {name: _sides(lines, sets["ELSET"], path) for name, lines in sides.items()}
     return model_of(
-        np.array(labels, int), np.array(points, float).reshape(-1, 3), blocks, node_sets,
-        {name: _sides(lines, sets["ELSET"], path) for name, lines in sides.items()}, path,
+        np.array(labels, int), np.array(points, float).reshape(-1, 3), blocks, node_sets, side_sets, path,
+        couplings=coupled.couplings(), dependent=coupled.dependent(node_sets, side_sets, blocks),
     )  # fmt: skip
 
 

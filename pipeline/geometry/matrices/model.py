@@ -1,6 +1,6 @@
 """What files of another program hold: its nodes, elements and sets, and its matrices, by its own numbers."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -25,6 +25,19 @@ class Block(NamedTuple):
     """Labels of each element's nodes, (e, a)."""
 
 
+class Coupling(NamedTuple):
+    """Nodes of a set that a reference node leads."""
+
+    name: str
+    """As the file names it."""
+    surface: str
+    """Name of the set."""
+    reference: int
+    """Label of the reference node."""
+    tie: str
+    """`rbe2`: the set moves as a rigid body with the node; `rbe3`: the node has the set's mean motion."""
+
+
 @dataclass(frozen=True)
 class Model:
     """Nodes, elements and sets, by labels of the other program."""
@@ -38,6 +51,9 @@ class Model:
     """Labels of nodes by name."""
     side_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Pairs of an element's label and the number of its face from 0, as Abaqus counts them, (f, 2), by name."""
+    couplings: tuple[Coupling, ...] = ()
+    dependent: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    """Labels of nodes that equations express by others: a program may have eliminated them."""
 
     def rows(self, labels: np.ndarray, path: str) -> np.ndarray:
         """Return the places of labels among those of the nodes, in the same shape.
@@ -84,11 +100,14 @@ def model_of(
     node_sets: Mapping[str, np.ndarray],
     side_sets: Mapping[str, np.ndarray],
     path: str,
+    *,
+    couplings: Sequence[Coupling] = (),
+    dependent: np.ndarray | None = None,
 ) -> Model:
     """Return a model with its nodes in ascending order.
 
     Raises:
-        InputError: there is no node, or two have one label.
+        InputError: there is no node, two have one label, or an element or coupling names one that is not there.
     """
     order = np.argsort(labels, kind="stable")
     labels, points = labels[order], points[order]
@@ -98,9 +117,11 @@ def model_of(
         raise InputError(f"{path}: node {labels[1:][np.diff(labels) == 0][0]} is given twice; allowed: one part")
     if not np.isfinite(points).all():
         raise InputError(f"{path}: node {labels[~np.isfinite(points).all(axis=1)][0]} has no finite position")
-    found = Model(labels, points, tuple(blocks), dict(node_sets), dict(side_sets))
+    held = np.empty(0, int) if dependent is None else np.unique(dependent)
+    found = Model(labels, points, tuple(blocks), dict(node_sets), dict(side_sets), tuple(couplings), held)
     for block in blocks:
         found.rows(block.nodes, path)
+    found.rows(np.array([coupling.reference for coupling in couplings], int), path)
     return found
 
 

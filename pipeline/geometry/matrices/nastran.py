@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.matrices.model import Block, Given, Model, checked_symmetric, model_of
+from gudgeon.pipeline.geometry.matrices.model import Block, Coupling, Given, Model, checked_symmetric, model_of
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_dofs
 
 NODES = {"CTETRA": {4: "tetra", 10: "tetra10"}, "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
@@ -109,9 +109,35 @@ def read_bulk(path: str) -> Model:
     sets: dict[str, list[int]] = {}
     for row in bulk.rdcards(path, "SET1", return_var="list") or []:
         sets.setdefault(f"set{row[0]}", []).extend(_listed(row[1:]))
+    couplings, coupled = _rigid_elements(bulk, path)
+    sets |= coupled
     labels = grids[:, 0].astype(int)
     members = {name: np.intersect1d(np.array(chosen, int), labels) for name, chosen in sets.items()}
-    return model_of(labels, grids[:, 2:5], blocks, members, {}, path)
+    dependent = np.unique(np.array([one for name in coupled if name.startswith("rbe2") for one in coupled[name]], int))
+    return model_of(labels, grids[:, 2:5], blocks, members, {}, path, couplings=couplings, dependent=dependent)
+
+
+def _rigid_elements(bulk: ModuleType, path: str) -> tuple[list[Coupling], dict[str, list[int]]]:
+    """Return RBE2 and RBE3 cards as couplings, and their grid points by names `rbe2_EID` and `rbe3_EID`.
+
+    An RBE2 that does not carry all translations is none; weights of an RBE3 are not read.
+    """
+    couplings, sets = [], {}
+    for row in bulk.rdcards(path, "RBE2", return_var="list") or []:
+        if {"1", "2", "3"} <= set(str(row[2])):
+            name = f"rbe2_{row[0]}"
+            sets[name] = _listed(row[3:])
+            couplings.append(Coupling(name, name, int(row[1]), "rbe2"))
+    for row in bulk.rdcards(path, "RBE3", return_var="list") or []:
+        name, members, at = f"rbe3_{row[0]}", list[int](), 4
+        while at < len(row) and isinstance(row[at], float):
+            at += 2  # A weight and its directions, then the grid points.
+            while at < len(row) and isinstance(row[at], int):
+                members.append(row[at])
+                at += 1
+        sets[name] = members
+        couplings.append(Coupling(name, name, int(row[2]), "rbe3"))
+    return couplings, sets
 
 
 def _read(path: str, reader: Callable[[str], Any], what: str) -> Any:

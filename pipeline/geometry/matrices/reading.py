@@ -27,6 +27,8 @@ DRAWN = ("tetra10", "tetra", "hexahedron", "hexahedron20", "wedge15")
 """Kinds of element that pictures show, where a body has one kind only."""
 ZERO_AREA = 1e-9
 """Area of a node over the largest one of its surface, of nodes that stand for none: corners of six-node facets."""
+DIRECTIONS = 3
+"""Translations of a node."""
 OFF_SHAPE = 1e-5
 """Farthest that a set may lie from its declared shape, over the shape's or the set's size."""
 
@@ -37,21 +39,49 @@ def read_matrices(part: MatrixFiles) -> MeshRecord:
     Raises:
         InputError: a file is missing or damaged, or they do not fit each other.
     """
-    given, ending = _given(part), Path(part.model).suffix.lower()
-    if ending not in MODELS:
-        raise InputError(f"{part.model}: '{ending}' given; allowed: {', '.join(MODELS)}")
-    model = MODELS[ending](part.model)
+    given, model = _given(part), read_model(part.model)
     dofs = _dofs(part, given, model)
     system, kept, blocks = _system(part, given, dofs, model)
     points = part.unit * model.points[kept]
     place = np.full(len(model.labels), -1)
     place[kept] = np.arange(len(kept))
     blocks = [block._replace(nodes=place[block.nodes]) for block in blocks]
-    kinds = {block.kind for block in blocks}
-    kind = next(iter(kinds)) if len(kinds) == 1 and kinds <= set(DRAWN) else "nodes"
+    kind = _common_kind(blocks)
     cells = np.concatenate([b.nodes for b in blocks]) if kind != "nodes" else np.arange(len(points))[:, None]
     surfaces = _surfaces(part, model, points, place, blocks, kind)
     return MeshRecord(points, cells, kind, surfaces, system=system)
+
+
+def read_model(path: str) -> Model:
+    """Return nodes, elements and sets of a file of one of `MODELS`.
+
+    Raises:
+        InputError: it is missing, damaged or of another kind.
+    """
+    if (ending := Path(path).suffix.lower()) not in MODELS:
+        raise InputError(f"{path}: '{ending}' given; allowed: {', '.join(MODELS)}")
+    return MODELS[ending](path)
+
+
+def surfaces_of(path: str, model: Model, unit: float) -> dict[str, Surface]:
+    """Return the named sets of a model, of all of its nodes, with the true shapes that fit them.
+
+    Args:
+        path: Of its file.
+        unit: Metres per unit of length.
+    """
+    part = MatrixFiles(
+        stiffness=path, mass=None, dofs=None, model=path, stiffness_name=None, mass_name=None, unit=unit, mass_unit=1.0,
+        surfaces={},
+    )  # fmt: skip
+    blocks = [block._replace(nodes=model.rows(block.nodes, path)) for block in model.blocks]
+    place = np.arange(len(model.labels))
+    return _surfaces(part, model, unit * model.points, place, blocks, _common_kind(blocks))
+
+
+def _common_kind(blocks: list[Block]) -> str:
+    kinds = {block.kind for block in blocks}
+    return next(iter(kinds)) if len(kinds) == 1 and kinds <= set(DRAWN) else "nodes"
 
 
 def _given(part: MatrixFiles) -> Given:
@@ -108,6 +138,7 @@ def _system(
     dofs = dofs[alive]
     blocks = [block._replace(nodes=model.rows(block.nodes, part.model)) for block in model.blocks]
     kept = np.unique(np.concatenate([dofs[:, 0], *(block.nodes.ravel() for block in blocks)]))
+    _refuse_eliminated(part, model, dofs, blocks)
     order = np.lexsort((dofs[:, 1], dofs[:, 0]))
     dofs, alive = dofs[order], alive[order]
     # An entry between rotations has the unit of that between translations times one length for each rotation.
@@ -115,6 +146,19 @@ def _system(
     K, M = (sparse.csr_matrix(scale @ A[alive][:, alive] @ scale) for A in (given.K, given.M))
     nodes = np.searchsorted(kept, dofs[:, 0])
     return SystemMatrices(nodes, dofs[:, 1], model.labels[kept], upper_triangle(K), upper_triangle(M)), kept, blocks
+
+
+def _refuse_eliminated(part: MatrixFiles, model: Model, dofs: np.ndarray, blocks: list[Block]) -> None:
+    """Raise an InputError if rows of nodes that a coupling or equation expresses by others are missing."""
+    used = [np.unique(block.nodes) for block in blocks] or [np.empty(0, int)]
+    nodes = np.intersect1d(model.rows(model.dependent, part.model), np.concatenate(used))
+    rows = np.bincount(dofs[dofs[:, 1] < DIRECTIONS, 0], minlength=len(model.labels))
+    if (gone := nodes[rows[nodes] < DIRECTIONS]).size:
+        raise InputError(
+            f"{part.stiffness}: has no row of {len(gone)} nodes that a coupling or equation of {part.model} expresses"
+            f" by others, such as node {model.labels[gone[0]]}; allowed: matrices written without couplings, which an"
+            " interface of kind 'tie' makes"
+        )
 
 
 def _surfaces(
