@@ -118,7 +118,9 @@ def model_of(
     if not np.isfinite(points).all():
         raise InputError(f"{path}: node {labels[~np.isfinite(points).all(axis=1)][0]} has no finite position")
     held = np.empty(0, int) if dependent is None else np.unique(dependent)
-    found = Model(labels, points, tuple(blocks), dict(node_sets), dict(side_sets), tuple(couplings), held)
+    found = Model(
+        labels, points, tuple(blocks), dict(node_sets), dict(side_sets), couplings=tuple(couplings), dependent=held
+    )
     for block in blocks:
         found.rows(block.nodes, path)
     found.rows(np.array([coupling.reference for coupling in couplings], int), path)
