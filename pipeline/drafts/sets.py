@@ -27,8 +27,10 @@ class SetsLook:
 
     @property
     def size(self) -> np.ndarray:
-        """Extents along x, y, z [m], (3,)."""
-        return self.unit * np.ptp(self.model.points, axis=0)
+        """Extents along x, y, z of the elements, or of all nodes where there are none [m], (3,)."""
+        labels = [np.unique(block.nodes) for block in self.model.blocks]
+        rows = self.model.rows(np.concatenate(labels), self.path) if labels else slice(None)
+        return self.unit * np.ptp(self.model.points[rows], axis=0)
 
     def reference(self, coupling: Coupling) -> list[float]:
         """Return the reference point of a coupling [m]."""
@@ -68,7 +70,7 @@ class SetsLook:
         lines = [
             f"{self.path}: {len(self.model.labels)} nodes, {elements}, unit {self.unit:g} m, {size} mm",
             "",
-            f"{'set':24} {'nodes':>7}  {'kind':9} {'centre [mm]':28}",
+            f"{'set':24} {'nodes':>7}  {'kind':9} centre [mm]",
         ]
         for name, one in self.surfaces.items():
             centre = ", ".join(f"{value:.5g}" for value in 1e3 * self._centre(one))

@@ -14,7 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tests.benchmarks.modes import table
+from tests.benchmarks.modes import picture, table
 from tests.benchmarks.modes.runner import (
     CONTESTANTS,
     FLOOR,
@@ -57,7 +57,7 @@ def main() -> int:
 
 
 def report(out: Path, results: dict[str, Any]) -> list[str]:
-    """Write the table as text, CSV and JSON, print it, and return what disagrees."""
+    """Write the table as text, CSV and JSON, and as a picture, print it, and return what disagrees."""
     runs = results["runs"]
     rows = table.rows(runs)
     wrong = table.disagreements(rows)
@@ -74,6 +74,7 @@ def report(out: Path, results: dict[str, Any]) -> list[str]:
     (out / "modes.csv").write_text(table.to_csv(rows))
     (out / "modes.json").write_text(json.dumps([asdict(row) for row in rows], indent=1))
     (out / "modes.txt").write_text(text + "\n")
+    picture.draw(rows, out / "modes.png")
     print(text)
     return wrong
 

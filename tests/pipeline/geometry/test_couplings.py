@@ -57,7 +57,7 @@ def test_the_command_lists_sets_and_couplings(tmp_path: Path, capsys: pytest.Cap
     path = deck(tmp_path / "part.inp", *KINEMATIC)
     assert main(["faces", str(path)]) == 0
     printed = capsys.readouterr().out
-    assert "30 hexahedron, unit 1 m, 30 × 20 × 60 mm" in printed
+    assert "30 hexahedron, unit 1 m, 30 × 20 × 50 mm" in printed
     assert "plane" in next(line for line in printed.splitlines() if line.startswith("TOP"))
     table = tomllib.loads(printed[printed.index("[component") :])["component"]["NAME"]["interface"]
     interface = Interface.model_validate(table["GRIP"])
