@@ -8,8 +8,9 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, Trajectory
 from gudgeon.solver.accuracy import controlled
-from gudgeon.solver.basis_check import with_basis_estimates
 from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.checks.basis import with_basis_estimates
+from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.implicit.energy import WORK
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, Marching, Outcome
@@ -30,7 +31,7 @@ COARSER = 2.0
 Progress = Callable[[float], None]
 """Called with the completed share after every frame. `RunStopped` ends the run with its frames so far as the result;
 any other exception that it raises ends it without one."""
-ESTIMATING = "the run was stopped while the error of its basis was estimated; its histories are whole"
+ESTIMATING = "the run was stopped while the errors of its basis and mesh were estimated; its histories are whole"
 
 
 def suggested(system: System) -> float:
@@ -50,7 +51,8 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
 
     Where run.step is left out and the integrator has a step, the run is repeated with finer steps until impulses,
     windowed forces and the energy balance are within run.accuracy; see `solver.accuracy`. A run with contacts is
-    repeated twice with fewer elastic coordinates, which gives the error of the basis; see `solver.basis_check`.
+    repeated twice with fewer elastic coordinates, which gives the error of the basis, and once with the frequencies of
+    the continuum, which gives that of the mesh; see `solver.checks`.
 
     Returns:
         The trajectory; that of a run that failed physically ends with its last good frame, with the reason in `result`.
@@ -85,7 +87,7 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
         return run
 
     try:
-        return with_basis_estimates(system, found, compared)
+        return with_mesh_estimates(system, with_basis_estimates(system, found, compared), compared)
     except RunStopped:
         return replace(found, result=Result.STOPPED.name, counts=found.counts | {"reason": ESTIMATING})
 

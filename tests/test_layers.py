@@ -48,7 +48,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("solver.ports",),
     ("pipeline.reduction", "solver.integrators", "solver.linear"),
     ("pipeline.cyclic", "solver.results"),
-    ("solver.accuracy", "solver.basis_check"),
+    ("solver.accuracy", "solver.checks"),
     ("solver.simulate",),
     ("solver.warm_up", "solver.simulation"),
     ("solver",),

@@ -58,7 +58,10 @@ def remaining_twists(model: FEModel, held: np.ndarray, what: str) -> np.ndarray:
     count = rigid.shape[1]
     if count == 0:
         return model.rigid_twists
-    _, strength, motions = np.linalg.svd(rigid[held], full_matrices=True)
+    # A rotation counts by the displacement at the body's reach, so that no unit of length decides what is held.
+    reach = float(np.linalg.norm(model.nodes - model.properties.centre, axis=1).max())
+    scale = np.tile(np.where(model.rotations.any(axis=1), reach, 1.0), len(model.nodes))
+    _, strength, motions = np.linalg.svd(scale[held, None] * rigid[held], full_matrices=True)
     strength = np.concatenate([strength, np.zeros(count - len(strength))])
     share = strength / max(strength[0], np.finfo(float).tiny)
     doubtful = (share > VANISHING) & (share < FIRMNESS)

@@ -17,6 +17,8 @@ SETTLED = 1e-3
 """Differences from the finest run below which a quantity has converged, whatever their trend."""
 ROUND_OFF = 1e-11
 ORDERS = np.arange(0.1, 8.05, 0.05)
+SATURATED = 0.5
+"""Relative norm of a difference above which it no longer measures an error: two pulses that do not overlap have 1.4."""
 LOWEST, HIGHEST, ASSUMED = 0.5, 8.0, 1.0
 """Orders of an extrapolation: the limits of the observed one, and the one assumed where none is observed."""
 
@@ -107,8 +109,8 @@ def extrapolated(finer: Neighbour | None, coarser: Neighbour | None, signed: boo
     """Return the error of a run from runs of a smaller and a larger size, by Richardson's extrapolation.
 
     With errors C hᵖ, the three values determine p and C; an order below `LOWEST` is taken as that. Values that are not
-    monotone have no order; their error is estimated by the larger of the differences. With one neighbour alone an
-    order of 1 is assumed.
+    monotone have no order; their error is estimated by the larger of the differences, and so is that of norms above
+    `SATURATED`. With one neighbour alone an order of 1 is assumed.
 
     Args:
         signed: Whether differences have a sign; those of norms have none.
@@ -124,7 +126,8 @@ def extrapolated(finer: Neighbour | None, coarser: Neighbour | None, signed: boo
     below, above = -finer.difference if signed else abs(finer.difference), coarser.difference
     if not (math.isfinite(below) and math.isfinite(above)):
         return Estimate(math.inf, None)
-    if abs(below) <= ROUND_OFF or below * above <= 0:
+    saturated = not signed and max(below, above) > SATURATED
+    if abs(below) <= ROUND_OFF or below * above <= 0 or saturated:
         return Estimate(max(abs(below), abs(above)), None)
 
     def ratio(order: float) -> float:

@@ -14,6 +14,7 @@ from gudgeon.pipeline.robustness.trial import (
     Trial,
     approach,
     closing_turn,
+    into_gap,
     stepped,
     suggested_step,
     turns_freely,
@@ -195,6 +196,10 @@ def grazing(subject: Subject, operation: Any) -> Trial:
         path = np.array(body.velocity) * first.start + 0.5 * gravity * first.start**2
         left = (factor**2 if falls else factor) * path  # With gravity the time of fall scales with the speed.
         changes["body"][name] = {"position": ((np.array(body.position) + path) - left).tolist()}
+    if not falls:
+        name = next(iter(subject.contacts.values())).body
+        wanted = factor * approach(subject.job)[1]
+        changes["body"][name]["position"] = into_gap(subject.job, changes["body"][name]["position"], wanted)
     units, single = None, len(scene.contact) == 1 and not scene.springs()
     law = next(iter(scene.contact.values())).law
     linear = single and subject.known["points"] == 1 and (law is None or law.kind == "linear")

@@ -24,6 +24,7 @@ from gudgeon.pipeline.stages.products import component_products
 from gudgeon.pipeline.stages.run import run_job, system_of
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.obstacles import Bore
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.run import LEAST_WINDOW
 from gudgeon.solver.simulate import simulate, suggested
@@ -122,6 +123,28 @@ def approach(job: Job) -> tuple[np.ndarray, float, float]:
     arms = contact.points - system.bodies[contact.body].morph.centre
     reach = float(np.linalg.norm(arms, axis=1).max()) or 1.0
     return contact.directions[row], float(system.gap[contact.rows][row]), reach
+
+
+def into_gap(job: Job, position: list[float], gap: float) -> list[float]:
+    """Return a position of the first contact's body at which its least gap from a bore is the one given [m].
+
+    The rows of a contact are those of its start: over a path to a curved surface they are off by the path's square.
+
+    Args:
+        position: Near it [m], (3,).
+    """
+    system = system_of(job)
+    contact, place = system.contacts[0], np.array(position)
+    against = job.scene.contact[contact.name].against
+    if not isinstance(against, Bore):
+        return position
+    for _ in range(3):  # Another point may then be the nearest one.
+        placed = contact.points + place
+        gaps = against.gap(placed)
+        row = int(gaps.argmin())
+        place = place + (gap - gaps[row]) * against.direction(placed)[row]
+    place[np.abs(place) < np.finfo(float).eps * np.abs(place).max()] = 0.0  # Too small a number for a scene.
+    return place.tolist()
 
 
 def closing_turn(job: Job) -> np.ndarray:

@@ -19,7 +19,7 @@ from gudgeon.modaldb.records.trajectory import BASIS_REASON, FRICTION_NOTES, LIN
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, whole_file, write_text
 from gudgeon.pipeline.measuring.stopping import stoppable
-from gudgeon.pipeline.reduction.basis_notes import basis_notes
+from gudgeon.pipeline.reduction.estimate_notes import estimate_notes
 from gudgeon.pipeline.reduction.impact_notes import impact_notes
 from gudgeon.pipeline.scenes.checks import gravity_notes, law_notes, unit_notes
 from gudgeon.pipeline.scenes.component import Component
@@ -249,13 +249,13 @@ def _report(job: Job, summary: dict[str, Any], stages: dict[str, StageReport]) -
     if summary["result"] == Result.FINISHED.name:
         own += impact_notes(job.scene, summary, partial(_last_force, job))
     windows = (entry["value"] for name, entry in summary["quantities"].items() if name.endswith(".force_window"))
-    reason = summary["counts"].get(BASIS_REASON, "")
-    own += basis_notes(job.scene, summary["estimates"], reason, max(windows, default=0.0))
+    reason, estimates = summary["counts"].get(BASIS_REASON, ""), summary["estimates"]
+    own += estimate_notes(job.scene, estimates, reason, max(windows, default=0.0))
     own += [note for note in [uncached_note()] if note is not None]
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], stages, summary["quantities"], summary["energy_drift"],
-        momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], notes=own,
+        momentum_residual=summary["momentum_residual"], estimates=estimates, notes=own,
         changes=change_estimates(job), reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
     )  # fmt: skip
 

@@ -12,7 +12,8 @@ from gudgeon.pipeline.files import csv_text, whole_file, write_text
 from gudgeon.pipeline.studies.task import MISSING, Row
 
 TABLE, PARQUET = "study.csv", "study.parquet"
-STATED = {"impulse": ("step.impulse", "basis.impulse"), "force_peak": ("step.force", "basis.force")}
+SOURCES = ("step", "basis", "mesh")
+STATED = {"impulse": [f"{one}.impulse" for one in SOURCES], "force_peak": [f"{one}.force" for one in SOURCES]}
 """Quantities of which estimates of a run are the relative errors, which add up; by the last part of their names."""
 NOT_REACHED = "the study ended before it"
 

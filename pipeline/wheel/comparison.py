@@ -3,8 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.report.document import Errors
+from gudgeon.pipeline.wheel.response import amplitudes
 from gudgeon.pipeline.wheel.scene import Wheel
 
 FULL = "full wheel"
@@ -60,3 +63,15 @@ class Comparison:
     truncation_error: float
     """Relative error of the largest amplitude by the compared modes, against a direct solution."""
     rows: list[InterfaceRow]
+
+
+def differences(record: WheelRecord, other: WheelRecord) -> Errors:
+    """Return the errors of a wheel against another one, see `InterfaceRow.errors`."""
+    ours, theirs = amplitudes(record.mistuned), amplitudes(other.mistuned)
+    gain, exact = (one.quantities["magnification"]["value"] for one in (record, other))
+    return {
+        FREQUENCY: float(np.abs(record.mistuned_frequencies / other.mistuned_frequencies - 1).max()),
+        TUNED: float(np.abs(record.tuned_frequencies / other.tuned_frequencies - 1).max()),
+        MAGNIFICATION: gain / exact - 1,
+        RESPONSE: float(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)),
+    }

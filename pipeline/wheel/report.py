@@ -2,16 +2,14 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from gudgeon.modaldb.records.cyclic import WheelRecord
 from gudgeon.pipeline.cyclic.synthesis import SectorParts, sector_parts
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.measuring.clock import Seconds, fastest
 from gudgeon.pipeline.measuring.memory import peak_memory
-from gudgeon.pipeline.report.choice import choose
+from gudgeon.pipeline.report.choice import choose, judged, on_its_mesh
 from gudgeon.pipeline.report.convergence import chain, settling
-from gudgeon.pipeline.report.document import Document, Errors, Quantity, Run, StageSeconds, Table
+from gudgeon.pipeline.report.document import Document, Quantity, Run, StageSeconds, Table
 from gudgeon.pipeline.report.effort import Effort, new_document
 from gudgeon.pipeline.report.front import with_front
 from gudgeon.pipeline.report.page.output import report_folder, write_report
@@ -19,11 +17,20 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.folder import held
 from gudgeon.pipeline.stages.make import keep
 from gudgeon.pipeline.stages.run_report import Progress
-from gudgeon.pipeline.wheel.comparison import FREQUENCY, FULL, MAGNIFICATION, RESPONSE, TUNED, Comparison, InterfaceRow
+from gudgeon.pipeline.wheel.budget import budget_of
+from gudgeon.pipeline.wheel.comparison import (
+    FREQUENCY,
+    FULL,
+    MAGNIFICATION,
+    RESPONSE,
+    TUNED,
+    Comparison,
+    InterfaceRow,
+    differences,
+)
 from gudgeon.pipeline.wheel.job import WheelJob
 from gudgeon.pipeline.wheel.response import (
     Case,
-    amplitudes,
     full_modes,
     kept_dofs,
     reduced_modes,
@@ -56,6 +63,10 @@ def report_wheel(job: WheelJob, how: Effort, progress: Progress) -> Document:
     with report_folder(job.out, job.name, PICTURE):
         found = compare(job, how, progress)
         runs = with_front(_runs(job, found))
+        choice = choose(runs, how.tolerance)
+        best = judged(runs, choice)
+        row = next(one for one in found.rows[1:] if best is not None and one.name == best.name)
+        budget = budget_of(job, found, row, _interface(job, row.name), progress)
         document = replace(
             new_document(job, how),
             reference={
@@ -64,7 +75,8 @@ def report_wheel(job: WheelJob, how: Effort, progress: Progress) -> Document:
             },
             quantities=_quantities(found),
             runs=runs,
-            choice=choose(runs, how.tolerance),
+            choice=on_its_mesh(choice, runs, budget, how.same_mesh),
+            budget=budget,
             tables=[_table(found)],
             timing=TIMING.format(repeat=how.repeat),
         )
@@ -92,7 +104,7 @@ def compare(job: WheelJob, how: Effort, progress: Progress) -> Comparison:
         for number, (key, choice) in enumerate(choices.items()):
             progress(f"choice {number + 1} of {len(choices)}", number / len(choices))
             record, seconds = _solved(job, case, parts, (key, choice), how.repeat)
-            errors = _errors(record, full)
+            errors = differences(record, full)
             rows.append(InterfaceRow(key, scheme_of(choice), record, errors, once.wall, wall=seconds))
     tuned = job.store.get(job.modes().key, "cyclic")
     return Comparison(
@@ -142,18 +154,6 @@ def _full(job: WheelJob, case: Case, progress: Progress) -> WheelRecord:
     return job.store.get(product.key, "wheel")
 
 
-def _errors(record: WheelRecord, other: WheelRecord) -> Errors:
-    """Return the errors of a wheel against another one, see `InterfaceRow.errors`."""
-    ours, theirs = amplitudes(record.mistuned), amplitudes(other.mistuned)
-    gain, exact = (one.quantities["magnification"]["value"] for one in (record, other))
-    return {
-        FREQUENCY: float(np.abs(record.mistuned_frequencies / other.mistuned_frequencies - 1).max()),
-        TUNED: float(np.abs(record.tuned_frequencies / other.tuned_frequencies - 1).max()),
-        MAGNIFICATION: gain / exact - 1,
-        RESPONSE: float(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)),
-    }
-
-
 def _series(found: Comparison) -> list[list[InterfaceRow]]:
     """Return the choices of each scheme, in the order of their number of coordinates."""
     schemes = dict.fromkeys(row.scheme for row in found.rows[1:])
@@ -169,7 +169,7 @@ def _quantities(found: Comparison) -> list[Quantity]:
         chains = []
         for rows in _series(found):
             if len(rows) > 1:
-                apart = [_errors(row.record, rows[-1].record)[name] for row in rows]
+                apart = [differences(row.record, rows[-1].record)[name] for row in rows]
                 values = [row.errors[name] for row in rows]
                 names, sizes = [row.name for row in rows], [row.coordinates for row in rows]
                 chains.append(chain("basis", names, sizes, values, apart))
@@ -186,7 +186,7 @@ def _runs(job: WheelJob, found: Comparison) -> list[Run]:
         whole = row.name == FULL
         best = None if whole or largest[row.name] is row else largest[row.name]
         worst = max(row.errors, key=lambda name: abs(row.errors[name]))
-        interface = None if whole else (job.scene.report.choices.get(row.name) or job.wheel.interface)
+        interface = None if whole else _interface(job, row.name)
         settings = {} if interface is None else {"interface": interface.model_dump(mode="json", exclude_none=True)}
         runs.append(
             Run(
@@ -194,13 +194,18 @@ def _runs(job: WheelJob, found: Comparison) -> list[Run]:
                 settings={"wheel": {job.scene.only[0]: settings}} if settings else {}, coordinates=row.coordinates,
                 result="FINISHED", errors={} if whole else row.errors,
                 largest_error=None if whole else abs(row.errors[worst]), largest_of=None if whole else worst,
-                truncation=None if best is None else _errors(row.record, best.record),
+                truncation=None if best is None else differences(row.record, best.record),
                 truncation_against="all dofs" if whole else best.name if best else "the largest basis of its scheme",
                 time_against="modes have no time step", cpu_seconds=row.cpu,
                 wall_seconds=row.wall_sector + row.wall, stages=_stages(row), peak_mib=row.record.counts["peak_mib"],
             )
         )  # fmt: skip
     return runs
+
+
+def _interface(job: WheelJob, name: str) -> KeptInterface:
+    """Return the choice of a name in the report."""
+    return job.scene.report.choices.get(name) or job.wheel.interface
 
 
 def _stages(row: InterfaceRow) -> dict[str, StageSeconds]:

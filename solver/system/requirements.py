@@ -212,6 +212,11 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     if given and not stock.elastic:
         reason = "a rigid body does not deform"
     yield Term("damping", body, given and stock.elastic, reason)
+    checked = scene.run.checks and bool(touching) and stock.elastic
+    reason = f"run.checks is {'true' if scene.run.checks else 'false'}" if touching else "nothing touches it"
+    if touching and not stock.elastic:
+        reason = "a rigid body does not deform"
+    yield Term("errors of frequencies", body, checked, reason, ("modes:discretisation_errors",))
     pulled = any(scene.run.gravity)
     yield Term(
         "gravity", body, pulled, f"run.gravity is {'not ' if pulled else ''}zero",

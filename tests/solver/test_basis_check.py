@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.trajectory import BASIS_REASON, ONE_COORDINATE, Trajectory
-from gudgeon.solver import basis_check
 from gudgeon.solver import simulate as solver
+from gudgeon.solver.checks import basis as basis_check
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.results.contact_events import windowed

@@ -14,6 +14,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import hold
 from gudgeon.pipeline.geometry.shapes.bar import Bar
+from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.skirt import Skirt
 from gudgeon.pipeline.interfaces.points import contact_points
 from gudgeon.pipeline.modes.normal import normal_modes
@@ -242,3 +243,17 @@ def test_static_shape_of_a_slender_body_that_keeps_rigid_motions_is_orthogonal()
     assert model.rigid_twists.shape == (3, 6)
     assert np.abs(modes.Phi.T @ (model.M @ shape.Phi)).max() < 1e-13
     assert float((shape.Phi.T @ (model.K @ shape.Phi))[0, 0]) == pytest.approx(shape.angular_frequencies[0] ** 2)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e3])
+def test_what_a_clamp_of_a_beam_holds_does_not_depend_on_the_unit_of_length(unit: float) -> None:
+    """Rotations of a node count by what they move: a clamp in µm held them by a share of 9e-8."""
+    beam = Beam.model_validate(
+        {
+            "kind": "beam",
+            "length": 0.3 * unit,
+            "section": {"kind": "rectangle", "width": 0.02 * unit, "height": 0.003 * unit},
+        }
+    )
+    model = build_model(beam.build(0.05 * unit), MATERIAL, geometry=beam)
+    assert hold(model, ["left"], "here").rigid_twists.shape == (0, 6)

@@ -57,6 +57,11 @@ def test_norms_have_no_sign() -> None:
     assert extrapolated(*norms).order is None
 
 
+def test_large_norms_are_not_extrapolated() -> None:
+    """Resonances that leave each other differ by 1.4 in norm however far they are apart: there is no order in that."""
+    assert extrapolated(Neighbour(0.8, 1.39), Neighbour(1.28, 1.41), signed=False) == (1.41, None)
+
+
 def test_values_that_are_not_monotone_have_no_order() -> None:
     found = extrapolated(Neighbour(1 / 1.5, 0.01), Neighbour(1.5, 0.04))
     assert found == (0.04, None)

@@ -81,7 +81,7 @@ def test_an_estimate_of_the_basis_that_is_too_small_is_found(
     rod: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("gudgeon.pipeline.robustness.rules.STEPPED", 0.0)
-    monkeypatch.setattr("gudgeon.solver.basis_check.REBOUND", ())
+    monkeypatch.setattr("gudgeon.solver.checks.basis.REBOUND", ())
     monkeypatch.setattr(
         "gudgeon.solver.simulate.with_basis_estimates",
         lambda system, found, run: replace(found, estimates=found.estimates | {"basis.impulse": 0.0}),

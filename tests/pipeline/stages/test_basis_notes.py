@@ -7,7 +7,7 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import ONE_COORDINATE
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.pipeline.reduction.basis_notes import basis_notes
+from gudgeon.pipeline.reduction.estimate_notes import basis_notes
 from gudgeon.solver.scene.run import Run
 from tests.validation.scenes import DATA
 

@@ -222,6 +222,24 @@ def test_report_is_written_and_the_full_wheel_kept(
     assert (chain.runs, chain.differences[-1], chain.converges) == (["none, 2", "none, 8"], 0.0, None)
 
 
+def test_the_budget_has_the_basis_and_the_mesh(made: tuple[Path, RunReport]) -> None:
+    """The basis against the full wheel, and the mesh by two other sectors, whose error refuses the wheel."""
+    settings = {"component__sector__mesh__size": 0.022, "report__choices": {"none, 8": CHOICES["none, 8"]}}
+    document = report_wheel(job(made[0], **settings), Effort(repeat=1, tolerance=0.05), silent)
+    assert document.budget is not None
+    terms = {one.source: one for one in document.budget.terms}
+    assert list(terms) == ["basis", "step", "mesh", "spline spacing", "contact layer"]
+    (run,) = [one for one in document.runs if one.name == document.budget.run]
+    assert terms["basis"].errors[FREQUENCY] == abs(run.errors[FREQUENCY])
+    assert terms["basis"].errors[RESPONSE] > run.errors[RESPONSE]
+    assert terms["step"].size is None
+    assert terms["mesh"].how.startswith("edges / 1.5 (mean edge × 0.")
+    assert terms["mesh"].errors[FREQUENCY] > 0.01
+    assert document.choice is not None
+    assert document.choice.run is None
+    assert "refine component.*.mesh.size" in document.choice.why
+
+
 def test_reduced_frequencies_lie_above(made: tuple[Path, RunReport]) -> None:
     one = job(made[0])
     record = one.store.get(one.response(one.wheel.interface).key, "wheel")

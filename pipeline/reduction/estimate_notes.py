@@ -1,4 +1,4 @@
-"""Notes on the estimated error of the modal basis, each with the key that reduces it."""
+"""Notes on the estimated errors of modal basis and mesh in the result of a run, each with the key that reduces it."""
 
 from collections.abc import Mapping
 
@@ -7,8 +7,8 @@ from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.solver.methods import METHODS
 
 NOTICED = 0.01
-"""Estimated relative error of the basis above which a run gives a note."""
-WORDS = {"basis.impulse": "impulse", "basis.force": "windowed force", "basis.rebound": "rebound velocity"}
+"""Estimated relative error above which a run gives a note."""
+WORDS = {"impulse": "impulse", "force": "windowed force", "rebound": "rebound velocity"}
 WIDER = 2.5
 """Factor of a window that is too short: from one period to the default of forces that jump."""
 RESOLVING = ("bar", "beam")
@@ -22,16 +22,43 @@ COUNTED = {
 """Key of `modes` that adds elastic coordinates, by reduction."""
 
 
-def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = "", window: float = 0.0) -> list[str]:
-    """Return a note where the estimated error of the basis is above `NOTICED`; it names the keys that reduce it.
+def estimate_notes(
+    scene: SceneFile, estimates: Mapping[str, float], reason: str = "", window: float = 0.0
+) -> list[str]:
+    """Return a note where the estimated error of basis or mesh is above `NOTICED`; it names the keys that reduce it.
 
     Args:
         estimates: Estimated relative errors of a run, see `Trajectory.estimates`.
-        reason: Why the run that estimates them failed, or `ONE_COORDINATE`.
+        reason: Why the run that estimates those of the basis failed, or `ONE_COORDINATE`.
         window: Of the windowed forces [s].
     """
-    errors = {word: error for name, word in WORDS.items() if (error := estimates.get(name, 0.0)) > NOTICED}
-    if not errors:
+    return basis_notes(scene, estimates, reason, window) + mesh_notes(scene, estimates)
+
+
+def _noticed(estimates: Mapping[str, float], source: str) -> dict[str, float]:
+    """Return the estimated errors of a source that are above `NOTICED`, by their name in words."""
+    return {word: error for name, word in WORDS.items() if (error := estimates.get(f"{source}.{name}", 0.0)) > NOTICED}
+
+
+def mesh_notes(scene: SceneFile, estimates: Mapping[str, float]) -> list[str]:
+    """Return a note where the estimated error of the mesh is above `NOTICED`, with half the size of elements."""
+    if not (errors := _noticed(estimates, "mesh")):
+        return []
+    ways = []
+    for name in dict.fromkeys(part for contact in scene.contact for part in _touching(scene, contact)):
+        component = scene.component[name]
+        if component.from_file:
+            ways.append(f"refine the mesh of component.{name}.geometry.path")
+        elif component.mesh.size is not None:
+            ways.append(f"set component.{name}.mesh.size = {component.mesh.size / 2:.3g}")
+    told = ", ".join(f"{error:.1%} in {word}" for word, error in errors.items())
+    said = f"the estimated error of the mesh is {told}, by the frequencies of its modes"
+    return [f"{said}; {', '.join(ways)}" if ways else said]
+
+
+def basis_notes(scene: SceneFile, estimates: Mapping[str, float], reason: str = "", window: float = 0.0) -> list[str]:
+    """Return a note where the estimated error of the basis is above `NOTICED`, see `estimate_notes`."""
+    if not (errors := _noticed(estimates, "basis")):
         return []
     if reason:
         why = reason

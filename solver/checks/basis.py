@@ -82,15 +82,19 @@ def with_basis_estimates(system: System, found: Trajectory, run: Run) -> Traject
     for other in runs[1:]:
         if not Result[other.result].ok:
             return _unknown(found, other.counts.get("reason", Result[other.result].value))
-    speeds = [body.centre_motion(system.velocity[body.rigid])[:3] for body in system.bodies.values()]
-    speed = float(np.linalg.norm(speeds, axis=1).max())
-    errors, known = _least(system, systems[0], found), set[str]()
+    speed, errors, known = fastest_body(system), _least(system, systems[0], found), set[str]()
     for number, window in enumerate(windows):
-        differences = _differences(own, (runs[number], runs[number + 1]), window, speed)
-        known = set(differences)
-        for name, value in differences.items():
-            errors[name] = max(errors[name], MARGIN * value / 2**number)
+        apart = differences(own, (runs[number], runs[number + 1]), window, speed)
+        known = {f"basis.{name}" for name in apart}
+        for name, value in apart.items():
+            errors[f"basis.{name}"] = max(errors[f"basis.{name}"], MARGIN * value / 2**number)
     return replace(found, estimates=found.estimates | {name: errors[name] for name in errors if name in known})
+
+
+def fastest_body(system: System) -> float:
+    """Return the largest speed of a body's centre at the start [m/s]."""
+    speeds = [body.centre_motion(system.velocity[body.rigid])[:3] for body in system.bodies.values()]
+    return float(np.linalg.norm(speeds, axis=1).max())
 
 
 def _windows(system: System, systems: list[System]) -> list[float]:
@@ -163,10 +167,10 @@ def _flexibility(system: System) -> np.ndarray:
     return (system.rows[:, elastic] ** 2 / system.stiffness[elastic]).sum(axis=1)
 
 
-def _differences(
+def differences(
     found: Trajectory, pair: tuple[Trajectory, Trajectory], window: float, speed: float
 ) -> dict[str, float]:
-    """Return the differences of two runs in impulse, windowed force and rebound, see `with_basis_estimates`.
+    """Return the differences of two runs in `impulse`, `force` and `rebound`, see `with_basis_estimates`.
 
     Args:
         found: The run whose impulses and forces they are relative to.
@@ -174,21 +178,21 @@ def _differences(
         window: Time over which forces are compared [s]; 0 for that of a sample.
         speed: Of the fastest body at the start [m/s].
     """
-    apart = {"basis.impulse": 0.0, "basis.force": 0.0}
+    apart = {"impulse": 0.0, "force": 0.0}
     edges = np.concatenate([[0.0], found.times])
     for name, contact in found.contacts.items():
         if not np.any(contact.force):
             continue
         own, *both = (float(edges[1]) * _summed(one.contacts[name].force) for one in (found, *pair))
         change = np.linalg.norm(both[0][-1] - both[1][-1]) / np.linalg.norm(own, axis=1).max()
-        apart["basis.impulse"] = max(apart["basis.impulse"], float(change))
+        apart["impulse"] = max(apart["impulse"], float(change))
         for width in (factor * (window or float(edges[1])) for factor in WINDOWS):
             peak, *peaks = (windowed(edges, one, width)[0] for one in (own, *both))
-            apart["basis.force"] = max(apart["basis.force"], abs(peaks[0] - peaks[1]) / peak)
+            apart["force"] = max(apart["force"], abs(peaks[0] - peaks[1]) / peak)
         keys = [key for key in (f"{name}.{one}" for one in REBOUND) if key in found.quantities]
         if f"{name}.restitution" in found.quantities and keys and speed > 0:
             change = max(abs(_value(pair[0], key) - _value(pair[1], key)) for key in keys)
-            apart["basis.rebound"] = max(apart.get("basis.rebound", 0.0), change / speed)
+            apart["rebound"] = max(apart.get("rebound", 0.0), change / speed)
     return apart
 
 

@@ -1,0 +1,73 @@
+"""What the mesh of a run's bodies lacks, estimated from a run with the frequencies of the continuum.
+
+A mesh is too stiff: each of its frequencies is too high by an error that the modes' record estimates from recovered
+stress. A run whose modes have the lower frequencies, with the same steps, differs by what these errors leave in the
+result: phases that drift over an impact, waves that return too early. `MARGIN` covers what is not in the frequencies,
+the shapes of the modes and the residual flexibility, whose own error is that of the static compliance.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.checks.basis import differences, fastest_body
+from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.result import Result
+from gudgeon.solver.system.compile import assembled
+from gudgeon.solver.system.system import System
+
+MARGIN = 1.5
+"""Factor on differences."""
+LARGEST = 0.5
+"""Largest relative error of a frequency that is taken off: estimates above it are of modes that are none."""
+Run = Callable[[System, float], Trajectory]
+"""Integrates a system with the steps of the run, and samples at most so far apart [s]."""
+
+
+def with_mesh_estimates(system: System, found: Trajectory, run: Run) -> Trajectory:
+    """Return a finished run with its estimated relative errors due to the frequencies of the bodies' meshes.
+
+    Args:
+        system: The one that was run.
+        found: Its trajectory.
+        run: Integrates another system.
+
+    Returns:
+        Its `estimates` with `mesh.impulse`, `mesh.force` and `mesh.rebound`, relative to what those of the basis are.
+        Unchanged where nothing touches, no record has estimates of its frequencies, or the other run is impossible.
+    """
+    continuum = _continuum(system)
+    if continuum is None or not any(np.any(contact.force) for contact in found.contacts.values()):
+        return found
+    try:
+        other = run(continuum, float(found.times[0]))
+    except (SceneError, SolverError):
+        return found
+    if not Result[other.result].ok:
+        return found
+    apart = differences(found, (found, other), system.window, fastest_body(system))
+    return replace(found, estimates=found.estimates | {f"mesh.{name}": MARGIN * one for name, one in apart.items()})
+
+
+def _continuum(system: System) -> System | None:
+    """Return a system whose modes have the estimated frequencies of the continuum; None if none has an estimate."""
+    bodies = {
+        name: replace(body, modal=modal) if (modal := _corrected(body.modal)) is not None else body
+        for name, body in system.bodies.items()
+    }
+    if all(body is system.bodies[name] for name, body in bodies.items()):
+        return None
+    return assembled(system.scene, bodies, system.terms)
+
+
+def _corrected(modal: ModalRecord) -> ModalRecord | None:
+    """Return a modal record with the estimated frequencies of the continuum; None if there is no estimate."""
+    if modal.discretisation_errors is None:
+        return None
+    errors = np.nan_to_num(modal.discretisation_errors, nan=0.0)
+    if not errors.any():
+        return None
+    return replace(modal, angular_frequencies=modal.angular_frequencies * (1 - np.clip(errors, 0.0, LARGEST)))
