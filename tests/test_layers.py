@@ -18,7 +18,10 @@ from pathlib import Path
 
 import pytest
 
+import gudgeon
+from gudgeon.modaldb.keys import content_key
 from gudgeon.pipeline.kinds import run
+from tests.modaldb.samples import INPUTS, mesh
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("modaldb", "pipeline", "solver")
@@ -455,6 +458,13 @@ def test_light_commands_load_nothing_heavy(arguments: list[str], code: int, tmp_
     asks = "--help" in arguments or len(arguments) == 1
     places = [] if asks else ["--db", str(tmp_path / "db"), "--out", str(tmp_path)]
     assert loaded_by([*arguments, *places], LIGHT_COMMANDS_LACK) == (code, [])
+
+
+def test_a_list_of_records_loads_no_arrays(tmp_path: Path) -> None:
+    """`gudgeon db ls` of 10 000 records has 0.3 s in all, of which numpy alone would take a third."""
+    listed = ["db", "ls", "--db", str(tmp_path / "db"), "--where", "size>0"]
+    gudgeon.open(tmp_path / "db").put(content_key(INPUTS), "mesh", mesh(), INPUTS)
+    assert loaded_by(listed, ("numpy", "h5py", "pydantic", "sqlite3")) == (0, ["sqlite3"])
 
 
 def test_loaded_modules_are_seen() -> None:

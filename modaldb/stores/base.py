@@ -5,13 +5,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.blocks import Source
 from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, RecordMismatch, RecordMissing
 from gudgeon.modaldb.keys import KEY, content_key
 from gudgeon.modaldb.stores.query import Entry, Query, QueryWrong
+
+if TYPE_CHECKING:
+    from gudgeon.modaldb import hdf5
 
 SHOWN = 200
 """Characters of a wrong location in a message."""
@@ -37,7 +39,7 @@ class Store(ABC):
     """Folder or URL, as `modaldb.open` takes it."""
 
     @abstractmethod
-    def opened(self, key: str, what: str = "record") -> AbstractContextManager[tuple[Source, hdf5.Head]]:
+    def opened(self, key: str, what: str = "record") -> AbstractContextManager["tuple[Source, hdf5.Head]"]:
         """Yield the bytes and the head of a sound record; `what` names it if it is missing.
 
         Raises:
@@ -114,6 +116,8 @@ class Store(ABC):
 
     def get(self, key: str, kind: str, *, only: Collection[str] | None = None) -> Any:
         """Read a record, or the fields named in `only`; see `hdf5.read_fields`, and `opened` for errors."""
+        from gudgeon.modaldb import hdf5
+
         with self.opened(key, kind) as (source, head):
             if head.kind != kind:
                 raise RecordMismatch(f"{self.place(key)}: holds gudgeon-{head.kind}, expected gudgeon-{kind}")
@@ -121,6 +125,8 @@ class Store(ABC):
 
     def examine(self, key: str) -> ModalDBError | None:
         """Return why a record cannot be used, as `fault` does, after reading all of it."""
+        from gudgeon.modaldb import hdf5
+
         try:
             with self.opened(key) as (source, head):
                 hdf5.read_fields(source, head, self.place(key))
@@ -130,6 +136,8 @@ class Store(ABC):
 
     def sizes(self, key: str) -> dict[str, int]:
         """Return the bytes of each dataset of a record, by field path; see `opened` for errors."""
+        from gudgeon.modaldb import hdf5
+
         with self.opened(key) as (_, head):
             return hdf5.dataset_bytes(head)
 
@@ -164,7 +172,7 @@ def check_tag(name: str) -> None:
         )
 
 
-def check_inputs(place: str, key: str, head: hdf5.Head) -> None:
+def check_inputs(place: str, key: str, head: "hdf5.Head") -> None:
     """Raise RecordMismatch where the key is not that of the inputs that a record names."""
     try:
         own = content_key(head.inputs)

@@ -12,9 +12,8 @@ import shutil
 import stat
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gudgeon.modaldb import hdf5
 from gudgeon.modaldb.errors import (
     ModalDBError,
     RecordDamaged,
@@ -29,6 +28,9 @@ from gudgeon.modaldb.stores import names, scratch
 from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
 from gudgeon.modaldb.stores.index import Index, Stamp, record_files
 from gudgeon.modaldb.stores.query import Entry, Query
+
+if TYPE_CHECKING:
+    from gudgeon.modaldb import hdf5
 
 logger = logging.getLogger(__name__)
 
@@ -73,6 +75,8 @@ class FolderStore(Store):
             raise RecordMismatch(f"{kind} record: its key {key[:12]}… is not that of its inputs")
         if self.has(key):
             return
+        from gudgeon.modaldb import hdf5
+
         parts = hdf5.record_bytes(kind, record, inputs)
         with self._written(key, kind, sum(map(len, parts))) as descriptor:
             scratch.write_whole(descriptor, parts)
@@ -85,6 +89,8 @@ class FolderStore(Store):
             RecordDamaged, RecordMismatch: the bytes are not those of a record of this key; nothing is kept.
             RecordNotWritten, StoreUnusable: as `put`.
         """
+        from gudgeon.modaldb import hdf5
+
         check_key(self.location, key, "record")
         with self._written(key, None, 0) as descriptor:
             yield descriptor
@@ -103,6 +109,8 @@ class FolderStore(Store):
             kind: Of the record, where it is known.
             size: Of the record [bytes], for the message.
         """
+        from gudgeon.modaldb import hdf5
+
         path = self.path(key)
         try:
             self._make_folders(path.parent)
@@ -192,7 +200,7 @@ class FolderStore(Store):
         return [Leftover(str(path), scratch.size(path), why) for path, why in dead + damaged]
 
     @contextlib.contextmanager
-    def opened(self, key: str, what: str = "record") -> Iterator[tuple[FileSource, hdf5.Head]]:
+    def opened(self, key: str, what: str = "record") -> Iterator["tuple[FileSource, hdf5.Head]"]:
         """See `Store`."""
         check_key(self.location, key, what)
         path = self.path(key)
@@ -210,7 +218,7 @@ class FolderStore(Store):
         finally:
             os.close(descriptor)
 
-    def _head(self, descriptor: int, key: str) -> hdf5.Head:
+    def _head(self, descriptor: int, key: str) -> "hdf5.Head":
         """Return the head of an open record, verified unless that was done and the file is the same."""
         path, stamp = self.path(key), _stamp(descriptor)
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
@@ -218,6 +226,8 @@ class FolderStore(Store):
         known = self._sound.get(path)
         if known is not None and known[0] == stamp:
             return known[1]
+        from gudgeon.modaldb import hdf5  # With numpy and the kinds of records, which a list does without.
+
         hdf5.verify_open(descriptor, path)
         head = hdf5.read_head(FileSource(descriptor), path)
         check_inputs(str(path), key, head)

@@ -16,7 +16,6 @@ from typing import Any
 
 from gudgeon.modaldb.blocks import Malformed
 from gudgeon.modaldb.keys import KEY, canonical_json, content_key
-from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.source import FileSource
 from gudgeon.modaldb.stores import names, scratch
 from gudgeon.modaldb.stores.query import RELATIONS, Condition, Entry, Query
@@ -132,6 +131,8 @@ class Index:
 
     def _read(self, key: str) -> tuple[str, dict[str, Any]]:
         """Return kind and inputs of a record, as they stand in its file."""
+        from gudgeon.modaldb.records import KINDS  # With numpy, which a list of what is known does without.
+
         try:
             descriptor = os.open(self._root / key[:2] / f"{key}.h5", os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         except OSError:
